@@ -1,0 +1,12 @@
+//! A finished or unfinished picture: what sinks show and write.
+
+/// Scene-linear Rec. 709 radiance for every pixel of a rectangle, row-major from the top left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Radiance, `width × height` of them; black where there is no sample yet.
+    pub rgb: Vec<[f32; 3]>,
+}

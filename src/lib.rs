@@ -1,0 +1,26 @@
+//! `stride`: a physically based path tracer.
+//!
+//! The rooms, each of which imports only rooms above it:
+//!
+//! | room | what is in it |
+//! |---|---|
+//! | [`math`] | vectors, lanes, rays, frames |
+//! | [`sampling`] | random streams, warps, each beside its density |
+//! | [`shape`] | plane, sphere, quad |
+//! | [`material`] | materials, BxDFs |
+//! | [`light`] | area and point lights |
+//! | [`camera`] | film positions to rays |
+//! | [`scene`] | the description: names, units, source lines; one file per format |
+//! | [`world`] | the compiled scene, and what rays meet in it |
+//! | [`integrator`] | whitted, path-naive |
+//! | [`film`] | exact sums, reconstruction filters, tone mapping |
+//! | [`render`] | strides, batches, workers, the accumulator |
+//! | [`gpu`] | the GPU worker |
+//! | [`output`] | one sink per file |
+//! | [`session`] | creates the channels and starts everybody: the wiring diagram |
+//! | [`cli`] | one file per subcommand |
+
+pub mod film;
+pub mod integrator;
+pub mod math;
+pub mod scene;

@@ -1,0 +1,72 @@
+//! Orthonormal frames around a normal.
+
+use super::{Float, Vec3};
+
+/// A right-handed orthonormal frame (s, t, n).
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<F> {
+    /// First tangent.
+    pub s: Vec3<F>,
+    /// Second tangent.
+    pub t: Vec3<F>,
+    /// Normal, the frame's +z.
+    pub n: Vec3<F>,
+}
+
+impl<F: Float> Frame<F> {
+    /// A frame around a unit normal, without a singularity (Duff et al. 2017, "Building an Orthonormal
+    /// Basis, Revisited", listing 3). For n = (0, 0, 1), s is x and t is y.
+    #[inline(always)]
+    pub fn around(n: Vec3<F>) -> Self {
+        let sign = F::splat(1.0).copysign(n.z);
+        let a = F::splat(-1.0) / (sign + n.z);
+        let b = n.x * n.y * a;
+        Frame {
+            s: Vec3::new(sign * n.x * n.x * a + 1.0, sign * b, -sign * n.x),
+            t: Vec3::new(b, sign + n.y * n.y * a, -n.y),
+            n,
+        }
+    }
+    /// World coordinates of a vector given in the frame's.
+    #[inline(always)]
+    pub fn to_world(&self, v: Vec3<F>) -> Vec3<F> {
+        self.s * v.x + self.t * v.y + self.n * v.z
+    }
+    /// The frame's coordinates of a vector given in the world's.
+    #[inline(always)]
+    pub fn to_local(&self, v: Vec3<F>) -> Vec3<F> {
+        Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_orthonormal_and_right_handed_for_every_normal() {
+        let mut normals = vec![[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
+        for i in 0..1000 {
+            let (z, phi) = (1.0 - (2 * i + 1) as f32 / 1000.0, i as f32 * 2.4);
+            let r = (1.0 - z * z).sqrt();
+            normals.push([r * phi.cos(), r * phi.sin(), z]);
+        }
+        for n in normals {
+            let f = Frame::<f32>::around(Vec3::splat(n));
+            let close = |a: f32, b: f32| assert!((a - b).abs() < 2e-6, "{n:?}: {a} is not {b}");
+            close(f.s.length(), 1.0);
+            close(f.t.length(), 1.0);
+            close(f.s.dot(f.t), 0.0);
+            close(f.s.dot(f.n), 0.0);
+            close(f.t.dot(f.n), 0.0);
+            close(f.s.cross(f.t).dot(f.n), 1.0);
+        }
+    }
+
+    #[test]
+    fn the_frame_of_plus_z_is_the_axes() {
+        let f = Frame::<f32>::around(Vec3::splat([0.0, 0.0, 1.0]));
+        assert_eq!(f.s, Vec3::splat([1.0, 0.0, 0.0]));
+        assert_eq!(f.t, Vec3::splat([0.0, 1.0, 0.0]));
+    }
+}

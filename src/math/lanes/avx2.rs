@@ -1,0 +1,236 @@
+//! Eight lanes in AVX2 registers.
+//!
+//! # Safety
+//! The types here are private to `lanes`: the only code that names them is [`super::dispatch`], which has
+//! asked the processor for AVX2 first. That is the argument of every block below that calls an
+//! intrinsic; the few that touch memory say more.
+#![allow(unsafe_code, reason = "processor intrinsics")]
+#![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
+
+use super::{Float, Mask, Uint};
+use std::arch::x86_64::*;
+
+const N: usize = 8;
+
+/// Eight booleans: all ones or all zeros in 32 bits.
+#[derive(Clone, Copy)]
+pub struct Mask8(__m256);
+/// Eight wrapping `u32`.
+#[derive(Clone, Copy)]
+pub struct Uint8(__m256i);
+/// Eight `f32`.
+#[derive(Clone, Copy)]
+pub struct Float8(__m256);
+
+macro_rules! operator {
+    ($type:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
+        impl std::ops::$trait for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                $type(unsafe { $intrinsic(self.0, other.0) })
+            }
+        }
+    };
+}
+operator!(Mask8, BitAnd, bitand, _mm256_and_ps);
+operator!(Mask8, BitOr, bitor, _mm256_or_ps);
+operator!(Uint8, Add, add, _mm256_add_epi32);
+operator!(Uint8, Mul, mul, _mm256_mullo_epi32);
+operator!(Uint8, BitAnd, bitand, _mm256_and_si256);
+operator!(Uint8, BitOr, bitor, _mm256_or_si256);
+operator!(Uint8, BitXor, bitxor, _mm256_xor_si256);
+operator!(Float8, Add, add, _mm256_add_ps);
+operator!(Float8, Sub, sub, _mm256_sub_ps);
+operator!(Float8, Mul, mul, _mm256_mul_ps);
+operator!(Float8, Div, div, _mm256_div_ps);
+
+macro_rules! scalar_operator {
+    ($trait:ident, $method:ident) => {
+        impl std::ops::$trait<f32> for Float8 {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: f32) -> Self {
+                std::ops::$trait::$method(self, Self::splat(other))
+            }
+        }
+    };
+}
+scalar_operator!(Add, add);
+scalar_operator!(Sub, sub);
+scalar_operator!(Mul, mul);
+scalar_operator!(Div, div);
+
+impl std::ops::Not for Mask8 {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Mask8(unsafe { _mm256_xor_ps(self.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) })
+    }
+}
+
+impl std::ops::Neg for Float8 {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Float8(unsafe { _mm256_xor_ps(self.0, _mm256_set1_ps(-0.0)) })
+    }
+}
+
+impl Mask for Mask8 {
+    #[inline(always)]
+    fn splat(value: bool) -> Self {
+        Mask8(unsafe { _mm256_castsi256_ps(_mm256_set1_epi32(-i32::from(value))) })
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32) -> Self {
+        unsafe {
+            let bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), bit);
+            Mask8(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, bit)))
+        }
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        unsafe { _mm256_movemask_ps(self.0) as u32 }
+    }
+}
+
+impl Uint for Uint8 {
+    type Float = Float8;
+    type Mask = Mask8;
+
+    #[inline(always)]
+    fn splat(value: u32) -> Self {
+        Uint8(unsafe { _mm256_set1_epi32(value as i32) })
+    }
+    #[inline(always)]
+    fn load(from: &[u32]) -> Self {
+        // The slice index proves that eight values are there; the load needs no alignment.
+        Uint8(unsafe { _mm256_loadu_si256(from[..N].as_ptr().cast()) })
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [u32]) {
+        // The slice index proves that there is room for eight; the store needs no alignment.
+        unsafe { _mm256_storeu_si256(into[..N].as_mut_ptr().cast(), self.0) }
+    }
+    #[inline(always)]
+    fn gather(table: &[u32], index: Self) -> Self {
+        let last = last_index(table.len());
+        // Every index is at most `last` after the unsigned minimum, hence inside the table.
+        unsafe {
+            let index = _mm256_min_epu32(index.0, _mm256_set1_epi32(last));
+            Uint8(_mm256_i32gather_epi32::<4>(table.as_ptr().cast(), index))
+        }
+    }
+    #[inline(always)]
+    fn shl<const K: u32>(self) -> Self {
+        Uint8(unsafe { _mm256_sll_epi32(self.0, _mm_cvtsi32_si128(K as i32)) })
+    }
+    #[inline(always)]
+    fn shr<const K: u32>(self) -> Self {
+        Uint8(unsafe { _mm256_srl_epi32(self.0, _mm_cvtsi32_si128(K as i32)) })
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> Mask8 {
+        Mask8(unsafe { _mm256_castsi256_ps(_mm256_cmpeq_epi32(self.0, other.0)) })
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Mask8 {
+        // AVX2 compares signed numbers: flipping the top bit maps the order of one onto the other.
+        unsafe {
+            let flip = _mm256_set1_epi32(i32::MIN);
+            let less = _mm256_cmpgt_epi32(_mm256_xor_si256(other.0, flip), _mm256_xor_si256(self.0, flip));
+            Mask8(_mm256_castsi256_ps(less))
+        }
+    }
+    #[inline(always)]
+    fn select(mask: Mask8, a: Self, b: Self) -> Self {
+        Uint8(unsafe { _mm256_blendv_epi8(b.0, a.0, _mm256_castps_si256(mask.0)) })
+    }
+    #[inline(always)]
+    fn to_float(self) -> Float8 {
+        Float8(unsafe { _mm256_cvtepi32_ps(self.0) })
+    }
+}
+
+/// The last index of a table, as the processor's gather takes it.
+#[inline(always)]
+fn last_index(len: usize) -> i32 {
+    assert!(len > 0 && len <= i32::MAX as usize, "a gather from a table of {len} entries");
+    (len - 1) as i32
+}
+
+impl Float for Float8 {
+    type Uint = Uint8;
+    type Mask = Mask8;
+    const LANES: usize = N;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Float8(unsafe { _mm256_set1_ps(value) })
+    }
+    #[inline(always)]
+    fn load(from: &[f32]) -> Self {
+        // The slice index proves that eight values are there; the load needs no alignment.
+        Float8(unsafe { _mm256_loadu_ps(from[..N].as_ptr()) })
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [f32]) {
+        // The slice index proves that there is room for eight; the store needs no alignment.
+        unsafe { _mm256_storeu_ps(into[..N].as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn gather(table: &[f32], index: Uint8) -> Self {
+        let last = last_index(table.len());
+        // Every index is at most `last` after the unsigned minimum, hence inside the table.
+        unsafe {
+            let index = _mm256_min_epu32(index.0, _mm256_set1_epi32(last));
+            Float8(_mm256_i32gather_ps::<4>(table.as_ptr(), index))
+        }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Float8(unsafe { _mm256_sqrt_ps(self.0) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Float8(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Float8(unsafe { _mm256_floor_ps(self.0) })
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Float8(unsafe { _mm256_min_ps(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Float8(unsafe { _mm256_max_ps(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Mask8 {
+        Mask8(unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> Mask8 {
+        Mask8(unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn select(mask: Mask8, a: Self, b: Self) -> Self {
+        Float8(unsafe { _mm256_blendv_ps(b.0, a.0, mask.0) })
+    }
+    #[inline(always)]
+    fn to_bits(self) -> Uint8 {
+        Uint8(unsafe { _mm256_castps_si256(self.0) })
+    }
+    #[inline(always)]
+    fn from_bits(bits: Uint8) -> Self {
+        Float8(unsafe { _mm256_castsi256_ps(bits.0) })
+    }
+    #[inline(always)]
+    fn to_uint(self) -> Uint8 {
+        Uint8(unsafe { _mm256_cvttps_epi32(self.0) })
+    }
+}

@@ -1,0 +1,227 @@
+//! Sixteen lanes in AVX-512 registers.
+//!
+//! # Safety
+//! The types here are private to `lanes`: the only code that names them is [`super::dispatch`], which has
+//! asked the processor for AVX-512 F, BW, DQ and VL first. That is the argument of every block below that calls an
+//! intrinsic; the few that touch memory say more.
+#![allow(unsafe_code, reason = "processor intrinsics")]
+#![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
+
+use super::{Float, Mask, Uint};
+use std::arch::x86_64::*;
+
+const N: usize = 16;
+
+/// Sixteen booleans: one bit each.
+#[derive(Clone, Copy)]
+pub struct Mask16(__mmask16);
+/// Sixteen wrapping `u32`.
+#[derive(Clone, Copy)]
+pub struct Uint16(__m512i);
+/// Sixteen `f32`.
+#[derive(Clone, Copy)]
+pub struct Float16(__m512);
+
+macro_rules! operator {
+    ($type:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
+        impl std::ops::$trait for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                $type(unsafe { $intrinsic(self.0, other.0) })
+            }
+        }
+    };
+}
+operator!(Mask16, BitAnd, bitand, _kand_mask16);
+operator!(Mask16, BitOr, bitor, _kor_mask16);
+operator!(Uint16, Add, add, _mm512_add_epi32);
+operator!(Uint16, Mul, mul, _mm512_mullo_epi32);
+operator!(Uint16, BitAnd, bitand, _mm512_and_si512);
+operator!(Uint16, BitOr, bitor, _mm512_or_si512);
+operator!(Uint16, BitXor, bitxor, _mm512_xor_si512);
+operator!(Float16, Add, add, _mm512_add_ps);
+operator!(Float16, Sub, sub, _mm512_sub_ps);
+operator!(Float16, Mul, mul, _mm512_mul_ps);
+operator!(Float16, Div, div, _mm512_div_ps);
+
+macro_rules! scalar_operator {
+    ($trait:ident, $method:ident) => {
+        impl std::ops::$trait<f32> for Float16 {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: f32) -> Self {
+                std::ops::$trait::$method(self, Self::splat(other))
+            }
+        }
+    };
+}
+scalar_operator!(Add, add);
+scalar_operator!(Sub, sub);
+scalar_operator!(Mul, mul);
+scalar_operator!(Div, div);
+
+impl std::ops::Not for Mask16 {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Mask16(!self.0)
+    }
+}
+
+impl std::ops::Neg for Float16 {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Float16(unsafe { _mm512_xor_ps(self.0, _mm512_set1_ps(-0.0)) })
+    }
+}
+
+impl Mask for Mask16 {
+    #[inline(always)]
+    fn splat(value: bool) -> Self {
+        Mask16(if value { 0xffff } else { 0 })
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32) -> Self {
+        Mask16(bits as u16)
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self.0)
+    }
+}
+
+impl Uint for Uint16 {
+    type Float = Float16;
+    type Mask = Mask16;
+
+    #[inline(always)]
+    fn splat(value: u32) -> Self {
+        Uint16(unsafe { _mm512_set1_epi32(value as i32) })
+    }
+    #[inline(always)]
+    fn load(from: &[u32]) -> Self {
+        // The slice index proves that sixteen values are there; the load needs no alignment.
+        Uint16(unsafe { _mm512_loadu_si512(from[..N].as_ptr().cast()) })
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [u32]) {
+        // The slice index proves that there is room for sixteen; the store needs no alignment.
+        unsafe { _mm512_storeu_si512(into[..N].as_mut_ptr().cast(), self.0) }
+    }
+    #[inline(always)]
+    fn gather(table: &[u32], index: Self) -> Self {
+        let last = last_index(table.len());
+        // Every index is at most `last` after the unsigned minimum, hence inside the table.
+        unsafe {
+            let index = _mm512_min_epu32(index.0, _mm512_set1_epi32(last));
+            Uint16(_mm512_i32gather_epi32::<4>(index, table.as_ptr().cast()))
+        }
+    }
+    #[inline(always)]
+    fn shl<const K: u32>(self) -> Self {
+        Uint16(unsafe { _mm512_sll_epi32(self.0, _mm_cvtsi32_si128(K as i32)) })
+    }
+    #[inline(always)]
+    fn shr<const K: u32>(self) -> Self {
+        Uint16(unsafe { _mm512_srl_epi32(self.0, _mm_cvtsi32_si128(K as i32)) })
+    }
+    #[inline(always)]
+    fn eq(self, other: Self) -> Mask16 {
+        Mask16(unsafe { _mm512_cmpeq_epi32_mask(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Mask16 {
+        Mask16(unsafe { _mm512_cmplt_epu32_mask(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn select(mask: Mask16, a: Self, b: Self) -> Self {
+        Uint16(unsafe { _mm512_mask_blend_epi32(mask.0, b.0, a.0) })
+    }
+    #[inline(always)]
+    fn to_float(self) -> Float16 {
+        Float16(unsafe { _mm512_cvtepi32_ps(self.0) })
+    }
+}
+
+/// The last index of a table, as the processor's gather takes it.
+#[inline(always)]
+fn last_index(len: usize) -> i32 {
+    assert!(len > 0 && len <= i32::MAX as usize, "a gather from a table of {len} entries");
+    (len - 1) as i32
+}
+
+impl Float for Float16 {
+    type Uint = Uint16;
+    type Mask = Mask16;
+    const LANES: usize = N;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Float16(unsafe { _mm512_set1_ps(value) })
+    }
+    #[inline(always)]
+    fn load(from: &[f32]) -> Self {
+        // The slice index proves that sixteen values are there; the load needs no alignment.
+        Float16(unsafe { _mm512_loadu_ps(from[..N].as_ptr()) })
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [f32]) {
+        // The slice index proves that there is room for sixteen; the store needs no alignment.
+        unsafe { _mm512_storeu_ps(into[..N].as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn gather(table: &[f32], index: Uint16) -> Self {
+        let last = last_index(table.len());
+        // Every index is at most `last` after the unsigned minimum, hence inside the table.
+        unsafe {
+            let index = _mm512_min_epu32(index.0, _mm512_set1_epi32(last));
+            Float16(_mm512_i32gather_ps::<4>(index, table.as_ptr()))
+        }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Float16(unsafe { _mm512_sqrt_ps(self.0) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Float16(unsafe { _mm512_abs_ps(self.0) })
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Float16(unsafe { _mm512_roundscale_ps::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0) })
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Float16(unsafe { _mm512_min_ps(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Float16(unsafe { _mm512_max_ps(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Mask16 {
+        Mask16(unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> Mask16 {
+        Mask16(unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0) })
+    }
+    #[inline(always)]
+    fn select(mask: Mask16, a: Self, b: Self) -> Self {
+        Float16(unsafe { _mm512_mask_blend_ps(mask.0, b.0, a.0) })
+    }
+    #[inline(always)]
+    fn to_bits(self) -> Uint16 {
+        Uint16(unsafe { _mm512_castps_si512(self.0) })
+    }
+    #[inline(always)]
+    fn from_bits(bits: Uint16) -> Self {
+        Float16(unsafe { _mm512_castsi512_ps(bits.0) })
+    }
+    #[inline(always)]
+    fn to_uint(self) -> Uint16 {
+        Uint16(unsafe { _mm512_cvttps_epi32(self.0) })
+    }
+}

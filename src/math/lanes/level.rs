@@ -1,0 +1,122 @@
+//! Which lanes this processor has, and the one place where they are chosen.
+
+use super::Float;
+use std::{env, fmt, str::FromStr};
+
+/// How wide the lanes are. All levels give the same bits; a wider one is faster.
+///
+/// A value of this type is proof that the processor has what the level needs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Level(Width);
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Width {
+    Scalar,
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+/// The word given for a level is unknown, or the processor lacks it.
+#[derive(Debug, thiserror::Error)]
+#[error("STRIDE_SIMD={0}: this processor has {available}", available = Level::available_names())]
+pub struct UnknownLevel(String);
+
+impl Level {
+    /// One lane: for a single path, looked at bounce by bounce.
+    pub const SCALAR: Level = Level(Width::Scalar);
+    /// Plain arrays of four, on any processor.
+    pub const PORTABLE: Level = Level(Width::Portable);
+
+    /// Every level that this processor has, the widest first.
+    pub fn available() -> Vec<Level> {
+        let mut levels = Vec::new();
+        #[cfg(target_arch = "x86_64")]
+        {
+            let has_avx512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512vl");
+            if has_avx512 {
+                levels.push(Level(Width::Avx512));
+            }
+            if is_x86_feature_detected!("avx2") {
+                levels.push(Level(Width::Avx2));
+            }
+        }
+        levels.extend([Level::PORTABLE, Level::SCALAR]);
+        levels
+    }
+
+    /// The level that `STRIDE_SIMD` forces, or the widest.
+    pub fn from_environment() -> Result<Level, UnknownLevel> {
+        match env::var("STRIDE_SIMD") {
+            Ok(word) if !word.is_empty() => word.parse(),
+            _ => Ok(Level::available()[0]),
+        }
+    }
+
+    fn available_names() -> String {
+        Level::available().iter().map(Level::to_string).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.0 {
+            Width::Scalar => "scalar",
+            Width::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Width::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Width::Avx512 => "avx512",
+        })
+    }
+}
+
+impl FromStr for Level {
+    type Err = UnknownLevel;
+    fn from_str(word: &str) -> Result<Level, UnknownLevel> {
+        let found = Level::available().into_iter().find(|level| level.to_string() == word);
+        found.ok_or_else(|| UnknownLevel(word.to_owned()))
+    }
+}
+
+/// A program that is compiled once for each level.
+pub trait Kernel {
+    /// What the program gives back.
+    type Output;
+    /// The program. Mark it, and all that it calls for each lane, `#[inline(always)]`: only code that is
+    /// inlined into the level's entry point is compiled with the level's instructions.
+    fn run<F: Float>(self) -> Self::Output;
+}
+
+/// Runs a program with a level's lanes.
+#[allow(unsafe_code, reason = "entering code compiled for more than the baseline processor")]
+pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    match level.0 {
+        Width::Scalar => kernel.run::<f32>(),
+        Width::Portable => kernel.run::<super::portable::Float4>(),
+        // SAFETY: `Level` has no public constructor that skips detection; a value with this width comes
+        // from `available`, which found AVX2.
+        #[cfg(target_arch = "x86_64")]
+        Width::Avx2 => unsafe { run_avx2(kernel) },
+        // SAFETY: likewise; `available` found all four features.
+        #[cfg(target_arch = "x86_64")]
+        Width::Avx512 => unsafe { run_avx512(kernel) },
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<super::avx2::Float8>()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<super::avx512::Float16>()
+}

@@ -1,0 +1,15 @@
+//! Mathematics: lanes, vectors, rays, frames and deterministic functions.
+//!
+//! Descriptions (scene, camera set-up) use glam's `f64` vectors; everything on a path uses [`Vec3`], whose
+//! components are lanes.
+
+pub mod frame;
+pub mod lanes;
+pub mod ray;
+pub mod trig;
+pub mod vec3;
+
+pub use frame::Frame;
+pub use lanes::{Float, Mask, Uint};
+pub use ray::Ray;
+pub use vec3::{Rgb, Vec3};

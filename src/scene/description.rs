@@ -1,0 +1,206 @@
+//! A scene as plain data.
+//!
+//! Lengths are the scene's own unit, angles are radians, colours are linear Rec. 709, radiance is in
+//! W·m⁻²·sr⁻¹. Vectors are in world space, right-handed.
+
+use glam::DVec3;
+
+/// A linear Rec. 709 colour or radiance.
+pub type Colour = [f64; 3];
+
+/// A whole scene, checked: indices are in range and every value is possible.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The picture's shape and how samples become pixels.
+    pub film: FilmSettings,
+    /// Where the picture is taken from.
+    pub camera: CameraSettings,
+    /// How light is followed.
+    pub render: RenderSettings,
+    /// The materials, checkerboards after the materials they name.
+    pub materials: Vec<Material>,
+    /// The surfaces.
+    pub entities: Vec<Entity>,
+    /// The lights that are not surfaces.
+    pub lights: Vec<Light>,
+    /// What a ray that leaves the scene sees: radiance from everywhere.
+    pub environment: Colour,
+}
+
+/// The picture's shape and how samples become pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmSettings {
+    /// Pixels in a row, 1 to 65,536.
+    pub width: u32,
+    /// Rows, 1 to 65,536.
+    pub height: u32,
+    /// Exposure of PNG and window in stops: display values are radiance × 2^exposure.
+    pub exposure: f64,
+    /// The reconstruction filter.
+    pub filter: Filter,
+}
+
+/// A reconstruction filter with its radius in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// Every sample through the pixel's centre.
+    None,
+    /// Equal weight within the radius (½: the pixel itself).
+    Box {
+        /// Half the filter's width in pixels.
+        radius: f64,
+    },
+    /// A triangle that falls to zero at the radius (1 by default).
+    Tent {
+        /// Half the filter's width in pixels.
+        radius: f64,
+    },
+}
+
+/// Where the picture is taken from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraSettings {
+    /// The focal point.
+    pub eye: DVec3,
+    /// The direction of view, of length one.
+    pub forward: DVec3,
+    /// The world's up direction, of length one and not parallel to `forward`.
+    pub up: DVec3,
+    /// The angle between the top and the bottom of the picture, in radians, within (0, π).
+    pub vertical_fov: f64,
+    /// The distance of the focal plane from the eye along `forward` (report §2.1.2), above zero. A
+    /// pinhole's picture does not depend on it.
+    pub focal_length: f64,
+    /// Nothing nearer than this distance along `forward` is seen; zero or more.
+    pub near: f64,
+    /// The radius of a thin lens; zero for a pinhole.
+    pub aperture_radius: f64,
+    /// The distance along `forward` that a thin lens renders sharp, above zero.
+    pub focus_distance: f64,
+}
+
+/// How light is followed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// The integrator.
+    pub integrator: Integrator,
+    /// The largest number of bounces: 0 sees emitters only.
+    pub max_depth: u32,
+    /// Samples a pixel, at least one.
+    pub samples: u32,
+    /// The seed of all randomness.
+    pub seed: u32,
+    /// The ambient term of `whitted`: radiance added at every diffuse hit, times its reflectance.
+    pub ambient: Colour,
+}
+
+/// How light is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Integrator {
+    /// Recursive ray tracing (Whitted 1980; report ch. 2).
+    Whitted,
+    /// The best unidirectional path tracer there is here.
+    Path,
+    /// The report's path tracer (§4.3): lights are found by chance.
+    PathNaive,
+}
+
+/// A named material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The name that entities use.
+    pub name: String,
+    /// What it does with light.
+    pub kind: MaterialKind,
+}
+
+/// What a material does with light.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MaterialKind {
+    /// Scatters evenly, on both sides.
+    Matte {
+        /// The fraction reflected, 0 to 1 in each channel.
+        reflectance: Colour,
+    },
+    /// Reflects perfectly, on both sides.
+    Mirror {
+        /// The fraction reflected, 0 to 1 in each channel.
+        reflectance: Colour,
+    },
+    /// A smooth dielectric interface; the inside is where the normal does not point.
+    Glass {
+        /// Index of refraction of the inside over the outside, above zero.
+        ior: f64,
+        /// Tint of what is reflected, 0 to 1 in each channel.
+        reflectance: Colour,
+        /// Tint of what is transmitted, 0 to 1 in each channel.
+        transmittance: Colour,
+    },
+    /// Alternates two materials over the surface's uv.
+    Checkerboard {
+        /// Index of the material where ⌊u·a⌋ + ⌊v·b⌋ is even.
+        even: usize,
+        /// Index of the material elsewhere.
+        odd: usize,
+        /// Checks along u and v for each unit of uv, above zero.
+        checks_per_unit: [f64; 2],
+    },
+    /// Returns NaN, infinity and −1 in turn: for testing that samples are rejected.
+    #[cfg(feature = "broken-material")]
+    Broken,
+}
+
+/// A surface in the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entity {
+    /// The name that messages use.
+    pub name: String,
+    /// Its form and place.
+    pub shape: Shape,
+    /// Index of its material.
+    pub material: usize,
+    /// Radiance that leaves its outward side.
+    pub emission: Colour,
+    /// Whether the outward side is the other one.
+    pub flip_normal: bool,
+}
+
+/// A form and its place.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// All X with X·normal = distance.
+    Plane {
+        /// Of length one.
+        normal: DVec3,
+        /// Signed distance from the origin along the normal.
+        distance: f64,
+    },
+    /// All X with |X − center| = radius.
+    Sphere {
+        /// The centre.
+        center: DVec3,
+        /// The radius, above zero.
+        radius: f64,
+    },
+    /// The parallelogram corner + a·u + b·v with a and b in 0…1; outward is u × v.
+    Quad {
+        /// The corner where uv is (0, 0).
+        corner: DVec3,
+        /// The first edge.
+        u: DVec3,
+        /// The second edge, not parallel to the first.
+        v: DVec3,
+    },
+}
+
+/// A light that is not a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Light {
+    /// Sends the same intensity in every direction.
+    Point {
+        /// Where it is.
+        position: DVec3,
+        /// Radiant intensity in W/sr.
+        intensity: Colour,
+    },
+}

@@ -11,7 +11,8 @@ pub fn sin_cos_turns<F: Float>(u: F) -> (F, F) {
     let nearest = (quarters + 0.5).floor();
     let r = quarters - nearest;
     let z = r * r;
-    let sin = r * ((((z * 1.582_065_3e-4 - 4.681_266_4e-3) * z + 0.079_692_58) * z - 0.645_964_1) * z + 1.570_796_4);
+    let sin = r
+        * ((((z * 1.582_065_3e-4 - 4.681_266_4e-3) * z + 0.079_692_58) * z - 0.645_964_1) * z + 1.570_796_4);
     let cos = (((z * 9.036_299e-4 - 0.020_860_07) * z + 0.253_669_2) * z - 1.233_700_5) * z + 1.0;
     let quadrant = nearest.to_uint();
     let one = F::Uint::splat(1);
@@ -30,7 +31,16 @@ pub fn angle_turns<F: Float>(y: F, x: F) -> F {
     let q = small / large.max(F::splat(f32::MIN_POSITIVE));
     let z = q * q;
     let mut p = F::splat(0.002_834_064_2);
-    for c in [-0.016_005_03, 0.042_587_608, -0.074_954_46, 0.106_367_54, -0.142_025_71, 0.199_924_84, -0.333_330_66, 1.0] {
+    for c in [
+        -0.016_005_03,
+        0.042_587_608,
+        -0.074_954_46,
+        0.106_367_54,
+        -0.142_025_71,
+        0.199_924_84,
+        -0.333_330_66,
+        1.0,
+    ] {
         p = p * z + c;
     }
     let eighth = q * p * std::f32::consts::FRAC_1_PI * 0.5;

@@ -20,7 +20,15 @@
 //! | [`session`] | creates the channels and starts everybody: the wiring diagram |
 //! | [`cli`] | one file per subcommand |
 
+pub mod camera;
 pub mod film;
 pub mod integrator;
+pub mod light;
+pub mod material;
 pub mod math;
+pub mod render;
+pub mod sampling;
 pub mod scene;
+pub mod session;
+pub mod shape;
+pub mod world;

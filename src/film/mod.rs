@@ -1,5 +1,11 @@
 //! The film: exact sums of samples, reconstruction filters, and the pictures made of them.
 
+mod filter;
 pub mod picture;
+pub mod snapshot;
+pub mod sums;
 
+pub use filter::film_offset;
 pub use picture::Picture;
+pub use snapshot::Snapshot;
+pub use sums::{Film, MemoryError, PixelSums, Reject};

@@ -1,5 +1,19 @@
 //! Integrators: what follows light from the camera into the scene.
 
+mod observe;
+mod path;
+mod whitted;
+
+pub use observe::{Event, Observer, Record, Silent};
+pub use path::PathNaive;
+pub use whitted::Whitted;
+
+use crate::camera::Camera;
+use crate::math::lanes::Level;
+use crate::math::{Float, Ray};
+use crate::sampling::warp::FilmOffset;
+use crate::sampling::{Block, PathId, Sampler};
+
 /// One sample: where it fell on the film and what it saw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
@@ -14,4 +28,83 @@ pub struct Sample {
     pub y: f32,
     /// Radiance in W·m⁻²·sr⁻¹, linear Rec. 709.
     pub radiance: [f32; 3],
+}
+
+/// A pixel of the film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pixel {
+    /// Index on the full film, row-major from the top left.
+    pub index: u32,
+    /// Column, from the left.
+    pub x: u32,
+    /// Row, from the top.
+    pub y: u32,
+}
+
+/// Paths to trace: the same sample indices for each of some pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Paths<'a> {
+    /// The pixels.
+    pub pixels: &'a [Pixel],
+    /// The first sample index.
+    pub first_sample: u32,
+    /// How many samples each pixel gets.
+    pub samples: u32,
+}
+
+impl Paths<'_> {
+    /// How many paths these are.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.pixels.len() * self.samples as usize
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A finished path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finished {
+    /// Which of the [`Paths::pixels`] it was for.
+    pub slot: u32,
+    /// What it found.
+    pub sample: Sample,
+}
+
+/// Follows light. Chosen once per run, with its world and sampler inside; a call traces a block of paths,
+/// so that no indirect call falls on a ray.
+pub trait Integrator: Send + Sync {
+    /// Traces paths, appends their samples in any order, and returns how many rays that took.
+    fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64;
+    /// Traces one path and tells what happens on it.
+    fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>);
+}
+
+/// What all integrators know of the film and of chance.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings<S> {
+    /// The source of random numbers.
+    pub sampler: S,
+    /// How samples are spread around a pixel's centre.
+    pub offset: FilmOffset,
+    /// The largest number of bounces.
+    pub max_depth: u32,
+}
+
+/// A film position for a path, in pixels from the top left, and the camera ray through it.
+#[inline(always)]
+fn camera_ray<F: Float, S: Sampler>(
+    settings: &Settings<S>,
+    camera: &Camera,
+    path: PathId<F>,
+    centre: [F; 2],
+) -> (F, F, Ray<F>) {
+    let [u, v, lens_u, lens_v] =
+        settings.sampler.draw(path, Block::CAMERA.at::<F>(crate::math::Uint::splat(0)));
+    let x = centre[0] + settings.offset.sample(u);
+    let y = centre[1] + settings.offset.sample(v);
+    (x, y, camera.ray(x, y, [lens_u, lens_v]))
 }

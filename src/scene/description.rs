@@ -3,6 +3,7 @@
 //! Lengths are the scene's own unit, angles are radians, colours are linear Rec. 709, radiance is in
 //! W·m⁻²·sr⁻¹. Vectors are in world space, right-handed.
 
+pub use crate::camera::CameraSettings;
 use glam::DVec3;
 
 /// A linear Rec. 709 colour or radiance.
@@ -55,28 +56,6 @@ pub enum Filter {
         /// Half the filter's width in pixels.
         radius: f64,
     },
-}
-
-/// Where the picture is taken from.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CameraSettings {
-    /// The focal point.
-    pub eye: DVec3,
-    /// The direction of view, of length one.
-    pub forward: DVec3,
-    /// The world's up direction, of length one and not parallel to `forward`.
-    pub up: DVec3,
-    /// The angle between the top and the bottom of the picture, in radians, within (0, π).
-    pub vertical_fov: f64,
-    /// The distance of the focal plane from the eye along `forward` (report §2.1.2), above zero. A
-    /// pinhole's picture does not depend on it.
-    pub focal_length: f64,
-    /// Nothing nearer than this distance along `forward` is seen; zero or more.
-    pub near: f64,
-    /// The radius of a thin lens; zero for a pinhole.
-    pub aperture_radius: f64,
-    /// The distance along `forward` that a thin lens renders sharp, above zero.
-    pub focus_distance: f64,
 }
 
 /// How light is followed.

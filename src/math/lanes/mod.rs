@@ -15,7 +15,7 @@ mod avx2;
 mod avx512;
 mod level;
 mod portable;
-mod scalar;
+pub mod scalar;
 #[cfg(test)]
 mod tests;
 

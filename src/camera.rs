@@ -1,0 +1,168 @@
+//! The camera: film positions to rays (report §2.1).
+
+use crate::math::{Float, Ray, Vec3};
+use crate::sampling::warp;
+use glam::DVec3;
+
+/// What a camera is made of. Vectors are in world space; `forward` and `up` have length one and are not
+/// parallel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraSettings {
+    /// The focal point.
+    pub eye: DVec3,
+    /// The direction of view, of length one.
+    pub forward: DVec3,
+    /// The world's up direction, of length one and not parallel to `forward`.
+    pub up: DVec3,
+    /// The angle between the top and the bottom of the picture, in radians, within (0, π).
+    pub vertical_fov: f64,
+    /// The distance of the focal plane from the eye along `forward` (report §2.1.2), above zero. A
+    /// pinhole's picture does not depend on it.
+    pub focal_length: f64,
+    /// Nothing nearer than this distance along `forward` is seen; zero or more.
+    pub near: f64,
+    /// The radius of a thin lens; zero for a pinhole.
+    pub aperture_radius: f64,
+    /// The distance along `forward` that a thin lens renders sharp, above zero.
+    pub focus_distance: f64,
+}
+
+/// A camera over a film of a given size, ready to make rays.
+///
+/// The focal plane lies at the focal length in front of the eye; half its height is l·tan(θ/2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// The focal point.
+    pub eye: [f32; 3],
+    /// The camera's axes, of length one: left = up × forward, its own up, forward.
+    pub left: [f32; 3],
+    /// See `left`.
+    pub up: [f32; 3],
+    /// See `left`.
+    pub forward: [f32; 3],
+    /// The film's centre in pixels.
+    pub centre: [f32; 2],
+    /// The side of a pixel on a focal plane at distance one.
+    pub pixel_side: f32,
+    /// Nothing nearer than this distance along `forward` is seen.
+    pub near: f32,
+    /// The radius of the lens.
+    pub aperture_radius: f32,
+    /// The distance along `forward` that the lens renders sharp.
+    pub focus_distance: f32,
+}
+
+impl Camera {
+    /// A camera over a film of `width` × `height` pixels.
+    pub fn new(settings: &CameraSettings, width: u32, height: u32) -> Camera {
+        let forward = settings.forward.normalize();
+        let left = settings.up.cross(forward).normalize();
+        let up = forward.cross(left);
+        // The focal plane of the report, whose length cancels once its pixels are seen from the eye.
+        let l = settings.focal_length;
+        let half_height = l * libm::tan(settings.vertical_fov / 2.0);
+        let pixel_side = 2.0 * half_height / f64::from(height) / l;
+        Camera {
+            eye: settings.eye.to_array().map(|x| x as f32),
+            left: left.to_array().map(|x| x as f32),
+            up: up.to_array().map(|x| x as f32),
+            forward: forward.to_array().map(|x| x as f32),
+            centre: [width as f32 * 0.5, height as f32 * 0.5],
+            pixel_side: pixel_side as f32,
+            near: settings.near as f32,
+            aperture_radius: settings.aperture_radius as f32,
+            focus_distance: settings.focus_distance as f32,
+        }
+    }
+
+    /// The ray through a film position (in pixels from the film's top left) and a lens point drawn with
+    /// `lens` in [0, 1)².
+    #[inline(always)]
+    pub fn ray<F: Float>(&self, x: F, y: F, lens: [F; 2]) -> Ray<F> {
+        let (left, up, forward) = (Vec3::splat(self.left), Vec3::splat(self.up), Vec3::splat(self.forward));
+        // Distances from the film's centre are exact in f32, and small where the picture is looked at.
+        let leftward = (-x + self.centre[0]) * self.pixel_side;
+        let upward = (-y + self.centre[1]) * self.pixel_side;
+        let pinhole = forward + left * leftward + up * upward;
+        let mut o = Vec3::splat(self.eye);
+        let mut to_plane = pinhole;
+        if self.aperture_radius > 0.0 {
+            let (lens_x, lens_y) = warp::disk(lens);
+            let shift = (left * lens_x + up * lens_y) * F::splat(self.aperture_radius);
+            o = o + shift;
+            to_plane = pinhole * F::splat(self.focus_distance) - shift;
+        }
+        let d = to_plane.normalized();
+        if self.near > 0.0 {
+            o = o + d * (F::splat(self.near) / d.dot(forward));
+        }
+        Ray { o, d }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings() -> CameraSettings {
+        CameraSettings {
+            eye: DVec3::new(1.0, 2.0, 3.0),
+            forward: DVec3::X,
+            up: DVec3::Z,
+            vertical_fov: std::f64::consts::FRAC_PI_2,
+            focal_length: 1.0,
+            near: 0.0,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+        }
+    }
+
+    fn close(a: Vec3<f32>, b: [f32; 3]) {
+        assert!((a - Vec3::splat(b)).length() < 1e-6, "{a:?} is not {b:?}");
+    }
+
+    #[test]
+    fn the_field_of_view_spans_the_height_and_the_centre_looks_forward() {
+        let camera = Camera::new(&settings(), 640, 480);
+        let h = std::f32::consts::FRAC_1_SQRT_2;
+        close(camera.ray(320.0, 240.0, [0.0; 2]).d, [1.0, 0.0, 0.0]);
+        close(camera.ray(320.0, 0.0, [0.0; 2]).d, [h, 0.0, h]);
+        close(camera.ray(320.0, 480.0, [0.0; 2]).d, [h, 0.0, -h]);
+        // The film's left edge is the camera's left: +y when looking along +x with z up.
+        assert!(camera.ray(0.0, 240.0, [0.0; 2]).d.y > 0.0);
+        close(camera.ray(0.0, 240.0, [0.0; 2]).o, [1.0, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn the_focal_length_moves_no_ray() {
+        let near = Camera::new(&settings(), 64, 48);
+        let far = Camera::new(&CameraSettings { focal_length: 4.0, ..settings() }, 64, 48);
+        assert_eq!(near, far);
+    }
+
+    #[test]
+    fn rays_start_at_the_near_plane() {
+        let camera = Camera::new(&CameraSettings { near: 5.0, ..settings() }, 64, 48);
+        for (x, y) in [(0.0, 0.0), (32.0, 24.0), (64.0, 10.0)] {
+            let ray = camera.ray(x, y, [0.0; 2]);
+            assert!((ray.o.x - 6.0_f32).abs() < 1e-5, "starts at {:?}", ray.o);
+        }
+    }
+
+    #[test]
+    fn a_lens_is_sharp_at_its_focus_distance_only() {
+        let lens = CameraSettings { aperture_radius: 0.5, focus_distance: 7.0, ..settings() };
+        let camera = Camera::new(&lens, 64, 48);
+        let pinhole = Camera::new(&settings(), 64, 48).ray(10.0_f32, 5.0, [0.0; 2]);
+        let target = pinhole.o + pinhole.d * (7.0 / pinhole.d.x);
+        let mut spread = 0.0_f32;
+        for u in [[0.1, 0.2], [0.9, 0.7], [0.5, 0.5]] {
+            let ray = camera.ray(10.0_f32, 5.0, u);
+            let sharp = ray.o + ray.d * ((8.0 - ray.o.x) / ray.d.x);
+            assert!((sharp - target).length() < 1e-5, "{sharp:?} is not {target:?}");
+            let blurred = ray.o + ray.d * ((5.0 - ray.o.x) / ray.d.x);
+            spread = spread.max((blurred - (pinhole.o + pinhole.d * (4.0 / pinhole.d.x))).length());
+        }
+        assert!(spread > 0.1, "out of focus, rays spread by {spread}");
+    }
+}

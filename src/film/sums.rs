@@ -1,0 +1,277 @@
+//! Exact sums.
+//!
+//! Each sample is rounded once, to a multiple of the [`QUANTUM`], and from then on everything is integer
+//! addition. Integers commute, so the picture does not depend on the order in which samples arrive, and
+//! films of disjoint samples merge exactly.
+
+use super::Picture;
+
+/// Bits behind the binary point of every sum: radiance in multiples of 2⁻³², squares in multiples of 2⁻³²
+/// of their own unit.
+pub const FRACTION_BITS: u32 = 32;
+
+const SCALE: f64 = (1_u64 << FRACTION_BITS) as f64;
+
+/// The rounding unit of radiance.
+pub const QUANTUM: f64 = 1.0 / SCALE;
+
+/// The largest radiance that a film takes.
+pub const MAX_RADIANCE: f32 = 1_073_741_824.0;
+
+/// The largest radiance that [`PixelSums`] take; brighter samples travel one by one.
+pub const MAX_SUMMED: f32 = 1024.0;
+
+/// The most samples that may be added to one [`PixelSums`]: each adds less than 2⁵⁴ to its largest word.
+pub const MAX_COUNT: u32 = 512;
+
+/// Why a sample is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reject {
+    /// A channel is not a number.
+    NotANumber,
+    /// A channel is infinite or above [`MAX_RADIANCE`].
+    TooBright,
+    /// A channel is below zero.
+    Negative,
+}
+
+/// Whether a film takes a radiance, and if not, why.
+#[inline]
+pub fn check(radiance: [f32; 3]) -> Result<(), Reject> {
+    if radiance.iter().all(|&c| (0.0..=MAX_RADIANCE).contains(&c)) {
+        Ok(())
+    } else if radiance.iter().any(|c| c.is_nan()) {
+        Err(Reject::NotANumber)
+    } else if radiance.iter().any(|&c| c > MAX_RADIANCE) {
+        Err(Reject::TooBright)
+    } else {
+        Err(Reject::Negative)
+    }
+}
+
+/// Rounds to the nearest integer, ties to even, for 0 ≤ x < 2⁵¹: in that range adding 1.5·2⁵² leaves the
+/// integer in the low bits of the sum, on every processor and without a call.
+#[inline(always)]
+fn round_small(x: f64) -> i64 {
+    const MAGIC: f64 = 6_755_399_441_055_744.0;
+    (x + MAGIC).to_bits() as i64 - MAGIC.to_bits() as i64
+}
+
+/// The square of a radiance that sums carry, r² + g² + b², scaled and rounded half up to an integer: at
+/// most 2⁵⁴ for a radiance that [`fits`], 2⁹⁴ for any that a film takes.
+#[inline(always)]
+fn scaled_square([r, g, b]: [f32; 3]) -> f64 {
+    let [r, g, b] = [f64::from(r), f64::from(g), f64::from(b)];
+    (r * r + g * g + b * b) * SCALE + 0.5
+}
+
+/// Sums of a few samples of one pixel, as they travel in a batch: 64-bit words, because additions of those
+/// are cheap. At most [`MAX_COUNT`] samples of at most [`MAX_SUMMED`] fit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PixelSums {
+    /// Radiance, in multiples of the quantum.
+    pub rgb: [i64; 3],
+    /// Squares, in multiples of 2⁻³².
+    pub squares: i64,
+    /// Samples added.
+    pub count: u32,
+    /// Samples left out.
+    pub rejected: u32,
+}
+
+impl PixelSums {
+    /// Adds a sample that [`fits`].
+    #[inline(always)]
+    pub fn add(&mut self, radiance: [f32; 3]) {
+        for (sum, c) in self.rgb.iter_mut().zip(radiance) {
+            *sum += round_small(f64::from(c) * SCALE);
+        }
+        self.squares += scaled_square(radiance) as i64;
+        self.count += 1;
+    }
+}
+
+/// Whether a radiance can go into [`PixelSums`].
+#[inline(always)]
+pub fn fits([r, g, b]: [f32; 3]) -> bool {
+    let fits = |c: f32| (0.0..=MAX_SUMMED).contains(&c);
+    fits(r) & fits(g) & fits(b)
+}
+
+/// One pixel of a film: 64 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+struct FilmPixel {
+    /// Low 64 bits of the radiance sums, in two's complement.
+    rgb_low: [u64; 3],
+    /// Sum of squares, low and high word.
+    squares: [u64; 2],
+    count: u64,
+    /// High 32 bits of the radiance sums.
+    rgb_high: [i32; 3],
+    rejected: u32,
+}
+
+impl FilmPixel {
+    #[inline(always)]
+    fn add_radiance(&mut self, channel: usize, value: i64) {
+        let (low, carry) = self.rgb_low[channel].overflowing_add(value as u64);
+        self.rgb_low[channel] = low;
+        self.rgb_high[channel] += (value >> 63) as i32 + i32::from(carry);
+    }
+
+    #[inline(always)]
+    fn add_square(&mut self, value: u128) {
+        let [low, high] = self.squares;
+        let sum = (u128::from(high) << 64 | u128::from(low)) + value;
+        self.squares = [sum as u64, (sum >> 64) as u64];
+    }
+
+    fn radiance_sum(&self, channel: usize) -> f64 {
+        let sum = i128::from(self.rgb_high[channel]) << 64 | i128::from(self.rgb_low[channel]);
+        sum as f64 * QUANTUM
+    }
+}
+
+/// There is not enough memory for a film.
+#[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
+#[error(
+    "a film of {width}×{height} pixels needs {} of memory, but {}; render a smaller picture (--size) or a part of it (--crop)",
+    human_bytes(*.needed),
+    match .available { Some(bytes) => format!("only {} is free", human_bytes(*bytes)), None => "it could not be had".to_owned() }
+)]
+pub struct MemoryError {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Bytes.
+    pub needed: u64,
+    /// Bytes, where the system tells.
+    pub available: Option<u64>,
+}
+
+fn human_bytes(bytes: u64) -> String {
+    match bytes {
+        0..=999_999 => format!("{} kB", bytes.div_ceil(1000)),
+        1_000_000..=999_999_999 => format!("{} MB", bytes.div_ceil(1_000_000)),
+        _ => format!("{:.1} GB", bytes as f64 / 1e9),
+    }
+}
+
+/// Memory that the system can still give, in bytes, where it tells.
+fn available_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+}
+
+/// Exact sums for every pixel of a rectangle, row-major from the top left.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Film {
+    width: u32,
+    height: u32,
+    pixels: Vec<FilmPixel>,
+}
+
+impl Film {
+    /// Bytes that a pixel takes.
+    pub const BYTES_PER_PIXEL: u64 = size_of::<FilmPixel>() as u64;
+
+    /// An empty film; an error where the memory for it and its pictures is not there.
+    pub fn new(width: u32, height: u32) -> Result<Film, MemoryError> {
+        // The sums, and one picture of them.
+        let needed = u64::from(width) * u64::from(height) * (Film::BYTES_PER_PIXEL + 12);
+        let available = available_memory();
+        let error = MemoryError { width, height, needed, available };
+        if available.is_some_and(|available| needed > available) {
+            return Err(error);
+        }
+        let len = usize::try_from(u64::from(width) * u64::from(height)).map_err(|_| error.clone())?;
+        let mut pixels = Vec::new();
+        pixels.try_reserve_exact(len).map_err(|_| error)?;
+        pixels.resize(len, FilmPixel::default());
+        Ok(Film { width, height, pixels })
+    }
+
+    /// Pixels in a row.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// Adds a batch's sums to a pixel.
+    #[inline(always)]
+    pub fn add_sums(&mut self, pixel: usize, sums: &PixelSums) {
+        let to = &mut self.pixels[pixel];
+        for (channel, &value) in sums.rgb.iter().enumerate() {
+            to.add_radiance(channel, value);
+        }
+        to.add_square(sums.squares as u128);
+        to.count += u64::from(sums.count);
+        to.rejected += sums.rejected;
+    }
+
+    /// Adds one sample, or counts it as rejected.
+    pub fn add_sample(&mut self, pixel: usize, radiance: [f32; 3]) -> Result<(), Reject> {
+        let to = &mut self.pixels[pixel];
+        if let Err(reject) = check(radiance) {
+            to.rejected += 1;
+            return Err(reject);
+        }
+        for (channel, c) in radiance.into_iter().enumerate() {
+            // At most 2⁶², and above 2⁵¹ an integer already.
+            let scaled = f64::from(c) * SCALE;
+            let rounded = if scaled < 1e15 { round_small(scaled) } else { scaled as i64 };
+            to.add_radiance(channel, rounded);
+        }
+        to.add_square(scaled_square(radiance) as u128);
+        to.count += 1;
+        Ok(())
+    }
+
+    /// Samples in a pixel.
+    pub fn count(&self, pixel: usize) -> u64 {
+        self.pixels[pixel].count
+    }
+
+    /// Samples that were made for a pixel, those left out included.
+    pub fn seen(&self, pixel: usize) -> u64 {
+        self.pixels[pixel].count + u64::from(self.pixels[pixel].rejected)
+    }
+
+    /// Samples left out, over all pixels.
+    pub fn rejected(&self) -> u64 {
+        self.pixels.iter().map(|p| u64::from(p.rejected)).sum()
+    }
+
+    /// Mean radiance of a pixel; black without samples.
+    pub fn mean(&self, pixel: usize) -> [f32; 3] {
+        let from = &self.pixels[pixel];
+        if from.count == 0 {
+            return [0.0; 3];
+        }
+        let count = from.count as f64;
+        [0, 1, 2].map(|channel| (from.radiance_sum(channel) / count) as f32)
+    }
+
+    /// The picture so far.
+    pub fn picture(&self) -> Picture {
+        let rgb = (0..self.pixels.len()).map(|pixel| self.mean(pixel)).collect();
+        Picture { width: self.width, height: self.height, rgb }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_takes_64_bytes() {
+        assert_eq!(Film::BYTES_PER_PIXEL, 64);
+    }
+}

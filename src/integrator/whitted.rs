@@ -1,0 +1,147 @@
+//! Ray tracing as in the report's chapter 2.
+
+use super::observe::{Event, Observer, Record, Silent, ray_event, rgb, vec3};
+use super::{Finished, Integrator, Paths, Pixel, Sample, Settings, camera_ray};
+use crate::light::Light;
+use crate::material::{Bxdf, Kind};
+use crate::math::lanes::Level;
+use crate::math::lanes::scalar::Wrapping;
+use crate::math::{Frame, Ray, Rgb, Vec3};
+use crate::sampling::{PathId, Sampler, Stream};
+use crate::shape::offset_origin;
+use crate::world::{CompiledScene, World};
+use rand::RngExt;
+use std::sync::Arc;
+
+/// Direct light on matte surfaces, mirror and glass followed, and an ambient term for the rest (Whitted
+/// 1980; report ch. 2).
+///
+/// Each matte hit asks every light: points once, emitters with a finite area at one random point. Glass
+/// follows both branches. Emitters of infinite area are seen but light nothing.
+pub struct Whitted<W, S> {
+    /// The tables.
+    pub scene: Arc<CompiledScene>,
+    /// What rays meet.
+    pub world: Arc<W>,
+    /// Film, chance and depth.
+    pub settings: Settings<S>,
+    /// The seed of the points on lights.
+    pub seed: u32,
+}
+
+/// A branch to follow: a ray, its share of the picture, its bounces so far.
+type Branch = (Ray<f32>, Rgb<f32>, u32);
+
+impl<W: World, S: Sampler> Integrator for Whitted<W, S> {
+    fn trace(&self, _level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
+        let mut stack = Vec::new();
+        let mut rays = 0;
+        for (slot, &pixel) in paths.pixels.iter().enumerate() {
+            for sample in paths.first_sample..paths.first_sample + paths.samples {
+                let sample = self.trace_one(pixel, sample, &mut stack, &mut rays, &mut Silent);
+                out.push(Finished { slot: slot as u32, sample });
+            }
+        }
+        rays
+    }
+
+    fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
+        let mut record = Record::default();
+        let sample = self.trace_one(pixel, sample, &mut Vec::new(), &mut 0, &mut record);
+        (sample, record.0)
+    }
+}
+
+impl<W: World, S: Sampler> Whitted<W, S> {
+    fn trace_one(
+        &self,
+        pixel: Pixel,
+        sample: u32,
+        stack: &mut Vec<Branch>,
+        rays: &mut u64,
+        observer: &mut impl Observer,
+    ) -> Sample {
+        let id = PathId::<f32> { pixel: Wrapping(pixel.index), sample: Wrapping(sample) };
+        let centre = [pixel.x as f32 + 0.5, pixel.y as f32 + 0.5];
+        let (x, y, ray) = camera_ray(&self.settings, &self.scene.camera, id, centre);
+        let mut stream = Stream::new(self.seed, pixel.index, sample);
+        let mut l = Rgb::black();
+        stack.push((ray, Rgb::splat([1.0; 3]), 0));
+        while let Some(branch) = stack.pop() {
+            l = l + self.follow(branch, stack, &mut stream, rays, observer);
+        }
+        observer.event(|| Event::End { reason: "no branch is left", radiance: rgb(l) });
+        Sample { pixel: pixel.index, sample, x, y, radiance: [l.r, l.g, l.b] }
+    }
+
+    /// What a branch adds to the picture; pushes the branches that it splits into.
+    fn follow(
+        &self,
+        (ray, beta, depth): Branch,
+        stack: &mut Vec<Branch>,
+        stream: &mut Stream,
+        rays: &mut u64,
+        observer: &mut impl Observer,
+    ) -> Rgb<f32> {
+        let scene = &*self.scene;
+        *rays += 1;
+        observer.event(|| ray_event(depth, &ray));
+        let hit = self.world.intersect(&ray);
+        if !hit.is_some() {
+            observer.event(|| Event::Escape { radiance: scene.environment });
+            return beta * Rgb::splat(scene.environment);
+        }
+        let point = scene.surfaces.point(&ray, &hit);
+        let emitted = scene.surfaces.emission::<f32>(point.surface);
+        let emitted = if ray.d.dot(point.n) < 0.0 { emitted } else { Rgb::black() };
+        let (u, v) = scene.surfaces.uv(&point);
+        let material = scene.materials.resolve(scene.surfaces.material::<f32>(point.surface), u, v);
+        observer.event(|| Event::Hit {
+            distance: hit.t,
+            point: vec3(point.p),
+            normal: vec3(point.n),
+            entity: scene.surfaces.rows()[point.surface.0 as usize].1.entity,
+            material: material.0,
+            emitted: rgb(emitted),
+        });
+        let bsdf = scene.materials.bsdf::<f32>(material);
+        let frame = Frame::around(point.n);
+        let wo = frame.to_local(-ray.d);
+        let spawn = |wi: Vec3<f32>| {
+            let d = frame.to_world(wi).normalized();
+            Ray { o: offset_origin(point.p, point.n, point.error, d), d }
+        };
+        let mut l = emitted;
+        if bsdf.is(Kind::Matte) {
+            l = l + bsdf.reflectance() * Rgb::splat(scene.ambient);
+            if depth < self.settings.max_depth {
+                for light in &scene.lights {
+                    let sample = light.sample(point.p, [stream.random(), stream.random()]);
+                    let wi = frame.to_local(sample.wi);
+                    let share = bsdf.eval(wo, wi) * sample.weight * wi.z.abs();
+                    if share.max_channel() > 0.0 {
+                        let from = offset_origin(point.p, point.n, point.error, sample.wi);
+                        let (shadow, length) = sample.shadow_ray(from);
+                        *rays += 1;
+                        let added = if self.world.occluded(&shadow, length) { Rgb::black() } else { share };
+                        observer.event(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
+                        l = l + added;
+                    }
+                }
+            }
+        } else if depth < self.settings.max_depth {
+            if bsdf.is(Kind::Glass) {
+                for (wi, weight, chance) in bsdf.dielectric().branches(wo) {
+                    // The tree of branches doubles with each bounce: below a rounding error of white it is cut.
+                    if chance > 0.0 && (beta * weight).max_channel() > f32::EPSILON {
+                        stack.push((spawn(wi), beta * weight, depth + 1));
+                    }
+                }
+            } else {
+                let sample = bsdf.sample(wo, [stream.random(), stream.random()], stream.random());
+                stack.push((spawn(sample.wi), beta * sample.weight, depth + 1));
+            }
+        }
+        beta * l
+    }
+}

@@ -1,0 +1,68 @@
+//! The point light.
+
+use super::{Light, LightSample};
+use crate::math::{Float, Rgb, Vec3};
+
+/// Sends the same intensity in every direction. No path can hit it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointLight {
+    /// Where it is.
+    pub position: [f32; 3],
+    /// Radiant intensity in W/sr.
+    pub intensity: [f32; 3],
+}
+
+#[inline(always)]
+fn sample<F: Float>(p: Vec3<F>, position: Vec3<F>, intensity: Rgb<F>) -> LightSample<F> {
+    let to_light = position - p;
+    let distance2 = to_light.dot(to_light);
+    LightSample {
+        wi: to_light * (F::splat(1.0) / distance2.sqrt()),
+        target: position,
+        weight: intensity * (F::splat(1.0) / distance2),
+    }
+}
+
+impl Light for PointLight {
+    #[inline(always)]
+    fn sample<F: Float>(&self, p: Vec3<F>, _u: [F; 2]) -> LightSample<F> {
+        sample(p, Vec3::splat(self.position), Rgb::splat(self.intensity))
+    }
+}
+
+/// All point lights, one column for each property, so that each lane can look at another one.
+#[derive(Clone, Debug, Default)]
+pub struct PointLights {
+    position: [Vec<f32>; 3],
+    intensity: [Vec<f32>; 3],
+}
+
+impl PointLights {
+    /// Adds a light.
+    pub fn push(&mut self, light: PointLight) {
+        for c in 0..3 {
+            self.position[c].push(light.position[c]);
+            self.intensity[c].push(light.intensity[c]);
+        }
+    }
+
+    /// How many lights there are.
+    pub fn len(&self) -> usize {
+        self.position[0].len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// One light each lane, all equally likely and weighted for it, chosen with `choice` in [0, 1).
+    #[inline(always)]
+    pub fn sample_one<F: Float>(&self, p: Vec3<F>, choice: F) -> LightSample<F> {
+        let count = self.len() as f32;
+        let index = (choice * count).to_uint();
+        let (position, intensity) =
+            (Vec3::gather(&self.position, index), Rgb::gather(&self.intensity, index));
+        sample(p, position, intensity * F::splat(count))
+    }
+}

@@ -1,0 +1,321 @@
+//! The accumulator: sole owner of the film.
+
+use super::batch::{Payload, SampleBatch, Traced};
+use super::schedule::{Order, Schedule};
+use super::stride::{Region, Stride};
+use crate::film::{Film, Picture, Reject, Snapshot};
+use crate::integrator::Sample;
+use crossbeam_channel::{Receiver, Sender, select};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Snapshots come at most this often.
+const FRAME: Duration = Duration::from_millis(33);
+
+/// Making snapshots takes at most one part in this many of the time.
+const SNAPSHOT_SHARE: u32 = 20;
+
+/// How many rejected samples are remembered by name.
+const NAMED_REJECTS: usize = 8;
+
+/// Somebody asks for the render to stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stop;
+
+/// A worker could not go on.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{worker} failed: {message}")]
+pub struct WorkerFailure {
+    /// Which worker, as a user knows it.
+    pub worker: String,
+    /// What it said.
+    pub message: String,
+}
+
+/// A picture of which every pixel has exactly the same number of samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Barrier {
+    /// Samples a pixel.
+    pub spp: u32,
+    /// The picture.
+    pub picture: Picture,
+}
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Samples in the film.
+    pub samples: u64,
+    /// Samples left out.
+    pub rejected: u64,
+    /// Rays traced.
+    pub rays: u64,
+    /// Time from the first order to the last batch.
+    pub elapsed: Duration,
+    /// Processor time of the accumulator: what adding cost.
+    pub adding: Duration,
+    /// Samples that every pixel has.
+    pub spp: u32,
+}
+
+/// The channels that the accumulator listens to.
+pub struct Inbox {
+    /// What workers send.
+    pub batches: Receiver<SampleBatch>,
+    /// Workers that failed.
+    pub failures: Receiver<WorkerFailure>,
+    /// Requests to stop.
+    pub stop: Receiver<Stop>,
+}
+
+/// The channels that the accumulator talks to. A closed one is no longer served.
+pub struct Outbox {
+    /// Work for each worker; closing one tells the worker that there is no more.
+    pub orders: Vec<Option<Sender<Order>>>,
+    /// Every sample, without loss.
+    pub samples: Option<Sender<Vec<Sample>>>,
+    /// Pictures at the barriers that were asked for.
+    pub barriers: Option<Sender<Barrier>>,
+    /// Views of the unfinished picture, which may be dropped, except for the last.
+    pub snapshots: Option<Sender<Arc<Snapshot>>>,
+    /// How far it is, which may be dropped.
+    pub progress: Option<Sender<Totals>>,
+}
+
+/// What is left when all is done.
+pub struct Outcome {
+    /// The film.
+    pub film: Film,
+    /// The figures.
+    pub totals: Totals,
+    /// Whether every pixel has [`Totals::spp`] samples and no other.
+    pub whole: bool,
+    /// The worker that failed, if one did.
+    pub failure: Option<WorkerFailure>,
+    /// Some of the samples that were left out.
+    pub rejects: Vec<(Traced, Reject)>,
+}
+
+/// The process that adds everything up.
+pub struct Accumulator {
+    film: Film,
+    region: Region,
+    schedule: Schedule,
+    outbox: Outbox,
+    /// Samples that each worker has completed for all its pixels.
+    completed: Vec<u32>,
+    gathering: Vec<Gathering>,
+    owners: Option<Arc<Vec<u32>>>,
+    totals: Totals,
+    rejects: Vec<(Traced, Reject)>,
+    started: Instant,
+    last_frame: Option<Instant>,
+    frame_cost: Duration,
+    target: Option<u32>,
+}
+
+/// A barrier's picture, filled stride by stride.
+struct Gathering {
+    barrier: Barrier,
+    missing: usize,
+}
+
+impl Accumulator {
+    /// An accumulator of some workers' batches over a region, that gathers a picture at each of `barriers`.
+    /// `target` is the number of samples a pixel that viewers are told.
+    pub fn new(
+        film: Film,
+        region: Region,
+        schedule: Schedule,
+        barriers: &[u32],
+        target: Option<u32>,
+        outbox: Outbox,
+    ) -> Accumulator {
+        let workers = outbox.orders.len();
+        let gather = |&spp: &u32| {
+            let rgb = vec![[0.0; 3]; region.len() as usize];
+            let picture = Picture { width: region.width, height: region.height, rgb };
+            Gathering { barrier: Barrier { spp, picture }, missing: workers }
+        };
+        Accumulator {
+            film,
+            region,
+            schedule,
+            outbox,
+            completed: vec![0; workers],
+            gathering: barriers.iter().map(gather).collect(),
+            owners: None,
+            totals: Totals::default(),
+            rejects: Vec::new(),
+            started: Instant::now(),
+            last_frame: None,
+            frame_cost: Duration::ZERO,
+            target,
+        }
+    }
+
+    /// Says which worker made each pixel, for viewers that show it.
+    pub fn with_owners(mut self, owners: Arc<Vec<u32>>) -> Accumulator {
+        self.owners = Some(owners);
+        self
+    }
+
+    /// Gives out work and adds up what comes back, until all is done, somebody asks to stop, or a worker
+    /// fails. What has arrived by then is in the film.
+    pub fn run(mut self, inbox: &Inbox) -> Outcome {
+        self.started = Instant::now();
+        let mut failure = None;
+        for worker in 0..self.completed.len() {
+            // Two at a time, so that nobody waits for the post.
+            self.give_order(worker);
+            self.give_order(worker);
+        }
+        loop {
+            select! {
+                recv(inbox.batches) -> batch => match batch {
+                    Ok(batch) => self.take(batch),
+                    // All workers have ended.
+                    Err(_) => break,
+                },
+                recv(inbox.failures) -> sent => if let Ok(sent) = sent {
+                    failure = Some(sent);
+                    break;
+                },
+                recv(inbox.stop) -> _ => break,
+            }
+        }
+        // Closing the orders and, in the end, the batches tells the workers.
+        self.outbox.orders.clear();
+        for batch in inbox.batches.try_iter() {
+            self.take(batch);
+        }
+        // The last worker's failure may lie behind the end of its batches.
+        failure = failure.or_else(|| inbox.failures.try_recv().ok());
+        self.totals.elapsed = self.started.elapsed();
+        self.totals.rejected = self.film.rejected();
+        if let Some(snapshots) = self.outbox.snapshots.take() {
+            // The viewer may have gone: then there is nobody to show the end to.
+            let _ = snapshots.send(Arc::new(self.snapshot(true)));
+        }
+        let spp = self.totals.spp;
+        let whole = (0..self.region.len() as usize).all(|place| self.film.seen(place) == u64::from(spp));
+        Outcome { film: self.film, totals: self.totals, whole, failure, rejects: self.rejects }
+    }
+
+    fn give_order(&mut self, worker: usize) {
+        let spp = self.totals.samples as f64 / f64::from(self.region.len());
+        let pace = (spp > 0.0).then(|| self.started.elapsed().div_f64(spp));
+        let order = self.schedule.next(worker, pace);
+        let Some(slot) = self.outbox.orders.get_mut(worker) else { return };
+        match order {
+            // A worker that doesn't take its order has failed, and says so elsewhere.
+            Some(order) => drop(slot.as_ref().map(|orders| orders.send(order))),
+            None => *slot = None,
+        }
+    }
+
+    fn take(&mut self, batch: SampleBatch) {
+        let start = Instant::now();
+        let SampleBatch { worker, stride, payload, paths, rays, rejects, completes } = batch;
+        self.totals.rays += rays;
+        self.totals.samples += paths;
+        for reject in rejects {
+            self.remember(reject);
+        }
+        match payload {
+            Payload::Samples(samples) => {
+                for &sample in &samples {
+                    self.add(sample);
+                }
+                self.pass_on(samples);
+            }
+            Payload::Sums { first_slot, sums, bright } => {
+                for (slot, sums) in (first_slot..).zip(&sums) {
+                    self.film.add_sums(stride.place(slot) as usize, sums);
+                }
+                for sample in bright {
+                    self.add(sample);
+                }
+            }
+        }
+        self.totals.adding += start.elapsed();
+        if let Some(spp) = completes {
+            self.complete(worker, stride, spp);
+        }
+        self.report();
+    }
+
+    fn add(&mut self, sample: Sample) {
+        if let Err(reject) = self.film.add_sample(self.region.place(sample.pixel) as usize, sample.radiance) {
+            self.remember((Traced { pixel: sample.pixel, sample: sample.sample }, reject));
+        }
+    }
+
+    fn remember(&mut self, reject: (Traced, Reject)) {
+        if self.rejects.len() < NAMED_REJECTS {
+            self.rejects.push(reject);
+        }
+    }
+
+    fn pass_on(&mut self, samples: Vec<Sample>) {
+        if let Some(sink) = &self.outbox.samples
+            && sink.send(samples).is_err()
+        {
+            self.outbox.samples = None;
+        }
+    }
+
+    fn complete(&mut self, worker: usize, stride: Stride, spp: u32) {
+        self.completed[worker] = spp;
+        self.totals.spp = self.completed.iter().copied().min().unwrap_or(0);
+        if let Some(index) = self.gathering.iter().position(|g| g.barrier.spp == spp) {
+            let gathering = &mut self.gathering[index];
+            for slot in 0..stride.len(self.region.len()) {
+                let place = stride.place(slot) as usize;
+                gathering.barrier.picture.rgb[place] = self.film.mean(place);
+            }
+            gathering.missing -= 1;
+            if gathering.missing == 0 {
+                let done = self.gathering.swap_remove(index);
+                if let Some(sink) = &self.outbox.barriers
+                    && sink.send(done.barrier).is_err()
+                {
+                    self.outbox.barriers = None;
+                }
+            }
+        }
+        self.give_order(worker);
+    }
+
+    /// Tells those who watch, if they have taken the last news.
+    fn report(&mut self) {
+        self.totals.elapsed = self.started.elapsed();
+        if let Some(progress) = &self.outbox.progress {
+            let _ = progress.try_send(self.totals);
+        }
+        let Some(snapshots) = &self.outbox.snapshots else { return };
+        let pause = FRAME.max(self.frame_cost * SNAPSHOT_SHARE);
+        if snapshots.is_full() || self.last_frame.is_some_and(|last| last.elapsed() < pause) {
+            return;
+        }
+        let start = Instant::now();
+        let snapshot = Arc::new(self.snapshot(false));
+        if let Some(snapshots) = &self.outbox.snapshots {
+            let _ = snapshots.try_send(snapshot);
+        }
+        self.frame_cost = start.elapsed();
+        self.last_frame = Some(Instant::now());
+    }
+
+    fn snapshot(&self, finished: bool) -> Snapshot {
+        Snapshot {
+            picture: self.film.picture(),
+            owners: self.owners.clone().unwrap_or_default(),
+            spp_done: self.totals.samples as f64 / f64::from(self.region.len()),
+            spp_target: self.target,
+            samples: self.totals.samples,
+            seconds: self.totals.elapsed.as_secs_f64(),
+            finished,
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! What workers send.
+
+use super::stride::Stride;
+use crate::film::{PixelSums, Reject};
+use crate::integrator::Sample;
+
+/// Samples of some of a worker's pixels: themselves, or exact sums of them.
+#[derive(Clone, Debug)]
+pub struct SampleBatch {
+    /// Who made them.
+    pub worker: usize,
+    /// The pixels that the worker owns, as places in the region.
+    pub stride: Stride,
+    /// The samples.
+    pub payload: Payload,
+    /// Paths that were traced for this batch, rejected ones included.
+    pub paths: u64,
+    /// Rays that were traced for this batch.
+    pub rays: u64,
+    /// A few of the samples that were left out, with the reason.
+    pub rejects: Vec<(Traced, Reject)>,
+    /// With the last batch of an order: each pixel of the stride now has exactly this many samples.
+    pub completes: Option<u32>,
+}
+
+/// Enough to trace one path again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Traced {
+    /// The pixel's index on the full film.
+    pub pixel: u32,
+    /// The index among its samples.
+    pub sample: u32,
+}
+
+/// Samples, or sums of them.
+#[derive(Clone, Debug)]
+pub enum Payload {
+    /// Every sample, where a sink wants them. The accumulator sorts out those that a film can't take.
+    Samples(Vec<Sample>),
+    /// Exact sums over consecutive slots of the stride.
+    Sums {
+        /// The first slot.
+        first_slot: u32,
+        /// The sums, a slot each.
+        sums: Vec<PixelSums>,
+        /// Samples that are too bright to be summed in 64 bits, but that a film takes.
+        bright: Vec<Sample>,
+    },
+}

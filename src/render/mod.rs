@@ -1,0 +1,15 @@
+//! The processes of a render: workers that make samples, and the accumulator that owns the film.
+//!
+//! They share nothing but the read-only scene and talk over bounded channels. A full channel is
+//! back-pressure; a closed one is the request to stop, in both directions.
+
+pub mod accumulator;
+pub mod batch;
+pub mod schedule;
+pub mod stride;
+pub mod worker;
+
+pub use accumulator::{Accumulator, Barrier};
+pub use batch::{Payload, SampleBatch, Traced};
+pub use schedule::{Order, Schedule};
+pub use stride::{Region, Stride};

@@ -1,0 +1,145 @@
+//! A CPU worker: a thread that traces the paths of its stride.
+
+use super::batch::{Payload, SampleBatch, Traced};
+use super::schedule::Order;
+use super::stride::{Region, Stride};
+use crate::film::sums::{PixelSums, Reject, check, fits};
+use crate::integrator::{Finished, Integrator, Paths, Pixel, Sample};
+use crate::math::lanes::Level;
+use crossbeam_channel::{Receiver, Sender};
+use std::time::{Duration, Instant};
+
+/// How many paths are traced at a time: enough that the lanes' last stragglers don't count, few enough that
+/// their samples stay in the cache.
+const BLOCK: usize = 4096;
+
+/// After this long a batch is sent, so that pictures move. A block past it is still finished first; the
+/// design's limit is 100 ms.
+const SEND_AFTER: Duration = Duration::from_millis(50);
+
+/// A batch of samples is sent when it holds this many: 7 MB.
+const MOST_SAMPLES: usize = 1 << 18;
+
+/// How many rejected samples a batch names.
+const NAMED_REJECTS: usize = 4;
+
+/// What a worker needs to know.
+pub struct Worker<'a> {
+    /// Its number.
+    pub index: usize,
+    /// What follows light.
+    pub integrator: &'a dyn Integrator,
+    /// Which lanes to use.
+    pub level: Level,
+    /// The part of the film that is rendered.
+    pub region: Region,
+    /// The places that this worker owns.
+    pub stride: Stride,
+    /// Whether a sink wants every sample.
+    pub sends_samples: bool,
+}
+
+impl Worker<'_> {
+    /// Carries out orders until their channel closes or nobody wants the batches any more.
+    pub fn run(&self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) {
+        let slots = self.stride.len(self.region.len());
+        let mut scratch = Scratch::default();
+        for order in orders {
+            if self.carry_out(order, slots, &mut scratch, batches).is_none() {
+                return;
+            }
+        }
+    }
+
+    /// Traces an order block by block. Returns `None` when nobody wants the batches any more.
+    fn carry_out(
+        &self,
+        order: Order,
+        slots: u32,
+        scratch: &mut Scratch,
+        batches: &Sender<SampleBatch>,
+    ) -> Option<()> {
+        let samples = order.end - order.first;
+        let slots_per_block = (BLOCK / samples as usize).max(1) as u32;
+        let mut since = Instant::now();
+        let mut batch = self.empty_batch(0);
+        let mut slot = 0;
+        while slot < slots {
+            let block = slot..slots.min(slot + slots_per_block);
+            self.trace_block(block.start, block.end, order, scratch, &mut batch);
+            slot = block.end;
+            let long = match &batch.payload {
+                Payload::Samples(samples) => samples.len() >= MOST_SAMPLES,
+                Payload::Sums { .. } => false,
+            };
+            if slot < slots && (long || since.elapsed() >= SEND_AFTER) {
+                batches.send(std::mem::replace(&mut batch, self.empty_batch(slot))).ok()?;
+                since = Instant::now();
+            }
+        }
+        batch.completes = Some(order.end);
+        batches.send(batch).ok()
+    }
+
+    fn empty_batch(&self, first_slot: u32) -> SampleBatch {
+        let payload = if self.sends_samples {
+            Payload::Samples(Vec::new())
+        } else {
+            Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new() }
+        };
+        let (worker, stride) = (self.index, self.stride);
+        SampleBatch { worker, stride, payload, paths: 0, rays: 0, rejects: Vec::new(), completes: None }
+    }
+
+    fn trace_block(&self, from: u32, to: u32, order: Order, scratch: &mut Scratch, batch: &mut SampleBatch) {
+        scratch.pixels.clear();
+        scratch.pixels.extend((from..to).map(|slot| self.region.pixel(self.stride.place(slot))));
+        scratch.finished.clear();
+        let paths =
+            Paths { pixels: &scratch.pixels, first_sample: order.first, samples: order.end - order.first };
+        batch.rays += self.integrator.trace(self.level, &paths, &mut scratch.finished);
+        batch.paths += paths.len() as u64;
+        match &mut batch.payload {
+            Payload::Samples(samples) => samples.extend(scratch.finished.iter().map(|f| f.sample)),
+            Payload::Sums { sums, bright, .. } => {
+                let base = sums.len();
+                sums.resize(base + scratch.pixels.len(), PixelSums::default());
+                let sums = &mut sums[base..];
+                for finished in &scratch.finished {
+                    let sum = &mut sums[finished.slot as usize];
+                    if fits(finished.sample.radiance) {
+                        sum.add(finished.sample.radiance);
+                    } else {
+                        add_unusual(finished.sample, sum, bright, &mut batch.rejects);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What becomes of a sample that doesn't fit into sums.
+#[cold]
+fn add_unusual(
+    sample: Sample,
+    sum: &mut PixelSums,
+    bright: &mut Vec<Sample>,
+    rejects: &mut Vec<(Traced, Reject)>,
+) {
+    match check(sample.radiance) {
+        Ok(()) => bright.push(sample),
+        Err(reject) => {
+            sum.rejected += 1;
+            if rejects.len() < NAMED_REJECTS {
+                rejects.push((Traced { pixel: sample.pixel, sample: sample.sample }, reject));
+            }
+        }
+    }
+}
+
+/// Buffers that are filled anew for each block.
+#[derive(Default)]
+struct Scratch {
+    pixels: Vec<Pixel>,
+    finished: Vec<Finished>,
+}

@@ -1,0 +1,8 @@
+//! Sampling: random streams and the warps that shape them, each beside its density.
+
+pub mod random;
+pub mod stream;
+pub mod warp;
+
+pub use random::{Block, Independent, PathId, Sampler};
+pub use stream::Stream;

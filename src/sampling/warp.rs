@@ -1,0 +1,204 @@
+//! Warps from the unit square, each beside its density.
+
+use crate::math::{Float, Vec3, trig};
+use std::f32::consts::FRAC_1_PI;
+
+/// A symmetric triangle on (−1, 1) (report §5.2.2), by inverting its distribution function.
+#[inline(always)]
+pub fn tent<F: Float>(u: F) -> F {
+    let rising = u.lt(F::splat(0.5));
+    // Folded to [0, 1] from the nearer end, where √ keeps its precision.
+    let twice = F::select(rising, u, -u + 1.0) * 2.0;
+    let x = -twice.sqrt() + 1.0;
+    F::select(rising, -x, x)
+}
+
+/// Density of [`tent`] at `x`.
+#[inline(always)]
+pub fn tent_pdf<F: Float>(x: F) -> F {
+    (-x.abs() + 1.0).max(F::zero())
+}
+
+/// A point on the unit disk, uniform by area: r = √u₀, θ = 2π·u₁ (report §4.3.1.1).
+#[inline(always)]
+pub fn disk<F: Float>(u: [F; 2]) -> (F, F) {
+    let r = u[0].sqrt();
+    let (sin, cos) = trig::sin_cos_turns(u[1]);
+    (r * cos, r * sin)
+}
+
+/// Density of [`disk`] by area, inside the disk.
+#[inline(always)]
+pub fn disk_pdf<F: Float>() -> F {
+    F::splat(FRAC_1_PI)
+}
+
+/// A direction around +z with density proportional to its cosine, by Malley's method: a point on the
+/// disk, lifted to the hemisphere.
+#[inline(always)]
+pub fn cosine_hemisphere<F: Float>(u: [F; 2]) -> Vec3<F> {
+    let (x, y) = disk(u);
+    // 1 − r² with r² = u₀ is exact where 1 − x² − y² would lose half its digits near the horizon.
+    Vec3::new(x, y, (-u[0] + 1.0).sqrt())
+}
+
+/// Density of [`cosine_hemisphere`] by solid angle, for a direction with this cosine to +z.
+#[inline(always)]
+pub fn cosine_hemisphere_pdf<F: Float>(cos_theta: F) -> F {
+    cos_theta.max(F::zero()) * FRAC_1_PI
+}
+
+/// A direction, uniform over the whole sphere.
+#[inline(always)]
+pub fn uniform_sphere<F: Float>(u: [F; 2]) -> Vec3<F> {
+    let z = -u[0] * 2.0 + 1.0;
+    let r = (u[0] * (-u[0] + 1.0)).sqrt() * 2.0;
+    let (sin, cos) = trig::sin_cos_turns(u[1]);
+    Vec3::new(r * cos, r * sin, z)
+}
+
+/// Density of [`uniform_sphere`] by solid angle.
+#[inline(always)]
+pub fn uniform_sphere_pdf<F: Float>() -> F {
+    F::splat(FRAC_1_PI * 0.25)
+}
+
+/// How samples are spread around a pixel's centre, so that their plain mean is the filtered picture. The
+/// film chooses it; integrators only draw from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FilmOffset {
+    /// At the centre.
+    Centre,
+    /// Uniform within this distance along each axis, in pixels.
+    Uniform(f32),
+    /// [`tent`] along each axis, scaled by this many pixels.
+    Tent(f32),
+}
+
+impl FilmOffset {
+    /// An offset from the centre along one axis, in pixels.
+    #[inline(always)]
+    pub fn sample<F: Float>(self, u: F) -> F {
+        match self {
+            FilmOffset::Centre => F::zero(),
+            FilmOffset::Uniform(radius) => (u * 2.0 - 1.0) * radius,
+            FilmOffset::Tent(radius) => tent(u) * radius,
+        }
+    }
+
+    /// Density of [`FilmOffset::sample`] per pixel; `Centre` has none and gives zero.
+    #[inline(always)]
+    pub fn pdf<F: Float>(self, x: F) -> F {
+        match self {
+            FilmOffset::Centre => F::zero(),
+            FilmOffset::Uniform(radius) => {
+                let inside = x.lt(F::splat(radius)) & F::splat(-radius).le(x);
+                F::splat(0.5 / radius).only(inside)
+            }
+            FilmOffset::Tent(radius) => tent_pdf(x / radius) / radius,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Checks that samples follow a density on an interval: a χ² test of 200,000 stratum-free samples in 64
+    /// bins; the bound is the 1 − 10⁻⁶ quantile of χ² with 63 degrees of freedom.
+    fn chi_square(
+        from: f64,
+        to: f64,
+        sample: impl Fn(f32) -> f32,
+        pdf: impl Fn(f32) -> f32,
+    ) -> Result<(), f64> {
+        const BINS: usize = 64;
+        const N: u32 = 200_000;
+        let mut seen = [0_u32; BINS];
+        for i in 0..N {
+            let [u, ..] = crate::sampling::Sampler::draw::<f32>(
+                &crate::sampling::Independent { seed: 1 },
+                crate::sampling::PathId {
+                    pixel: crate::math::Uint::splat(i),
+                    sample: crate::math::Uint::splat(0),
+                },
+                crate::math::Uint::splat(0),
+            );
+            let x = f64::from(sample(u));
+            assert!((from..=to).contains(&x), "{x} is outside [{from}, {to}]");
+            seen[((x - from) / (to - from) * BINS as f64).min(BINS as f64 - 1.0) as usize] += 1;
+        }
+        let mut chi2 = 0.0;
+        for (bin, &count) in seen.iter().enumerate() {
+            let width = (to - from) / BINS as f64;
+            // Simpson's rule is exact for the linear pieces of all densities here but at a kink on a bin edge.
+            let at = |t: f64| f64::from(pdf((from + (bin as f64 + t) * width) as f32));
+            let expected = f64::from(N) * width * (at(1e-4) + 4.0 * at(0.5) + at(1.0 - 1e-4)) / 6.0;
+            chi2 += (f64::from(count) - expected).powi(2) / expected;
+        }
+        if chi2 < 128.6 { Ok(()) } else { Err(chi2) }
+    }
+
+    #[test]
+    fn tent_follows_its_density_and_a_wrong_one_is_noticed() {
+        chi_square(-1.0, 1.0, tent, tent_pdf).unwrap();
+        // Negative control: a uniform variable is no tent.
+        assert!(chi_square(-1.0, 1.0, |u| u * 2.0 - 1.0, tent_pdf).is_err());
+    }
+
+    #[test]
+    fn film_offsets_follow_their_densities() {
+        for offset in
+            [FilmOffset::Uniform(0.5), FilmOffset::Uniform(1.5), FilmOffset::Tent(1.0), FilmOffset::Tent(2.0)]
+        {
+            let radius = match offset {
+                FilmOffset::Centre => 0.0,
+                FilmOffset::Uniform(radius) | FilmOffset::Tent(radius) => f64::from(radius),
+            };
+            chi_square(-radius, radius, |u| offset.sample(u), |x| offset.pdf(x)).unwrap();
+        }
+    }
+
+    #[test]
+    fn disk_and_hemisphere_have_the_radii_and_cosines_of_their_densities() {
+        // By area, P(r ≤ x) = x², so r² is uniform; by cosine, P(cos ≥ c) = 1 − c², so cos² is uniform.
+        let radius2 = |u| {
+            let (x, y) = disk([u, 0.3]);
+            x * x + y * y
+        };
+        chi_square(0.0, 1.0001, radius2, |_| 1.0).unwrap();
+        let cos2 = |u| {
+            let w = cosine_hemisphere([u, 0.3]);
+            w.z * w.z
+        };
+        chi_square(0.0, 1.0001, cos2, |_| 1.0).unwrap();
+        // Negative control: a uniform hemisphere has a uniform cosine, not cos².
+        assert!(chi_square(0.0, 1.0001, |u| u * u, |_| 1.0).is_err());
+        // Angles are uniform.
+        let angle = |u| {
+            let (x, y) = disk([0.5, u]);
+            crate::math::trig::angle_turns(y, x)
+        };
+        chi_square(0.0, 1.0, angle, |_| 1.0).unwrap();
+    }
+
+    #[test]
+    fn densities_integrate_to_one() {
+        let n = 20_000;
+        let cosines = (0..n).map(|i| (i as f32 + 0.5) / n as f32);
+        let hemisphere: f32 =
+            cosines.map(|c| cosine_hemisphere_pdf(c) * std::f32::consts::TAU / n as f32).sum();
+        assert!((hemisphere - 1.0).abs() < 1e-4, "{hemisphere}");
+        assert!((disk_pdf::<f32>() * std::f32::consts::PI - 1.0).abs() < 1e-6);
+        assert!((uniform_sphere_pdf::<f32>() * 4.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn directions_have_length_one() {
+        for i in 0..1000 {
+            let u = [(i as f32 + 0.5) / 1000.0, (i as f32 * 0.618_034).fract()];
+            assert!((cosine_hemisphere(u).length() - 1.0).abs() < 1e-6);
+            assert!((uniform_sphere(u).length() - 1.0).abs() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Shapes: where a ray meets a surface first, and what the surface is like there.
+//!
+//! Distances are along a ray of unit direction; [`NOTHING`] stands for no hit. Outward is a plane's normal,
+//! a sphere's outside, a quad's u × v.
+
+mod plane;
+mod quad;
+mod sphere;
+
+pub use plane::Plane;
+pub use quad::Quad;
+pub use sphere::Sphere;
+
+use crate::math::Vec3;
+use crate::math::{Float, Ray};
+
+/// The distance of a hit that does not happen.
+pub const NOTHING: f32 = f32::INFINITY;
+
+/// What every shape can do.
+pub trait Shape {
+    /// Distance to the first hit in front of the ray's origin, or [`NOTHING`]. A hit at the origin itself
+    /// is none.
+    fn intersect<F: Float>(&self, ray: &Ray<F>) -> F;
+    /// What the surface is like everywhere, in the form that hits look up.
+    fn surface(&self) -> Surface;
+}
+
+/// Everything that a hit needs to know of a surface, in one form for flat and round ones, so that lanes on
+/// different shapes evaluate the same formula. In world space and the scene's unit of length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Centre of a round surface; zero for a flat one.
+    pub centre: [f32; 3],
+    /// Radius of a round surface; zero for a flat one.
+    pub radius: f32,
+    /// Outward normal of a flat surface, of length one; zero for a round one.
+    pub normal: [f32; 3],
+    /// A flat surface is where X·normal is this.
+    pub distance: f32,
+    /// The surface's share of a hit's error bound: how far a computed hit may lie off the surface, plus how
+    /// close to it a ray may start before its intersection is in doubt.
+    pub error: f32,
+    /// u of a point X on a flat surface is X·axis + offset, with the offset in the fourth place.
+    pub u_axis: [f32; 4],
+    /// v likewise.
+    pub v_axis: [f32; 4],
+    /// Area; infinite for a plane.
+    pub area: f32,
+}
+
+/// The unit roundoff of f32: the relative error of one operation.
+pub(crate) const UNIT_ROUNDOFF: f32 = f32::EPSILON / 2.0;
+
+/// Error of a hit's position for each unit of its largest coordinate (see [`offset_origin`]).
+pub const POSITION_ERROR: f32 = 16.0 * UNIT_ROUNDOFF;
+
+/// The origin of a ray that leaves a surface at `p`, moved off it by the hit's own error bound, towards
+/// the side that `d` points to, so that the ray can't meet the surface it leaves.
+///
+/// `n` is the unit normal; `error` the bound on |distance to the surface|. The bound grows with the
+/// coordinates: a fixed epsilon leaks in large scenes.
+#[inline(always)]
+pub fn offset_origin<F: Float>(p: Vec3<F>, n: Vec3<F>, error: F, d: Vec3<F>) -> Vec3<F> {
+    p + n * error.copysign(n.dot(d))
+}
+
+#[cfg(test)]
+mod tests;

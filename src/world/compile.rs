@@ -1,0 +1,127 @@
+//! From the description to the tables.
+
+use super::surfaces::{Look, SurfaceTable};
+use super::{Simple, Union};
+use crate::camera::Camera;
+use crate::light::{AnyLight, PointLight, PointLights, QuadLight, SphereLight};
+use crate::material::{Kind, MaterialTable, Row};
+use crate::scene::{self, MaterialKind, Scene};
+use crate::shape::{Plane, Quad, Shape, Sphere};
+
+/// What a path looks up, whatever the world that finds its hits.
+#[derive(Clone, Debug)]
+pub struct CompiledScene {
+    /// The camera over the film.
+    pub camera: Camera,
+    /// The surfaces.
+    pub surfaces: SurfaceTable,
+    /// The materials.
+    pub materials: MaterialTable,
+    /// The lights that no path can hit.
+    pub point_lights: PointLights,
+    /// Every light that can be sampled: points, and emitters with a finite area.
+    pub lights: Vec<AnyLight>,
+    /// Radiance from everywhere outside.
+    pub environment: [f32; 3],
+    /// The ambient term of `whitted`.
+    pub ambient: [f32; 3],
+}
+
+/// The surfaces in a structure that rays can ask.
+#[derive(Clone, Debug)]
+pub enum Geometry {
+    /// A list.
+    Simple(Simple),
+    /// Unbounded surfaces beside bounded ones.
+    Union(Union<Simple, Simple>),
+}
+
+/// From how many bounded surfaces on they get a world of their own beside the unbounded ones.
+const MANY: usize = 64;
+
+fn narrow(v: glam::DVec3) -> [f32; 3] {
+    colour(v.to_array())
+}
+
+fn colour(c: [f64; 3]) -> [f32; 3] {
+    c.map(|x| x as f32)
+}
+
+fn material_row(kind: &MaterialKind) -> Row {
+    match *kind {
+        MaterialKind::Matte { reflectance } => Row::matte(colour(reflectance)),
+        MaterialKind::Mirror { reflectance } => Row { kind: Kind::Mirror, ..Row::matte(colour(reflectance)) },
+        MaterialKind::Glass { ior, reflectance, transmittance } => Row {
+            kind: Kind::Glass,
+            transmittance: colour(transmittance),
+            ior: ior as f32,
+            ..Row::matte(colour(reflectance))
+        },
+        MaterialKind::Checkerboard { even, odd, checks_per_unit } => Row {
+            kind: Kind::Checkerboard,
+            checks: [even as u32, odd as u32],
+            checks_per_unit: checks_per_unit.map(|x| x as f32),
+            ..Row::matte([0.0; 3])
+        },
+        #[cfg(feature = "broken-material")]
+        MaterialKind::Broken => Row { kind: Kind::Broken, ..Row::matte([1.0; 3]) },
+    }
+}
+
+/// Compiles a scene for a film of `width` × `height` pixels.
+pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geometry) {
+    let mut surfaces = SurfaceTable::default();
+    let mut all = Simple::default();
+    let mut lights = Vec::new();
+    let mut point_lights = PointLights::default();
+    for light in &scene.lights {
+        let scene::Light::Point { position, intensity } = *light;
+        let point = PointLight { position: narrow(position), intensity: colour(intensity) };
+        point_lights.push(point);
+        lights.push(AnyLight::Point(point));
+    }
+    for (index, entity) in scene.entities.iter().enumerate() {
+        let emission = colour(entity.emission);
+        let flipped = entity.flip_normal;
+        let emits = emission.iter().any(|&e| e > 0.0);
+        let material = entity.material as u32;
+        let look = Look { material, emission, flip_normal: flipped, entity: index as u32 };
+        match entity.shape {
+            scene::Shape::Plane { normal, distance } => {
+                let plane = Plane { normal: narrow(normal), distance: distance as f32 };
+                all.planes.push((plane, surfaces.push(plane.surface(), look)));
+            }
+            scene::Shape::Sphere { center, radius } => {
+                let sphere = Sphere { centre: narrow(center), radius: radius as f32 };
+                all.spheres.push((sphere, surfaces.push(sphere.surface(), look)));
+                if emits {
+                    lights.push(AnyLight::Sphere(SphereLight { sphere, emission, flipped }));
+                }
+            }
+            scene::Shape::Quad { corner, u, v } => {
+                let quad = Quad::new(corner, u, v);
+                all.quads.push((quad, surfaces.push(quad.surface(), look)));
+                if emits {
+                    lights.push(AnyLight::Quad(QuadLight { quad, emission, flipped }));
+                }
+            }
+        }
+    }
+    let compiled = CompiledScene {
+        camera: Camera::new(&scene.camera, width, height),
+        surfaces,
+        materials: MaterialTable::new(scene.materials.iter().map(|m| material_row(&m.kind)).collect()),
+        point_lights,
+        lights,
+        environment: colour(scene.environment),
+        ambient: colour(scene.render.ambient),
+    };
+    let bounded = all.spheres.len() + all.quads.len();
+    let geometry = if !all.planes.is_empty() && bounded >= MANY {
+        let first = Simple { planes: std::mem::take(&mut all.planes), ..Simple::default() };
+        Geometry::Union(Union { first, second: all })
+    } else {
+        Geometry::Simple(all)
+    };
+    (compiled, geometry)
+}

@@ -1,0 +1,41 @@
+//! Worlds: the scene in the compiled form that rays meet.
+//!
+//! [`CompiledScene`] holds flat tables of everything that a path looks up. A [`World`] answers which of its
+//! surfaces a ray meets first.
+
+mod compile;
+mod simple;
+mod surfaces;
+mod union;
+
+pub use compile::{CompiledScene, Geometry, compile};
+pub use simple::Simple;
+pub use surfaces::{SurfacePoint, SurfaceTable};
+pub use union::Union;
+
+use crate::math::{Float, Ray};
+
+/// What a ray meets first.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit<F: Float> {
+    /// Distance along the ray; infinite where nothing is met.
+    pub t: F,
+    /// The surface's row in the [`SurfaceTable`]; meaningless where nothing is met.
+    pub surface: F::Uint,
+}
+
+impl<F: Float> Hit<F> {
+    /// The lanes that met something.
+    #[inline(always)]
+    pub fn is_some(&self) -> F::Mask {
+        self.t.lt(F::splat(f32::INFINITY))
+    }
+}
+
+/// Everything that rays can meet.
+pub trait World: Send + Sync {
+    /// The first hit of each ray. Equal distances go to the lower row.
+    fn intersect<F: Float>(&self, ray: &Ray<F>) -> Hit<F>;
+    /// The lanes whose ray meets anything before the distance `t_max`.
+    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F) -> F::Mask;
+}

@@ -1,0 +1,67 @@
+//! The world that tries every surface.
+
+use super::{Hit, World};
+use crate::math::{Float, Mask, Ray, Uint};
+use crate::shape::{NOTHING, Plane, Quad, Shape, Sphere};
+
+/// Tries every surface, kind by kind (report §5.2.4, `SimpleWorld`): the fastest for a handful.
+#[derive(Clone, Debug, Default)]
+pub struct Simple {
+    /// The planes, each with its row in the surface table.
+    pub planes: Vec<(Plane, u32)>,
+    /// The spheres likewise.
+    pub spheres: Vec<(Sphere, u32)>,
+    /// The quads likewise.
+    pub quads: Vec<(Quad, u32)>,
+}
+
+impl Simple {
+    /// How many surfaces there are.
+    pub fn len(&self) -> usize {
+        self.planes.len() + self.spheres.len() + self.quads.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+#[inline(always)]
+fn closest<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, hit: &mut Hit<F>) {
+    for (shape, row) in shapes {
+        let t = shape.intersect(ray);
+        let row = F::Uint::splat(*row);
+        // A tie goes to the lower row, so that no world's order of visits shows.
+        let nearer = t.lt(hit.t) | (t.le(hit.t) & row.lt(hit.surface));
+        hit.t = F::select(nearer, t, hit.t);
+        hit.surface = F::Uint::select(nearer, row, hit.surface);
+    }
+}
+
+#[inline(always)]
+fn any<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut found: F::Mask) -> F::Mask {
+    for (shape, _) in shapes {
+        found = found | shape.intersect(ray).lt(t_max);
+    }
+    found
+}
+
+impl World for Simple {
+    #[inline(always)]
+    fn intersect<F: Float>(&self, ray: &Ray<F>) -> Hit<F> {
+        let mut hit = Hit { t: F::splat(NOTHING), surface: F::Uint::splat(u32::MAX) };
+        closest(&self.planes, ray, &mut hit);
+        closest(&self.spheres, ray, &mut hit);
+        closest(&self.quads, ray, &mut hit);
+        hit
+    }
+
+    #[inline(always)]
+    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F) -> F::Mask {
+        let none = F::Mask::splat(false);
+        let found = any(&self.planes, ray, t_max, none);
+        let found = any(&self.spheres, ray, t_max, found);
+        any(&self.quads, ray, t_max, found)
+    }
+}

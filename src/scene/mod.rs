@@ -1,8 +1,28 @@
 //! The scene's description: names, units, source lines. One file per format.
 //!
+//! | file | what is in it |
+//! |---|---|
+//! | [`description`] | the scene as plain data |
+//! | [`diagnostic`] | errors and warnings with their places |
+//! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
+//!
 //! A [`Scene`] is what a file says, checked: every name is resolved to an index, every number is finite and
 //! possible. [`crate::world`] compiles it into what rays meet.
+//!
+//! ```
+//! let loaded = stride::scene::parse("[film]\nwidth = 320", "small.toml".as_ref())?;
+//! assert_eq!(loaded.scene.film.width, 320);
+//!
+//! let errors = stride::scene::parse("[film]\nwidht = 320", "small.toml".as_ref()).unwrap_err();
+//! let text = "small.toml:2:1: unknown key \"widht\" in the film; did you mean \"width\"?";
+//! assert_eq!(errors.to_string(), text);
+//! # Ok::<(), stride::scene::SceneErrors>(())
+//! ```
 
 pub mod description;
+pub mod diagnostic;
+pub mod toml;
 
 pub use description::*;
+pub use diagnostic::{Diagnostic, Position, SceneErrors};
+pub use toml::{Loaded, load, parse};

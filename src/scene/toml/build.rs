@@ -1,0 +1,323 @@
+//! From tables whose keys are known to a [`Scene`]: what no single key can check.
+
+use std::collections::HashMap;
+use std::str::FromStr;
+
+use glam::DVec3;
+
+use super::form::{Fields, Placed};
+use super::keys;
+use super::materials::{self, Raw};
+use super::report::{Reported, Reports, quote};
+use super::value::unit;
+use crate::scene::description::{
+    CameraSettings, Colour, Entity, FilmSettings, Filter, Integrator, Light, RenderSettings, Scene, Shape,
+};
+
+/// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would
+/// be noise.
+const PARALLEL: f64 = 1e-6;
+
+type Read<T> = Result<T, Reported>;
+
+/// An entity whose material is still a name. Its parts are kept apart, so that a wrong shape does not hide a
+/// wrong material.
+pub(super) struct RawEntity {
+    name: Read<Option<Placed<String>>>,
+    shape: Read<Shape>,
+    material: Read<Placed<String>>,
+    emission: Read<Colour>,
+    flip_normal: Read<bool>,
+}
+
+pub(super) fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
+    let film = fields.get(&keys::FILM, reports);
+    let camera = fields.get(&keys::CAMERA, reports);
+    let render = fields.get(&keys::RENDER, reports);
+    let raw_materials = fields.get(&keys::MATERIALS, reports);
+    let raw_entities = fields.get(&keys::ENTITIES, reports);
+    let lights = fields.get(&keys::LIGHTS, reports);
+    let environment = fields.get(&keys::ENVIRONMENT, reports);
+
+    let raw_materials = raw_materials?;
+    let names = materials::Names::new(&raw_materials);
+    let entities = raw_entities.and_then(|raw| link_entities(raw, &names, reports));
+    let resolved = materials::resolve(&raw_materials, &names, reports)?;
+    let mut entities = entities?;
+
+    let mut used = vec![false; raw_materials.len()];
+    for entity in &mut entities {
+        entity.material = resolved.index_of[entity.material];
+        used[entity.material] = true;
+    }
+    materials::warn_of_unused(&raw_materials, &resolved, used, reports);
+
+    let scene = Scene {
+        film: film?,
+        camera: camera?,
+        render: render?,
+        materials: resolved.materials,
+        entities,
+        lights: lights?,
+        environment: environment?,
+    };
+    warn_of_darkness(&scene, reports);
+    Ok(scene)
+}
+
+/// Resolves material names to indices in the order of the file.
+fn link_entities(
+    raw: Vec<RawEntity>,
+    materials: &materials::Names<'_>,
+    reports: &mut Reports<'_>,
+) -> Read<Vec<Entity>> {
+    let mut seen = HashMap::new();
+    let mut entities = Vec::with_capacity(raw.len());
+    let mut outcome = Ok(());
+    for (i, raw) in raw.into_iter().enumerate() {
+        let material = raw.material.and_then(|name| materials.find(&name, reports));
+        if let Ok(Some(name)) = &raw.name
+            && let Some(first) = seen.insert(name.value.clone(), i + 1)
+        {
+            // Legal: nothing refers to an entity by name but messages, which would be ambiguous.
+            let message = format!("entity {} has the name of entity {first}, {}", i + 1, quote(&name.value));
+            reports.warn(Some(name.at), message, "messages will not tell them apart");
+        }
+        let entity = || {
+            Ok(Entity {
+                name: raw.name?.map_or_else(|| format!("entity {}", i + 1), |name| name.value),
+                shape: raw.shape?,
+                material: material?,
+                emission: raw.emission?,
+                flip_normal: raw.flip_normal?,
+            })
+        };
+        match entity() {
+            Ok(entity) => entities.push(entity),
+            Err(reported) => outcome = Err(reported),
+        }
+    }
+    outcome.map(|()| entities)
+}
+
+/// Warns of a scene that can only be black.
+fn warn_of_darkness(scene: &Scene, reports: &mut Reports<'_>) {
+    let shines = |colour: &Colour| colour.iter().any(|&channel| channel > 0.0);
+    let lit = scene.entities.iter().any(|entity| shines(&entity.emission))
+        || scene.lights.iter().any(|Light::Point { intensity, .. }| shines(intensity))
+        || shines(&scene.environment)
+        || scene.render.integrator == Integrator::Whitted && shines(&scene.render.ambient);
+    if scene.entities.is_empty() {
+        reports.warn(None, "there is nothing in this scene", "add [[entities]] with a shape and a material");
+    }
+    if !lit {
+        let help = "give an entity an emission, or add [[lights]] or an [environment]";
+        reports.warn(None, "there is no light in this scene: the picture will be black", help);
+    }
+}
+
+pub(super) fn film(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<FilmSettings> {
+    let width = fields.get(&keys::WIDTH, reports);
+    let height = fields.get(&keys::HEIGHT, reports);
+    let exposure = fields.get(&keys::EXPOSURE, reports);
+    let filter = fields.get(&keys::FILTER, reports);
+    Ok(FilmSettings { width: width?, height: height?, exposure: exposure?, filter: filter? })
+}
+
+pub(super) fn no_filter(_: &Fields<'_, '_>, _: &mut Reports<'_>) -> Read<Filter> {
+    Ok(Filter::None)
+}
+
+pub(super) fn box_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
+    Ok(Filter::Box { radius: fields.get(&keys::BOX_RADIUS, reports)? })
+}
+
+pub(super) fn tent_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
+    Ok(Filter::Tent { radius: fields.get(&keys::TENT_RADIUS, reports)? })
+}
+
+pub(super) fn camera(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<CameraSettings> {
+    let eye = fields.get(&keys::EYE, reports);
+    let forward = view_direction(fields, eye, reports);
+    let up = fields.get(&keys::UP, reports);
+    let vertical_fov = fields.get(&keys::VERTICAL_FOV, reports);
+    let near = fields.get(&keys::NEAR, reports);
+    let focal_length = fields.get(&keys::FOCAL_LENGTH, reports);
+    let aperture_radius = fields.get(&keys::APERTURE_RADIUS, reports);
+    let focus_distance = fields.find(&keys::FOCUS_DISTANCE, reports);
+
+    let up = match (forward, up) {
+        (Ok((forward, at)), Ok(up)) if forward.cross(up).length() < PARALLEL => {
+            let given = fields.has(&keys::UP);
+            let at = if given { fields.place_of(&keys::UP) } else { at };
+            let message = if given {
+                "up is parallel to the direction of view"
+            } else {
+                "the direction of view is parallel to up, which is [0, 0, 1] unless the file says otherwise"
+            };
+            let other = if forward.z.abs() < 0.5 { "[0, 0, 1]" } else { "[0, 1, 0]" };
+            Err(reports.error_with(at, message, |_| Some(format!("up = {other} would do"))))
+        }
+        (_, up) => up,
+    };
+    let focus_distance = match (focus_distance, &aperture_radius) {
+        (Ok(None), Ok(_)) if fields.has(&keys::APERTURE_RADIUS) => {
+            let at = fields.place_of(&keys::APERTURE_RADIUS);
+            let message = "missing key \"focus_distance\" in the camera: a lens needs one";
+            let help = "give focus_distance, or take aperture_radius away for a pinhole";
+            Err(reports.error_with(at, message, |_| Some(help.into())))
+        }
+        (focus_distance, _) => focus_distance,
+    };
+
+    let focal_length = focal_length?;
+    Ok(CameraSettings {
+        eye: eye?,
+        forward: forward?.0,
+        up: up?,
+        vertical_fov: vertical_fov?.to_radians(),
+        focal_length,
+        near: near?,
+        aperture_radius: aperture_radius?,
+        // A pinhole renders every distance sharp.
+        focus_distance: focus_distance?.unwrap_or(focal_length),
+    })
+}
+
+/// The direction of view, of length one, and where the file says so.
+fn view_direction(
+    fields: &Fields<'_, '_>,
+    eye: Read<DVec3>,
+    reports: &mut Reports<'_>,
+) -> Read<(DVec3, usize)> {
+    let forward = fields.get(&keys::FORWARD, reports);
+    let look_at = fields.find(&keys::LOOK_AT, reports);
+    if !fields.has(&keys::LOOK_AT) {
+        return Ok((forward?, fields.place_of(&keys::FORWARD)));
+    }
+    let at = fields.place_of(&keys::LOOK_AT);
+    if fields.has(&keys::FORWARD) {
+        let message = "the camera has both forward and look_at";
+        return Err(reports.error_with(at, message, |_| Some("keep one of them".into())));
+    }
+    let way = look_at?.map_or(DVec3::ZERO, |point| point) - eye?;
+    if way == DVec3::ZERO {
+        return Err(reports.error(at, "look_at is the same point as eye: there is no direction of view"));
+    }
+    Ok((unit(way), at))
+}
+
+pub(super) fn render(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RenderSettings> {
+    let integrator = fields.get(&keys::INTEGRATOR, reports);
+    let max_depth = fields.get(&keys::MAX_DEPTH, reports);
+    let samples = fields.get(&keys::SAMPLES, reports);
+    let seed = fields.get(&keys::SEED, reports);
+    let ambient = fields.get(&keys::AMBIENT, reports);
+    let (integrator, ambient) = (integrator?, ambient?);
+    if integrator != Integrator::Whitted && ambient.value != [0.0; 3] {
+        let message = "ambient has no effect: only integrator \"whitted\" has an ambient term";
+        reports.warn(Some(ambient.at), message, "light the scene with an [environment] instead");
+    }
+    Ok(RenderSettings {
+        integrator,
+        max_depth: max_depth?,
+        samples: samples?,
+        seed: seed?,
+        ambient: ambient.value,
+    })
+}
+
+pub(super) fn environment(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Colour> {
+    fields.get(&keys::ENVIRONMENT_RADIANCE, reports)
+}
+
+pub(super) fn matte(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
+    Ok(Raw::Matte { reflectance: fields.get(&keys::REFLECTANCE, reports)? })
+}
+
+pub(super) fn mirror(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
+    Ok(Raw::Mirror { reflectance: fields.get(&keys::REFLECTANCE, reports)? })
+}
+
+pub(super) fn glass(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
+    let ior = fields.get(&keys::IOR, reports);
+    let reflectance = fields.get(&keys::GLASS_REFLECTANCE, reports);
+    let transmittance = fields.get(&keys::TRANSMITTANCE, reports);
+    Ok(Raw::Glass { ior: ior?, reflectance: reflectance?, transmittance: transmittance? })
+}
+
+pub(super) fn checkerboard(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
+    let even = fields.get(&keys::EVEN, reports);
+    let odd = fields.get(&keys::ODD, reports);
+    let checks_per_unit = fields.get(&keys::CHECKS_PER_UNIT, reports);
+    Ok(Raw::Checkerboard { even, odd, checks_per_unit })
+}
+
+#[cfg(feature = "broken-material")]
+pub(super) fn broken(_: &Fields<'_, '_>, _: &mut Reports<'_>) -> Read<Raw> {
+    Ok(Raw::Broken)
+}
+
+pub(super) fn entity(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawEntity> {
+    Ok(RawEntity {
+        name: fields.find(&keys::NAME, reports),
+        shape: fields.get(&keys::SHAPE, reports),
+        material: fields.get(&keys::ENTITY_MATERIAL, reports),
+        emission: fields.get(&keys::EMISSION, reports),
+        flip_normal: fields.get(&keys::FLIP_NORMAL, reports),
+    })
+}
+
+pub(super) fn plane(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Shape> {
+    let normal = fields.get(&keys::NORMAL, reports);
+    let distance = fields.get(&keys::PLANE_DISTANCE, reports);
+    Ok(Shape::Plane { normal: normal?, distance: distance? })
+}
+
+pub(super) fn sphere(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Shape> {
+    let center = fields.get(&keys::CENTER, reports);
+    let radius = fields.get(&keys::RADIUS, reports);
+    Ok(Shape::Sphere { center: center?, radius: radius? })
+}
+
+pub(super) fn quad(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Shape> {
+    let corner = fields.get(&keys::CORNER, reports);
+    let u = fields.get(&keys::U, reports);
+    let v = fields.get(&keys::V, reports);
+    let (u, v) = (u?, v?);
+    if unit(u).cross(unit(v)).length() < PARALLEL {
+        let at = fields.place_of(&keys::V);
+        return Err(reports.error(at, "v is parallel to u: the quad has no area"));
+    }
+    Ok(Shape::Quad { corner: corner?, u, v })
+}
+
+pub(super) fn point_light(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Light> {
+    let position = fields.get(&keys::POSITION, reports);
+    let intensity = fields.get(&keys::INTENSITY, reports);
+    Ok(Light::Point { position: position?, intensity: intensity? })
+}
+
+/// Reads one word as a file would have it, outside any file.
+fn word<T>(read: impl FnOnce(&mut Reports<'_>) -> Read<T>, text: &str) -> Result<T, String> {
+    let mut reports = Reports::new(text);
+    read(&mut reports).map_err(|_| reports.into_text())
+}
+
+impl FromStr for Filter {
+    type Err = String;
+
+    /// The filter of this name with its usual radius, as in a scene file.
+    fn from_str(name: &str) -> Result<Self, String> {
+        word(|reports| keys::FILTERS.read_word(name, 0, reports), name)
+    }
+}
+
+impl FromStr for Integrator {
+    type Err = String;
+
+    /// The integrator of this name, as in a scene file.
+    fn from_str(name: &str) -> Result<Self, String> {
+        word(|reports| keys::INTEGRATORS.pick(name, 0, reports), name)
+    }
+}

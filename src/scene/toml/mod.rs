@@ -1,0 +1,179 @@
+//! The reader of TOML scene files.
+//!
+//! | file | what is in it |
+//! |---|---|
+//! | `keys` | every key of the format, in one table: the reader and the JSON Schema both follow it |
+//! | `form` | the shapes that values come in: tables, lists, one-of-several |
+//! | `value` | the values themselves: numbers, vectors, words |
+//! | `build` | from values to a [`Scene`]: what no single key can check |
+//! | `materials` | names to indices, checkerboards after what they name |
+//! | `report` | errors and warnings, and the nearest spelling |
+//! | `schema` | the JSON Schema |
+//!
+//! Reading goes on after an error, so that all errors of a file are shown at once. A value that could not be
+//! read is a [`report::Reported`], which only reporting an error can make: no error path yields a scene.
+
+use std::fs::{self, File};
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+
+use ::toml::de::{DeTable, DeValue, Error as SyntaxError};
+
+use super::description::Scene;
+use super::diagnostic::{Cursor, Diagnostic, SceneErrors};
+use form::{Form, Value};
+use report::Reports;
+
+mod build;
+mod form;
+mod keys;
+mod materials;
+mod report;
+mod schema;
+mod value;
+
+pub use schema::schema;
+
+/// The largest scene file in bytes. Text of this size describes a hundred thousand entities.
+pub const MAX_FILE_SIZE: u64 = 16 << 20;
+
+/// A scene that can be rendered, and what seems unmeant about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// What is legal but surely unmeant, in the order of the file.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Reads the scene file at `path`.
+pub fn load(path: &Path) -> Result<Loaded, SceneErrors> {
+    let bytes = read_file(path)?;
+    let text = decode(path, &bytes)?;
+    parse(text, path)
+}
+
+/// Reads a scene from TOML text. `file_name` is what errors call it.
+pub fn parse(text: &str, file_name: &Path) -> Result<Loaded, SceneErrors> {
+    let (document, syntax_errors) = parse_toml(text);
+    let document = Value::new(0..0, DeValue::Table(document));
+    let mut reports = Reports::new(text);
+    // What a parser makes of text that is not TOML is a guess; errors in a guess would mislead.
+    let scene = match reports.syntax_errors(&syntax_errors) {
+        Ok(()) => keys::SCENE.read("scene", &document, &mut reports),
+        Err(reported) => Err(reported),
+    };
+    dismantle(document);
+    match scene {
+        Ok(scene) if !reports.has_errors() => {
+            Ok(Loaded { scene, warnings: reports.into_warnings(file_name) })
+        }
+        _ => Err(reports.into_errors(file_name)),
+    }
+}
+
+/// Parses TOML, going on after errors in files of a usual size.
+fn parse_toml(text: &str) -> (DeTable<'_>, Vec<SyntaxError>) {
+    // The parser keeps every error, and a large file of garbage has gigabytes of them.
+    const RECOVERABLE: usize = 1 << 20;
+    if text.len() <= RECOVERABLE {
+        let (document, errors) = DeTable::parse_recoverable(text);
+        return (document.into_inner(), errors);
+    }
+    match DeTable::parse(text) {
+        Ok(document) => (document.into_inner(), Vec::new()),
+        Err(error) => (DeTable::new(), vec![error]),
+    }
+}
+
+/// Drops a document without recursion: dotted keys inside inline tables nest thousands of tables within the
+/// parser's own limit, enough to overflow a small thread's stack.
+fn dismantle(document: Value<'_>) {
+    let mut pending = vec![document.into_inner()];
+    while let Some(value) = pending.pop() {
+        match value {
+            DeValue::Array(mut array) => {
+                pending.extend(
+                    array.iter_mut().map(|v| std::mem::replace(v.get_mut(), DeValue::Boolean(false))),
+                );
+            }
+            DeValue::Table(table) => pending.extend(table.into_iter().map(|(_, v)| v.into_inner())),
+            _ => {}
+        }
+    }
+}
+
+fn read_file(path: &Path) -> Result<Vec<u8>, SceneErrors> {
+    let fail = |message: String, help: Option<String>| Err(SceneErrors::one(path, None, message, help));
+    let unreadable = |error: &std::io::Error| match error.kind() {
+        ErrorKind::NotFound => fail("there is no such file".into(), similar_file(path)),
+        ErrorKind::PermissionDenied => fail("you have no permission to read this file".into(), None),
+        _ => fail(format!("cannot be read: {error}"), None),
+    };
+    match fs::metadata(path) {
+        Ok(metadata) if metadata.is_dir() => {
+            return fail(
+                "this is a folder".into(),
+                Some("name a scene file, such as cover.toml, in it".into()),
+            );
+        }
+        Ok(_) => {}
+        Err(error) => return unreadable(&error),
+    }
+    // The length is not asked for but met: a pipe or a device has none to tell.
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(MAX_FILE_SIZE + 1).read_to_end(&mut bytes));
+    match read {
+        Err(error) => unreadable(&error),
+        Ok(_) if bytes.len() as u64 > MAX_FILE_SIZE => fail(
+            format!(
+                "this file is larger than {} MiB, the most that a scene file may be",
+                MAX_FILE_SIZE >> 20
+            ),
+            Some("is it a scene file?".into()),
+        ),
+        Ok(_) => Ok(bytes),
+    }
+}
+
+/// A file beside `path` with nearly its name.
+fn similar_file(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_str()?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    // A folder may hold millions of files; a hint is not worth reading them all.
+    let beside: Vec<String> = fs::read_dir(folder)
+        .ok()?
+        .take(1000)
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|other| other.ends_with(".toml"))
+        .collect();
+    let with_extension = format!("{name}.toml");
+    let nearest = beside
+        .iter()
+        .find(|other| **other == with_extension)
+        .map(String::as_str)
+        .or_else(|| report::nearest(name, beside.iter().map(String::as_str)))?;
+    Some(format!("did you mean {}?", report::quote(nearest)))
+}
+
+/// The text of a scene file, which is UTF-8.
+fn decode<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str, SceneErrors> {
+    let error = match std::str::from_utf8(bytes) {
+        Ok(text) if !text.contains('\0') => return Ok(text),
+        Ok(_) => None,
+        Err(error) => Some(error),
+    };
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        let message = "this file is UTF-16; a scene file is UTF-8".into();
+        return Err(SceneErrors::one(path, None, message, Some("save it as UTF-8 in your editor".into())));
+    }
+    if let Some(byte) = bytes.iter().position(|&b| b == 0) {
+        let message = format!("this is not a text file: byte {} is zero", byte + 1);
+        return Err(SceneErrors::one(path, None, message, Some("a scene file is TOML, in UTF-8".into())));
+    }
+    let offset = error.map_or(0, |error| error.valid_up_to());
+    let valid = std::str::from_utf8(&bytes[..offset]).unwrap_or_default();
+    let position = Cursor::new(valid).advance(offset);
+    let message = format!("byte {} of the file (0x{:02x}) is not UTF-8", offset + 1, bytes[offset]);
+    Err(SceneErrors::one(path, Some(position), message, Some("save it as UTF-8 in your editor".into())))
+}

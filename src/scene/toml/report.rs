@@ -1,0 +1,283 @@
+//! Errors and warnings while a file is read, and the nearest spelling of a name.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use ::toml::de::Error as SyntaxError;
+
+use crate::scene::diagnostic::{Cursor, Diagnostic, SceneErrors};
+
+/// Errors that are described one by one; a file of garbage has millions.
+const MAX_ERRORS: usize = 100;
+
+/// The longest word, in bytes, whose nearest spelling is looked for.
+const MAX_WORD: usize = 64;
+
+/// Other programs' words for our keys.
+const SYNONYMS: &[(&str, &str)] = &[
+    ("albedo", "reflectance"),
+    ("color", "reflectance"),
+    ("colour", "reflectance"),
+    ("emit", "emission"),
+    ("index_of_refraction", "ior"),
+    ("origin", "eye"),
+    ("pos", "position"),
+    ("position", "center"),
+    ("position", "eye"),
+    ("spp", "samples"),
+    ("target", "look_at"),
+];
+
+/// Proof that an error has been reported: only [`Reports::error`] makes one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reported(());
+
+/// A message about the byte `at` of the text.
+struct Report {
+    at: Option<usize>,
+    message: String,
+    help: Option<String>,
+}
+
+/// All that has been said about a text so far.
+pub(super) struct Reports<'t> {
+    text: &'t str,
+    errors: Vec<Report>,
+    unlisted: usize,
+    warnings: Vec<Report>,
+}
+
+impl<'t> Reports<'t> {
+    pub(super) fn new(text: &'t str) -> Self {
+        Self { text, errors: Vec::new(), unlisted: 0, warnings: Vec::new() }
+    }
+
+    pub(super) fn has_errors(&self) -> bool {
+        !self.errors.is_empty()
+    }
+
+    /// Reports an error at byte `at`.
+    pub(super) fn error(&mut self, at: usize, message: impl Into<String>) -> Reported {
+        self.error_with(at, message, |_| None)
+    }
+
+    /// Reports an error at byte `at`, with help that is worked out only if it will be shown.
+    pub(super) fn error_with(
+        &mut self,
+        at: usize,
+        message: impl Into<String>,
+        help: impl FnOnce(&Self) -> Option<String>,
+    ) -> Reported {
+        if self.errors.len() < MAX_ERRORS {
+            let help = help(self);
+            self.errors.push(Report { at: Some(at), message: message.into(), help });
+        } else {
+            self.unlisted += 1;
+        }
+        Reported(())
+    }
+
+    /// Warns about byte `at`, or about the file as a whole.
+    pub(super) fn warn(&mut self, at: Option<usize>, message: impl Into<String>, help: &str) {
+        if self.warnings.len() < MAX_ERRORS {
+            self.warnings.push(Report { at, message: message.into(), help: Some(help.into()) });
+        }
+    }
+
+    /// Reports what the TOML parser found. It is an error if the text is not TOML, so that its tables are a
+    /// guess; a key that is given twice leaves them sound.
+    pub(super) fn syntax_errors(&mut self, errors: &[SyntaxError]) -> Result<(), Reported> {
+        let mut outcome = Ok(());
+        let (twice, broken): (Vec<_>, Vec<_>) =
+            errors.iter().partition(|error| error.message() == "duplicate key");
+        let mut last = None;
+        for error in broken {
+            let at = error.span().map_or(self.text.len(), |span| span.start);
+            // The end of the file closes nothing, however many brackets are open.
+            if last.replace((at, error.message())) != Some((at, error.message())) {
+                outcome = Err(self.error(at, self.explain(at, error.message())));
+            }
+        }
+        if outcome.is_ok() {
+            for error in twice {
+                let span = error.span().unwrap_or_default();
+                let key = self.source(span.clone());
+                self.error(span.start, format!("{key} is given twice"));
+            }
+        }
+        outcome
+    }
+
+    /// The parser's message about byte `at`, in other words where a beginner could not follow it.
+    fn explain(&self, at: usize, message: &str) -> String {
+        let rest = self.text.get(at..).unwrap_or_default();
+        if message.contains("recurs") {
+            "arrays and tables are nested too deep".into()
+        } else if message.starts_with("string values must be quoted")
+            && rest.trim_start_matches('\r').starts_with('\n')
+        {
+            "this is not TOML: the value is missing".into()
+        } else {
+            format!("this is not TOML: {message}")
+        }
+    }
+
+    /// What the file says at `span`, shortened and made safe to print.
+    pub(super) fn source(&self, span: std::ops::Range<usize>) -> String {
+        shorten(self.text.get(span).unwrap_or_default())
+    }
+
+    pub(super) fn into_errors(self, file: &Path) -> SceneErrors {
+        SceneErrors::new(locate(self.text, self.errors, file), self.unlisted)
+    }
+
+    /// The errors without places, for text that is in no file.
+    pub(super) fn into_text(self) -> String {
+        let texts = self.errors.into_iter().map(|Report { message, help, .. }| match help {
+            Some(help) => format!("{message}; {help}"),
+            None => message,
+        });
+        texts.collect::<Vec<_>>().join("\n")
+    }
+
+    pub(super) fn into_warnings(self, file: &Path) -> Vec<Diagnostic> {
+        locate(self.text, self.warnings, file)
+    }
+}
+
+/// Sorts reports by place; those about the whole file come first.
+fn locate(text: &str, mut reports: Vec<Report>, file: &Path) -> Vec<Diagnostic> {
+    let file: Arc<Path> = file.into();
+    reports.sort_by_key(|report| report.at);
+    let mut cursor = Cursor::new(text);
+    reports
+        .into_iter()
+        .map(|Report { at, message, help }| Diagnostic {
+            file: file.clone(),
+            position: at.map(|at| cursor.advance(at)),
+            message,
+            help,
+        })
+        .collect()
+}
+
+/// A word from the file in quotes, shortened and made safe to print.
+pub(super) fn quote(word: &str) -> String {
+    format!("\"{}\"", shorten(word))
+}
+
+/// The first line of some text from the file, without anything that a terminal would obey.
+pub(super) fn shorten(text: &str) -> String {
+    const LONGEST: usize = 40;
+    let mut short = String::new();
+    for (length, c) in text.chars().enumerate() {
+        if length == LONGEST || c == '\n' || c == '\r' {
+            short.push('…');
+            break;
+        }
+        // Printable letters of any language stay; control characters and the like are escaped.
+        if c.is_control() || c.escape_debug().next() == Some('\\') && !matches!(c, '"' | '\'' | '\\') {
+            short.extend(c.escape_default());
+        } else {
+            short.push(c);
+        }
+    }
+    short
+}
+
+/// The candidate that `word` is most likely a misspelling of.
+pub(super) fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str> + Clone) -> Option<&'c str> {
+    if word.is_empty() || word.len() > MAX_WORD {
+        return None;
+    }
+    let lower = word.to_lowercase();
+    let candidates = candidates.filter(|candidate| candidate.len() <= MAX_WORD).take(1000);
+    let spelling = candidates
+        .clone()
+        .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
+        .filter(|(distance, candidate)| 3 * distance <= word.chars().count().max(candidate.chars().count()))
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate);
+    spelling
+        .or_else(|| {
+            let synonyms = SYNONYMS.iter().filter(|(theirs, _)| *theirs == lower);
+            synonyms.filter_map(|(_, ours)| candidates.clone().find(|candidate| candidate == ours)).next()
+        })
+        .or_else(|| {
+            // Half of a double name: "fov" for "vertical_fov".
+            candidates
+                .clone()
+                .find(|candidate| candidate.contains('_') && candidate.split('_').any(|p| p == lower))
+        })
+}
+
+/// What to write instead of `word`: the nearest candidate, or all of them.
+pub(super) fn instead<'c>(word: &str, candidates: impl Iterator<Item = &'c str> + Clone) -> Option<String> {
+    match nearest(word, candidates.clone()) {
+        Some(nearest) => Some(format!("did you mean {}?", quote(nearest))),
+        None => list(candidates).map(|all| format!("valid here: {all}")),
+    }
+}
+
+/// Words in quotes, with commas between them; the first dozen if there are more.
+pub(super) fn list<'c>(words: impl Iterator<Item = &'c str> + Clone) -> Option<String> {
+    const MOST: usize = 12;
+    let mut text = words.clone().take(MOST).map(quote).collect::<Vec<_>>().join(", ");
+    if words.clone().nth(MOST).is_some() {
+        text.push_str(", …");
+    }
+    (!text.is_empty()).then_some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KEYS: [&str; 5] = ["eye", "vertical_fov", "aperture_radius", "reflectance", "samples"];
+
+    fn near(word: &str) -> Option<&'static str> {
+        nearest(word, KEYS.into_iter())
+    }
+
+    #[test]
+    fn nearest_finds_misspellings_in_any_case() {
+        assert_eq!(near("ey"), Some("eye"));
+        assert_eq!(near("yee"), Some("eye"));
+        assert_eq!(near("Aperture-Radius"), Some("aperture_radius"));
+        assert_eq!(near("sampels"), Some("samples"));
+    }
+
+    #[test]
+    fn nearest_knows_other_programs_words_and_halves_of_ours() {
+        assert_eq!(near("albedo"), Some("reflectance"));
+        assert_eq!(near("spp"), Some("samples"));
+        assert_eq!(near("fov"), Some("vertical_fov"));
+        assert_eq!(near("radius"), Some("aperture_radius"));
+    }
+
+    #[test]
+    fn nearest_does_not_guess_wildly() {
+        for word in ["", "x", "width", "integrator", &"s".repeat(1 << 20)] {
+            assert_eq!(near(word), None);
+        }
+    }
+
+    #[test]
+    fn quoted_text_is_short_and_cannot_steer_a_terminal() {
+        assert_eq!(quote("größe \"a\""), "\"größe \"a\"\"");
+        assert_eq!(quote("\u{1b}[2J\u{202e}\u{200b}"), "\"\\u{1b}[2J\\u{202e}\\u{200b}\"");
+        assert_eq!(quote("one\ntwo"), "\"one…\"");
+        assert_eq!(quote(&"é".repeat(99)).chars().count(), 43);
+    }
+
+    #[test]
+    fn a_flood_of_errors_is_counted_but_not_described() {
+        let mut reports = Reports::new("");
+        for _ in 0..MAX_ERRORS + 2 {
+            reports.error(0, "wrong");
+        }
+        let errors = reports.into_errors("a.toml".as_ref());
+        assert_eq!((errors.diagnostics().len(), errors.unlisted()), (MAX_ERRORS, 2));
+        assert!(errors.to_string().ends_with("a.toml:1:1: wrong\nand 2 more errors"));
+    }
+}

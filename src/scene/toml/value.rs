@@ -1,0 +1,415 @@
+//! The values themselves: numbers, vectors, words.
+
+use ::toml::de::{DeFloat, DeInteger, DeValue};
+use glam::DVec3;
+use serde_json::{Value as Json, json};
+
+use super::form::{Form, Value};
+use super::report::{Reported, Reports, instead, quote};
+
+/// What a value is, with an article, in a beginner's words.
+pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a string",
+        DeValue::Integer(_) => "an integer",
+        DeValue::Float(_) => "a number with a point",
+        DeValue::Boolean(_) => "a boolean",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}
+
+/// The same value in JSON; null where JSON has no word for it.
+pub(super) fn to_json(value: &DeValue<'_>) -> Json {
+    match value {
+        DeValue::String(text) => text.as_ref().into(),
+        DeValue::Integer(integer) => integer_value(integer).map_or(Json::Null, |i| i.into()),
+        DeValue::Float(float) => float_value(float).map_or(Json::Null, |f| f.into()),
+        DeValue::Boolean(boolean) => (*boolean).into(),
+        DeValue::Datetime(datetime) => datetime.to_string().into(),
+        DeValue::Array(items) => items.iter().map(|item| to_json(item.get_ref())).collect(),
+        DeValue::Table(table) => Json::Object(
+            table.iter().map(|(key, value)| (key.get_ref().to_string(), to_json(value.get_ref()))).collect(),
+        ),
+    }
+}
+
+fn integer_value(integer: &DeInteger<'_>) -> Option<i64> {
+    i64::from_str_radix(integer.as_str(), integer.radix()).ok()
+}
+
+fn float_value(float: &DeFloat<'_>) -> Option<f64> {
+    float.as_str().parse().ok()
+}
+
+fn wrong_type(key: &str, expected: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Reported {
+    let message = format!("{key} must be {expected}, not {}", kind(value.get_ref()));
+    reports.error_with(value.span().start, message, |_| match value.get_ref() {
+        DeValue::String(text) if text.trim().parse::<f64>().is_ok() => Some("take the quotes away".into()),
+        _ => None,
+    })
+}
+
+/// A limit as one would write it.
+fn limit(value: f64) -> String {
+    if value.abs() >= 1e12 || value != 0.0 && value.abs() < 1e-4 {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+/// A whole number, without a point.
+pub(super) struct Integer {
+    pub(super) least: u32,
+    pub(super) most: u32,
+}
+
+impl Form for Integer {
+    type Output = u32;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<u32, Reported> {
+        let DeValue::Integer(integer) = value.get_ref() else {
+            return Err(wrong_type(key, "an integer", value, reports));
+        };
+        let number = integer_value(integer).and_then(|i| u32::try_from(i).ok());
+        match number.filter(|number| (self.least..=self.most).contains(number)) {
+            Some(number) => Ok(number),
+            None => {
+                let given = reports.source(value.span());
+                let message = format!("{key} must be from {} to {}, not {given}", self.least, self.most);
+                Err(reports.error(value.span().start, message))
+            }
+        }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "integer", "minimum": self.least, "maximum": self.most })
+    }
+}
+
+/// A number that 32 bits can hold, within limits. Integers are accepted.
+#[derive(Clone, Copy)]
+pub(super) struct Number {
+    /// The number is above this.
+    above: Option<f64>,
+    least: f64,
+    most: f64,
+    /// The number is below this.
+    below: Option<f64>,
+}
+
+impl Number {
+    pub(super) const fn between(least: f64, most: f64) -> Self {
+        Self { above: None, least, most, below: None }
+    }
+
+    /// Above zero, and no smaller than `least`.
+    pub(super) const fn positive(least: f64, most: f64) -> Self {
+        Self { above: Some(0.0), least, most, below: None }
+    }
+
+    /// Above zero and below `limit`.
+    pub(super) const fn inside(limit: f64) -> Self {
+        Self { above: Some(0.0), least: 0.0, most: limit, below: Some(limit) }
+    }
+
+    /// What `number` must be and is not.
+    fn objection(&self, number: f64) -> Option<String> {
+        if !number.is_finite() {
+            return Some("must be a finite number".into());
+        }
+        let single = number as f32;
+        if !single.is_finite() {
+            return Some(format!(
+                "must be at most {}, the largest that 32 bits hold",
+                limit(f32::MAX.into())
+            ));
+        }
+        // What is rendered has 32 bits: a limit that rounding would reach is reached.
+        let rounded = f64::from(single);
+        match (self.above, self.below) {
+            (Some(above), Some(below)) if number <= above || rounded >= below => {
+                return Some(format!("must be above {} and below {}", limit(above), limit(below)));
+            }
+            (Some(above), None) if number <= above => return Some(format!("must be above {}", limit(above))),
+            _ => {}
+        }
+        if number != 0.0 && single == 0.0 {
+            return Some("is so small that 32 bits would round it to 0".into());
+        }
+        if (self.least..=self.most).contains(&number) {
+            None
+        } else if self.above.is_none() {
+            Some(format!("must be from {} to {}", limit(self.least), limit(self.most)))
+        } else if number < self.least {
+            Some(format!("must be at least {}", limit(self.least)))
+        } else {
+            Some(format!("must be at most {}", limit(self.most)))
+        }
+    }
+}
+
+impl Form for Number {
+    type Output = f64;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<f64, Reported> {
+        let number = match value.get_ref() {
+            // An integer beyond 64 bits is as good a number as any, and perhaps out of range.
+            DeValue::Integer(integer) => integer_value(integer)
+                .map(|i| i as f64)
+                .or_else(|| if integer.radix() == 10 { integer.as_str().parse().ok() } else { None })
+                .unwrap_or(f64::INFINITY),
+            DeValue::Float(float) => float_value(float).unwrap_or(f64::NAN),
+            _ => return Err(wrong_type(key, "a number", value, reports)),
+        };
+        match self.objection(number) {
+            None => Ok(number),
+            Some(objection) => {
+                let given = reports.source(value.span());
+                let message = format!("{key} {objection}, not {given}");
+                Err(reports.error(value.span().start, message))
+            }
+        }
+    }
+
+    fn schema(&self) -> Json {
+        let mut schema = json!({ "type": "number" });
+        match self.above {
+            Some(above) => schema["exclusiveMinimum"] = above.into(),
+            None => schema["minimum"] = self.least.into(),
+        }
+        if self.above.is_some_and(|above| self.least > above) {
+            schema["minimum"] = self.least.into();
+        }
+        match self.below {
+            Some(below) => schema["exclusiveMaximum"] = below.into(),
+            None => schema["maximum"] = self.most.into(),
+        }
+        schema
+    }
+}
+
+/// The names of three components, for messages about one of them.
+type Axes = [&'static str; 3];
+
+const SPACE: Axes = ["x", "y", "z"];
+const COLOUR: Axes = ["red", "green", "blue"];
+
+/// Reads `axes.len()` numbers; all of them, so that all errors are seen.
+fn components<const N: usize>(
+    each: &Number,
+    axes: [&str; N],
+    expected: &str,
+    key: &str,
+    value: &Value<'_>,
+    reports: &mut Reports<'_>,
+) -> Result<[f64; N], Reported> {
+    let DeValue::Array(items) = value.get_ref() else {
+        return Err(wrong_type(key, expected, value, reports));
+    };
+    if items.len() != N {
+        let message = format!("{key} must be {expected}, not an array of {}", items.len());
+        return Err(reports.error(value.span().start, message));
+    }
+    let mut numbers = [Ok(0.0); N];
+    for ((number, item), axis) in numbers.iter_mut().zip(items.iter()).zip(axes) {
+        *number = each.read(&format!("{axis} of {key}"), item, reports);
+    }
+    let mut read = [0.0; N];
+    for (read, number) in read.iter_mut().zip(numbers) {
+        *read = number?;
+    }
+    Ok(read)
+}
+
+fn array_schema(each: &Number, length: usize) -> Json {
+    json!({ "type": "array", "items": each.schema(), "minItems": length, "maxItems": length })
+}
+
+/// A colour: red, green, blue.
+pub(super) struct Colour(pub(super) Number);
+
+impl Form for Colour {
+    type Output = [f64; 3];
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<[f64; 3], Reported> {
+        components(&self.0, COLOUR, "an array of 3 numbers (red, green, blue)", key, value, reports)
+    }
+
+    fn schema(&self) -> Json {
+        array_schema(&self.0, 3)
+    }
+}
+
+/// A point or a displacement in space.
+pub(super) struct Vector(pub(super) Number);
+
+impl Form for Vector {
+    type Output = DVec3;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<DVec3, Reported> {
+        let read = components(&self.0, SPACE, "an array of 3 numbers (x, y, z)", key, value, reports);
+        read.map(DVec3::from_array)
+    }
+
+    fn schema(&self) -> Json {
+        array_schema(&self.0, 3)
+    }
+}
+
+/// A vector that is not zero.
+pub(super) struct NonZero(pub(super) Vector);
+
+impl Form for NonZero {
+    type Output = DVec3;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<DVec3, Reported> {
+        let vector = self.0.read(key, value, reports)?;
+        if vector == DVec3::ZERO {
+            return Err(
+                reports.error(value.span().start, format!("{key} must not be zero in all of x, y, z"))
+            );
+        }
+        Ok(vector)
+    }
+
+    fn schema(&self) -> Json {
+        let mut schema = self.0.schema();
+        schema["not"] = json!({ "const": [0, 0, 0] });
+        schema
+    }
+}
+
+/// A vector that is not zero, made one long.
+pub(super) struct Direction(pub(super) NonZero);
+
+impl Form for Direction {
+    type Output = DVec3;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<DVec3, Reported> {
+        self.0.read(key, value, reports).map(unit)
+    }
+
+    fn schema(&self) -> Json {
+        self.0.schema()
+    }
+}
+
+/// A vector that is not zero, made one long. Scaled first: squares of its parts may not fit.
+pub(super) fn unit(vector: DVec3) -> DVec3 {
+    (vector / vector.abs().max_element()).normalize()
+}
+
+/// One number for two axes, or two numbers.
+pub(super) struct Pair(pub(super) Number);
+
+impl Form for Pair {
+    type Output = [f64; 2];
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<[f64; 2], Reported> {
+        match value.get_ref() {
+            DeValue::Integer(_) | DeValue::Float(_) => Ok([self.0.read(key, value, reports)?; 2]),
+            _ => {
+                let expected = "a number, or an array of 2 numbers (along u, along v)";
+                components(&self.0, ["u", "v"], expected, key, value, reports)
+            }
+        }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "anyOf": [self.0.schema(), array_schema(&self.0, 2)] })
+    }
+}
+
+/// `true` or `false`.
+pub(super) struct Flag;
+
+impl Form for Flag {
+    type Output = bool;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<bool, Reported> {
+        match value.get_ref() {
+            DeValue::Boolean(flag) => Ok(*flag),
+            _ => Err(wrong_type(key, "true or false", value, reports)),
+        }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "boolean" })
+    }
+}
+
+/// A string that is not empty.
+pub(super) struct Word;
+
+impl Form for Word {
+    type Output = String;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<String, Reported> {
+        match value.get_ref() {
+            DeValue::String(word) if word.is_empty() => {
+                Err(reports.error(value.span().start, format!("{key} must not be empty")))
+            }
+            DeValue::String(word) => Ok(word.to_string()),
+            _ => Err(wrong_type(key, "a string", value, reports)),
+        }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "string", "minLength": 1 })
+    }
+}
+
+/// One of a few words.
+pub(super) struct Choice<T: 'static> {
+    /// What all of them are: "integrator".
+    pub(super) what: &'static str,
+    pub(super) options: &'static [(&'static str, T)],
+}
+
+impl<T: Copy + Sync> Choice<T> {
+    /// What `word` stands for.
+    pub(super) fn pick(&self, word: &str, at: usize, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        match self.options.iter().find(|(name, _)| *name == word) {
+            Some((_, choice)) => Ok(*choice),
+            None => {
+                let names = self.options.iter().map(|(name, _)| *name);
+                Err(unknown_word(self.what, word, names, &[], at, reports))
+            }
+        }
+    }
+}
+
+impl<T: Copy + Sync> Form for Choice<T> {
+    type Output = T;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        match value.get_ref() {
+            DeValue::String(word) => self.pick(word, value.span().start, reports),
+            _ => Err(wrong_type(key, "a string", value, reports)),
+        }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "enum": self.options.iter().map(|(name, _)| *name).collect::<Vec<_>>() })
+    }
+}
+
+/// Reports a word that is not among those known, or not yet.
+pub(super) fn unknown_word<'c>(
+    what: &str,
+    word: &str,
+    known: impl Iterator<Item = &'c str> + Clone,
+    later: &[&str],
+    at: usize,
+    reports: &mut Reports<'_>,
+) -> Reported {
+    if later.contains(&word) {
+        let message = format!("{what} {} comes in a later version", quote(word));
+        let all = super::report::list(known);
+        return reports.error_with(at, message, |_| all.map(|all| format!("valid in this one: {all}")));
+    }
+    reports.error_with(at, format!("unknown {what} {}", quote(word)), |_| instead(word, known))
+}

@@ -1,0 +1,496 @@
+//! Scene files that are right, files that are no scene at all, and what is legal but surely unmeant.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use stride::scene::*;
+
+fn read(text: &str) -> Loaded {
+    parse(text, "box.toml".as_ref()).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+fn warnings(text: &str) -> Vec<String> {
+    read(text).warnings.iter().map(ToString::to_string).collect()
+}
+
+fn scenes() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let files = fs::read_dir(folder).expect("scenes/").map(|entry| entry.expect("an entry").path());
+    let mut scenes: Vec<_> = files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+    scenes.sort();
+    assert!(scenes.len() >= 12);
+    scenes
+}
+
+fn scene(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    load(&path).unwrap_or_else(|errors| panic!("{errors}")).scene
+}
+
+#[test]
+fn scenes_of_the_repository_load_without_a_warning_and_name_their_schema() {
+    for path in scenes() {
+        let loaded = load(&path).unwrap_or_else(|errors| panic!("{errors}"));
+        assert_eq!(loaded.warnings, [], "{}", path.display());
+        let text = fs::read_to_string(&path).expect("text");
+        assert!(text.starts_with("#:schema ../docs/scene.schema.json\n"), "{}", path.display());
+        let command = format!("stride render scenes/{}", path.file_name().expect("a name").to_string_lossy());
+        assert!(text.contains(&command), "{} does not say how to render it", path.display());
+    }
+}
+
+#[test]
+fn the_figures_are_variations_of_the_cover() {
+    let cover = scene("cover.toml");
+    let film = |f: &dyn Fn(&mut Scene)| {
+        let mut scene = cover.clone();
+        scene.render.integrator = Integrator::PathNaive;
+        f(&mut scene);
+        scene
+    };
+    assert_eq!(scene("figure-6-1-to-6-3.toml"), film(&|_| {}));
+    assert_eq!(scene("figure-6-4.toml"), film(&|s| s.render.samples = 200));
+    assert_eq!(scene("figure-6-5.toml"), film(&|s| (s.render.samples, s.render.max_depth) = (200, 3)));
+    assert_eq!(scene("figure-6-6.toml"), film(&|s| (s.render.samples, s.render.max_depth) = (200, 2)));
+    let bigger_light = film(&|s| {
+        let light = s.entities.last_mut().expect("the light");
+        light.shape = Shape::Sphere { center: DVec3::new(7.0, 0.0, 3.0), radius: 2.0 };
+        light.emission = [0.25; 3];
+    });
+    assert_eq!(scene("figure-6-7.toml"), bigger_light);
+    assert_eq!(scene("figure-2-4-tent.toml"), cover);
+    let unfiltered = Scene { film: FilmSettings { filter: Filter::None, ..cover.film.clone() }, ..cover };
+    assert_eq!(scene("figure-2-4-none.toml"), unfiltered);
+
+    let (whitted, path) = (scene("figure-1-1-whitted.toml"), scene("figure-1-1-path.toml"));
+    assert_eq!(whitted.render.integrator, Integrator::Whitted);
+    assert_eq!((whitted.film, whitted.camera), (path.film, path.camera));
+    assert_eq!((whitted.materials, whitted.entities), (path.materials, path.entities));
+}
+
+#[test]
+fn the_cover_is_the_reports_program() {
+    let Scene { film, camera, render, materials, entities, lights, environment } = scene("cover.toml");
+    assert_eq!((film.width, film.height, film.filter), (640, 480, Filter::Tent { radius: 1.0 }));
+    assert_eq!((camera.eye, camera.forward, camera.up), (DVec3::ZERO, DVec3::X, DVec3::Z));
+    assert_eq!(camera.vertical_fov, std::f64::consts::FRAC_PI_2);
+    assert_eq!((render.max_depth, render.samples), (5, 500));
+    assert_eq!((lights, environment), (vec![], [0.0; 3]));
+
+    let kind = |entity: &Entity| materials[entity.material].kind.clone();
+    let matte = |r, g, b| MaterialKind::Matte { reflectance: [r, g, b] };
+    let mirror = |r, g, b| MaterialKind::Mirror { reflectance: [r, g, b] };
+    let plane = |x, y, z, distance| Shape::Plane { normal: DVec3::new(x, y, z), distance };
+    let sphere = |x, y, z, radius| Shape::Sphere { center: DVec3::new(x, y, z), radius };
+    let grey = matte(0.75, 0.75, 0.75);
+    let expected = [
+        (plane(0.0, 1.0, 0.0, -6.0), Some(matte(0.75, 0.25, 0.25))),
+        (plane(0.0, -1.0, 0.0, -6.0), Some(matte(0.25, 0.25, 0.75))),
+        (plane(0.0, 0.0, -1.0, -8.0), Some(grey.clone())),
+        (plane(-1.0, 0.0, 0.0, -10.0), Some(grey.clone())),
+        (plane(0.0, 0.0, 1.0, -3.0), None),
+        (sphere(8.0, 3.0, -1.0, 2.0), Some(mirror(0.25, 0.75, 0.25))),
+        (sphere(6.0, -2.0, -1.0, 2.0), Some(mirror(1.0, 1.0, 1.0))),
+        (sphere(7.0, 0.0, 3.0, 1.0), Some(grey.clone())),
+    ];
+    assert_eq!(entities.len(), expected.len());
+    for (entity, (shape, material)) in entities.iter().zip(expected) {
+        assert_eq!(entity.shape, shape, "{}", entity.name);
+        assert!(!entity.flip_normal);
+        match (kind(entity), material) {
+            (kind, Some(material)) => assert_eq!(kind, material, "{}", entity.name),
+            (MaterialKind::Checkerboard { even, odd, checks_per_unit }, None) => {
+                assert_eq!(materials[even].kind, grey);
+                assert_eq!(materials[odd].kind, mirror(0.6, 0.4, 0.2));
+                assert_eq!(checks_per_unit, [10.0, 10.0]);
+            }
+            (kind, None) => panic!("{} is {kind:?}", entity.name),
+        }
+        let emission = if entity.name == "light" { [1.0; 3] } else { [0.0; 3] };
+        assert_eq!(entity.emission, emission);
+    }
+}
+
+#[test]
+fn an_empty_file_has_the_defaults_of_the_design() {
+    let Loaded { scene, warnings } = read("");
+    let expected = Scene {
+        film: FilmSettings { width: 640, height: 480, exposure: 0.0, filter: Filter::Tent { radius: 1.0 } },
+        camera: CameraSettings {
+            eye: DVec3::ZERO,
+            forward: DVec3::X,
+            up: DVec3::Z,
+            vertical_fov: std::f64::consts::FRAC_PI_2,
+            focal_length: 1.0,
+            near: 0.0,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+        },
+        render: RenderSettings {
+            integrator: Integrator::Path,
+            max_depth: 5,
+            samples: 500,
+            seed: 0,
+            ambient: [0.0; 3],
+        },
+        materials: vec![],
+        entities: vec![],
+        lights: vec![],
+        environment: [0.0; 3],
+    };
+    assert_eq!(scene, expected);
+    assert_eq!(warnings.len(), 2);
+}
+
+#[test]
+fn every_key_reaches_the_scene() {
+    let Loaded { scene, warnings } = read(
+        r#"
+        [film]
+        width = 1
+        height = 65536
+        exposure = -1.5
+        filter = { type = "box" }
+        [camera]
+        eye = [1, 2, 3]
+        look_at = [1, 2, -3]
+        up = [0, 7, 0]
+        vertical_fov = 45
+        near = 0.25
+        focal_length = 2
+        aperture_radius = 0.5
+        focus_distance = 9
+        [render]
+        integrator = "whitted"
+        max_depth = 0
+        samples = 4_294_967_295
+        seed = 0xffff_ffff
+        ambient = [0.1, 0.2, 0.3]
+        [materials.board]
+        type = "checkerboard"
+        even = "inner"
+        odd = "glass"
+        checks_per_unit = [1, 2.5]
+        [materials.inner]
+        type = "checkerboard"
+        even = "matte"
+        odd = "mirror"
+        [materials.glass]
+        type = "glass"
+        ior = 1
+        [materials.tinted]
+        type = "glass"
+        ior = 1.5
+        reflectance = [1, 1, 0.5]
+        transmittance = [0.5, 1, 1]
+        [materials.matte]
+        type = "matte"
+        reflectance = [0, 0.5, 1]
+        [materials.mirror]
+        type = "mirror"
+        reflectance = [1, 1, 1]
+        [[entities]]
+        shape = { type = "quad", corner = [1, 2, 3], u = [2, 0, 0], v = [0, 2, 0] }
+        material = "board"
+        [[entities]]
+        name = "ball"
+        shape.type = "sphere"
+        shape.center = [-1e18, 0, 1e18]
+        shape.radius = 1e5
+        material = "tinted"
+        emission = [0, 0, 1073741824]
+        flip_normal = true
+        [[entities]]
+        material = "mirror"
+        [entities.shape]
+        type = "plane"
+        normal = [0, 3, 4]
+        distance = -2
+        [[lights]]
+        type = "point"
+        position = [1, 2, 3]
+        intensity = [10, 20, 30]
+        [environment]
+        radiance = [0.5, 0.25, 0.125]
+        "#,
+    );
+    assert_eq!(warnings, []);
+    assert_eq!(
+        scene.film,
+        FilmSettings { width: 1, height: 65536, exposure: -1.5, filter: Filter::Box { radius: 0.5 } }
+    );
+    assert_eq!(
+        scene.camera,
+        CameraSettings {
+            eye: DVec3::new(1.0, 2.0, 3.0),
+            forward: DVec3::NEG_Z,
+            up: DVec3::Y,
+            vertical_fov: std::f64::consts::FRAC_PI_4,
+            focal_length: 2.0,
+            near: 0.25,
+            aperture_radius: 0.5,
+            focus_distance: 9.0,
+        }
+    );
+    assert_eq!(
+        scene.render,
+        RenderSettings {
+            integrator: Integrator::Whitted,
+            max_depth: 0,
+            samples: u32::MAX,
+            seed: u32::MAX,
+            ambient: [0.1, 0.2, 0.3],
+        }
+    );
+    let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
+    assert_eq!(names, ["matte", "mirror", "inner", "glass", "board", "tinted"]);
+    let checks = |i: usize| match scene.materials[i].kind {
+        MaterialKind::Checkerboard { even, odd, checks_per_unit } => (even, odd, checks_per_unit),
+        ref other => panic!("{other:?}"),
+    };
+    assert_eq!(checks(2), (0, 1, [1.0, 1.0]));
+    assert_eq!(checks(4), (2, 3, [1.0, 2.5]));
+    let clear = MaterialKind::Glass { ior: 1.0, reflectance: [1.0; 3], transmittance: [1.0; 3] };
+    assert_eq!(scene.materials[3].kind, clear);
+    let tinted =
+        MaterialKind::Glass { ior: 1.5, reflectance: [1.0, 1.0, 0.5], transmittance: [0.5, 1.0, 1.0] };
+    assert_eq!(scene.materials[5].kind, tinted);
+
+    let entity = |name: &str, shape, material, emission, flip_normal| Entity {
+        name: name.into(),
+        shape,
+        material,
+        emission,
+        flip_normal,
+    };
+    let corner = DVec3::new(1.0, 2.0, 3.0);
+    let quad = Shape::Quad { corner, u: DVec3::X * 2.0, v: DVec3::Y * 2.0 };
+    let ball = Shape::Sphere { center: DVec3::new(-1e18, 0.0, 1e18), radius: 1e5 };
+    let plane = Shape::Plane { normal: DVec3::new(0.0, 0.6, 0.8), distance: -2.0 };
+    assert_eq!(scene.entities[0], entity("entity 1", quad, 4, [0.0; 3], false));
+    assert_eq!(scene.entities[1], entity("ball", ball, 5, [0.0, 0.0, 1073741824.0], true));
+    let Shape::Plane { normal, .. } = scene.entities[2].shape else { panic!("no plane") };
+    assert!((normal - DVec3::new(0.0, 0.6, 0.8)).length() < 1e-15 && (normal.length() - 1.0).abs() < 1e-15);
+    let third = Entity { shape: plane, ..scene.entities[2].clone() };
+    assert_eq!(third, entity("entity 3", third.shape.clone(), 1, [0.0; 3], false));
+    let position = DVec3::new(1.0, 2.0, 3.0);
+    assert_eq!(scene.lights, [Light::Point { position, intensity: [10.0, 20.0, 30.0] }]);
+    assert_eq!(scene.environment, [0.5, 0.25, 0.125]);
+}
+
+#[test]
+fn filters_are_words_or_tables() {
+    let filter = |value: &str| read(&format!("film.filter = {value}")).scene.film.filter;
+    assert_eq!(filter("\"none\""), Filter::None);
+    assert_eq!(filter("{ type = \"none\" }"), Filter::None);
+    assert_eq!(filter("\"box\""), Filter::Box { radius: 0.5 });
+    assert_eq!(filter("\"tent\""), Filter::Tent { radius: 1.0 });
+    assert_eq!(filter("{ type = \"tent\", radius = 16 }"), Filter::Tent { radius: 16.0 });
+}
+
+#[test]
+fn names_outside_files_are_read_as_in_files() {
+    assert_eq!("path-naive".parse(), Ok(Integrator::PathNaive));
+    assert_eq!("box".parse(), Ok(Filter::Box { radius: 0.5 }));
+    let error = "wihtted".parse::<Integrator>().expect_err("misspelt");
+    assert_eq!(error, "unknown integrator \"wihtted\"; did you mean \"whitted\"?");
+    let error = "mitchell".parse::<Filter>().expect_err("not yet");
+    let message =
+        "filter type \"mitchell\" comes in a later version; valid in this one: \"none\", \"box\", \"tent\"";
+    assert_eq!(error, message);
+}
+
+const BALL: &str = r#"[materials.grey]
+type = "matte"
+reflectance = [0.5, 0.5, 0.5]
+[[entities]]
+name = "ball"
+shape = { type = "sphere", center = [0, 0, 0], radius = 1 }
+material = "grey"
+"#;
+
+#[test]
+fn a_scene_without_light_is_warned_of() {
+    let dark = "box.toml: there is no light in this scene: the picture will be black; \
+                give an entity an emission, or add [[lights]] or an [environment]";
+    assert_eq!(warnings(BALL), [dark]);
+    assert_eq!(warnings(&format!("{BALL}emission = [0, 0, 0]\n[environment]\nradiance = [0, 0, 0]")), [dark]);
+    let light = |light: &str| warnings(&format!("{BALL}{light}"));
+    let none: [&str; 0] = [];
+    assert_eq!(light("emission = [0, 0, 1]"), none);
+    assert_eq!(light("[environment]\nradiance = [1, 0, 0]"), none);
+    assert_eq!(light("[[lights]]\ntype = \"point\"\nposition = [0, 0, 9]\nintensity = [1, 1, 1]"), none);
+    assert_eq!(light("[render]\nintegrator = \"whitted\"\nambient = [1, 1, 1]"), none);
+}
+
+#[test]
+fn an_empty_scene_is_warned_of() {
+    let empty = "box.toml: there is nothing in this scene; add [[entities]] with a shape and a material";
+    assert_eq!(warnings("[environment]\nradiance = [1, 1, 1]"), [empty]);
+}
+
+#[test]
+fn an_ambient_term_that_is_not_used_is_warned_of() {
+    let text = format!("{BALL}emission = [1, 1, 1]\n[render]\nambient = [1, 1, 1]");
+    let warning = "box.toml:10:11: ambient has no effect: only integrator \"whitted\" has an ambient term; \
+                   light the scene with an [environment] instead";
+    assert_eq!(warnings(&text), [warning]);
+}
+
+#[test]
+fn unused_materials_are_warned_of() {
+    let used = r#"emission = [1, 1, 1]
+[materials.alone]
+type = "mirror"
+reflectance = [1, 1, 1]
+[materials.board]
+type = "checkerboard"
+even = "part"
+odd = "grey"
+[materials.part]
+type = "mirror"
+reflectance = [1, 1, 1]
+"#;
+    let text = format!("{BALL}{used}");
+    let unused =
+        |line: u32, name| format!("box.toml:{line}:12: material \"{name}\" is not used; no entity shows it");
+    assert_eq!(warnings(&text), [unused(9, "alone"), unused(12, "board"), unused(16, "part")]);
+    let text = text.replace("material = \"grey\"", "material = \"board\"");
+    assert_eq!(warnings(&text), [unused(9, "alone")]);
+}
+
+#[test]
+fn entities_of_the_same_name_are_warned_of() {
+    let second =
+        "[[entities]]\nname = \"ball\"\nshape = { type = \"sphere\", center = [3, 0, 0], radius = 1 }\n";
+    let text = format!("{BALL}{second}material = \"grey\"\n[environment]\nradiance = [1, 1, 1]");
+    let warning =
+        "box.toml:9:8: entity 2 has the name of entity 1, \"ball\"; messages will not tell them apart";
+    assert_eq!(warnings(&text), [warning]);
+}
+
+/// Writes `bytes` to a file in a fresh folder and tells what loading it says, without the folder's name.
+fn load_bytes(bytes: &[u8]) -> String {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.toml");
+    fs::write(&path, bytes).expect("written");
+    message(&path)
+}
+
+fn message(path: &Path) -> String {
+    let errors = load(path).expect_err("a scene came of it");
+    let folder = path.parent().expect("a folder").to_string_lossy().into_owned();
+    errors.to_string().replace(&format!("{folder}{}", std::path::MAIN_SEPARATOR), "")
+}
+
+#[test]
+fn a_missing_file_is_named_with_its_neighbour() {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert_eq!(message(&folder.path().join("cover.toml")), "cover.toml: there is no such file");
+    fs::write(folder.path().join("cover.toml"), "").expect("written");
+    let hint = |name: &str| message(&folder.path().join(name));
+    assert_eq!(hint("covre.toml"), "covre.toml: there is no such file; did you mean \"cover.toml\"?");
+    assert_eq!(hint("cover"), "cover: there is no such file; did you mean \"cover.toml\"?");
+    assert_eq!(hint("smallpt.toml"), "smallpt.toml: there is no such file");
+}
+
+#[test]
+fn a_folder_is_no_scene() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scenes");
+    fs::create_dir(&path).expect("made");
+    assert_eq!(message(&path), "scenes: this is a folder; name a scene file, such as cover.toml, in it");
+}
+
+#[test]
+fn a_file_in_a_file_is_no_scene() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("a"), "").expect("written");
+    let message = message(&folder.path().join("a").join("b.toml"));
+    assert!(message.starts_with("b.toml: "), "{message}");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_unreadable_file_is_said_to_be_so() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.toml");
+    fs::write(&path, "").expect("written");
+    fs::set_permissions(&path, fs::Permissions::from_mode(0)).expect("set");
+    // The superuser reads everything.
+    if fs::File::open(&path).is_err() {
+        assert_eq!(message(&path), "a.toml: you have no permission to read this file");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_without_end_is_no_scene() {
+    let errors = load("/dev/zero".as_ref()).expect_err("a scene came of it");
+    let message =
+        "/dev/zero: this file is larger than 16 MiB, the most that a scene file may be; is it a scene file?";
+    assert_eq!(errors.to_string(), message);
+}
+
+#[test]
+fn binary_garbage_is_no_scene() {
+    let png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
+    let message = "a.toml: this is not a text file: byte 9 is zero; a scene file is TOML, in UTF-8";
+    assert_eq!(load_bytes(png), message);
+    assert_eq!(load_bytes(b"[film]\nwidth = 3\0"), message.replace("byte 9", "byte 17"));
+}
+
+#[test]
+fn a_byte_that_is_not_utf_8_is_shown() {
+    let message = "a.toml:2:9: byte 17 of the file (0xe4) is not UTF-8; save it as UTF-8 in your editor";
+    assert_eq!(load_bytes(b"[film]\n# \xc3\xa4 und \xe4\n"), message);
+}
+
+#[test]
+fn utf_16_is_named() {
+    let utf16: Vec<u8> = "\u{feff}[film]".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let message = "a.toml: this file is UTF-16; a scene file is UTF-8; save it as UTF-8 in your editor";
+    assert_eq!(load_bytes(&utf16), message);
+}
+
+#[test]
+fn a_byte_order_mark_is_harmless() {
+    assert_eq!(read("\u{feff}[film]\nwidth = 3").scene.film.width, 3);
+}
+
+#[test]
+fn hostile_files_neither_crash_nor_hang() {
+    // Dotted keys in inline tables: thousands of tables within each other, within the parser's own limit.
+    let path = vec!["a"; 79].join(".");
+    let deep = format!("a = {}1{}", format!("{{{path} = ").repeat(78), "}".repeat(78));
+    let long = 2 << 20;
+    let files = [
+        deep,
+        "[".repeat(long),
+        format!("a = {}", "{a = ".repeat(long / 5)),
+        "a.".repeat(long / 2),
+        "=\n".repeat(long / 2),
+        format!("a = [{}]", ",".repeat(1 << 19)),
+        format!("lights = [{}]", "{},".repeat(long / 3)),
+        "[[entities]]\n".repeat(long / 13),
+        format!("[film]\nwidth = {}", "9".repeat(long)),
+        format!("[materials.a]\ntype = \"{}\"", "x".repeat(long)),
+        (0..20_000)
+            .map(|i| format!("[materials.m{i}]\ntype = \"checkerboard\"\neven = \"m{}\"\n", i + 1))
+            .collect(),
+    ];
+    for text in files {
+        let errors = parse(&text, "box.toml".as_ref()).expect_err("a scene came of it");
+        assert!(!errors.diagnostics().is_empty() && errors.diagnostics().len() <= 100);
+        assert!(errors.to_string().len() < 100_000);
+    }
+}
+
+#[cfg(feature = "broken-material")]
+#[test]
+fn the_broken_material_is_there_for_tests() {
+    let text = "[materials.bad]\ntype = \"broken\"\n";
+    assert_eq!(read(text).scene.materials[0].kind, MaterialKind::Broken);
+}

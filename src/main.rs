@@ -1,10 +1,10 @@
 //! spike
+use ::stride::{
+    camera::CameraSettings, film::*, integrator::*, math::lanes::Level, render::Region, sampling::*,
+    scene::*, session, world,
+};
 use glam::DVec3;
 use std::sync::Arc;
-use ::stride::{
-    camera::CameraSettings, film::*, integrator::*, math::lanes::Level, render::Region, sampling::*, scene::*,
-    session, world,
-};
 fn main() {
     let args: Vec<String> = std::env::args().collect();
     let threads: usize = args[1].parse().unwrap();

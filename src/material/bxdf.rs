@@ -291,7 +291,8 @@ mod tests {
         let expected = 0.5 * ((1.0 - 1.5_f32.powi(2)) / (1.0 + 1.5_f32.powi(2))).powi(2);
         assert!((fresnel_dielectric(cos_brewster, 1.5).0 - expected).abs() < 1e-6);
         assert_eq!(fresnel_dielectric(0.5_f32, 1.0 / 1.5), (1.0, 0.0));
-        assert!(fresnel_dielectric(0.8_f32, 1.0 / 1.5).0 < 0.1);
+        // From inside at sin i = 0.6, sin t = 0.9: ½((η·0.8 − cos t)²/(…)² + (0.8 − η·cos t)²/(…)²).
+        assert!((fresnel_dielectric(0.8_f32, 1.0 / 1.5).0 - 0.114_141).abs() < 1e-5);
     }
 
     #[test]

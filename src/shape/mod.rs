@@ -34,6 +34,12 @@ pub struct Surface {
     pub centre: [f32; 3],
     /// Radius of a round surface; zero for a flat one.
     pub radius: f32,
+    /// The point near which a round surface is described best; zero for a flat one (see [`Sphere`]).
+    pub anchor: [f32; 3],
+    /// From the anchor to the centre of a round surface; zero for a flat one.
+    pub to_centre: [f32; 3],
+    /// The anchor's power; zero for a flat surface.
+    pub anchor_power: f32,
     /// Outward normal of a flat surface, of length one; zero for a round one.
     pub normal: [f32; 3],
     /// A flat surface is where X·normal is this.

@@ -71,6 +71,9 @@ impl Shape for Quad {
         Surface {
             centre: [0.0; 3],
             radius: 0.0,
+            anchor: [0.0; 3],
+            to_centre: [0.0; 3],
+            anchor_power: 0.0,
             normal: self.normal,
             distance: self.distance,
             error: POSITION_ERROR * self.distance.abs(),

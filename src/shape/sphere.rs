@@ -2,28 +2,79 @@
 
 use super::{NOTHING, Shape, Surface, UNIT_ROUNDOFF};
 use crate::math::{Float, Ray, Vec3};
+use glam::DVec3;
 use std::f32::consts::PI;
 
+/// A sphere's share of its hits' error bound, for each unit of its anchor's coordinates and, unless it is a
+/// wall, of its radius.
+///
+/// Of w·(w − 2h) each factor, product and sum is rounded once, which leaves the power within 5 roundings of
+/// |w|·|w − 2h|, and the distance, power/2r, within 2.5 of r for an ordinary sphere and 5 of |w| for a wall.
+/// That happens twice, when the hit is put onto the sphere and when the next ray asks for it. |w| is at most
+/// the hit's and the anchor's distance from the origin; [`super::POSITION_ERROR`] pays for the hit's.
+const SPHERE_ERROR: f32 = 8.0 * UNIT_ROUNDOFF;
+
 /// All X with |X − centre| = radius: hollow, so that light can pass (report §2.3.2.1).
+///
+/// A point's *power* is |X − centre|² − radius²: zero on the sphere. Of a sphere so large that the scene
+/// sees it as a wall, that difference loses all the digits that matter: with a radius of 10⁵ it places the
+/// wall within 0.02, and paths slip out between two such walls at a corner. So the power of a point X is
+/// computed as w·(w − 2h) + k, with w and h from an anchor A to X and to the centre, and k the power of A.
+/// An ordinary sphere is anchored in its centre, which makes it |w|² − radius²; a wall in its point nearest
+/// to the world's origin, which makes all terms small where the scene is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     /// The centre.
     pub centre: [f32; 3],
     /// The radius, above zero.
     pub radius: f32,
+    /// The anchor A.
+    pub anchor: [f32; 3],
+    /// h, from the anchor to the centre.
+    pub to_centre: [f32; 3],
+    /// k, the anchor's power.
+    pub anchor_power: f32,
+}
+
+impl Sphere {
+    /// The sphere of a centre and a radius above zero.
+    pub fn new(centre: DVec3, radius: f64) -> Sphere {
+        let narrow = |w: DVec3| w.to_array().map(|x| x as f32);
+        let distance = centre.length();
+        // Seen from the origin the nearest point is much nearer than the centre.
+        let is_wall = (distance - radius).abs() < 0.25 * radius;
+        let anchor = if is_wall { centre * (1.0 - radius / distance) } else { centre };
+        // What rounding does to the anchor is known, and goes into its power.
+        let anchor = narrow(anchor);
+        let to_centre = if is_wall { centre - DVec3::from(anchor.map(f64::from)) } else { DVec3::ZERO };
+        Sphere {
+            centre: narrow(centre),
+            radius: radius as f32,
+            anchor,
+            to_centre: narrow(to_centre),
+            anchor_power: (to_centre.length_squared() - radius * radius) as f32,
+        }
+    }
+
+    /// The power of the point at `w` from the anchor.
+    #[inline(always)]
+    fn power<F: Float>(&self, w: Vec3<F>) -> F {
+        let twice = Vec3::splat(self.to_centre.map(|x| 2.0 * x));
+        w.dot(w - twice) + self.anchor_power
+    }
 }
 
 impl Shape for Sphere {
     #[inline(always)]
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
-        // t² + 2bt + c = 0 with b = m·d and c = m·m − r². The discriminant b² − c cancels when the sphere
-        // is small and far; r² − |m − b·d|² does not (Haines, Günther and Akenine-Möller 2019, "Precision
-        // Improvements for Ray/Sphere Intersection"), and neither does the smaller root as c/q.
-        let m = ray.o - Vec3::splat(self.centre);
-        let b = m.dot(ray.d);
-        let c = m.dot(m) - self.radius * self.radius;
-        let perpendicular = m - ray.d * b;
-        let discriminant = -perpendicular.dot(perpendicular) + self.radius * self.radius;
+        // t² + 2bt + c = 0 with b = m·d and c = m·m − r², the power of the origin. The discriminant b² − c
+        // cancels when the sphere is small and far; the power of the point nearest to the centre does not
+        // (Haines, Günther and Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection"),
+        // and neither does the smaller root as c/q.
+        let w = ray.o - Vec3::splat(self.anchor);
+        let b = (w - Vec3::splat(self.to_centre)).dot(ray.d);
+        let c = self.power(w);
+        let discriminant = -self.power(w - ray.d * b);
         let root = discriminant.max(F::zero()).sqrt();
         let q = -b - root.copysign(b);
         let (t0, t1) = (c / q, q);
@@ -36,16 +87,19 @@ impl Shape for Sphere {
     }
 
     fn surface(&self) -> Surface {
-        let extent = self.centre.iter().fold(0.0_f32, |m, x| m.max(x.abs())) + self.radius;
+        let largest = |v: [f32; 3]| v.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+        // How far a point of the sphere can be from the anchor, as far as its coordinates don't tell.
+        let is_wall = largest(self.to_centre) > 0.0;
+        let reach = if is_wall { 0.0 } else { self.radius };
         Surface {
             centre: self.centre,
             radius: self.radius,
+            anchor: self.anchor,
+            to_centre: self.to_centre,
+            anchor_power: self.anchor_power,
             normal: [0.0; 3],
             distance: 0.0,
-            // Following the roundings of |p − centre| and of m·m − r² through to a distance gives at most
-            // 6.5 roundings of r and one of the centre: 4 of their sum cover both, as |centre| ≥ r/2
-            // whenever r is large against the coordinates of the hit, whose own share comes on top.
-            error: 4.0 * UNIT_ROUNDOFF * extent,
+            error: SPHERE_ERROR * (largest(self.anchor) + reach),
             u_axis: [0.0; 4],
             v_axis: [0.0; 4],
             area: 4.0 * PI * self.radius * self.radius,

@@ -92,7 +92,7 @@ pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geomet
                 all.planes.push((plane, surfaces.push(plane.surface(), look)));
             }
             scene::Shape::Sphere { center, radius } => {
-                let sphere = Sphere { centre: narrow(center), radius: radius as f32 };
+                let sphere = Sphere::new(center, radius);
                 all.spheres.push((sphere, surfaces.push(sphere.surface(), look)));
                 if emits {
                     lights.push(AnyLight::Sphere(SphereLight { sphere, emission, flipped }));

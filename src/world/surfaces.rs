@@ -21,10 +21,14 @@ pub struct Look {
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTable {
-    centre: [Vec<f32>; 3],
+    /// Of round surfaces.
+    anchor: [Vec<f32>; 3],
+    /// Zero for flat surfaces.
     radius: Vec<f32>,
-    normal: [Vec<f32>; 3],
-    distance: Vec<f32>,
+    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones.
+    axis: [Vec<f32>; 3],
+    /// The distance of flat surfaces, the anchor's power of round ones.
+    constant: Vec<f32>,
     error: Vec<f32>,
     u_axis: [Vec<f32>; 3],
     u_offset: Vec<f32>,
@@ -62,10 +66,11 @@ impl SurfaceTable {
     /// Adds a row and returns its number.
     pub fn push(&mut self, surface: Surface, look: Look) -> u32 {
         let row = self.rows.len() as u32;
-        push3(&mut self.centre, surface.centre);
+        let round = surface.radius > 0.0;
+        push3(&mut self.anchor, surface.anchor);
         self.radius.push(surface.radius);
-        push3(&mut self.normal, surface.normal);
-        self.distance.push(surface.distance);
+        push3(&mut self.axis, if round { surface.to_centre } else { surface.normal });
+        self.constant.push(if round { surface.anchor_power } else { surface.distance });
         self.error.push(surface.error);
         let [ux, uy, uz, u_offset] = surface.u_axis;
         push3(&mut self.u_axis, [ux, uy, uz]);
@@ -76,7 +81,7 @@ impl SurfaceTable {
         self.orientation.push(if look.flip_normal { -1.0 } else { 1.0 });
         push3(&mut self.emission, look.emission);
         self.material.push(look.material);
-        self.has_round |= surface.radius > 0.0;
+        self.has_round |= round;
         self.rows.push((surface, look));
         row
     }
@@ -102,15 +107,19 @@ impl SurfaceTable {
     pub fn point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
         let row = hit.surface;
         let p = ray.at(hit.t);
-        let mut normal = Vec3::gather(&self.normal, row);
-        let mut off = p.dot(normal) - F::gather(&self.distance, row);
+        let (axis, constant) = (Vec3::gather(&self.axis, row), F::gather(&self.constant, row));
+        let mut normal = axis;
+        let mut off = p.dot(normal) - constant;
         let radius = F::gather(&self.radius, row);
         let round = radius.gt(F::zero());
         if round.any() {
-            let from_centre = p - Vec3::gather(&self.centre, row);
+            // The distance to the centre less the radius, as power/(distance + radius): see `Sphere`.
+            let w = p - Vec3::gather(&self.anchor, row);
+            let from_centre = w - axis;
             let length = from_centre.length();
             normal = Vec3::select(round, from_centre * (F::splat(1.0) / length), normal);
-            off = F::select(round, length - radius, off);
+            let power = w.dot(from_centre - axis) + constant;
+            off = F::select(round, power / (length + radius), off);
         }
         // Along a far hit's ray the error grows with the distance; put back onto the surface, what is left
         // grows only with the coordinates.

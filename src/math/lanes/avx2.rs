@@ -14,13 +14,13 @@ const N: usize = 8;
 
 /// Eight booleans: all ones or all zeros in 32 bits.
 #[derive(Clone, Copy)]
-pub struct Mask8(__m256);
+pub(super) struct Mask8(__m256);
 /// Eight wrapping `u32`.
 #[derive(Clone, Copy)]
-pub struct Uint8(__m256i);
+pub(super) struct Uint8(__m256i);
 /// Eight `f32`.
 #[derive(Clone, Copy)]
-pub struct Float8(__m256);
+pub(super) struct Float8(__m256);
 
 macro_rules! operator {
     ($type:ident, $trait:ident, $method:ident, $intrinsic:ident) => {

@@ -14,13 +14,13 @@ const N: usize = 16;
 
 /// Sixteen booleans: one bit each.
 #[derive(Clone, Copy)]
-pub struct Mask16(__mmask16);
+pub(super) struct Mask16(__mmask16);
 /// Sixteen wrapping `u32`.
 #[derive(Clone, Copy)]
-pub struct Uint16(__m512i);
+pub(super) struct Uint16(__m512i);
 /// Sixteen `f32`.
 #[derive(Clone, Copy)]
-pub struct Float16(__m512);
+pub(super) struct Float16(__m512);
 
 macro_rules! operator {
     ($type:ident, $trait:ident, $method:ident, $intrinsic:ident) => {

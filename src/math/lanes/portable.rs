@@ -8,13 +8,13 @@ const N: usize = 4;
 
 /// Four booleans.
 #[derive(Clone, Copy)]
-pub struct Mask4([bool; N]);
+pub(super) struct Mask4([bool; N]);
 /// Four wrapping `u32`.
 #[derive(Clone, Copy)]
-pub struct Uint4([u32; N]);
+pub(super) struct Uint4([u32; N]);
 /// Four `f32`.
 #[derive(Clone, Copy)]
-pub struct Float4([f32; N]);
+pub(super) struct Float4([f32; N]);
 
 macro_rules! operator {
     ($type:ident, $trait:ident, $method:ident, $f:expr) => {

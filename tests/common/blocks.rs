@@ -1,0 +1,202 @@
+//! Whether two pictures show the same: a test on the means of blocks.
+//!
+//! Single pixels are too noisy and whole pictures hide what cancels, so pictures are compared block by
+//! block and channel by channel. Where both pictures are estimates of the same radiance, the difference of
+//! two block means over its standard deviation is a standard normal variable z: a block holds thousands of
+//! samples of bounded radiance. The verdict falls by the largest |z|, against the bound that all of them
+//! together exceed with the probability [`ERROR_LEVEL`] (Šidák 1967; the channels of a block are dependent,
+//! which makes the true level smaller).
+
+use std::fmt;
+
+/// The side of a block in pixels.
+pub const SIDE: u32 = 8;
+
+/// The probability that two pictures of the same are told apart.
+pub const ERROR_LEVEL: f64 = 1e-4;
+
+/// What is known of a pixel: the sums of its samples, and of their squares.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    count: u64,
+    sum: [f64; 3],
+    squares: [f64; 3],
+}
+
+/// A picture that knows its own noise. Samples must be independent of each other; those of a stratifying
+/// sampler are not, but pictures with different seeds are: add such pictures as samples.
+pub struct Estimate {
+    width: u32,
+    height: u32,
+    pixels: Vec<Moments>,
+}
+
+impl Estimate {
+    pub fn new(width: u32, height: u32) -> Estimate {
+        Estimate { width, height, pixels: vec![Moments::default(); (width * height) as usize] }
+    }
+
+    pub fn add(&mut self, pixel: usize, radiance: [f32; 3]) {
+        let moments = &mut self.pixels[pixel];
+        moments.count += 1;
+        for (channel, x) in radiance.map(f64::from).into_iter().enumerate() {
+            moments.sum[channel] += x;
+            moments.squares[channel] += x * x;
+        }
+    }
+
+    /// The mean of the whole picture.
+    pub fn mean(&self) -> [f64; 3] {
+        self.blocks_of(self.width.max(self.height)).mean[0]
+    }
+
+    /// Means and noise in blocks of 8 × 8 pixels.
+    pub fn blocks(&self) -> Blocks {
+        self.blocks_of(SIDE)
+    }
+
+    fn blocks_of(&self, side: u32) -> Blocks {
+        let mut blocks = Blocks::empty(self.width, self.height, side);
+        for (index, m) in self.pixels.iter().enumerate() {
+            assert!(m.count >= 2, "pixel {index} has {} samples: too few to know its noise", m.count);
+            let n = m.count as f64;
+            blocks.add(index, [0, 1, 2].map(|c| m.sum[c] / n), |c| {
+                (m.squares[c] - m.sum[c] * m.sum[c] / n).max(0.0) / ((n - 1.0) * n)
+            });
+        }
+        blocks.finish()
+    }
+}
+
+/// A picture of which only the values are known, and how many samples a pixel it was made of.
+pub struct Reference {
+    pub width: u32,
+    pub height: u32,
+    pub rgb: Vec<[f64; 3]>,
+    pub spp: u32,
+}
+
+impl Reference {
+    /// Its blocks, with the noise that as many independent samples of the scene of `like` have.
+    pub fn blocks(&self, like: &Estimate) -> Blocks {
+        let mut blocks = Blocks::empty(self.width, self.height, SIDE);
+        for (index, (rgb, m)) in self.rgb.iter().zip(&like.pixels).enumerate() {
+            let n = m.count as f64;
+            blocks.add(index, *rgb, |c| {
+                (m.squares[c] - m.sum[c] * m.sum[c] / n).max(0.0) / ((n - 1.0) * f64::from(self.spp))
+            });
+        }
+        blocks.finish()
+    }
+
+    /// The mean of the whole picture.
+    pub fn mean(&self) -> [f64; 3] {
+        [0, 1, 2].map(|c| self.rgb.iter().map(|p| p[c]).sum::<f64>() / self.rgb.len() as f64)
+    }
+}
+
+/// Block means, and the variances of these means.
+pub struct Blocks {
+    width: u32,
+    side: u32,
+    columns: u32,
+    pixels: Vec<u32>,
+    pub mean: Vec<[f64; 3]>,
+    pub variance: Vec<[f64; 3]>,
+}
+
+impl Blocks {
+    fn empty(width: u32, height: u32, side: u32) -> Blocks {
+        let columns = width.div_ceil(side);
+        let len = (columns * height.div_ceil(side)) as usize;
+        let (mean, variance) = (vec![[0.0; 3]; len], vec![[0.0; 3]; len]);
+        Blocks { width, side, columns, pixels: vec![0; len], mean, variance }
+    }
+
+    fn add(&mut self, pixel: usize, mean: [f64; 3], variance: impl Fn(usize) -> f64) {
+        let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
+        let block = (y / self.side * self.columns + x / self.side) as usize;
+        self.pixels[block] += 1;
+        for c in 0..3 {
+            self.mean[block][c] += mean[c];
+            self.variance[block][c] += variance(c);
+        }
+    }
+
+    fn finish(mut self) -> Blocks {
+        for (block, &pixels) in self.pixels.iter().enumerate() {
+            let n = f64::from(pixels);
+            for c in 0..3 {
+                self.mean[block][c] /= n;
+                self.variance[block][c] /= n * n;
+            }
+        }
+        self
+    }
+}
+
+/// What comes of a comparison.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// The largest |z|.
+    pub worst: f64,
+    /// Its block, as column and row, and its channel.
+    pub at: (u32, u32, usize),
+    /// The largest |z| that pictures of the same may have.
+    pub bound: f64,
+    /// How many z there are.
+    pub tests: usize,
+    /// The root mean square of all z: one for pictures of the same.
+    pub rms: f64,
+}
+
+impl Verdict {
+    /// Whether the pictures may show the same.
+    pub fn agrees(&self) -> bool {
+        self.worst <= self.bound
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (column, row, channel) = self.at;
+        write!(
+            f,
+            "largest |z| {:.2} of {} in block ({column}, {row}) channel {channel}, bound {:.2}, rms {:.3}",
+            self.worst, self.tests, self.bound, self.rms
+        )
+    }
+}
+
+/// Compares two pictures, whose noise must be independent.
+pub fn compare(a: &Blocks, b: &Blocks) -> Verdict {
+    assert_eq!((a.columns, a.mean.len()), (b.columns, b.mean.len()), "pictures of different sizes");
+    let (mut worst, mut at, mut squares) = (0.0, (0, 0, 0), 0.0);
+    let tests = a.mean.len() * 3;
+    for block in 0..a.mean.len() {
+        for c in 0..3 {
+            let difference = a.mean[block][c] - b.mean[block][c];
+            let variance = a.variance[block][c] + b.variance[block][c];
+            // Of radiance without noise only rounding may differ.
+            let z = difference.abs() / variance.sqrt().max(1e-6 * a.mean[block][c].abs()).max(1e-30);
+            squares += z * z;
+            // NaN is as far off as can be.
+            if z > worst || z.is_nan() {
+                worst = if z.is_nan() { f64::INFINITY } else { z };
+                at = (block as u32 % a.columns, block as u32 / a.columns, c);
+            }
+        }
+    }
+    Verdict { worst, at, bound: sidak_bound(tests), tests, rms: (squares / tests as f64).sqrt() }
+}
+
+/// The bound that the largest of `tests` independent |z| exceeds with probability [`ERROR_LEVEL`].
+fn sidak_bound(tests: usize) -> f64 {
+    let single = -libm::expm1(libm::log1p(-ERROR_LEVEL) / tests as f64);
+    let (mut low, mut high) = (0.0, 40.0);
+    for _ in 0..100 {
+        let z: f64 = (low + high) / 2.0;
+        if libm::erfc(z / std::f64::consts::SQRT_2) > single { low = z } else { high = z }
+    }
+    high
+}

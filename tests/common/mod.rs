@@ -1,0 +1,81 @@
+//! Scenes by hand, and pictures of them without processes.
+#![allow(dead_code, unreachable_pub, reason = "a kit of which each test program uses its own part")]
+
+pub mod blocks;
+pub mod scenes;
+
+use self::blocks::Estimate;
+use std::sync::Arc;
+use stride::film::film_offset;
+use stride::integrator::{Finished, Integrator, PathNaive, Paths, Settings, Whitted};
+use stride::math::lanes::Level;
+use stride::render::Region;
+use stride::sampling::Independent;
+use stride::scene::{self, Scene};
+use stride::world::{self, CompiledScene, Geometry, World};
+
+/// The most paths that are traced at a time.
+const BLOCK: u32 = 4096;
+
+/// What follows light in a scene, as the scene asks for it.
+pub fn integrator(scene: &Scene) -> Box<dyn Integrator> {
+    let (compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
+    match geometry {
+        Geometry::Simple(world) => over(scene, compiled, world),
+        Geometry::Union(world) => over(scene, compiled, world),
+    }
+}
+
+fn over<W: World + 'static>(scene: &Scene, compiled: CompiledScene, world: W) -> Box<dyn Integrator> {
+    let seed = scene.render.seed;
+    let settings = Settings {
+        sampler: Independent { seed },
+        offset: film_offset(scene.film.filter),
+        max_depth: scene.render.max_depth,
+    };
+    let (compiled, world) = (Arc::new(compiled), Arc::new(world));
+    match scene.render.integrator {
+        scene::Integrator::Whitted => Box::new(Whitted { scene: compiled, world, settings, seed }),
+        scene::Integrator::Path | scene::Integrator::PathNaive => {
+            Box::new(PathNaive { scene: compiled, world, settings })
+        }
+    }
+}
+
+/// The world of a scene that is a plain list.
+pub fn simple_world(scene: &Scene) -> (CompiledScene, world::Simple) {
+    let (compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
+    match geometry {
+        Geometry::Simple(world) => (compiled, world),
+        Geometry::Union(_) => panic!("more surfaces than a plain list is for"),
+    }
+}
+
+/// Gives every sample of a scene's picture to `take`, with its pixel's index.
+pub fn for_each_sample(scene: &Scene, mut take: impl FnMut(usize, [f32; 3])) {
+    let integrator = integrator(scene);
+    let region = Region::whole(scene.film.width, scene.film.height);
+    let level = Level::from_environment().expect("a level that this processor has");
+    let (mut pixels, mut finished): (Vec<_>, Vec<Finished>) = (Vec::new(), Vec::new());
+    let samples = scene.render.samples;
+    let places = (BLOCK / samples).max(1);
+    for first in (0..region.len()).step_by(places as usize) {
+        pixels.clear();
+        pixels.extend((first..region.len().min(first + places)).map(|place| region.pixel(place)));
+        for first_sample in (0..samples).step_by(BLOCK as usize) {
+            let samples = BLOCK.min(samples - first_sample);
+            finished.clear();
+            integrator.trace(level, &Paths { pixels: &pixels, first_sample, samples }, &mut finished);
+            for f in &finished {
+                take(f.sample.pixel as usize, f.sample.radiance);
+            }
+        }
+    }
+}
+
+/// A picture that knows its own noise.
+pub fn estimate(scene: &Scene) -> Estimate {
+    let mut estimate = Estimate::new(scene.film.width, scene.film.height);
+    for_each_sample(scene, |pixel, radiance| estimate.add(pixel, radiance));
+    estimate
+}

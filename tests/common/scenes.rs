@@ -1,0 +1,170 @@
+//! Scenes, and the pieces that they are made of.
+
+use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
+use stride::camera::CameraSettings;
+use stride::scene::{
+    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, RenderSettings, Scene, Shape,
+};
+
+pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+pub fn matte(reflectance: [f64; 3]) -> Material {
+    Material { name: "matte".into(), kind: MaterialKind::Matte { reflectance } }
+}
+
+pub fn mirror(reflectance: [f64; 3]) -> Material {
+    Material { name: "mirror".into(), kind: MaterialKind::Mirror { reflectance } }
+}
+
+pub fn glass(ior: f64) -> Material {
+    let (reflectance, transmittance) = ([1.0; 3], [1.0; 3]);
+    Material { name: "glass".into(), kind: MaterialKind::Glass { ior, reflectance, transmittance } }
+}
+
+pub fn checkerboard(even: usize, odd: usize, checks: f64) -> Material {
+    let kind = MaterialKind::Checkerboard { even, odd, checks_per_unit: [checks; 2] };
+    Material { name: "checkerboard".into(), kind }
+}
+
+/// A dark entity of the given material.
+pub fn entity(shape: Shape, material: usize) -> Entity {
+    Entity { name: "entity".into(), shape, material, emission: [0.0; 3], flip_normal: false }
+}
+
+pub fn plane(normal: DVec3, distance: f64, material: usize) -> Entity {
+    entity(Shape::Plane { normal, distance }, material)
+}
+
+pub fn sphere(center: DVec3, radius: f64, material: usize) -> Entity {
+    entity(Shape::Sphere { center, radius }, material)
+}
+
+pub fn quad(corner: DVec3, u: DVec3, v: DVec3, material: usize) -> Entity {
+    entity(Shape::Quad { corner, u, v }, material)
+}
+
+/// The entity, emitting.
+pub fn emitting(entity: Entity, radiance: f64) -> Entity {
+    Entity { emission: [radiance; 3], ..entity }
+}
+
+/// The entity, turned inside out.
+pub fn flipped(entity: Entity) -> Entity {
+    Entity { flip_normal: true, ..entity }
+}
+
+/// A point light of the same intensity in all channels.
+pub fn point_light(position: DVec3, intensity: f64) -> Light {
+    Light::Point { position, intensity: [intensity; 3] }
+}
+
+/// A camera at the origin that looks along x with z up, 90° high, on a film of 16 × 16 pixels that are
+/// sampled in their centres, over these things.
+pub fn scene(materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
+    Scene {
+        film: FilmSettings { width: 16, height: 16, exposure: 0.0, filter: Filter::None },
+        camera: CameraSettings {
+            eye: DVec3::ZERO,
+            forward: DVec3::X,
+            up: DVec3::Z,
+            vertical_fov: FRAC_PI_2,
+            focal_length: 1.0,
+            near: 0.0,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+        },
+        render: RenderSettings {
+            integrator: Integrator::PathNaive,
+            max_depth: 5,
+            samples: 16,
+            seed: 0,
+            ambient: [0.0; 3],
+        },
+        materials,
+        entities,
+        lights: Vec::new(),
+        environment: [0.0; 3],
+    }
+}
+
+/// The scene on a film of another size.
+pub fn sized(mut scene: Scene, width: u32, height: u32) -> Scene {
+    (scene.film.width, scene.film.height) = (width, height);
+    scene
+}
+
+/// Places of the cover's entities in its list.
+pub const COVER_COLOURED_SPHERE: usize = 5;
+pub const COVER_WHITE_SPHERE: usize = 6;
+pub const COVER_LIGHT: usize = 7;
+/// Place of the white sphere's material.
+pub const COVER_WHITE_MIRROR: usize = 6;
+
+/// The report's cover: a room with two mirror spheres and a light.
+pub fn cover(width: u32, height: u32) -> Scene {
+    let materials = vec![
+        matte([0.75, 0.25, 0.25]),
+        matte([0.25, 0.25, 0.75]),
+        matte([0.75; 3]),
+        mirror([0.6, 0.4, 0.2]),
+        checkerboard(2, 3, 10.0),
+        mirror([0.25, 0.75, 0.25]),
+        mirror([1.0; 3]),
+    ];
+    let entities = vec![
+        plane(v(0.0, 1.0, 0.0), -6.0, 0),
+        plane(v(0.0, -1.0, 0.0), -6.0, 1),
+        plane(v(0.0, 0.0, -1.0), -8.0, 2),
+        plane(v(-1.0, 0.0, 0.0), -10.0, 2),
+        plane(v(0.0, 0.0, 1.0), -3.0, 4),
+        sphere(v(8.0, 3.0, -1.0), 2.0, 5),
+        sphere(v(6.0, -2.0, -1.0), 2.0, 6),
+        emitting(sphere(v(7.0, 0.0, 3.0), 1.0, 2), 1.0),
+    ];
+    let mut scene = sized(scene(materials, entities), width, height);
+    scene.film.filter = Filter::Tent { radius: 1.0 };
+    scene
+}
+
+/// The bounds of the smallpt box, in which every path stays.
+pub const SMALLPT_BOX: [[f64; 2]; 3] = [[1.0, 99.0], [0.0, 81.6], [0.0, 170.0]];
+
+/// The box of Kevin Beason's smallpt, its walls the insides of spheres of radius 10⁵, which bend by 0.05
+/// from one end of the box to the other.
+pub fn smallpt(width: u32, height: u32) -> Scene {
+    let materials = vec![
+        matte([0.75, 0.25, 0.25]),
+        matte([0.25, 0.25, 0.75]),
+        matte([0.75; 3]),
+        matte([0.0; 3]),
+        mirror([0.999; 3]),
+        Material {
+            name: "glass".into(),
+            kind: MaterialKind::Glass { ior: 1.5, reflectance: [0.999; 3], transmittance: [0.999; 3] },
+        },
+    ];
+    let wall = |x, y, z, material| flipped(sphere(v(x, y, z), 1e5, material));
+    let entities = vec![
+        wall(1e5 + 1.0, 40.8, 81.6, 0),
+        wall(-1e5 + 99.0, 40.8, 81.6, 1),
+        wall(50.0, 40.8, 1e5, 2),
+        wall(50.0, 40.8, -1e5 + 170.0, 3),
+        wall(50.0, 1e5, 81.6, 2),
+        wall(50.0, -1e5 + 81.6, 81.6, 2),
+        sphere(v(27.0, 16.5, 47.0), 16.5, 4),
+        sphere(v(73.0, 16.5, 78.0), 16.5, 5),
+        emitting(sphere(v(50.0, 681.6 - 0.27, 81.6), 600.0, 3), 12.0),
+    ];
+    let mut scene = sized(scene(materials, entities), width, height);
+    // smallpt's camera stands 140 in front of its eye, inside the box.
+    let forward = v(0.0, -0.042_612, -1.0).normalize();
+    scene.camera.eye = v(50.0, 52.0, 295.6) + forward * 140.0;
+    scene.camera.forward = forward;
+    scene.camera.up = DVec3::Y;
+    scene.camera.vertical_fov = 2.0 * (0.5135_f64 / 2.0).atan();
+    scene.film.filter = Filter::Tent { radius: 1.0 };
+    scene
+}

@@ -1,0 +1,361 @@
+//! What becomes of a hit: the point, its normal and uv, and rays that leave it again.
+
+mod common;
+
+use common::scenes::*;
+use common::simple_world;
+use glam::DVec3;
+use rand::RngExt;
+use stride::integrator::Event;
+use stride::math::{Frame, Ray, Vec3};
+use stride::render::Region;
+use stride::sampling::Stream;
+use stride::scene::{Entity, Scene, Shape};
+use stride::shape::{NOTHING, offset_origin};
+use stride::world::{CompiledScene, Simple, SurfacePoint, World};
+
+fn wide(v: Vec3<f32>) -> DVec3 {
+    DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
+}
+
+fn array(v: [f32; 3]) -> DVec3 {
+    wide(Vec3::splat(v))
+}
+
+fn narrow(v: DVec3) -> Vec3<f32> {
+    Vec3::splat(v.to_array().map(|x| x as f32))
+}
+
+fn ray(o: DVec3, d: DVec3) -> Ray<f32> {
+    Ray { o: narrow(o), d: narrow(d.normalize()).normalized() }
+}
+
+fn direction(stream: &mut Stream) -> DVec3 {
+    let z = stream.random_range(-1.0..1.0_f64);
+    let phi = stream.random_range(0.0..std::f64::consts::TAU);
+    let r = (1.0 - z * z).sqrt();
+    v(r * phi.cos(), r * phi.sin(), z)
+}
+
+/// A scene of one surface.
+struct Alone {
+    tables: CompiledScene,
+    world: Simple,
+}
+
+impl Alone {
+    fn new(entity: Entity) -> Alone {
+        let (tables, world) = simple_world(&scene(vec![matte([0.5; 3])], vec![entity]));
+        Alone { tables, world }
+    }
+
+    fn meet(&self, ray: &Ray<f32>) -> Option<SurfacePoint<f32>> {
+        let hit = self.world.intersect(ray);
+        hit.is_some().then(|| self.tables.surfaces.point(ray, &hit))
+    }
+
+    fn uv(&self, ray: &Ray<f32>) -> [f32; 2] {
+        let (u, v) = self.tables.surfaces.uv(&self.meet(ray).expect("a hit"));
+        [u, v]
+    }
+}
+
+fn close(a: [f32; 2], b: [f32; 2]) {
+    assert!((a[0] - b[0]).abs() < 2e-6 && (a[1] - b[1]).abs() < 2e-6, "{a:?} is not {b:?}");
+}
+
+#[test]
+fn a_planes_uv_are_lengths_from_its_point_nearest_the_origin() {
+    let down = DVec3::NEG_Z;
+    let floor = Alone::new(plane(DVec3::Z, -3.0, 0));
+    close(floor.uv(&ray(v(2.5, -1.25, 0.0), down)), [2.5, -1.25]);
+    close(floor.uv(&ray(v(-0.5, 7.0, -5.0), DVec3::Z)), [-0.5, 7.0]);
+    // Any plane: the origin's foot has uv (0, 0), and uv are distances along the axes of Duff's frame.
+    let stream = &mut Stream::new(5, 0, 0);
+    for _ in 0..100 {
+        let n = direction(stream);
+        let tilted = Alone::new(plane(n, 2.0, 0));
+        let n32 = narrow(n);
+        let frame = Frame::around(n32);
+        let (a, b) = (stream.random_range(-5.0..5.0_f64), stream.random_range(-5.0..5.0_f64));
+        let target = n * 2.0 + wide(frame.s) * a + wide(frame.t) * b;
+        let [u, w] = tilted.uv(&ray(target + n * 3.0 + direction(stream), -n));
+        let seen = tilted.meet(&ray(target + n * 3.0, -n)).unwrap();
+        let foot = tilted.uv(&ray(DVec3::ZERO, n));
+        assert!(foot[0].abs() < 1e-6 && foot[1].abs() < 1e-6, "{foot:?}");
+        let (su, sv) = tilted.tables.surfaces.uv(&seen);
+        assert!((f64::from(su) - a).abs() < 1e-5 && (f64::from(sv) - b).abs() < 1e-5);
+        assert!((f64::from(u) - a).abs() < 1.01 && (f64::from(w) - b).abs() < 1.01);
+    }
+}
+
+#[test]
+fn a_spheres_uv_are_its_angles() {
+    let ball = Alone::new(sphere(v(5.0, 0.0, 0.0), 2.0, 0));
+    let from = |d: DVec3| ball.uv(&ray(v(5.0, 0.0, 0.0) + d * 4.0, -d));
+    close(from(DVec3::X), [0.0, 0.5]);
+    close(from(DVec3::Y), [0.25, 0.5]);
+    close(from(DVec3::NEG_X), [0.5, 0.5]);
+    close(from(DVec3::NEG_Y), [0.75, 0.5]);
+    close(from(DVec3::Z), [0.0, 0.0]);
+    close(from(DVec3::NEG_Z), [0.0, 1.0]);
+    close(from(v(1.0, 1.0, 2.0_f64.sqrt()).normalize()), [0.125, 0.25]);
+    // From inside they are the same, and so they are where outward is turned.
+    close(ball.uv(&ray(v(5.0, 0.0, 0.0), DVec3::Y)), [0.25, 0.5]);
+    let turned = Alone::new(flipped(sphere(v(5.0, 0.0, 0.0), 2.0, 0)));
+    close(turned.uv(&ray(v(5.0, 0.0, 0.0), DVec3::Y)), [0.25, 0.5]);
+}
+
+#[test]
+fn a_quads_uv_run_from_zero_to_one_along_its_edges() {
+    let (corner, u, w) = (v(1.0, 2.0, 3.0), v(2.0, 0.0, 0.0), v(1.0, 4.0, 0.0));
+    let sheet = Alone::new(quad(corner, u, w, 0));
+    for (a, b) in [(0.5, 0.5), (0.1, 0.9), (0.75, 0.001), (0.999, 0.3)] {
+        let target = corner + u * a + w * b;
+        close(sheet.uv(&ray(target + DVec3::Z, DVec3::NEG_Z)), [a as f32, b as f32]);
+    }
+    for (a, b) in [(-0.001, 0.5), (1.001, 0.5), (0.5, -0.001), (0.5, 1.001)] {
+        let target = corner + u * a + w * b;
+        assert!(sheet.meet(&ray(target + DVec3::Z, DVec3::NEG_Z)).is_none());
+    }
+}
+
+#[test]
+fn normals_are_outward_from_either_side_and_flip_turns_them() {
+    let outward = |entity: Entity, o: DVec3, d: DVec3| wide(Alone::new(entity).meet(&ray(o, d)).unwrap().n);
+    let floor = || plane(DVec3::Z, -3.0, 0);
+    let sheet = || quad(v(-1.0, -1.0, -3.0), DVec3::X * 2.0, DVec3::Y * 2.0, 0);
+    let ball = || sphere(v(0.0, 0.0, -3.0), 1.0, 0);
+    for (z, d) in [(0.0, DVec3::NEG_Z), (-6.0, DVec3::Z)] {
+        let o = v(0.1, 0.2, z);
+        assert_eq!(outward(floor(), o, d), DVec3::Z);
+        assert_eq!(outward(flipped(floor()), o, d), DVec3::NEG_Z);
+        assert_eq!(outward(sheet(), o, d), DVec3::Z);
+        assert_eq!(outward(flipped(sheet()), o, d), DVec3::NEG_Z);
+    }
+    assert_eq!(outward(ball(), DVec3::ZERO, DVec3::NEG_Z), DVec3::Z);
+    assert_eq!(outward(flipped(ball()), DVec3::ZERO, DVec3::NEG_Z), DVec3::NEG_Z);
+    // From inside, outward is still away from the centre.
+    assert_eq!(outward(ball(), v(0.0, 0.0, -3.0), DVec3::Z), DVec3::Z);
+    assert_eq!(outward(flipped(ball()), v(0.0, 0.0, -3.0), DVec3::Z), DVec3::NEG_Z);
+}
+
+/// Something of every kind.
+fn medley() -> Scene {
+    let entities = vec![
+        plane(v(0.1, 0.2, 1.0).normalize(), -3.0, 0),
+        plane(v(0.0, 1.0, 0.0), -9.0, 0),
+        sphere(v(8.0, 3.0, -1.0), 2.0, 0),
+        sphere(v(6.0, -2.0, -1.0), 2.0, 0),
+        sphere(v(0.0, 0.0, 0.0), 20.0, 0),
+        quad(v(3.0, -3.0, -1.0), v(0.0, 5.0, 1.0), v(1.0, 0.0, 4.0), 0),
+    ];
+    scene(vec![matte([0.5; 3])], entities)
+}
+
+#[test]
+fn any_hit_is_whether_the_closest_hit_is_nearer_than_the_limit() {
+    let (_, world) = simple_world(&medley());
+    let stream = &mut Stream::new(6, 0, 0);
+    let mut seen = [0; 2];
+    for _ in 0..200_000 {
+        let ray = ray(direction(stream) * stream.random_range(0.0..30.0), direction(stream));
+        let t = world.intersect(&ray).t;
+        for t_max in [t, t.next_up(), t.next_down(), t * stream.random_range(0.5..2.0), 5.0, NOTHING] {
+            let occluded = world.occluded(&ray, t_max);
+            assert_eq!(occluded, t < t_max, "{ray:?}: nearest {t}, limit {t_max}");
+            seen[usize::from(occluded)] += 1;
+        }
+    }
+    assert!(seen.iter().all(|&n| n > 100_000), "{seen:?}");
+}
+
+/// The power of a point in a sphere, as the sphere's own numbers define it.
+fn power(ball: &stride::shape::Sphere, p: DVec3) -> f64 {
+    let w = p - array(ball.anchor);
+    w.dot(w - 2.0 * array(ball.to_centre)) + f64::from(ball.anchor_power)
+}
+
+/// What was seen of rays that leave a surface.
+#[derive(Default, Debug)]
+struct Leaving {
+    rays: u32,
+    /// The largest share of its error bound that a point lay off its surface.
+    used: f64,
+    /// The largest error bound, in roundings (2⁻²⁴) of the largest number involved.
+    roundings: f64,
+}
+
+/// Lets rays leave hits of one surface on both sides, into every direction down to 10⁻⁷ above the horizon,
+/// and demands that none meets the surface where it started.
+fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -> Leaving {
+    let alone = Alone::new(entity(shape.clone(), 0));
+    let mut seen = Leaving::default();
+    while seen.rays < hits * 8 {
+        let distance = size * 10_f64.powf(stream.random_range(-2.0..4.0));
+        let target = near + direction(stream) * size * stream.random::<f64>();
+        let o = target + direction(stream) * distance;
+        let Some(point) = alone.meet(&ray(o, target - o)) else { continue };
+        // Across a distance of many sizes a tangential error can carry a hit past the scene's own scale.
+        if wide(point.p - narrow(near)).length() > 20.0 * size {
+            continue;
+        }
+        let p = wide(point.p);
+        let (off, largest) = match shape {
+            Shape::Plane { normal, distance } => {
+                let n = wide(narrow(normal));
+                // The plane is what its rounded numbers say.
+                let distance = f64::from(distance as f32);
+                (p.dot(n) - distance, distance.abs().max(p.abs().max_element()))
+            }
+            Shape::Quad { corner, u, v } => {
+                let n = wide(point.n);
+                let distance = f64::from(u.cross(v).normalize().dot(corner) as f32);
+                (p.dot(n) - distance, distance.abs().max(p.abs().max_element()))
+            }
+            Shape::Sphere { center, radius } => {
+                let ball = alone.world.spheres[0].0;
+                // Of a wall the centre is far, and no number that matters is as large.
+                let largest = match array(ball.to_centre) {
+                    DVec3::ZERO => center.abs().max_element().max(radius),
+                    _ => array(ball.anchor).abs().max_element(),
+                };
+                (power(&ball, p) / (2.0 * radius), largest.max(p.abs().max_element()))
+            }
+        };
+        let error = f64::from(point.error);
+        seen.used = seen.used.max(off.abs() / error);
+        seen.roundings = seen.roundings.max(error / largest * 16_777_216.0);
+        let frame = Frame::around(point.n);
+        for i in 0..8 {
+            let cos = match i % 4 {
+                0 => stream.random_range(0.0..1.0_f64),
+                1 => stream.random_range(0.0..0.01),
+                _ => 10_f64.powf(stream.random_range(-7.0..0.0)),
+            } * if i < 4 { 1.0 } else { -1.0 };
+            let (sin, phi) = ((1.0 - cos * cos).sqrt(), stream.random_range(0.0..std::f64::consts::TAU));
+            let d = frame.to_world(narrow(v(sin * phi.cos(), sin * phi.sin(), cos))).normalized();
+            let away = Ray { o: offset_origin(point.p, point.n, point.error, d), d };
+            seen.rays += 1;
+            let t = alone.world.intersect(&away).t;
+            let inward = matches!(shape, Shape::Sphere { .. }) && point.n.dot(d) < 0.0;
+            match shape {
+                Shape::Sphere { .. } if inward => {
+                    // Into a sphere it meets the other end of its chord, of which it starts inside.
+                    let ball = alone.world.spheres[0].0;
+                    let inside = -power(&ball, wide(away.o));
+                    assert!(inside > 0.0, "{shape:?}: {away:?} starts outside by {inside:e}");
+                    let m = wide(away.o) - array(ball.anchor) - array(ball.to_centre);
+                    let b = m.dot(wide(away.d).normalize());
+                    // c/q where it is the smaller root.
+                    let root = (b * b + inside).sqrt();
+                    let chord = if b > 0.0 { inside / (root + b) } else { root - b };
+                    let t = f64::from(t);
+                    assert!((0.5 * chord..=2.0 * chord).contains(&t), "{shape:?} {away:?}: {t}, not {chord}");
+                }
+                _ => assert!(t == NOTHING, "{shape:?}: {away:?} meets its own surface at {t}"),
+            }
+        }
+    }
+    seen
+}
+
+#[test]
+fn rays_that_leave_a_surface_never_meet_it_where_they_start() {
+    let stream = &mut Stream::new(7, 0, 0);
+    let mut total = 0;
+    for scale in [1e-4, 1e-2, 1.0, 1e2, 1e5] {
+        for place in [0.0, 1.0, 30.0, 1e3] {
+            let near = direction(stream) * scale * place;
+            let (normal, e) = (direction(stream), direction(stream));
+            let shapes = [
+                Shape::Plane { normal, distance: normal.dot(near) },
+                Shape::Plane { normal: DVec3::Z, distance: near.z },
+                Shape::Quad { corner: near, u: e * scale, v: e.any_orthogonal_vector() * scale * 0.7 },
+                Shape::Quad { corner: near, u: DVec3::X * scale, v: DVec3::Y * scale },
+                Shape::Sphere { center: near, radius: scale },
+                // Seen from up close, almost flat.
+                Shape::Sphere { center: near + e * scale * 1e3, radius: scale * 1e3 },
+            ];
+            for shape in shapes {
+                let seen = leave(shape.clone(), scale, near, 2000, stream);
+                total += seen.rays;
+                assert!(seen.used < 0.5, "{shape:?}: the bound has no room left, {seen:?}");
+                // 40 units in the last place of the largest number are at most 80 roundings.
+                assert!(seen.roundings < 40.0, "{shape:?}: the bound is wasteful, {seen:?}");
+            }
+        }
+    }
+    assert!(total >= 1_000_000, "{total} rays");
+}
+
+#[test]
+fn a_bound_too_small_by_far_is_noticed() {
+    // The same rays with a hundredth of the bound: this test can fail.
+    let alone = Alone::new(plane(v(0.3, 0.5, 0.8).normalize(), 7.0, 0));
+    let stream = &mut Stream::new(8, 0, 0);
+    let mut met = 0;
+    for _ in 0..20_000 {
+        let o = direction(stream) * 30.0;
+        let Some(point) = alone.meet(&ray(o, direction(stream))) else { continue };
+        let frame = Frame::around(point.n);
+        let phi = stream.random_range(0.0..std::f64::consts::TAU);
+        let d = frame.to_world(narrow(v(phi.cos(), phi.sin(), 1e-3))).normalized();
+        let away = Ray { o: offset_origin(point.p, point.n, point.error * 0.01, d), d };
+        met += u32::from(alone.world.intersect(&away).t != NOTHING);
+    }
+    assert!(met > 100, "only {met}");
+}
+
+/// The smallpt box with every surface alike.
+fn furnace(mut box_: Scene, material: stride::scene::Material) -> Scene {
+    for entity in &mut box_.entities {
+        entity.material = 0;
+        entity.emission = [1.0; 3];
+    }
+    box_.materials = vec![material];
+    box_
+}
+
+#[test]
+fn a_box_of_huge_spheres_is_a_perfect_furnace() {
+    // Every surface emits 1 and reflects ½, both exact in floats: each path of d bounces sees 2 − 2⁻ᵈ, and
+    // the one that slips through a wall or hits a surface from its dark side doesn't.
+    for material in [matte([0.5; 3]), mirror([0.5; 3])] {
+        let mut scene = furnace(smallpt(96, 72), material);
+        scene.render.max_depth = 12;
+        let expected = 2.0 - 0.5_f32.powi(12);
+        let mut samples = 0;
+        common::for_each_sample(&scene, |pixel, radiance| {
+            samples += 1;
+            assert_eq!(radiance, [expected; 3], "pixel {pixel}");
+        });
+        assert_eq!(samples, 96 * 72 * 16);
+    }
+}
+
+#[test]
+fn no_path_leaves_a_box_of_huge_spheres() {
+    for mut scene in [smallpt(64, 48), furnace(smallpt(64, 48), mirror([0.5; 3]))] {
+        scene.render.max_depth = 30;
+        let integrator = common::integrator(&scene);
+        let region = Region::whole(64, 48);
+        let mut points = 0;
+        for place in 0..region.len() {
+            for sample in 0..4 {
+                let (_, events) = integrator.explain(region.pixel(place), sample);
+                for event in &events {
+                    assert!(!matches!(event, Event::Escape { .. }), "{events:?}");
+                    let Event::Hit { point, .. } = event else { continue };
+                    points += 1;
+                    for (x, [low, high]) in point.iter().zip(SMALLPT_BOX) {
+                        // The walls bend by 0.07 over the box, and are rounded to 2⁻⁷.
+                        let inside = low - 0.1..high + 0.1;
+                        assert!(inside.contains(&f64::from(*x)), "{point:?} is outside: {events:?}");
+                    }
+                }
+            }
+        }
+        assert!(points > 50_000, "{points}");
+    }
+}

@@ -4,8 +4,10 @@ mod filter;
 pub mod picture;
 pub mod snapshot;
 pub mod sums;
+pub mod tone;
 
 pub use filter::film_offset;
 pub use picture::Picture;
 pub use snapshot::Snapshot;
 pub use sums::{Film, MemoryError, PixelSums, Reject};
+pub use tone::ToneMap;

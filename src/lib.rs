@@ -21,7 +21,9 @@
 //! | [`cli`] | one file per subcommand |
 
 pub mod camera;
+pub mod cli;
 pub mod film;
+pub mod gpu;
 pub mod integrator;
 pub mod light;
 pub mod material;
@@ -30,5 +32,6 @@ pub mod output;
 pub mod render;
 pub mod sampling;
 pub mod scene;
+pub mod session;
 pub mod shape;
 pub mod world;

@@ -1,66 +1,452 @@
 //! The wiring diagram: creates the channels and starts everybody.
+//!
+//! ```text
+//!  workers ──SampleBatch──▶ accumulator ──samples──▶ dump        (without loss)
+//!     ▲                        │  │  └────barriers─▶ pictures    (without loss)
+//!     └────────orders──────────┘  ├────snapshots──▶ window      (frames may drop)
+//!                                 └────progress───▶ terminal    (frames may drop)
+//! ```
+//!
+//! Every arrow is a bounded channel. Ctrl-C closes the `stop` channel, a viewer or a sink that goes away
+//! closes its own, and either makes the accumulator stop; it closes the orders, and the workers end.
 
-use crate::film::Film;
-use crate::integrator::Integrator;
+use crate::film::{Film, MemoryError, Picture, film_offset};
+use crate::gpu;
+use crate::integrator::{self, Integrator};
 use crate::math::lanes::Level;
-use crate::render::accumulator::{Inbox, Outbox, Outcome, Stop, WorkerFailure};
+use crate::output::window::{self, Closed, Request, Window, WindowOptions};
+use crate::output::{
+    OutputError, PictureOptions, Progress, Reporter, SampleDump, numbered_path, write_owner_overlay,
+    write_picture,
+};
+use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::worker::Worker;
-use crate::render::{Accumulator, Region, Schedule, Stride};
-use crossbeam_channel::{Receiver, bounded};
+use crate::render::{Accumulator, Barrier, Order, Region, SampleBatch, Schedule, Stride};
+use crate::sampling::Independent;
+use crate::scene::Scene;
+use crate::world;
+use crossbeam_channel::{Receiver, Sender, bounded};
+use std::convert::Infallible;
+use std::num::NonZeroUsize;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread::Scope;
 use std::time::{Duration, Instant};
 
-/// How a render runs: everything but the scene and its integrator.
-pub struct Plan {
+/// Everything that a render is asked for, checked.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// What the window and the progress call it.
+    pub name: String,
+    /// The scene, with whatever the command line changed in it.
+    pub scene: Arc<Scene>,
     /// The part of the film that is rendered.
     pub region: Region,
+    /// Samples a pixel, unless the time is up before.
+    pub spp: u32,
+    /// Stop at the first whole sample after this long.
+    pub time: Option<Duration>,
     /// CPU workers.
-    pub threads: usize,
+    pub threads: NonZeroUsize,
     /// Which lanes they use.
     pub level: Level,
-    /// Samples a pixel.
-    pub spp: u32,
-    /// Stop at the first barrier after this long.
-    pub time: Option<Duration>,
-    /// Sample counts to take pictures at.
+    /// Who renders.
+    pub device: DeviceChoice,
+    /// Picture files.
+    pub outputs: Vec<PathBuf>,
+    /// Sample counts to write numbered pictures at.
     pub dump_at: Vec<u32>,
+    /// Where every sample goes, if anywhere.
+    pub samples: Option<PathBuf>,
+    /// Show which worker owns each pixel instead of what it saw, in 8-bit pictures and at first in the
+    /// window.
+    pub overlay: bool,
+    /// What people see of it.
+    pub view: View,
 }
 
-/// Renders.
-pub fn render(plan: &Plan, integrator: &dyn Integrator, film: Film, stop: Receiver<Stop>) -> Outcome {
-    let workers = plan.threads;
-    let deadline = plan.time.map(|time| Instant::now() + time);
-    let schedule = Schedule::new(workers, plan.spp, deadline, plan.dump_at.clone());
-    std::thread::scope(|scope| {
+/// Who renders.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// The CPU.
+    Cpu,
+    /// A GPU, of this name if one is given.
+    Gpu(Option<String>),
+}
+
+/// What people see of a render.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum View {
+    /// A window, or an error without a display.
+    Window,
+    /// A window where there is a display, progress elsewhere.
+    WindowIfPossible,
+    /// Progress on the terminal.
+    Progress,
+    /// Nothing.
+    Quiet,
+}
+
+/// What a render came to.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// The figures.
+    pub totals: Totals,
+    /// Whether every pixel has the same number of samples.
+    pub whole: bool,
+    /// What rendered.
+    pub device: String,
+    /// Threads that rendered.
+    pub threads: usize,
+    /// Time to compile the scene.
+    pub build: Duration,
+    /// The picture.
+    pub picture: Picture,
+}
+
+/// Why a render failed. Whatever was rendered has been written all the same.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// The film is too large.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
+    /// There is no window.
+    #[error(transparent)]
+    Window(#[from] window::WindowError),
+    /// The GPU can't do it.
+    #[error(transparent)]
+    Gpu(#[from] gpu::GpuError),
+    /// A file can't be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A worker failed.
+    #[error("{0}; the picture so far has been written")]
+    Worker(WorkerFailure),
+    /// A process failed that should not.
+    #[error("the {0} failed; this is a bug in stride: please report it with the scene and the command")]
+    Process(&'static str),
+}
+
+/// Renders. Closing `stop` ends the render with what there is.
+///
+/// Must run on the main thread if a window may open.
+pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, SessionError> {
+    let region = settings.region;
+    let film = Film::new(region.width, region.height)?;
+    let window = open_window(settings)?;
+    let build_start = Instant::now();
+    let crew = Crew::new(settings)?;
+    let build = build_start.elapsed();
+    let device = crew.description();
+    let dump = settings.samples.as_deref().map(SampleDump::create).transpose()?;
+    let workers = crew.workers();
+    let owners: Arc<Vec<u32>> = Arc::new((0..region.len()).map(|place| place % workers as u32).collect());
+
+    let result = std::thread::scope(|scope| {
         let (batches_out, batches) = bounded(2 * workers);
         let (failures_out, failures) = bounded(workers);
-        let mut orders = Vec::new();
-        for index in 0..workers {
-            let (orders_out, orders_in) = bounded(2);
-            orders.push(Some(orders_out));
-            let batches_out = batches_out.clone();
-            let failures_out = failures_out.clone();
-            let worker = Worker {
-                index,
-                integrator,
-                level: plan.level,
-                region: plan.region,
-                stride: Stride::ALL.split(index as u32, workers as u32),
-                sends_samples: false,
-            };
-            scope.spawn(move || {
-                let run = || worker.run(&orders_in, &batches_out);
-                if let Err(panic) = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)) {
-                    let message = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
-                    let message = message.or_else(|| panic.downcast_ref::<String>().cloned());
-                    let message = message.unwrap_or_else(|| "it panicked".to_owned());
-                    let _ = failures_out.send(WorkerFailure { worker: format!("worker {index}"), message });
-                }
-            });
-        }
+        let orders = crew.start(scope, settings, &batches_out, &failures_out);
         drop((batches_out, failures_out));
-        let outbox = Outbox { orders, samples: None, barriers: None, snapshots: None, progress: None };
-        let accumulator =
-            Accumulator::new(film, plan.region, schedule, &plan.dump_at, Some(plan.spp), outbox);
-        accumulator.run(&Inbox { batches, failures, stop })
-    })
+
+        let (samples_out, dumper) = match dump {
+            Some(dump) => {
+                let (sender, samples) = bounded(4);
+                (Some(sender), Some(scope.spawn(move || keep_samples(dump, &samples))))
+            }
+            None => (None, None),
+        };
+        let (barriers_out, barriers) = bounded::<Barrier>(1);
+        let painter = scope.spawn({
+            let owners = Arc::clone(&owners);
+            move || write_barriers(settings, &owners, &barriers)
+        });
+        let (progress_out, progress) = bounded(1);
+        let (snapshots_out, snapshots) = bounded(1);
+        let watched = window.is_some();
+        let outbox = Outbox {
+            orders,
+            samples: samples_out,
+            barriers: Some(barriers_out),
+            snapshots: watched.then_some(snapshots_out),
+            progress: (!watched).then_some(progress_out),
+        };
+        let deadline = settings.time.map(|time| Instant::now() + time);
+        let schedule = Schedule::new(workers, settings.spp, deadline, settings.dump_at.clone());
+        let target = (settings.spp < u32::MAX).then_some(settings.spp);
+        let accumulator = Accumulator::new(film, region, schedule, &settings.dump_at, target, outbox)
+            .with_owners(Arc::clone(&owners));
+        let inbox = Inbox { batches, failures, stop: stop.clone() };
+        // One thread from the film to the files, so that they are written while the window stays open.
+        let finisher = scope.spawn({
+            let owners = Arc::clone(&owners);
+            move || {
+                let outcome = accumulator.run(&inbox);
+                let picture = outcome.film.picture();
+                let written = write_outputs(settings, &settings.outputs, &picture, &owners);
+                (outcome, picture, written)
+            }
+        });
+        match window {
+            Some(window) => {
+                let (requests_out, requests) = bounded(1);
+                let owners = &owners;
+                scope.spawn(move || save_on_request(settings, owners, &requests));
+                let Closed { .. } = window.run(snapshots, requests_out, stop.clone());
+            }
+            None => show_progress(settings, &progress),
+        }
+        let finished = finisher.join().map_err(|_| SessionError::Process("accumulator"));
+        let dumped =
+            dumper.map_or(Ok(Ok(())), |d| d.join().map_err(|_| SessionError::Process("sample dump")));
+        let painted = painter.join().map_err(|_| SessionError::Process("picture writer"));
+        combine(finished, dumped, painted)
+    });
+    let (outcome, picture) = result?;
+    if settings.view != View::Quiet {
+        name_rejects(&outcome);
+    }
+    let Outcome { totals, whole, failure, .. } = outcome;
+    if let Some(failure) = failure {
+        return Err(SessionError::Worker(failure));
+    }
+    Ok(Report { totals, whole, device, threads: workers, build, picture })
+}
+
+type Written = Result<(), OutputError>;
+
+/// The outcome, or the first thing that went wrong.
+fn combine(
+    finished: Result<(Outcome, Picture, Written), SessionError>,
+    dumped: Result<Written, SessionError>,
+    painted: Result<Written, SessionError>,
+) -> Result<(Outcome, Picture), SessionError> {
+    let (outcome, picture, written) = finished?;
+    written?;
+    dumped??;
+    painted??;
+    Ok((outcome, picture))
+}
+
+fn open_window(settings: &Settings) -> Result<Option<Window>, SessionError> {
+    if matches!(settings.view, View::Progress | View::Quiet) {
+        return Ok(None);
+    }
+    let options = WindowOptions {
+        name: settings.name.clone(),
+        width: settings.region.width,
+        height: settings.region.height,
+        exposure: settings.scene.film.exposure,
+        overlay: settings.overlay,
+        time_limit: settings.time.map(|time| time.as_secs_f64()),
+    };
+    match window::open(&options) {
+        Ok(window) => Ok(Some(window)),
+        Err(error) if settings.view == View::Window => Err(error.into()),
+        Err(_) => Ok(None),
+    }
+}
+
+/// Those who render.
+enum Crew {
+    Cpu { integrator: Arc<dyn Integrator>, threads: usize },
+    Gpu(Box<gpu::GpuWorker>, String),
+}
+
+impl Crew {
+    fn new(settings: &Settings) -> Result<Crew, SessionError> {
+        let Scene { film, render, .. } = &*settings.scene;
+        let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
+        let how = integrator::Settings {
+            sampler: Independent { seed: render.seed },
+            offset: film_offset(film.filter),
+            max_depth: render.max_depth,
+        };
+        match &settings.device {
+            DeviceChoice::Cpu => {
+                let integrator =
+                    integrator::build(render.integrator, Arc::new(compiled), geometry, how).into();
+                // A worker without a pixel would have nothing to do.
+                let threads = settings.threads.get().min(settings.region.len() as usize);
+                Ok(Crew::Cpu { integrator, threads })
+            }
+            DeviceChoice::Gpu(name) => {
+                let device = gpu::Device::open(name.as_deref())?;
+                let description = device.description();
+                let worker = gpu::GpuWorker::new(
+                    device,
+                    &compiled,
+                    &geometry,
+                    render.integrator,
+                    &how,
+                    settings.region,
+                    Stride::ALL,
+                    0,
+                    settings.samples.is_some(),
+                )?;
+                Ok(Crew::Gpu(Box::new(worker), description))
+            }
+        }
+    }
+
+    fn workers(&self) -> usize {
+        match self {
+            Crew::Cpu { threads, .. } => *threads,
+            Crew::Gpu(..) => 1,
+        }
+    }
+
+    fn description(&self) -> String {
+        match self {
+            Crew::Cpu { .. } => "cpu".to_owned(),
+            Crew::Gpu(_, description) => format!("gpu: {description}"),
+        }
+    }
+
+    /// Starts a thread for each worker and returns where to send their orders.
+    fn start<'scope>(
+        self,
+        scope: &'scope Scope<'scope, '_>,
+        settings: &'scope Settings,
+        batches: &Sender<SampleBatch>,
+        failures: &Sender<WorkerFailure>,
+    ) -> Vec<Option<Sender<Order>>> {
+        let workers = self.workers();
+        let mut all_orders = Vec::new();
+        let mut hire =
+            |name: String, mut work: Box<dyn FnMut(Mailbox) -> Result<(), gpu::GpuError> + Send>| {
+                let (orders_out, orders) = bounded(2);
+                all_orders.push(Some(orders_out));
+                let (batches, failures) = (batches.clone(), failures.clone());
+                scope.spawn(move || {
+                    let problem = match catch_unwind(AssertUnwindSafe(|| work(Mailbox { orders, batches }))) {
+                        Ok(Ok(())) => return,
+                        Ok(Err(error)) => error.to_string(),
+                        Err(panic) => panic_message(&*panic),
+                    };
+                    // Nobody listens any more only if the run has ended already.
+                    let _ = failures.send(WorkerFailure { worker: name, message: problem });
+                });
+            };
+        match self {
+            Crew::Cpu { integrator, .. } => {
+                for index in 0..workers {
+                    let integrator = Arc::clone(&integrator);
+                    let (level, region) = (settings.level, settings.region);
+                    let stride = Stride::ALL.split(index as u32, workers as u32);
+                    let sends_samples = settings.samples.is_some();
+                    let work = move |mail: Mailbox| {
+                        let integrator = &*integrator;
+                        let worker = Worker { index, integrator, level, region, stride, sends_samples };
+                        worker.run(&mail.orders, &mail.batches);
+                        Ok(())
+                    };
+                    hire(format!("worker {index}"), Box::new(work));
+                }
+            }
+            Crew::Gpu(mut worker, description) => {
+                let work = move |mail: Mailbox| worker.run(&mail.orders, &mail.batches);
+                hire(format!("the GPU worker ({description})"), Box::new(work));
+            }
+        }
+        all_orders
+    }
+}
+
+/// A worker's ends of its channels.
+struct Mailbox {
+    orders: Receiver<Order>,
+    batches: Sender<SampleBatch>,
+}
+
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
+    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+    text.unwrap_or_else(|| "it panicked without a word".to_owned())
+}
+
+fn keep_samples(mut dump: SampleDump, samples: &Receiver<Vec<crate::integrator::Sample>>) -> Written {
+    for samples in samples {
+        dump.write(&samples)?;
+    }
+    dump.finish().map(drop)
+}
+
+fn write_barriers(settings: &Settings, owners: &[u32], barriers: &Receiver<Barrier>) -> Written {
+    for Barrier { spp, picture } in barriers {
+        let paths: Vec<PathBuf> = settings.outputs.iter().map(|path| numbered_path(path, spp)).collect();
+        write_outputs(settings, &paths, &picture, owners)?;
+    }
+    Ok(())
+}
+
+/// Writes the picture to every path, going on after an error, and returns the first error.
+fn write_outputs(settings: &Settings, paths: &[PathBuf], picture: &Picture, owners: &[u32]) -> Written {
+    let exposure = settings.scene.film.exposure;
+    write_exposed(settings, paths, picture, owners, exposure)
+}
+
+fn write_exposed(
+    settings: &Settings,
+    paths: &[PathBuf],
+    picture: &Picture,
+    owners: &[u32],
+    exposure: f64,
+) -> Written {
+    let mut first_error = Ok(());
+    for path in paths {
+        let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        let written = if settings.overlay && is_png {
+            write_owner_overlay(path, owners, picture.width, picture.height)
+        } else {
+            write_picture(path, picture, &PictureOptions { exposure })
+        };
+        first_error = first_error.and(written);
+    }
+    first_error
+}
+
+/// Writes the outputs whenever the window asks for it.
+fn save_on_request(settings: &Settings, owners: &[u32], requests: &Receiver<Request>) {
+    for Request::Save { snapshot, exposure, reply } in requests {
+        let saved = write_exposed(settings, &settings.outputs, &snapshot.picture, owners, exposure);
+        let names: Vec<String> = settings.outputs.iter().map(|path| path.display().to_string()).collect();
+        let line = match saved {
+            Ok(()) => format!("saved {}", names.join(", ")),
+            Err(error) => error.to_string(),
+        };
+        // The window may have closed meanwhile.
+        let _ = reply.send(line);
+    }
+}
+
+/// Says which samples were left out, and how to look at one of them.
+fn name_rejects(outcome: &Outcome) {
+    if outcome.totals.rejected == 0 {
+        return;
+    }
+    eprintln!("{} samples were left out:", outcome.totals.rejected);
+    for (traced, reject) in &outcome.rejects {
+        eprintln!("  pixel {} sample {}: {reject}", traced.pixel, traced.sample);
+    }
+}
+
+fn show_progress(settings: &Settings, totals: &Receiver<Totals>) {
+    let mut reporter = Reporter::stderr(settings.view == View::Quiet);
+    let mut last = Totals::default();
+    for totals in totals {
+        reporter.update(&progress(settings, &totals));
+        last = totals;
+    }
+    reporter.finish(&progress(settings, &last));
+}
+
+fn progress(settings: &Settings, totals: &Totals) -> Progress {
+    Progress {
+        spp_done: totals.samples as f64 / f64::from(settings.region.len()),
+        spp_target: (settings.spp < u32::MAX).then_some(settings.spp),
+        seconds: totals.elapsed.as_secs_f64(),
+        samples: totals.samples,
+        time_limit: settings.time.map(|time| time.as_secs_f64()),
+    }
 }

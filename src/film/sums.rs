@@ -25,13 +25,16 @@ pub const MAX_SUMMED: f32 = 1024.0;
 pub const MAX_COUNT: u32 = 512;
 
 /// Why a sample is left out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Reject {
-    /// A channel is not a number.
+    /// A channel is NaN.
+    #[error("its radiance is not a number")]
     NotANumber,
     /// A channel is infinite or above [`MAX_RADIANCE`].
+    #[error("its radiance is infinite or above 2³⁰")]
     TooBright,
     /// A channel is below zero.
+    #[error("its radiance is negative")]
     Negative,
 }
 

@@ -12,7 +12,10 @@ use crate::camera::Camera;
 use crate::math::lanes::Level;
 use crate::math::{Float, Ray};
 use crate::sampling::warp::FilmOffset;
-use crate::sampling::{Block, PathId, Sampler};
+use crate::sampling::{Block, Independent, PathId, Sampler};
+use crate::scene;
+use crate::world::{CompiledScene, Geometry, World};
+use std::sync::Arc;
 
 /// One sample: where it fell on the film and what it saw.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,6 +95,36 @@ pub struct Settings<S> {
     pub offset: FilmOffset,
     /// The largest number of bounces.
     pub max_depth: u32,
+}
+
+/// The integrator of a kind over a compiled scene, with its world and sampler inside.
+pub fn build(
+    kind: scene::Integrator,
+    scene: Arc<CompiledScene>,
+    geometry: Geometry,
+    settings: Settings<Independent>,
+) -> Box<dyn Integrator> {
+    match geometry {
+        Geometry::Simple(world) => build_over(kind, scene, Arc::new(world), settings),
+        Geometry::Union(world) => build_over(kind, scene, Arc::new(world), settings),
+    }
+}
+
+fn build_over<W: World + 'static>(
+    kind: scene::Integrator,
+    scene: Arc<CompiledScene>,
+    world: Arc<W>,
+    settings: Settings<Independent>,
+) -> Box<dyn Integrator> {
+    match kind {
+        // Until lights are sampled, the best path tracer there is here is the report's.
+        scene::Integrator::Path | scene::Integrator::PathNaive => {
+            Box::new(PathNaive { scene, world, settings })
+        }
+        scene::Integrator::Whitted => {
+            Box::new(Whitted { scene, world, settings, seed: settings.sampler.seed })
+        }
+    }
 }
 
 /// A film position for a path, in pixels from the top left, and the camera ray through it.

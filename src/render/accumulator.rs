@@ -5,7 +5,8 @@ use super::schedule::{Order, Schedule};
 use super::stride::{Region, Stride};
 use crate::film::{Film, Picture, Reject, Snapshot};
 use crate::integrator::Sample;
-use crossbeam_channel::{Receiver, Sender, select};
+use crossbeam_channel::{Receiver, Sender, TrySendError, select};
+use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -17,10 +18,6 @@ const SNAPSHOT_SHARE: u32 = 20;
 
 /// How many rejected samples are remembered by name.
 const NAMED_REJECTS: usize = 8;
-
-/// Somebody asks for the render to stop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stop;
 
 /// A worker could not go on.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -64,19 +61,20 @@ pub struct Inbox {
     pub batches: Receiver<SampleBatch>,
     /// Workers that failed.
     pub failures: Receiver<WorkerFailure>,
-    /// Requests to stop.
-    pub stop: Receiver<Stop>,
+    /// Closing this channel asks to stop.
+    pub stop: Receiver<Infallible>,
 }
 
 /// The channels that the accumulator talks to. A closed one is no longer served.
 pub struct Outbox {
     /// Work for each worker; closing one tells the worker that there is no more.
     pub orders: Vec<Option<Sender<Order>>>,
-    /// Every sample, without loss.
+    /// Every sample, without loss. The render stops when this sink goes away.
     pub samples: Option<Sender<Vec<Sample>>>,
     /// Pictures at the barriers that were asked for.
     pub barriers: Option<Sender<Barrier>>,
-    /// Views of the unfinished picture, which may be dropped, except for the last.
+    /// Views of the unfinished picture, which may be dropped, except for the last. The render stops when
+    /// the viewer goes away.
     pub snapshots: Option<Sender<Arc<Snapshot>>>,
     /// How far it is, which may be dropped.
     pub progress: Option<Sender<Totals>>,
@@ -112,6 +110,8 @@ pub struct Accumulator {
     last_frame: Option<Instant>,
     frame_cost: Duration,
     target: Option<u32>,
+    /// Somebody who was to get everything has gone: there is no use in going on.
+    deserted: bool,
 }
 
 /// A barrier's picture, filled stride by stride.
@@ -151,6 +151,7 @@ impl Accumulator {
             last_frame: None,
             frame_cost: Duration::ZERO,
             target,
+            deserted: false,
         }
     }
 
@@ -170,7 +171,7 @@ impl Accumulator {
             self.give_order(worker);
             self.give_order(worker);
         }
-        loop {
+        while !self.deserted {
             select! {
                 recv(inbox.batches) -> batch => match batch {
                     Ok(batch) => self.take(batch),
@@ -262,6 +263,7 @@ impl Accumulator {
             && sink.send(samples).is_err()
         {
             self.outbox.samples = None;
+            self.deserted = true;
         }
     }
 
@@ -281,6 +283,7 @@ impl Accumulator {
                     && sink.send(done.barrier).is_err()
                 {
                     self.outbox.barriers = None;
+                    self.deserted = true;
                 }
             }
         }
@@ -300,8 +303,10 @@ impl Accumulator {
         }
         let start = Instant::now();
         let snapshot = Arc::new(self.snapshot(false));
-        if let Some(snapshots) = &self.outbox.snapshots {
-            let _ = snapshots.try_send(snapshot);
+        let sent = self.outbox.snapshots.as_ref().map(|snapshots| snapshots.try_send(snapshot));
+        if let Some(Err(TrySendError::Disconnected(_))) = sent {
+            self.outbox.snapshots = None;
+            self.deserted = true;
         }
         self.frame_cost = start.elapsed();
         self.last_frame = Some(Instant::now());

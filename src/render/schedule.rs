@@ -19,7 +19,7 @@ const LONGEST_ORDER: u32 = 256;
 
 /// How long an order should take: long enough that its messages cost nothing, short enough that a time
 /// limit is kept.
-const TARGET: Duration = Duration::from_millis(250);
+const TARGET: Duration = Duration::from_millis(500);
 
 /// Decides the barriers, one after the other.
 #[derive(Debug)]
@@ -74,8 +74,10 @@ impl Schedule {
         }
         // The first samples come one by one, so that there is something to see; then orders double until
         // they are as long as they should be.
+        let left = self.deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
+        let length = left.map_or(TARGET, |left| TARGET.min(left / 4));
         let longest = pace.map_or(1, |pace| {
-            (TARGET.as_secs_f64() / pace.as_secs_f64().max(1e-9)).min(f64::from(LONGEST_ORDER)) as u32
+            (length.as_secs_f64() / pace.as_secs_f64().max(1e-9)).min(f64::from(LONGEST_ORDER)) as u32
         });
         let step = longest.clamp(1, from.max(1));
         let end = from.saturating_add(step).min(self.target);

@@ -207,7 +207,9 @@ impl Window {
     }
 
     fn save(&mut self, requests: &Sender<Request>, now: Instant) {
-        let request = Request::Save { exposure: self.viewer.exposure(), reply: self.replies.0.clone() };
+        let Some(snapshot) = self.viewer.snapshot() else { return };
+        let request =
+            Request::Save { snapshot, exposure: self.viewer.exposure(), reply: self.replies.0.clone() };
         let note = match requests.try_send(request) {
             Ok(()) => "saving",
             Err(TrySendError::Full(_)) => "still busy with the last save",

@@ -22,7 +22,9 @@ mod disabled;
 #[cfg(not(feature = "window"))]
 pub use disabled::{Window, open};
 
+use crate::film::Snapshot;
 use crossbeam_channel::Sender;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// What a window is opened with.
@@ -47,6 +49,8 @@ pub struct WindowOptions {
 pub enum Request {
     /// Write the outputs now.
     Save {
+        /// What is on the screen.
+        snapshot: Arc<Snapshot>,
         /// The exposure on the screen, in stops.
         exposure: f64,
         /// Where to send a line for the title bar: what was written, or why not.

@@ -72,6 +72,11 @@ impl Viewer {
         }
     }
 
+    /// The picture on the screen, if there is one yet.
+    pub fn snapshot(&self) -> Option<Arc<Snapshot>> {
+        self.snapshot.clone()
+    }
+
     /// Takes a newer picture.
     pub fn show(&mut self, snapshot: Arc<Snapshot>) {
         let seen = self.snapshot.as_ref().is_some_and(|old| Arc::ptr_eq(&old.owners, &snapshot.owners));

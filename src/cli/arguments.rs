@@ -1,0 +1,158 @@
+//! Arguments that several commands share, and the words they are written in.
+
+use super::{Failure, usage};
+use crate::render::Region;
+use crate::scene::{self, Filter, Integrator, Scene};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// What a command may change in a scene.
+#[derive(Debug, Default, clap::Args)]
+pub(super) struct SceneArguments {
+    /// Scene file (TOML)
+    pub scene: PathBuf,
+    /// Seed of all randomness, instead of the scene's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
+    /// Size of the film in pixels, instead of the scene's
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// How light is followed, instead of the scene's way
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<Integrator>,
+    /// Largest number of bounces, instead of the scene's; 0 sees emitters only
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub max_depth: Option<u32>,
+    /// Reconstruction filter, instead of the scene's: none, box or tent
+    #[arg(long, value_name = "NAME")]
+    pub filter: Option<Filter>,
+}
+
+impl SceneArguments {
+    /// Reads the scene, says what is dubious about it, and makes the changes.
+    pub(super) fn load(&self, quiet: bool) -> Result<Scene, Failure> {
+        let loaded = scene::load(&self.scene)?;
+        if !quiet {
+            for warning in &loaded.warnings {
+                let _ = writeln!(std::io::stderr(), "warning: {warning}");
+            }
+        }
+        let mut scene = loaded.scene;
+        if let Some((width, height)) = self.size {
+            (scene.film.width, scene.film.height) = (width, height);
+        }
+        if let Some(filter) = self.filter {
+            scene.film.filter = filter;
+        }
+        if let Some(seed) = self.seed {
+            scene.render.seed = seed;
+        }
+        if let Some(integrator) = self.integrator {
+            scene.render.integrator = integrator;
+        }
+        if let Some(max_depth) = self.max_depth {
+            scene.render.max_depth = max_depth;
+        }
+        let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+        if pixels > MOST_PIXELS {
+            let needed = pixels * crate::film::Film::BYTES_PER_PIXEL;
+            return Err(usage(format!(
+                "a film of {}×{} pixels is more than stride can number (2³¹); it would need {:.0} GB of memory",
+                scene.film.width,
+                scene.film.height,
+                needed as f64 / 1e9
+            )));
+        }
+        Ok(scene)
+    }
+
+    /// What people call the scene: the file's name.
+    pub(super) fn name(&self) -> String {
+        self.scene.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+}
+
+/// Pixels are numbered in 32 bits, with room for strides that step past the end.
+const MOST_PIXELS: u64 = 1 << 31;
+
+/// "640x480".
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
+    let error = || "a size is written like 640x480, each side 1 to 65536".to_owned();
+    let (width, height) = text.split_once(['x', '×']).ok_or_else(error)?;
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=65_536).contains(side)).ok_or_else(error);
+    Ok((side(width)?, side(height)?))
+}
+
+/// "10,20,64,48" as a part of the film.
+pub(super) fn crop(text: &str) -> Result<[u32; 4], String> {
+    let error = || "a crop is written X,Y,WIDTH,HEIGHT in whole pixels, like 10,20,64,48".to_owned();
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    numbers.ok().and_then(|numbers| numbers.try_into().ok()).ok_or_else(error)
+}
+
+/// A crop of a film, checked against it.
+pub(super) fn region(crop: Option<[u32; 4]>, width: u32, height: u32) -> Result<Region, Failure> {
+    let Some([x, y, w, h]) = crop else { return Ok(Region::whole(width, height)) };
+    let fits =
+        |from: u32, len: u32, side: u32| len > 0 && from.checked_add(len).is_some_and(|end| end <= side);
+    if fits(x, w, width) && fits(y, h, height) {
+        Ok(Region { film_width: width, x, y, width: w, height: h })
+    } else {
+        Err(usage(format!(
+            "--crop {x},{y},{w},{h} is not a part of the film, which has {width}×{height} pixels"
+        )))
+    }
+}
+
+/// "30s", "1.5m", "250ms", "2h"; a bare number is seconds.
+pub(super) fn duration(text: &str) -> Result<Duration, String> {
+    let error = || "a time is written like 30s, 1.5m, 2h or 250ms".to_owned();
+    let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(split);
+    let seconds = match unit {
+        "ms" => 0.001,
+        "" | "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(error()),
+    };
+    let number: f64 = number.trim().parse().map_err(|_| error())?;
+    Duration::try_from_secs_f64(number * seconds).ok().filter(|d| !d.is_zero()).ok_or_else(error)
+}
+
+/// A path as messages show it.
+pub(super) fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_crops_and_times_are_read_or_refused() {
+        assert_eq!(size("640x480"), Ok((640, 480)));
+        for bad in ["", "640", "0x480", "640x", "-1x5", "1e3x5", "65537x1", "640x480x2"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        assert_eq!(crop("1,2,3,4"), Ok([1, 2, 3, 4]));
+        for bad in ["", "1,2,3", "1,2,3,4,5", "a,b,c,d", "-1,0,1,1"] {
+            assert!(crop(bad).is_err(), "{bad}");
+        }
+        assert_eq!(duration("30s"), Ok(Duration::from_secs(30)));
+        assert_eq!(duration("1.5m"), Ok(Duration::from_secs(90)));
+        assert_eq!(duration("250ms"), Ok(Duration::from_millis(250)));
+        for bad in ["", "s", "0", "-1s", "nan", "inf", "1e300h", "5 parsecs"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_crop_lies_within_the_film() {
+        assert!(region(Some([0, 0, 4, 4]), 4, 4).is_ok());
+        for bad in [[0, 0, 5, 4], [1, 0, 4, 4], [0, 0, 0, 1], [u32::MAX, 0, 2, 1]] {
+            assert!(matches!(region(Some(bad), 4, 4), Err(Failure::Usage(_))), "{bad:?}");
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! `stride check`: what is wrong with a scene file.
+
+use super::{Failure, arguments::shown, print};
+use crate::scene;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct CheckArguments {
+    /// Scene file (TOML)
+    scene: PathBuf,
+}
+
+pub(super) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
+    let loaded = scene::load(&arguments.scene)?;
+    let mut text = String::new();
+    for warning in &loaded.warnings {
+        text += &format!("warning: {warning}\n");
+    }
+    let scene = loaded.scene;
+    let count = |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
+    text += &format!(
+        "{}: fine: {}×{} pixels, {}, {}\n",
+        shown(&arguments.scene),
+        scene.film.width,
+        scene.film.height,
+        count(scene.entities.len(), "entity", "entities"),
+        count(scene.materials.len(), "material", "materials"),
+    );
+    Ok(print(&text)?)
+}

@@ -1,0 +1,76 @@
+//! The command line: one file per subcommand, each from arguments to an exit code.
+
+mod arguments;
+mod check;
+mod render;
+mod stats;
+mod stop;
+mod trace;
+
+use clap::{Parser, Subcommand};
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Physically based path tracing; the same picture to the bit, whatever the threads.
+#[derive(Debug, Parser)]
+#[command(name = "stride", version, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene to a window and to picture files
+    Render(render::RenderArguments),
+    /// Say what is wrong with a scene file, and render nothing
+    Check(check::CheckArguments),
+    /// Trace one path again and tell what happens on it, bounce by bounce
+    Trace(trace::TraceArguments),
+}
+
+/// Why a command ends without success.
+#[derive(Debug)]
+enum Failure {
+    /// The command line asks for something that can't be: exit code 2.
+    Usage(anyhow::Error),
+    /// It went wrong on the way: exit code 1.
+    Failed(anyhow::Error),
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(error: E) -> Failure {
+        Failure::Failed(error.into())
+    }
+}
+
+/// A failure of the command line itself.
+fn usage(message: impl std::fmt::Display) -> Failure {
+    Failure::Usage(anyhow::anyhow!("{message}"))
+}
+
+/// Runs the program: 0 done, 1 failed, 2 bad usage.
+pub fn main() -> ExitCode {
+    // clap itself exits with 2 for what it can't parse, and with 0 for --help and --version.
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Command::Render(arguments) => render::run(arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Trace(arguments) => trace::run(&arguments),
+    };
+    let (error, code) = match result {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Failed(error)) => (error, 1),
+        Err(Failure::Usage(error)) => (error, 2),
+    };
+    // Standard error may be closed: then the exit code has to say it all.
+    let _ = writeln!(std::io::stderr(), "error: {error:#}");
+    ExitCode::from(code)
+}
+
+/// Writes to standard output; a closed pipe is an error like any other, not a panic.
+fn print(text: &str) -> anyhow::Result<()> {
+    use anyhow::Context;
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("standard output can't be written")
+}

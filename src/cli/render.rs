@@ -1,0 +1,190 @@
+//! `stride render`: arguments → checked settings → session → exit code.
+
+use super::arguments::{SceneArguments, crop, duration, region};
+use super::stats::Stats;
+use super::{Failure, stop, usage};
+use crate::math::lanes::Level;
+use crate::output::{self, atomic};
+use crate::scene::Scene;
+use crate::session::{self, DeviceChoice, Settings, View};
+use clap::ValueEnum;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct RenderArguments {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// Picture to write: .png, .exr or .hdr; may be given several times [default: the scene's name with .png]
+    #[arg(short, long = "output", value_name = "FILE")]
+    outputs: Vec<PathBuf>,
+    /// Samples a pixel, instead of the scene's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Stop at the first whole sample after this time: 30s, 1.5m, 2h
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    time: Option<Duration>,
+    /// Threads that render, 1 to 1024 [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Part of the film to render, in pixels
+    #[arg(long, value_name = "X,Y,W,H", value_parser = crop)]
+    crop: Option<[u32; 4]>,
+    /// What rays meet surfaces in
+    #[arg(long, value_enum, value_name = "NAME", default_value = "simple", hide_default_value = true)]
+    world: WorldName,
+    /// Who renders: cpu, gpu, or gpu:NAME for a GPU whose name contains NAME
+    #[arg(long, value_name = "DEVICE", value_parser = device, default_value = "cpu")]
+    device: DeviceChoice,
+    /// Show the render in a window, or fail without a display
+    #[arg(long, conflicts_with = "headless")]
+    window: bool,
+    /// Open no window
+    #[arg(long)]
+    headless: bool,
+    /// Exposure of PNG and window in stops, instead of the scene's
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
+    exposure: Option<f64>,
+    /// Colour pixels by the worker that owns them (report figure 3.1)
+    #[arg(long, value_enum, value_name = "NAME")]
+    overlay: Option<Overlay>,
+    /// Also write numbered pictures at these sample counts: 10,100,500
+    #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    dump_at: Vec<u32>,
+    /// Dump every sample to a NumPy file
+    #[arg(long, value_name = "FILE.npy")]
+    samples: Option<PathBuf>,
+    /// Write the figures of the run as JSON
+    #[arg(long, value_name = "FILE.json")]
+    stats: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum WorldName {
+    /// Try every surface; unbounded ones apart where there are many bounded ones
+    Simple,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Overlay {
+    /// Which worker owns a pixel
+    Owner,
+}
+
+fn device(text: &str) -> Result<DeviceChoice, String> {
+    match text.split_once(':') {
+        None if text == "cpu" => Ok(DeviceChoice::Cpu),
+        None if text == "gpu" => Ok(DeviceChoice::Gpu(None)),
+        Some(("gpu", name)) if !name.is_empty() => Ok(DeviceChoice::Gpu(Some(name.to_owned()))),
+        _ if text == "all" => {
+            Err("CPU and GPU together come in a later version; choose cpu or gpu".to_owned())
+        }
+        _ => Err("the devices are cpu, gpu and gpu:NAME".to_owned()),
+    }
+}
+
+fn exposure(text: &str) -> Result<f64, String> {
+    let error = || "an exposure is a number of stops between −100 and 100".to_owned();
+    text.parse().ok().filter(|stops: &f64| stops.abs() <= 100.0).ok_or_else(error)
+}
+
+pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
+    let level = Level::from_environment().map_err(usage)?;
+    let load_start = Instant::now();
+    let mut scene = arguments.scene.load(arguments.quiet)?;
+    let load = load_start.elapsed();
+    if let Some(exposure) = arguments.exposure {
+        scene.film.exposure = exposure;
+    }
+    let settings = settings(&arguments, scene, level)?;
+    check_places(&arguments, &settings)?;
+
+    let stop = stop::on_interrupt().map_err(|error| anyhow::anyhow!("Ctrl-C can't be caught: {error}"))?;
+    let report = session::run(&settings, &stop)?;
+    if let Some(path) = &arguments.stats {
+        let stats = Stats::new(&report, load, level.to_string());
+        atomic::write_atomically(path, |out| {
+            serde_json::to_writer_pretty(&mut *out, &stats)?;
+            std::io::Write::write_all(out, b"\n")
+        })?;
+    }
+    Ok(())
+}
+
+fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<Settings, Failure> {
+    let WorldName::Simple = arguments.world;
+    let region = region(arguments.crop, scene.film.width, scene.film.height)?;
+    let spp = match (arguments.spp, arguments.time) {
+        (Some(spp), _) => spp,
+        // With a time limit alone, the time decides.
+        (None, Some(_)) => u32::MAX,
+        (None, None) => scene.render.samples,
+    };
+    if let Some(late) = arguments.dump_at.iter().find(|&&at| at > spp) {
+        return Err(usage(format!(
+            "--dump-at {late} lies past the end of the render at {spp} samples a pixel"
+        )));
+    }
+    let default_output =
+        || arguments.scene.scene.file_stem().map(|stem| PathBuf::from(stem).with_extension("png"));
+    let outputs = if arguments.outputs.is_empty() {
+        vec![
+            default_output()
+                .ok_or_else(|| usage("the scene has no name to derive the picture's from; use -o"))?,
+        ]
+    } else {
+        arguments.outputs.clone()
+    };
+    if let Some(twice) = first_repeated(&outputs) {
+        return Err(usage(format!("-o {} is given twice", twice.display())));
+    }
+    let view = match (arguments.quiet, arguments.window, arguments.headless) {
+        (_, true, _) => View::Window,
+        (false, _, false) => View::WindowIfPossible,
+        (false, _, true) => View::Progress,
+        (true, ..) => View::Quiet,
+    };
+    let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let threads = arguments.threads.and_then(|n| NonZeroUsize::new(n.into())).unwrap_or(cores);
+    let mut dump_at = arguments.dump_at.clone();
+    dump_at.sort_unstable();
+    dump_at.dedup();
+    Ok(Settings {
+        name: arguments.scene.name(),
+        scene: Arc::new(scene),
+        region,
+        spp,
+        time: arguments.time,
+        threads,
+        level,
+        device: arguments.device.clone(),
+        outputs,
+        dump_at,
+        samples: arguments.samples.clone(),
+        overlay: arguments.overlay.is_some(),
+        view,
+    })
+}
+
+fn first_repeated(paths: &[PathBuf]) -> Option<&PathBuf> {
+    paths.iter().enumerate().find(|(i, path)| paths[..*i].contains(path)).map(|(_, path)| path)
+}
+
+/// Finds out before the render whether its files can be written after it.
+fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), Failure> {
+    for path in &settings.outputs {
+        output::check_writable(path)?;
+    }
+    if let Some(path) = &settings.samples {
+        output::npy::check_writable(path)?;
+    }
+    if let Some(path) = &arguments.stats {
+        atomic::check_place(path)?;
+    }
+    Ok(())
+}

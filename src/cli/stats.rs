@@ -1,0 +1,53 @@
+//! `--stats`: the figures of a run as one JSON object.
+
+use crate::session::Report;
+use serde::Serialize;
+use std::time::Duration;
+
+/// What `--stats` writes. Times are in seconds.
+#[derive(Debug, Serialize)]
+pub(super) struct Stats {
+    samples: u64,
+    spp: f64,
+    seconds: f64,
+    samples_per_second: f64,
+    rays: u64,
+    threads: usize,
+    device: String,
+    simd: String,
+    rejected: u64,
+    load_seconds: f64,
+    build_seconds: f64,
+    accumulator_seconds: f64,
+    peak_memory_bytes: Option<u64>,
+}
+
+impl Stats {
+    pub(super) fn new(report: &Report, load: Duration, simd: String) -> Stats {
+        let totals = report.totals;
+        let seconds = totals.elapsed.as_secs_f64();
+        let pixels = f64::from(report.picture.width) * f64::from(report.picture.height);
+        Stats {
+            samples: totals.samples,
+            spp: if report.whole { f64::from(totals.spp) } else { totals.samples as f64 / pixels },
+            seconds,
+            samples_per_second: totals.samples as f64 / seconds.max(1e-9),
+            rays: totals.rays,
+            threads: report.threads,
+            device: report.device.clone(),
+            simd,
+            rejected: totals.rejected,
+            load_seconds: load.as_secs_f64(),
+            build_seconds: report.build.as_secs_f64(),
+            accumulator_seconds: totals.adding.as_secs_f64(),
+            peak_memory_bytes: peak_memory(),
+        }
+    }
+}
+
+/// The most memory that the process has had at once, in bytes, where the system tells.
+fn peak_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+}

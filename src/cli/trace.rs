@@ -1,0 +1,96 @@
+//! `stride trace`: one path, bounce by bounce.
+
+use super::arguments::SceneArguments;
+use super::{Failure, print, usage};
+use crate::film::{film_offset, sums};
+use crate::integrator::{self, Event, Pixel};
+use crate::sampling::Independent;
+use crate::scene::Scene;
+use crate::world;
+use std::fmt::Write;
+use std::sync::Arc;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct TraceArguments {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// Column and row of the pixel, from the film's top left; or its index alone
+    #[arg(long, value_name = "X,Y", value_parser = pixel)]
+    pixel: Where,
+    /// Index among the pixel's samples
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    sample: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Where {
+    Place(u32, u32),
+    Index(u32),
+}
+
+fn pixel(text: &str) -> Result<Where, String> {
+    let error = || "a pixel is written X,Y, like 320,240, or as its index on the film".to_owned();
+    let number = |text: &str| text.trim().parse().map_err(|_| error());
+    match text.split_once(',') {
+        Some((x, y)) => Ok(Where::Place(number(x)?, number(y)?)),
+        None => Ok(Where::Index(number(text)?)),
+    }
+}
+
+pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
+    let scene = arguments.scene.load(true)?;
+    let (width, height) = (scene.film.width, scene.film.height);
+    let (x, y) = match arguments.pixel {
+        Where::Place(x, y) => (x, y),
+        Where::Index(index) => (index % width, index / width),
+    };
+    if x >= width || y >= height {
+        return Err(usage(format!("pixel {x},{y} is not on the film, which has {width}×{height} pixels")));
+    }
+    let (compiled, geometry) = world::compile(&scene, width, height);
+    let settings = integrator::Settings {
+        sampler: Independent { seed: scene.render.seed },
+        offset: film_offset(scene.film.filter),
+        max_depth: scene.render.max_depth,
+    };
+    let integrator = integrator::build(scene.render.integrator, Arc::new(compiled), geometry, settings);
+    let (sample, events) = integrator.explain(Pixel { index: y * width + x, x, y }, arguments.sample);
+    let mut text = format!(
+        "pixel {x},{y} (index {}) sample {}: film position {} {}\n",
+        sample.pixel, sample.sample, sample.x, sample.y
+    );
+    for event in &events {
+        describe(event, &scene, &mut text);
+    }
+    if let Err(reject) = sums::check(sample.radiance) {
+        let _ = writeln!(text, "a film leaves this sample out: {reject}");
+    }
+    Ok(print(&text)?)
+}
+
+fn describe(event: &Event, scene: &Scene, text: &mut String) {
+    let v = |v: &[f32; 3]| format!("({} {} {})", v[0], v[1], v[2]);
+    // Writing to a string can't fail.
+    let _ = match event {
+        Event::Ray { depth, origin, direction } => {
+            writeln!(text, "bounce {depth}: from {} along {}", v(origin), v(direction))
+        }
+        Event::Hit { distance, point, normal, entity, material, emitted } => {
+            let name = &scene.entities[*entity as usize].name;
+            let made_of = &scene.materials[*material as usize].name;
+            let (point, normal, emitted) = (v(point), v(normal), v(emitted));
+            writeln!(
+                text,
+                "  meets \"{name}\" of \"{made_of}\" at distance {distance}: {point}, normal {normal}, emitted {emitted}"
+            )
+        }
+        Event::Escape { radiance } => writeln!(text, "  leaves the scene and sees {}", v(radiance)),
+        Event::Light { direction, added } => {
+            writeln!(text, "  light from {} adds {}", v(direction), v(added))
+        }
+        Event::Scatter { weight, pdf, throughput } => {
+            writeln!(text, "  scatters with weight {} (pdf {pdf}): throughput {}", v(weight), v(throughput))
+        }
+        Event::End { reason, radiance } => writeln!(text, "ends: {reason}; radiance {}", v(radiance)),
+    };
+}

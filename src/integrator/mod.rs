@@ -1,11 +1,16 @@
 //! Integrators: what follows light from the camera into the scene.
 
+mod lanes;
+mod naive;
+mod next_event;
 mod observe;
-mod path;
+mod tracer;
 mod whitted;
 
+pub use naive::Naive;
+pub use next_event::NextEvent;
 pub use observe::{Event, Observer, Record, Silent};
-pub use path::PathNaive;
+pub use tracer::PathTracer;
 pub use whitted::Whitted;
 
 use crate::camera::Camera;
@@ -117,10 +122,10 @@ fn build_over<W: World + 'static>(
     settings: Settings<Independent>,
 ) -> Box<dyn Integrator> {
     match kind {
-        // Until lights are sampled, the best path tracer there is here is the report's.
-        scene::Integrator::Path | scene::Integrator::PathNaive => {
-            Box::new(PathNaive { scene, world, settings })
+        scene::Integrator::Path => {
+            Box::new(PathTracer { transport: NextEvent::default(), scene, world, settings })
         }
+        scene::Integrator::PathNaive => Box::new(PathTracer { transport: Naive, scene, world, settings }),
         scene::Integrator::Whitted => {
             Box::new(Whitted { scene, world, settings, seed: settings.sampler.seed })
         }

@@ -2,7 +2,6 @@
 
 use super::observe::{Event, Observer, Record, Silent, ray_event, rgb, vec3};
 use super::{Finished, Integrator, Paths, Pixel, Sample, Settings, camera_ray};
-use crate::light::Light;
 use crate::material::{Bxdf, Kind};
 use crate::math::lanes::Level;
 use crate::math::lanes::scalar::Wrapping;
@@ -115,10 +114,11 @@ impl<W: World, S: Sampler> Whitted<W, S> {
         if bsdf.is(Kind::Matte) {
             l = l + bsdf.reflectance() * Rgb::splat(scene.ambient);
             if depth < self.settings.max_depth {
-                for light in &scene.lights {
-                    let sample = light.sample(point.p, [stream.random(), stream.random()]);
+                for light in 0..scene.lights.len() as u32 {
+                    let u = [stream.random(), stream.random()];
+                    let sample = scene.lights.sample(Wrapping(light), point.p, u);
                     let wi = frame.to_local(sample.wi);
-                    let share = bsdf.eval(wo, wi) * sample.weight * wi.z.abs();
+                    let share = bsdf.eval(wo, wi) * sample.weight() * wi.z.abs();
                     if share.max_channel() > 0.0 {
                         let from = offset_origin(point.p, point.n, point.error, sample.wi);
                         let (shadow, length) = sample.shadow_ray(from);

@@ -1,10 +1,14 @@
-//! Lights, and how to sample a direction towards one.
+//! Lights: how to sample a direction towards one, and which one to ask.
 
-mod area;
+mod bounds;
 mod point;
+mod table;
+mod tree;
 
-pub use area::{QuadLight, SphereLight};
+pub use bounds::LightBounds;
 pub use point::{PointLight, PointLights};
+pub use table::{AreaLight, LightTable};
+pub use tree::LightTree;
 
 use crate::math::{Float, Ray, Rgb, Vec3};
 
@@ -16,9 +20,11 @@ pub struct LightSample<F> {
     /// The point on the light, moved off its surface by its error bound so that the light doesn't shadow
     /// itself.
     pub target: Vec3<F>,
-    /// Radiance from there over the density by solid angle; for a point light, irradiance on a surface
-    /// that faces it: intensity over distance². Zero where the light doesn't shine.
-    pub weight: Rgb<F>,
+    /// Radiance from there; for a point light, irradiance on a surface that faces it: intensity over
+    /// distance². Zero where the light doesn't shine.
+    pub radiance: Rgb<F>,
+    /// Density of `wi` by solid angle; 1 for a point light, whose direction is certain.
+    pub pdf: F,
 }
 
 impl<F: Float> LightSample<F> {
@@ -29,32 +35,10 @@ impl<F: Float> LightSample<F> {
         let length = segment.length();
         (Ray { o, d: segment * (F::splat(1.0) / length) }, length)
     }
-}
 
-/// What every light that can be sampled can do.
-pub trait Light {
-    /// A point on the light as seen from `p`, drawn with `u` in [0, 1)².
-    fn sample<F: Float>(&self, p: Vec3<F>, u: [F; 2]) -> LightSample<F>;
-}
-
-/// The lights that can be sampled.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum AnyLight {
-    /// A point.
-    Point(PointLight),
-    /// The outward side of a sphere.
-    Sphere(SphereLight),
-    /// The outward side of a quad.
-    Quad(QuadLight),
-}
-
-impl Light for AnyLight {
+    /// Radiance over density; black where the density is zero.
     #[inline(always)]
-    fn sample<F: Float>(&self, p: Vec3<F>, u: [F; 2]) -> LightSample<F> {
-        match self {
-            AnyLight::Point(light) => light.sample(p, u),
-            AnyLight::Sphere(light) => light.sample(p, u),
-            AnyLight::Quad(light) => light.sample(p, u),
-        }
+    pub fn weight(&self) -> Rgb<F> {
+        (self.radiance * (F::splat(1.0) / self.pdf)).only(self.pdf.gt(F::zero()))
     }
 }

@@ -1,7 +1,7 @@
 //! The point light.
 
-use super::{Light, LightSample};
-use crate::math::{Float, Rgb, Vec3};
+use super::LightSample;
+use crate::math::{Float, Rgb, Uint, Vec3};
 
 /// Sends the same intensity in every direction. No path can hit it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,21 +12,16 @@ pub struct PointLight {
     pub intensity: [f32; 3],
 }
 
+/// The sample of a point light as seen from `p`.
 #[inline(always)]
-fn sample<F: Float>(p: Vec3<F>, position: Vec3<F>, intensity: Rgb<F>) -> LightSample<F> {
+pub(super) fn sample<F: Float>(p: Vec3<F>, position: Vec3<F>, intensity: Rgb<F>) -> LightSample<F> {
     let to_light = position - p;
     let distance2 = to_light.dot(to_light);
     LightSample {
         wi: to_light * (F::splat(1.0) / distance2.sqrt()),
         target: position,
-        weight: intensity * (F::splat(1.0) / distance2),
-    }
-}
-
-impl Light for PointLight {
-    #[inline(always)]
-    fn sample<F: Float>(&self, p: Vec3<F>, _u: [F; 2]) -> LightSample<F> {
-        sample(p, Vec3::splat(self.position), Rgb::splat(self.intensity))
+        radiance: intensity * (F::splat(1.0) / distance2),
+        pdf: F::splat(1.0),
     }
 }
 
@@ -61,6 +56,9 @@ impl PointLights {
     pub fn sample_one<F: Float>(&self, p: Vec3<F>, choice: F) -> LightSample<F> {
         let count = self.len() as f32;
         let index = (choice * count).to_uint();
+        // A product that rounds up to `count` still means the last light.
+        let last = F::Uint::splat(self.len() as u32 - 1);
+        let index = F::Uint::select(index.lt(last), index, last);
         let (position, intensity) =
             (Vec3::gather(&self.position, index), Rgb::gather(&self.intensity, index));
         sample(p, position, intensity * F::splat(count))

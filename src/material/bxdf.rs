@@ -191,6 +191,16 @@ impl<F: Float> Bsdf<F> {
     pub fn reflectance(&self) -> Rgb<F> {
         self.reflectance
     }
+    /// η² of a passage from the side of `wo` to the other, in lanes that pass through glass; 1 elsewhere.
+    #[inline(always)]
+    pub fn squeeze(&self, wo: Vec3<F>, passes: F::Mask) -> F {
+        let glass = self.is(Kind::Glass) & passes;
+        if !glass.any() {
+            return F::splat(1.0);
+        }
+        let eta = F::select(F::zero().le(wo.z), self.ior, F::splat(1.0) / self.ior);
+        F::select(glass, eta * eta, F::splat(1.0))
+    }
     #[inline(always)]
     fn lambertian(&self) -> Lambertian<F> {
         Lambertian { reflectance: self.reflectance }

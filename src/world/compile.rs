@@ -1,9 +1,9 @@
 //! From the description to the tables.
 
-use super::surfaces::{Look, SurfaceTable};
+use super::surfaces::{Look, NO_LIGHT, SurfaceTable};
 use super::{Simple, Union};
 use crate::camera::Camera;
-use crate::light::{AnyLight, PointLight, PointLights, QuadLight, SphereLight};
+use crate::light::{AreaLight, LightTable, PointLight, PointLights};
 use crate::material::{Kind, MaterialTable, Row};
 use crate::scene::{self, MaterialKind, Scene};
 use crate::shape::{Plane, Quad, Shape, Sphere};
@@ -20,7 +20,7 @@ pub struct CompiledScene {
     /// The lights that no path can hit.
     pub point_lights: PointLights,
     /// Every light that can be sampled: points, and emitters with a finite area.
-    pub lights: Vec<AnyLight>,
+    pub lights: LightTable,
     /// Radiance from everywhere outside.
     pub environment: [f32; 3],
     /// The ambient term of `whitted`.
@@ -72,20 +72,21 @@ fn material_row(kind: &MaterialKind) -> Row {
 pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geometry) {
     let mut surfaces = SurfaceTable::default();
     let mut all = Simple::default();
-    let mut lights = Vec::new();
+    let mut lights = LightTable::default();
     let mut point_lights = PointLights::default();
     for light in &scene.lights {
         let scene::Light::Point { position, intensity } = *light;
         let point = PointLight { position: narrow(position), intensity: colour(intensity) };
         point_lights.push(point);
-        lights.push(AnyLight::Point(point));
+        lights.push_point(point);
     }
     for (index, entity) in scene.entities.iter().enumerate() {
         let emission = colour(entity.emission);
         let flipped = entity.flip_normal;
         let emits = emission.iter().any(|&e| e > 0.0);
         let material = entity.material as u32;
-        let look = Look { material, emission, flip_normal: flipped, entity: index as u32 };
+        let mut look =
+            Look { material, emission, flip_normal: flipped, entity: index as u32, light: NO_LIGHT };
         match entity.shape {
             scene::Shape::Plane { normal, distance } => {
                 let plane = Plane { normal: narrow(normal), distance: distance as f32 };
@@ -93,20 +94,21 @@ pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geomet
             }
             scene::Shape::Sphere { center, radius } => {
                 let sphere = Sphere::new(center, radius);
-                all.spheres.push((sphere, surfaces.push(sphere.surface(), look)));
                 if emits {
-                    lights.push(AnyLight::Sphere(SphereLight { sphere, emission, flipped }));
+                    look.light = lights.push_area(AreaLight::Sphere(sphere), flipped, emission);
                 }
+                all.spheres.push((sphere, surfaces.push(sphere.surface(), look)));
             }
             scene::Shape::Quad { corner, u, v } => {
                 let quad = Quad::new(corner, u, v);
-                all.quads.push((quad, surfaces.push(quad.surface(), look)));
                 if emits {
-                    lights.push(AnyLight::Quad(QuadLight { quad, emission, flipped }));
+                    look.light = lights.push_area(AreaLight::Quad(quad), flipped, emission);
                 }
+                all.quads.push((quad, surfaces.push(quad.surface(), look)));
             }
         }
     }
+    lights.plant();
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),
         surfaces,

@@ -16,7 +16,12 @@ pub struct Look {
     pub flip_normal: bool,
     /// Index of the entity in the scene.
     pub entity: u32,
+    /// Index in the light table, or [`NO_LIGHT`].
+    pub light: u32,
 }
+
+/// The light of a surface that can't be sampled as one.
+pub const NO_LIGHT: u32 = u32::MAX;
 
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]
@@ -38,6 +43,7 @@ pub struct SurfaceTable {
     orientation: Vec<f32>,
     emission: [Vec<f32>; 3],
     material: Vec<u32>,
+    light: Vec<u32>,
     has_round: bool,
     rows: Vec<(Surface, Look)>,
 }
@@ -81,6 +87,7 @@ impl SurfaceTable {
         self.orientation.push(if look.flip_normal { -1.0 } else { 1.0 });
         push3(&mut self.emission, look.emission);
         self.material.push(look.material);
+        self.light.push(look.light);
         self.has_round |= round;
         self.rows.push((surface, look));
         row
@@ -156,6 +163,12 @@ impl SurfaceTable {
     #[inline(always)]
     pub fn material<F: Float>(&self, surface: F::Uint) -> F::Uint {
         F::Uint::gather(&self.material, surface)
+    }
+
+    /// Indices in the light table, or [`NO_LIGHT`].
+    #[inline(always)]
+    pub fn light<F: Float>(&self, surface: F::Uint) -> F::Uint {
+        F::Uint::gather(&self.light, surface)
     }
 
     /// Radiance that surfaces emit on their outward sides.

@@ -7,7 +7,7 @@ pub mod scenes;
 use self::blocks::Estimate;
 use std::sync::Arc;
 use stride::film::film_offset;
-use stride::integrator::{Finished, Integrator, PathNaive, Paths, Settings, Whitted};
+use stride::integrator::{Finished, Integrator, Naive, NextEvent, PathTracer, Paths, Settings, Whitted};
 use stride::math::lanes::Level;
 use stride::render::Region;
 use stride::sampling::Independent;

@@ -1,46 +1,51 @@
-//! The report's path tracer, many paths at once.
+//! Many paths at once: lanes that each follow one, and take up the next when it ends.
 
-use super::observe::{Event, Observer, Record, Silent, first, ray_event, rgb, vec3};
-use super::{Finished, Integrator, Paths, Pixel, Sample, Settings, camera_ray};
-use crate::material::Bxdf;
-use crate::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
+use super::observe::{Event, Observer, first, ray_event, rgb, vec3};
+use super::{Finished, Paths, Sample, Settings, camera_ray};
+use crate::material::Bsdf;
+use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3};
-use crate::sampling::{Block, PathId, Sampler};
+use crate::sampling::{PathId, Sampler};
 use crate::shape::offset_origin;
-use crate::world::{CompiledScene, SurfacePoint, World};
-use std::sync::Arc;
+use crate::world::{CompiledScene, Hit, SurfacePoint, World};
 
-/// The path tracer of the report's §4.3: directions come from the BxDF alone, and lights are found by
-/// chance. Point lights, which no path can hit, are sampled directly.
-pub struct PathNaive<W, S> {
-    /// The tables.
-    pub scene: Arc<CompiledScene>,
-    /// What rays meet.
-    pub world: Arc<W>,
-    /// Film, chance and depth.
-    pub settings: Settings<S>,
+/// How a path gathers light at each of its vertices.
+pub(super) trait Transport: Copy {
+    /// What a path remembers of its last vertex.
+    type Memory<F: Float>: Copy;
+
+    /// What a path remembers when it leaves the camera.
+    fn fresh<F: Float>() -> Self::Memory<F>;
+
+    /// `a` where the mask holds, `b` elsewhere.
+    fn select<F: Float>(mask: F::Mask, a: Self::Memory<F>, b: Self::Memory<F>) -> Self::Memory<F>;
+
+    /// Takes every living path to its next surface and, from there, into its next direction. Returns the
+    /// lanes that go on.
+    fn step<F: Float, W: World, S: Sampler, O: Observer>(
+        self,
+        view: &View<'_, W, S>,
+        state: &mut State<F, Self::Memory<F>>,
+        alive: F::Mask,
+        rays: &mut u64,
+        observer: &mut O,
+    ) -> F::Mask;
 }
 
-impl<W: World, S: Sampler> Integrator for PathNaive<W, S> {
-    fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
-        out.reserve(paths.len());
-        dispatch(level, TracePaths { integrator: self, paths, out, observer: &mut Silent })
-    }
-
-    fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
-        let paths = Paths { pixels: &[pixel], first_sample: sample, samples: 1 };
-        let (mut out, mut record) = (Vec::new(), Record::default());
-        let observer = &mut record;
-        dispatch(Level::SCALAR, TracePaths { integrator: self, paths: &paths, out: &mut out, observer });
-        (out[0].sample, record.0)
-    }
+/// What every path looks at and none changes.
+pub(super) struct View<'a, W, S> {
+    pub scene: &'a CompiledScene,
+    pub world: &'a W,
+    pub settings: &'a Settings<S>,
 }
 
-struct TracePaths<'a, W, S, O> {
-    integrator: &'a PathNaive<W, S>,
-    paths: &'a Paths<'a>,
-    out: &'a mut Vec<Finished>,
-    observer: &'a mut O,
+/// Traces a block of paths.
+pub(super) struct TracePaths<'a, W, S, T, O> {
+    pub view: View<'a, W, S>,
+    pub transport: T,
+    pub paths: &'a Paths<'a>,
+    pub out: &'a mut Vec<Finished>,
+    pub observer: &'a mut O,
 }
 
 /// Which path each lane follows: what does not change along it.
@@ -54,24 +59,25 @@ struct Identity {
 
 /// How far each lane's path has come.
 #[derive(Clone, Copy)]
-struct State<F: Float> {
-    id: PathId<F>,
-    ray: Ray<F>,
+pub(super) struct State<F: Float, M> {
+    pub id: PathId<F>,
+    pub ray: Ray<F>,
     /// Bounces so far.
-    depth: F::Uint,
+    pub depth: F::Uint,
     /// Product of f·|cos θ|/pdf so far.
-    beta: Rgb<F>,
+    pub beta: Rgb<F>,
     /// Radiance found so far.
-    l: Rgb<F>,
+    pub l: Rgb<F>,
+    pub memory: M,
 }
 
-impl<W: World, S: Sampler, O: Observer> Kernel for TracePaths<'_, W, S, O> {
+impl<W: World, S: Sampler, T: Transport, O: Observer> Kernel for TracePaths<'_, W, S, T, O> {
     type Output = u64;
 
     #[inline(always)]
     fn run<F: Float>(self) -> u64 {
-        let TracePaths { integrator, paths, out, observer } = self;
-        let PathNaive { scene, world, settings } = integrator;
+        let TracePaths { view, transport, paths, out, observer } = self;
+        let View { scene, settings, .. } = view;
         let none = F::Mask::splat(false);
         let zero = F::Uint::splat(0);
         let mut identity = Identity {
@@ -81,18 +87,18 @@ impl<W: World, S: Sampler, O: Observer> Kernel for TracePaths<'_, W, S, O> {
             x: [0.0; MAX_LANES],
             y: [0.0; MAX_LANES],
         };
-        let mut state = State::<F> {
+        let mut state = State::<F, T::Memory<F>> {
             id: PathId { pixel: zero, sample: zero },
             ray: Ray { o: Vec3::zero(), d: Vec3::zero() },
             depth: zero,
             beta: Rgb::black(),
             l: Rgb::black(),
+            memory: T::fresh(),
         };
         let mut alive = none;
         let mut rays = 0;
         // The next path to start, as (pixel, sample) among `paths`.
         let (mut slot, mut sample) = (0, 0);
-        let last_depth = F::Uint::splat(settings.max_depth);
         loop {
             // Dead lanes take up the next paths.
             let idle = !alive;
@@ -126,14 +132,14 @@ impl<W: World, S: Sampler, O: Observer> Kernel for TracePaths<'_, W, S, O> {
                 state.depth = F::Uint::select(started, zero, state.depth);
                 state.beta = Rgb::select(started, Rgb::splat([1.0; 3]), state.beta);
                 state.l = state.l.only(!started);
+                state.memory = T::select::<F>(started, T::fresh(), state.memory);
                 alive = alive | started;
             }
             if !alive.any() {
                 return rays;
             }
 
-            rays += u64::from(alive.bits().count_ones());
-            let went_on = step(scene, &**world, settings, &mut state, alive, last_depth, &mut rays, observer);
+            let went_on = transport.step(&view, &mut state, alive, &mut rays, observer);
 
             let ended = alive & !went_on;
             alive = went_on;
@@ -162,48 +168,52 @@ impl<W: World, S: Sampler, O: Observer> Kernel for TracePaths<'_, W, S, O> {
     }
 }
 
-/// Takes every living path to its next surface and, from there, into its next direction. Returns the lanes
-/// that go on.
+/// A point where a path met a surface.
+pub(super) struct Vertex<F: Float> {
+    /// The lanes that met one.
+    pub met: F::Mask,
+    pub hit: Hit<F>,
+    pub point: SurfacePoint<F>,
+    /// Radiance emitted back along the ray.
+    pub emitted: Rgb<F>,
+    /// cos θ between the outward normal and the way back.
+    pub cos_o: F,
+    /// Row in the material table, checkerboards resolved.
+    pub material: F::Uint,
+}
+
+/// Follows every living path's ray. What leaves the scene sees the environment; `None` if that is all.
 #[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "inlined into its only caller: the inside of its loop")]
-fn step<F: Float, W: World, S: Sampler, O: Observer>(
-    scene: &CompiledScene,
-    world: &W,
-    settings: &Settings<S>,
-    state: &mut State<F>,
+pub(super) fn meet<F: Float, W: World, S: Sampler, M, O: Observer>(
+    view: &View<'_, W, S>,
+    state: &mut State<F, M>,
     alive: F::Mask,
-    last_depth: F::Uint,
     rays: &mut u64,
     observer: &mut O,
-) -> F::Mask {
+) -> Option<Vertex<F>> {
+    let scene = view.scene;
+    *rays += u64::from(alive.bits().count_ones());
     if O::LISTENS {
         let mut depth = [0; MAX_LANES];
         state.depth.store(&mut depth);
         observer.event(|| ray_event(depth[0], &state.ray));
     }
-    let hit = world.intersect(&state.ray);
+    let hit = view.world.intersect(&state.ray);
     let met = alive & hit.is_some();
     let escaped = alive & !hit.is_some();
     if escaped.any() {
         let environment = Rgb::splat(scene.environment);
         state.l = Rgb::select(escaped, state.l + state.beta * environment, state.l);
-        if O::LISTENS {
-            observer.event(|| Event::Escape { radiance: scene.environment });
-        }
+        observer.event(|| Event::Escape { radiance: scene.environment });
     }
     if !met.any() {
-        if O::LISTENS {
-            observer.event(|| Event::End { reason: "it left the scene", radiance: rgb(state.l) });
-        }
-        return met;
+        observer.event(|| Event::End { reason: "it left the scene", radiance: rgb(state.l) });
+        return None;
     }
 
     let point = scene.surfaces.point(&state.ray, &hit);
-    let wo = -state.ray.d;
-    let outward = wo.dot(point.n).gt(F::zero());
-    let emitted = scene.surfaces.emission::<F>(point.surface).only(outward);
-    state.l = Rgb::select(met, state.l + state.beta * emitted, state.l);
-
+    let cos_o = -state.ray.d.dot(point.n);
+    let emitted = scene.surfaces.emission::<F>(point.surface).only(cos_o.gt(F::zero()));
     let mut material = scene.surfaces.material::<F>(point.surface);
     if scene.materials.uses_uv() && (met & scene.materials.is_checkerboard::<F>(material)).any() {
         let (u, v) = scene.surfaces.uv(&point);
@@ -222,28 +232,35 @@ fn step<F: Float, W: World, S: Sampler, O: Observer>(
             emitted: rgb(emitted),
         });
     }
-    let mut going = met & state.depth.lt(last_depth);
-    if !going.any() {
-        if O::LISTENS {
-            observer.event(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
-        }
-        return going;
-    }
+    Some(Vertex { met, hit, point, emitted, cos_o, material })
+}
 
-    let bsdf = scene.materials.bsdf::<F>(material);
-    let frame = Frame::around(point.n);
-    let wo = frame.to_local(wo);
-    if !scene.point_lights.is_empty() {
-        *rays += u64::from(going.bits().count_ones());
-        let direct = point_light(scene, world, settings, state, &point, &frame, &bsdf, wo);
-        state.l = Rgb::select(going, state.l + state.beta * direct, state.l);
-        if O::LISTENS {
-            observer.event(|| Event::Light { direction: [0.0; 3], added: rgb(direct) });
-        }
-    }
+/// How light scatters at a vertex.
+pub(super) struct Scattering<F: Float> {
+    pub bsdf: Bsdf<F>,
+    pub frame: Frame<F>,
+    /// Towards the last vertex, in the frame.
+    pub wo: Vec3<F>,
+}
 
-    let [u, v, lobe, _] = settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
-    let scattered = bsdf.sample(wo, [u, v], lobe);
+impl<F: Float> Scattering<F> {
+    #[inline(always)]
+    pub(super) fn new(scene: &CompiledScene, vertex: &Vertex<F>, ray: &Ray<F>) -> Self {
+        let frame = Frame::around(vertex.point.n);
+        Scattering { bsdf: scene.materials.bsdf(vertex.material), wo: frame.to_local(-ray.d), frame }
+    }
+}
+
+/// Sends paths on in directions drawn from their BxDFs, with the weights of the draw. Returns the lanes
+/// whose throughput is nothing now.
+#[inline(always)]
+pub(super) fn go_on<F: Float, M, O: Observer>(
+    state: &mut State<F, M>,
+    point: &SurfacePoint<F>,
+    frame: &Frame<F>,
+    scattered: &crate::material::BxdfSample<F>,
+    observer: &mut O,
+) -> F::Mask {
     let d = frame.to_world(scattered.wi);
     // One Newton step towards length one: rounding would otherwise add up over many bounces.
     let d = d * ((-d.dot(d) + 3.0) * 0.5);
@@ -253,38 +270,13 @@ fn step<F: Float, W: World, S: Sampler, O: Observer>(
     // A throughput of nothing finds nothing; NaN is no such thing, and goes on to be counted.
     let beta = state.beta;
     let nothing = beta.r.abs().max(beta.g.abs()).max(beta.b.abs()).le(F::zero());
-    if O::LISTENS {
-        observer.event(|| Event::Scatter {
-            weight: rgb(scattered.weight),
-            pdf: scattered.pdf.lane(0),
-            throughput: rgb(beta),
-        });
-        if first(nothing) {
-            observer
-                .event(|| Event::End { reason: "nothing is left of the throughput", radiance: rgb(state.l) });
-        }
+    observer.event(|| Event::Scatter {
+        weight: rgb(scattered.weight),
+        pdf: scattered.pdf.lane(0),
+        throughput: rgb(beta),
+    });
+    if O::LISTENS && first(nothing) {
+        observer.event(|| Event::End { reason: "nothing is left of the throughput", radiance: rgb(state.l) });
     }
-    going = going & !nothing;
-    going
-}
-
-/// Radiance that one point light sends along `wo` (in the frame) by way of a point.
-#[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "a part of `step` with a name")]
-fn point_light<F: Float, W: World, S: Sampler>(
-    scene: &CompiledScene,
-    world: &W,
-    settings: &Settings<S>,
-    state: &State<F>,
-    point: &SurfacePoint<F>,
-    frame: &Frame<F>,
-    bsdf: &crate::material::Bsdf<F>,
-    wo: Vec3<F>,
-) -> Rgb<F> {
-    let [_, _, choice, _] = settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
-    let light = scene.point_lights.sample_one(point.p, choice);
-    let wi = frame.to_local(light.wi);
-    let (shadow, length) = light.shadow_ray(offset_origin(point.p, point.n, point.error, light.wi));
-    let visible = !world.occluded(&shadow, length);
-    (bsdf.eval(wo, wi) * light.weight * wi.z.abs()).only(visible)
+    nothing
 }

@@ -1,0 +1,74 @@
+//! The report's path tracer.
+
+use super::lanes::{Scattering, State, Transport, Vertex, View, go_on, meet};
+use super::observe::{Event, Observer, rgb, vec3};
+use crate::material::Bxdf;
+use crate::math::{Float, Mask, Rgb, Uint};
+use crate::sampling::{Block, Sampler};
+use crate::shape::offset_origin;
+use crate::world::World;
+
+/// The path tracer of the report's §4.3: directions come from the BxDF alone, and lights are found by
+/// chance. Point lights, which no path can hit, are sampled directly.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Naive;
+
+impl Transport for Naive {
+    type Memory<F: Float> = ();
+
+    #[inline(always)]
+    fn fresh<F: Float>() {}
+
+    #[inline(always)]
+    fn select<F: Float>(_mask: F::Mask, _a: (), _b: ()) {}
+
+    #[inline(always)]
+    fn step<F: Float, W: World, S: Sampler, O: Observer>(
+        self,
+        view: &View<'_, W, S>,
+        state: &mut State<F, ()>,
+        alive: F::Mask,
+        rays: &mut u64,
+        observer: &mut O,
+    ) -> F::Mask {
+        let Some(vertex) = meet(view, state, alive, rays, observer) else { return F::Mask::splat(false) };
+        let met = vertex.met;
+        state.l = Rgb::select(met, state.l + state.beta * vertex.emitted, state.l);
+        let going = met & state.depth.lt(F::Uint::splat(view.settings.max_depth));
+        if !going.any() {
+            observer.event(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
+            return going;
+        }
+
+        let scattering = Scattering::new(view.scene, &vertex, &state.ray);
+        if !view.scene.point_lights.is_empty() {
+            *rays += u64::from(going.bits().count_ones());
+            let direct = point_light(view, state, &vertex, &scattering, observer);
+            state.l = Rgb::select(going, state.l + state.beta * direct, state.l);
+        }
+
+        let [u, v, lobe, _] = view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
+        let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe);
+        going & !go_on(state, &vertex.point, &scattering.frame, &scattered, observer)
+    }
+}
+
+/// Radiance that one point light sends back along the ray by way of a vertex.
+#[inline(always)]
+fn point_light<F: Float, W: World, S: Sampler, O: Observer>(
+    view: &View<'_, W, S>,
+    state: &State<F, ()>,
+    vertex: &Vertex<F>,
+    Scattering { bsdf, frame, wo }: &Scattering<F>,
+    observer: &mut O,
+) -> Rgb<F> {
+    let point = &vertex.point;
+    let [_, _, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
+    let light = view.scene.point_lights.sample_one(point.p, choice);
+    let wi = frame.to_local(light.wi);
+    let (shadow, length) = light.shadow_ray(offset_origin(point.p, point.n, point.error, light.wi));
+    let visible = !view.world.occluded(&shadow, length);
+    let added = (bsdf.eval(*wo, wi) * light.weight() * wi.z.abs()).only(visible);
+    observer.event(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
+    added
+}

@@ -1,0 +1,178 @@
+//! Path tracing with next-event estimation.
+
+use super::lanes::{Scattering, State, Transport, Vertex, View, go_on, meet};
+use super::observe::{Event, Observer, first, rgb, vec3};
+use crate::material::{Bxdf, Kind};
+use crate::math::{Float, Mask, Rgb, Uint, Vec3};
+use crate::sampling::{Block, Sampler};
+use crate::shape::offset_origin;
+use crate::world::{NO_LIGHT, World};
+
+/// Bounces that every path makes before Russian roulette may end it.
+const ROULETTE_FROM: u32 = 3;
+
+/// Path tracing with next-event estimation: at each vertex a light is chosen by what it may contribute and
+/// asked directly, and the BxDF's own direction may find it too; multiple importance sampling weighs the
+/// two (Veach 1997, ch. 9, the power heuristic). Russian roulette ends paths whose throughput is low
+/// (report §6.2.1).
+///
+/// The constant environment is left to the BxDF, whose own density is already the best for a matte surface
+/// under an even sky.
+#[derive(Clone, Copy, Debug)]
+pub struct NextEvent {
+    /// Whether Russian roulette is played.
+    pub roulette: bool,
+}
+
+impl Default for NextEvent {
+    fn default() -> Self {
+        NextEvent { roulette: true }
+    }
+}
+
+/// What the weight of a light that is met depends on: the vertex that the ray left.
+#[derive(Clone, Copy)]
+pub(super) struct Departure<F> {
+    p: Vec3<F>,
+    n: Vec3<F>,
+    /// Density of the direction by solid angle; zero where nothing but the BxDF could have found it.
+    pdf: F,
+    /// Product of (η transmitted/η incident)² along the path: radiance scales with it, the path's worth
+    /// does not.
+    eta_scale: F,
+}
+
+impl Transport for NextEvent {
+    type Memory<F: Float> = Departure<F>;
+
+    #[inline(always)]
+    fn fresh<F: Float>() -> Departure<F> {
+        Departure { p: Vec3::zero(), n: Vec3::zero(), pdf: F::zero(), eta_scale: F::splat(1.0) }
+    }
+
+    #[inline(always)]
+    fn select<F: Float>(mask: F::Mask, a: Departure<F>, b: Departure<F>) -> Departure<F> {
+        Departure {
+            p: Vec3::select(mask, a.p, b.p),
+            n: Vec3::select(mask, a.n, b.n),
+            pdf: F::select(mask, a.pdf, b.pdf),
+            eta_scale: F::select(mask, a.eta_scale, b.eta_scale),
+        }
+    }
+
+    #[inline(always)]
+    fn step<F: Float, W: World, S: Sampler, O: Observer>(
+        self,
+        view: &View<'_, W, S>,
+        state: &mut State<F, Departure<F>>,
+        alive: F::Mask,
+        rays: &mut u64,
+        observer: &mut O,
+    ) -> F::Mask {
+        let Some(vertex) = meet(view, state, alive, rays, observer) else { return F::Mask::splat(false) };
+        let met = vertex.met;
+        let weight = weight_of_met(view, state, &vertex);
+        state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);
+        let mut going = met & state.depth.lt(F::Uint::splat(view.settings.max_depth));
+        if !going.any() {
+            observer.event(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
+            return going;
+        }
+
+        let scattering = Scattering::new(view.scene, &vertex, &state.ray);
+        let matte = going & scattering.bsdf.is(Kind::Matte);
+        if !view.scene.lights.is_empty() && matte.any() {
+            let direct = direct_light(view, state, &vertex, &scattering, matte, rays, observer);
+            state.l = Rgb::select(matte, state.l + state.beta * direct, state.l);
+        }
+
+        let [u, v, lobe, survival] =
+            view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
+        let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe);
+        let point = &vertex.point;
+        going = going & !go_on(state, point, &scattering.frame, &scattered, observer);
+
+        let passes = (scattering.wo.z * scattered.wi.z).lt(F::zero());
+        let scale = state.memory.eta_scale * scattering.bsdf.squeeze(scattering.wo, passes);
+        state.memory =
+            Departure { p: point.p, n: point.n, pdf: scattered.pdf.only(!scattered.delta), eta_scale: scale };
+        if self.roulette {
+            let worth = state.beta.max_channel() * scale;
+            let plays = going & !state.depth.lt(F::Uint::splat(ROULETTE_FROM)) & worth.lt(F::splat(1.0));
+            // NaN is never less than anything: it survives to be counted.
+            let ends = plays & worth.le(survival);
+            let reward = F::select(plays, F::splat(1.0) / worth, F::splat(1.0));
+            state.beta = state.beta * reward;
+            going = going & !ends;
+            if O::LISTENS && first(ends) {
+                observer.event(|| Event::End { reason: "Russian roulette", radiance: rgb(state.l) });
+            }
+        }
+        going
+    }
+}
+
+/// The power heuristic for one sample of each of two densities: the weight of the first.
+#[inline(always)]
+fn power_heuristic<F: Float>(first: F, second: F) -> F {
+    // Written with one ratio, so that squares of large densities can't overflow.
+    let ratio = second / first;
+    F::splat(1.0) / (ratio * ratio + 1.0)
+}
+
+/// The weight of emission that the BxDF's direction found, against having asked for it.
+#[inline(always)]
+fn weight_of_met<F: Float, W: World, S: Sampler>(
+    view: &View<'_, W, S>,
+    state: &State<F, Departure<F>>,
+    vertex: &Vertex<F>,
+) -> F {
+    let one = F::splat(1.0);
+    let light = view.scene.surfaces.light::<F>(vertex.point.surface);
+    let Departure { p, n, pdf, .. } = state.memory;
+    let contested =
+        vertex.met & light.lt(F::Uint::splat(NO_LIGHT)) & pdf.gt(F::zero()) & vertex.cos_o.gt(F::zero());
+    if !contested.any() {
+        return one;
+    }
+    let lights = &view.scene.lights;
+    // Lanes without a light look up the first one, in vain.
+    let light = F::Uint::select(contested, light, F::Uint::splat(0));
+    let asked = lights.chance(p, n, light) * lights.pdf(light, p, vertex.hit.t, vertex.cos_o);
+    F::select(contested, power_heuristic(pdf, asked), one)
+}
+
+/// Radiance that a chosen light sends back along the ray by way of a vertex, weighed against the chance
+/// that the BxDF finds the same light.
+#[inline(always)]
+fn direct_light<F: Float, W: World, S: Sampler, O: Observer>(
+    view: &View<'_, W, S>,
+    state: &State<F, Departure<F>>,
+    vertex: &Vertex<F>,
+    Scattering { bsdf, frame, wo }: &Scattering<F>,
+    asks: F::Mask,
+    rays: &mut u64,
+    observer: &mut O,
+) -> Rgb<F> {
+    let point = &vertex.point;
+    let lights = &view.scene.lights;
+    let [u, v, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
+    let (light, chance) = lights.choose(point.p, point.n, choice);
+    let sample = lights.sample(light, point.p, [u, v]);
+    let wi = frame.to_local(sample.wi);
+    let f = bsdf.eval(*wo, wi) * wi.z.abs();
+    let pdf = sample.pdf * chance;
+    let share = f * sample.radiance * (F::splat(1.0) / pdf);
+    let possible = asks & pdf.gt(F::zero()) & share.max_channel().gt(F::zero());
+    if !possible.any() {
+        return Rgb::black();
+    }
+    // No BxDF can find a point.
+    let found = bsdf.pdf(*wo, wi).only(!lights.is_point::<F>(light));
+    *rays += u64::from(possible.bits().count_ones());
+    let (shadow, length) = sample.shadow_ray(offset_origin(point.p, point.n, point.error, sample.wi));
+    let visible = possible & !view.world.occluded(&shadow, length);
+    let added = (share * power_heuristic(pdf, found)).only(visible);
+    observer.event(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
+    added
+}

@@ -1,0 +1,396 @@
+//! Every light that can be sampled, as tables from which each lane can look up another one.
+
+use super::bounds::LightBounds;
+use super::point::{self, PointLight};
+use super::{LightSample, LightTree};
+use crate::math::{Float, Frame, Mask, Rgb, Uint, Vec3, trig};
+use crate::sampling::warp;
+use crate::shape::{POSITION_ERROR, Quad, Shape, Sphere};
+use std::f32::consts::{FRAC_1_PI, PI};
+
+const POINT: u32 = 0;
+const SPHERE: u32 = 1;
+const QUAD: u32 = 2;
+
+/// A surface of finite area that emits from its outward side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AreaLight {
+    /// A sphere.
+    Sphere(Sphere),
+    /// A quad.
+    Quad(Quad),
+}
+
+/// The lights that can be sampled, one column for each property, and the tree that chooses among them.
+#[derive(Clone, Debug, Default)]
+pub struct LightTable {
+    kind: Vec<u32>,
+    /// Position of a point, centre of a sphere, corner of a quad.
+    origin: [Vec<f32>; 3],
+    edge_u: [Vec<f32>; 3],
+    edge_v: [Vec<f32>; 3],
+    /// Outward normal of a quad.
+    normal: [Vec<f32>; 3],
+    radius: Vec<f32>,
+    area: Vec<f32>,
+    /// The surface's share of the error bound of a point on it.
+    error: Vec<f32>,
+    /// 1 where a sphere emits inwards.
+    inward: Vec<f32>,
+    emission: [Vec<f32>; 3],
+    bounds: Vec<LightBounds>,
+    tree: LightTree,
+    has_points: bool,
+    has_spheres: bool,
+    has_quads: bool,
+}
+
+fn push3(columns: &mut [Vec<f32>; 3], values: [f32; 3]) {
+    for (column, value) in columns.iter_mut().zip(values) {
+        column.push(value);
+    }
+}
+
+impl LightTable {
+    /// Adds a point light and returns its index.
+    pub fn push_point(&mut self, light: PointLight) -> u32 {
+        self.has_points = true;
+        let zero = [0.0; 3];
+        self.push(POINT, light.position, [zero; 3], 0.0, [0.0, 0.0], false, light.intensity);
+        self.bounds.push(LightBounds::point(light.position, light.intensity));
+        self.bounds.len() as u32 - 1
+    }
+
+    /// Adds a surface whose outward side emits `emission` and returns its index.
+    pub fn push_area(&mut self, light: AreaLight, flipped: bool, emission: [f32; 3]) -> u32 {
+        match light {
+            AreaLight::Sphere(sphere) => {
+                self.has_spheres = true;
+                let surface = sphere.surface();
+                // A point on the light is made from the centre and the radius, however large they are.
+                let extent = sphere.centre.iter().fold(sphere.radius, |m, x| m.max(x.abs()));
+                let sizes = [surface.area, surface.error + extent * POSITION_ERROR];
+                self.push(SPHERE, sphere.centre, [[0.0; 3]; 3], sphere.radius, sizes, flipped, emission);
+                self.bounds.push(LightBounds::sphere(&sphere, emission));
+            }
+            AreaLight::Quad(quad) => {
+                self.has_quads = true;
+                let surface = quad.surface();
+                let normal = quad.normal.map(|x| if flipped { -x } else { x });
+                let sizes = [surface.area, surface.error];
+                self.push(QUAD, quad.corner, [quad.u, quad.v, normal], 0.0, sizes, flipped, emission);
+                self.bounds.push(LightBounds::quad(&quad, normal, surface.area, emission));
+            }
+        }
+        self.bounds.len() as u32 - 1
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "one value for each column")]
+    fn push(
+        &mut self,
+        kind: u32,
+        origin: [f32; 3],
+        [u, v, normal]: [[f32; 3]; 3],
+        radius: f32,
+        [area, error]: [f32; 2],
+        inward: bool,
+        emission: [f32; 3],
+    ) {
+        self.kind.push(kind);
+        push3(&mut self.origin, origin);
+        push3(&mut self.edge_u, u);
+        push3(&mut self.edge_v, v);
+        push3(&mut self.normal, normal);
+        self.radius.push(radius);
+        self.area.push(area);
+        self.error.push(error);
+        self.inward.push(f32::from(u8::from(inward)));
+        push3(&mut self.emission, emission);
+    }
+
+    /// Builds the tree that chooses among the lights, once all are there.
+    pub fn plant(&mut self) {
+        self.tree = LightTree::new(&self.bounds);
+    }
+
+    /// How many lights there are.
+    pub fn len(&self) -> usize {
+        self.kind.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.kind.is_empty()
+    }
+
+    /// The lanes whose light is a point.
+    #[inline(always)]
+    pub fn is_point<F: Float>(&self, light: F::Uint) -> F::Mask {
+        if !self.has_points {
+            return F::Mask::splat(false);
+        }
+        F::Uint::gather(&self.kind, light).eq(F::Uint::splat(POINT))
+    }
+
+    /// Chooses a light for a point `p` on a surface with normal `n`, with `u` in [0, 1): its index and the
+    /// probability of the choice, which is zero where no light can matter.
+    #[inline(always)]
+    pub fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F) -> (F::Uint, F) {
+        self.tree.choose(p, n, u)
+    }
+
+    /// The probability with which [`LightTable::choose`] chooses a light.
+    #[inline(always)]
+    pub fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint) -> F {
+        self.tree.chance(p, n, light)
+    }
+
+    /// A point on a light as seen from `p`, drawn with `u` in [0, 1)².
+    #[inline(always)]
+    pub fn sample<F: Float>(&self, light: F::Uint, p: Vec3<F>, u: [F; 2]) -> LightSample<F> {
+        let kind = F::Uint::gather(&self.kind, light);
+        let origin = Vec3::gather(&self.origin, light);
+        let emission = Rgb::gather(&self.emission, light);
+        let mut sample = point::sample(p, origin, emission);
+        if self.has_spheres {
+            let lanes = kind.eq(F::Uint::splat(SPHERE));
+            if lanes.any() {
+                let from_sphere = self.sample_sphere(light, p, origin, emission, u);
+                sample = select_sample(lanes, from_sphere, sample);
+            }
+        }
+        if self.has_quads {
+            let lanes = kind.eq(F::Uint::splat(QUAD));
+            if lanes.any() {
+                let from_quad = self.sample_quad(light, p, origin, emission, u);
+                sample = select_sample(lanes, from_quad, sample);
+            }
+        }
+        sample
+    }
+
+    /// Density by solid angle with which [`LightTable::sample`] from `p` would have drawn the direction
+    /// `wi`, given that a ray along it met the light at distance `t`, on the side that emits, with the
+    /// cosine `cos_light` between the outward normal there and the way back. Points are never met.
+    #[inline(always)]
+    pub fn pdf<F: Float>(&self, light: F::Uint, p: Vec3<F>, t: F, cos_light: F) -> F {
+        let by_area = t * t / (cos_light * F::gather(&self.area, light));
+        if !self.has_spheres {
+            return by_area;
+        }
+        let origin = Vec3::gather(&self.origin, light);
+        let sphere = F::Uint::gather(&self.kind, light).eq(F::Uint::splat(SPHERE));
+        let cone = Cone::new(origin - p, F::gather(&self.radius, light));
+        F::select(sphere & cone.outside, cone.pdf, by_area)
+    }
+
+    /// A sphere seen from outside, uniformly within the cone that it fills (Pharr, Jakob and Humphreys
+    /// 2023, §6.2.4); seen from inside, uniformly by area.
+    #[inline(always)]
+    fn sample_sphere<F: Float>(
+        &self,
+        light: F::Uint,
+        p: Vec3<F>,
+        centre: Vec3<F>,
+        emission: Rgb<F>,
+        u: [F; 2],
+    ) -> LightSample<F> {
+        let radius = F::gather(&self.radius, light);
+        let inward = F::gather(&self.inward, light).gt(F::zero());
+        let cone = Cone::new(centre - p, radius);
+
+        // 1 − cos θ is uniform; from it sin² θ without cancellation.
+        let versine = u[0] * cone.versine;
+        let cos = -versine + 1.0;
+        let sin2 = versine * (-versine + 2.0);
+        let sin = sin2.max(F::zero()).sqrt();
+        let (sin_phi, cos_phi) = trig::sin_cos_turns(u[1]);
+        let wi = Frame::around(cone.axis).to_world(Vec3::new(sin * cos_phi, sin * sin_phi, cos));
+        let near = cone.distance * cos
+            - (radius * radius - cone.distance * cone.distance * sin2).max(F::zero()).sqrt();
+        let on_cone = p + wi * near;
+        let mut normal = (on_cone - centre).normalized();
+        let mut direction = wi;
+        let mut pdf = cone.pdf;
+        let mut shines = cone.outside & !inward;
+
+        let inside = !cone.outside;
+        if (inside & inward).any() {
+            let outwards = warp::uniform_sphere(u);
+            let to_light = centre + outwards * radius - p;
+            let distance2 = to_light.dot(to_light);
+            let back = to_light * (F::splat(1.0) / distance2.sqrt());
+            let cos = back.dot(outwards);
+            normal = Vec3::select(inside, outwards, normal);
+            direction = Vec3::select(inside, back, direction);
+            pdf = F::select(inside, distance2 / (cos * (radius * radius * (4.0 * PI))), pdf);
+            shines = shines | (inside & inward & cos.gt(F::zero()));
+        }
+        let on_light = centre + normal * radius;
+        let off = on_light.max_abs() * POSITION_ERROR + F::gather(&self.error, light);
+        let off = F::select(inward, -off, off);
+        LightSample {
+            wi: direction,
+            target: on_light + normal * off,
+            radiance: emission.only(shines),
+            pdf: pdf.only(shines),
+        }
+    }
+
+    /// A quad, uniformly by area: a density of 1/area is distance²/(cos θ·area) by solid angle.
+    #[inline(always)]
+    fn sample_quad<F: Float>(
+        &self,
+        light: F::Uint,
+        p: Vec3<F>,
+        corner: Vec3<F>,
+        emission: Rgb<F>,
+        u: [F; 2],
+    ) -> LightSample<F> {
+        let edges = (Vec3::gather(&self.edge_u, light), Vec3::gather(&self.edge_v, light));
+        let normal = Vec3::gather(&self.normal, light);
+        let on_light = corner + edges.0 * u[0] + edges.1 * u[1];
+        let to_light = on_light - p;
+        let distance2 = to_light.dot(to_light);
+        let wi = to_light * (F::splat(1.0) / distance2.sqrt());
+        let cos = -wi.dot(normal);
+        let shines = cos.gt(F::zero());
+        let off = on_light.max_abs() * POSITION_ERROR + F::gather(&self.error, light);
+        LightSample {
+            wi,
+            target: on_light + normal * off,
+            radiance: emission.only(shines),
+            pdf: (distance2 / (cos * F::gather(&self.area, light))).only(shines),
+        }
+    }
+}
+
+/// The cone of directions in which a point sees a sphere.
+struct Cone<F: Float> {
+    /// Direction to the centre, of length one.
+    axis: Vec3<F>,
+    /// Distance to the centre.
+    distance: F,
+    /// 1 − cos of half the opening angle.
+    versine: F,
+    /// Density of a uniform direction within, by solid angle.
+    pdf: F,
+    /// Whether the point is outside the sphere; if not, nothing else here means anything.
+    outside: F::Mask,
+}
+
+impl<F: Float> Cone<F> {
+    #[inline(always)]
+    fn new(to_centre: Vec3<F>, radius: F) -> Self {
+        let distance2 = to_centre.dot(to_centre);
+        let distance = distance2.sqrt();
+        let sin2 = radius * radius / distance2;
+        let outside = sin2.lt(F::splat(1.0));
+        let cos = (-sin2 + 1.0).max(F::zero()).sqrt();
+        // 1 − cos without cancellation, for a sphere that is far away.
+        let versine = sin2 / (cos + 1.0);
+        Cone {
+            axis: to_centre * (F::splat(1.0) / distance),
+            distance,
+            versine,
+            pdf: F::splat(0.5 * FRAC_1_PI) / versine,
+            outside,
+        }
+    }
+}
+
+#[inline(always)]
+fn select_sample<F: Float>(mask: F::Mask, a: LightSample<F>, b: LightSample<F>) -> LightSample<F> {
+    LightSample {
+        wi: Vec3::select(mask, a.wi, b.wi),
+        target: Vec3::select(mask, a.target, b.target),
+        radiance: Rgb::select(mask, a.radiance, b.radiance),
+        pdf: F::select(mask, a.pdf, b.pdf),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::scalar::Wrapping;
+    use glam::DVec3;
+
+    fn table(light: AreaLight, flipped: bool, emission: f32) -> LightTable {
+        let mut table = LightTable::default();
+        table.push_area(light, flipped, [emission; 3]);
+        table.plant();
+        table
+    }
+
+    /// The mean of `n²` stratified samples of the irradiance on a surface at the origin facing +z.
+    fn irradiance(table: &LightTable, n: u32) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..n * n {
+            let u = [(i / n) as f32 + 0.5, (i % n) as f32 + 0.5].map(|x| x / n as f32);
+            let sample = table.sample(Wrapping(0), Vec3::<f32>::zero(), u);
+            sum += f64::from(sample.weight().r * sample.wi.z.max(0.0));
+        }
+        sum / f64::from(n * n)
+    }
+
+    #[test]
+    fn a_sphere_gives_the_irradiance_of_its_cone() {
+        // E = π·L·sin²θ for a sphere straight above, sin θ = r/distance.
+        for (distance, radius) in [(4.0, 1.0), (1000.0, 1.0), (1.001, 1.0)] {
+            let sphere = Sphere::new(DVec3::Z * distance, radius);
+            let expected = std::f64::consts::PI * 2.0 * (radius / distance).powi(2);
+            let got = irradiance(&table(AreaLight::Sphere(sphere), false, 2.0), 200);
+            assert!((got / expected - 1.0).abs() < 1e-3, "{got} is not {expected}");
+            // Seen from outside, a sphere that emits inwards is dark.
+            assert_eq!(irradiance(&table(AreaLight::Sphere(sphere), true, 2.0), 20), 0.0);
+        }
+    }
+
+    #[test]
+    fn a_sphere_around_us_lights_us_as_a_sky() {
+        // From inside, radiance is L everywhere: E = π·L, wherever we stand.
+        for z in [0.0, 0.7, -0.5] {
+            let sphere = Sphere::new(DVec3::Z * z, 1.0);
+            let got = irradiance(&table(AreaLight::Sphere(sphere), true, 1.0), 400);
+            assert!((got / std::f64::consts::PI - 1.0).abs() < 3e-3, "{got} is not π");
+            assert_eq!(irradiance(&table(AreaLight::Sphere(sphere), false, 1.0), 20), 0.0);
+        }
+    }
+
+    #[test]
+    fn a_quad_gives_the_irradiance_of_its_form_factor() {
+        // The form factor of a unit square 1 above the middle is 4 times that of a corner patch of ½ × ½
+        // (Howell, configuration C-13).
+        let quad = Quad::new(DVec3::new(-0.5, -0.5, 1.0), DVec3::Y, DVec3::X);
+        let s = 1.25_f64.sqrt();
+        let expected = 4.0 * (0.5 / s * (0.5 / s).atan());
+        let got = irradiance(&table(AreaLight::Quad(quad), false, 1.0), 200);
+        assert!((got / expected - 1.0).abs() < 1e-4, "{got} is not {expected}");
+        assert_eq!(irradiance(&table(AreaLight::Quad(quad), true, 1.0), 10), 0.0);
+    }
+
+    #[test]
+    fn the_density_of_a_met_light_is_that_of_the_sample() {
+        let sphere = AreaLight::Sphere(Sphere::new(DVec3::new(1.0, 2.0, 5.0), 1.5));
+        let around = AreaLight::Sphere(Sphere::new(DVec3::new(0.3, -0.2, 0.1), 3.0));
+        let quad = AreaLight::Quad(Quad::new(DVec3::new(-1.0, -1.0, 3.0), DVec3::Y, DVec3::X * 2.0));
+        for (light, flipped) in [(sphere, false), (around, true), (quad, false)] {
+            let table = table(light, flipped, 1.0);
+            for u in [[0.1, 0.2], [0.5, 0.5], [0.9, 0.8]] {
+                let p = Vec3::<f32>::zero();
+                let sample = table.sample(Wrapping(0), p, u);
+                let ray = crate::math::Ray { o: p, d: sample.wi };
+                let (t, normal) = match light {
+                    AreaLight::Sphere(s) => {
+                        let t = s.intersect(&ray);
+                        let out = (ray.at(t) - Vec3::splat(s.centre)).normalized();
+                        (t, if flipped { -out } else { out })
+                    }
+                    AreaLight::Quad(q) => (q.intersect(&ray), Vec3::splat(q.normal)),
+                };
+                let pdf = table.pdf(Wrapping(0), p, t, -sample.wi.dot(normal));
+                assert!((pdf / sample.pdf - 1.0).abs() < 1e-4, "{pdf} is not {}", sample.pdf);
+            }
+        }
+    }
+}

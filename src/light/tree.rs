@@ -1,0 +1,298 @@
+//! Which light to ask: a tree of lights, descended by what each side may contribute.
+
+use super::bounds::LightBounds;
+use crate::math::{Float, Mask, Uint, Vec3};
+
+/// A binary tree over lights (Conty Estevez and Kulla 2018; the importance of a node as in Pharr, Jakob and
+/// Humphreys 2023, §12.6.3). Nodes are columns, so that each lane can stand at another one.
+#[derive(Clone, Debug, Default)]
+pub struct LightTree {
+    centre: [Vec<f32>; 3],
+    /// Half the box's diagonal.
+    radius: Vec<f32>,
+    power: Vec<f32>,
+    axis: [Vec<f32>; 3],
+    cos_o: Vec<f32>,
+    sin_o: Vec<f32>,
+    cos_e: Vec<f32>,
+    /// Index of the second child (the first comes right after its parent), or of the light with the top
+    /// bit set.
+    link: Vec<u32>,
+    /// For each light the way down to it: bit i is set where step i goes to the second child.
+    way: Vec<u32>,
+}
+
+const LEAF: u32 = 0x8000_0000;
+
+/// Deeper than this the way to a light does not fit into its word; splits are halved in number from here on.
+const BALANCED_FROM: u32 = 12;
+
+impl LightTree {
+    /// The tree over lights with these bounds.
+    pub fn new(bounds: &[LightBounds]) -> LightTree {
+        let mut tree = LightTree { way: vec![0; bounds.len()], ..LightTree::default() };
+        let mut lights: Vec<u32> = (0..bounds.len() as u32).collect();
+        if !lights.is_empty() {
+            tree.build(bounds, &mut lights, 0, 0);
+        }
+        tree
+    }
+
+    fn build(&mut self, bounds: &[LightBounds], lights: &mut [u32], depth: u32, way: u32) -> LightBounds {
+        let node = self.link.len();
+        if let [light] = *lights {
+            let own = bounds[light as usize];
+            self.push(&own, light | LEAF);
+            self.way[light as usize] = way;
+            return own;
+        }
+        // Bounds are known when the children are; the place is taken now.
+        self.push(&bounds[lights[0] as usize], 0);
+        let middle = split(bounds, lights, depth);
+        let (left, right) = lights.split_at_mut(middle);
+        let left = self.build(bounds, left, depth + 1, way);
+        self.link[node] = self.link.len() as u32;
+        let right = self.build(bounds, right, depth + 1, way | 1 << depth);
+        let own = left.union(&right);
+        self.set(node, &own);
+        own
+    }
+
+    fn push(&mut self, bounds: &LightBounds, link: u32) {
+        for column in self.centre.iter_mut().chain(&mut self.axis) {
+            column.push(0.0);
+        }
+        for column in [&mut self.radius, &mut self.power, &mut self.cos_o, &mut self.sin_o, &mut self.cos_e] {
+            column.push(0.0);
+        }
+        self.link.push(link);
+        self.set(self.link.len() - 1, bounds);
+    }
+
+    fn set(&mut self, node: usize, bounds: &LightBounds) {
+        let half = [0, 1, 2].map(|c| 0.5 * (bounds.hi[c] - bounds.lo[c]));
+        for c in 0..3 {
+            self.centre[c][node] = bounds.centre(c);
+            self.axis[c][node] = bounds.axis[c];
+        }
+        self.radius[node] = (half[0] * half[0] + half[1] * half[1] + half[2] * half[2]).sqrt();
+        self.power[node] = bounds.power;
+        self.cos_o[node] = bounds.cos_o;
+        self.sin_o[node] = (1.0 - bounds.cos_o * bounds.cos_o).max(0.0).sqrt();
+        self.cos_e[node] = bounds.cos_e;
+    }
+
+    /// What a node's lights may contribute to a point `p` on a surface with normal `n`, up to a common
+    /// factor. Never zero where a light can matter, since angles are bounded from the favourable side.
+    #[inline(always)]
+    fn importance<F: Float>(&self, node: F::Uint, p: Vec3<F>, n: Vec3<F>) -> F {
+        let zero = F::zero();
+        let from_centre = p - Vec3::gather(&self.centre, node);
+        let radius = F::gather(&self.radius, node);
+        let distance2 = from_centre.dot(from_centre);
+        let near2 = radius * radius;
+        // Inside the bounds the distance says little: it counts as the bounds' own size.
+        let falloff = distance2.max(near2).max(F::splat(f32::MIN_POSITIVE));
+        let w = from_centre * (F::splat(1.0) / distance2.max(F::splat(f32::MIN_POSITIVE)).sqrt());
+
+        // θ_b: half the angle that the bounds fill as seen from p; π inside them.
+        let inside = distance2.le(near2);
+        let sin2_b = near2 / distance2.max(F::splat(f32::MIN_POSITIVE));
+        let cos_b = F::select(inside, F::splat(-1.0), (-sin2_b + 1.0).max(zero).sqrt());
+        let sin_b = F::select(inside, zero, sin2_b.max(zero).sqrt());
+
+        // θ' = max(0, θ_w − θ_o − θ_b): the least angle between p and a normal.
+        let cos_w = Vec3::gather(&self.axis, node).dot(w);
+        let sin_w = (-cos_w * cos_w + 1.0).max(zero).sqrt();
+        let (cos_o, sin_o) = (F::gather(&self.cos_o, node), F::gather(&self.sin_o, node));
+        let (cos_x, sin_x) = less(cos_w, sin_w, cos_o, sin_o);
+        let (cos_p, _) = less(cos_x, sin_x, cos_b, sin_b);
+        let lit = cos_p.gt(F::gather(&self.cos_e, node));
+
+        // The same for the receiver, which scatters on both sides.
+        let cos_i = w.dot(n).abs();
+        let sin_i = (-cos_i * cos_i + 1.0).max(zero).sqrt();
+        let (cos_r, _) = less(cos_i, sin_i, cos_b, sin_b);
+        (F::gather(&self.power, node) * cos_p * cos_r.max(zero) / falloff).only(lit).max(zero)
+    }
+
+    /// See [`super::LightTable::choose`].
+    #[inline(always)]
+    pub(super) fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F) -> (F::Uint, F) {
+        let mut node = F::Uint::splat(0);
+        let mut chance = F::splat(1.0);
+        let mut u = u;
+        loop {
+            let link = F::Uint::gather(&self.link, node);
+            let inner = link.lt(F::Uint::splat(LEAF));
+            if !inner.any() {
+                return (link & F::Uint::splat(!LEAF), chance);
+            }
+            let left = node + F::Uint::splat(1);
+            let share = self.left_share(left, link, p, n);
+            let goes_left = u.lt(share);
+            let taken = F::select(goes_left, share, -share + 1.0);
+            // What is left of u is uniform again.
+            let rest = F::select(goes_left, u, u - share) / taken.max(F::splat(f32::MIN_POSITIVE));
+            u = F::select(inner, rest.min(F::splat(BELOW_ONE)), u);
+            chance = F::select(inner, chance * taken, chance);
+            node = F::Uint::select(inner, F::Uint::select(goes_left, left, link), node);
+        }
+    }
+
+    /// See [`super::LightTable::chance`].
+    #[inline(always)]
+    pub(super) fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint) -> F {
+        let mut node = F::Uint::splat(0);
+        let mut chance = F::splat(1.0);
+        let mut way = F::Uint::gather(&self.way, light);
+        let one = F::Uint::splat(1);
+        loop {
+            let link = F::Uint::gather(&self.link, node);
+            let inner = link.lt(F::Uint::splat(LEAF));
+            if !inner.any() {
+                return chance;
+            }
+            let left = node + one;
+            let share = self.left_share(left, link, p, n);
+            let goes_right = (way & one).eq(one);
+            let taken = F::select(goes_right, -share + 1.0, share);
+            chance = F::select(inner, chance * taken, chance);
+            node = F::Uint::select(inner, F::Uint::select(goes_right, link, left), node);
+            way = way.shr::<1>();
+        }
+    }
+
+    /// The chance of going left at a node: its children's shares of importance, or half where both have
+    /// none.
+    #[inline(always)]
+    fn left_share<F: Float>(&self, left: F::Uint, right: F::Uint, p: Vec3<F>, n: Vec3<F>) -> F {
+        let (a, b) = (self.importance(left, p, n), self.importance(right, p, n));
+        let sum = a + b;
+        F::select(sum.gt(F::zero()), a / sum.max(F::splat(f32::MIN_POSITIVE)), F::splat(0.5))
+    }
+}
+
+/// The largest f32 below one.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// Cosine and sine of max(0, a − b), from those of a and b in [0, π].
+#[inline(always)]
+fn less<F: Float>(cos_a: F, sin_a: F, cos_b: F, sin_b: F) -> (F, F) {
+    let none = cos_a.gt(cos_b);
+    let cos = cos_a * cos_b + sin_a * sin_b;
+    let sin = sin_a * cos_b - cos_a * sin_b;
+    (F::select(none, F::splat(1.0), cos), sin.only(!none))
+}
+
+/// Where to split lights: sorts them along the best axis and returns how many go left.
+fn split(bounds: &[LightBounds], lights: &mut [u32], depth: u32) -> usize {
+    const BUCKETS: usize = 12;
+    let half = lights.len() / 2;
+    let extent = |axis: usize| {
+        let centres = lights.iter().map(|&l| bounds[l as usize].centre(axis));
+        centres.fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), c| (lo.min(c), hi.max(c)))
+    };
+    let extents = [0, 1, 2].map(extent);
+    let widest =
+        (0..3).max_by(|&a, &b| (extents[a].1 - extents[a].0).total_cmp(&(extents[b].1 - extents[b].0)));
+    let mut best: Option<(f32, usize, usize)> = None;
+    if depth < BALANCED_FROM {
+        for (axis, &(lo, hi)) in extents.iter().enumerate() {
+            if hi <= lo {
+                continue;
+            }
+            let bucket = |l: u32| bucket_of(bounds[l as usize].centre(axis), lo, hi, BUCKETS);
+            let mut sums: [Option<LightBounds>; BUCKETS] = [None; BUCKETS];
+            for &light in lights.iter() {
+                let sum = &mut sums[bucket(light)];
+                let own = bounds[light as usize];
+                *sum = Some(sum.map_or(own, |sum| sum.union(&own)));
+            }
+            let total = |sums: &[Option<LightBounds>]| {
+                sums.iter().flatten().copied().reduce(|a, b| a.union(&b)).map_or(0.0, |b| b.cost())
+            };
+            // Long thin groups make poor bounds: the cost of an axis grows as it is short (ibid., §4.4).
+            let longest = extents.iter().map(|(lo, hi)| hi - lo).fold(0.0, f32::max);
+            for at in 1..BUCKETS {
+                let cost = (total(&sums[..at]) + total(&sums[at..])) * longest / (hi - lo);
+                if cost > 0.0 && best.is_none_or(|(least, ..)| cost < least) {
+                    best = Some((cost, axis, at));
+                }
+            }
+        }
+    }
+    if let Some((_, axis, at)) = best {
+        let (lo, hi) = extents[axis];
+        let left = |&l: &u32| bucket_of(bounds[l as usize].centre(axis), lo, hi, BUCKETS) < at;
+        lights.sort_by_key(|l| !left(l));
+        let middle = lights.iter().filter(|l| left(l)).count();
+        if (1..lights.len()).contains(&middle) {
+            return middle;
+        }
+    }
+    let axis = widest.unwrap_or(0);
+    lights.sort_by(|&a, &b| bounds[a as usize].centre(axis).total_cmp(&bounds[b as usize].centre(axis)));
+    half
+}
+
+fn bucket_of(centre: f32, lo: f32, hi: f32, buckets: usize) -> usize {
+    (((centre - lo) / (hi - lo) * buckets as f32) as usize).min(buckets - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::scalar::Wrapping;
+
+    fn scattered(count: u32) -> Vec<LightBounds> {
+        let unit =
+            |i: u32, k: u32| crate::math::Uint::to_unit(Wrapping((i * 3 + k).wrapping_mul(2_654_435_769)));
+        (0..count)
+            .map(|i| LightBounds::point([0, 1, 2].map(|k| 10.0 * unit(i, k)), [1.0 + unit(i, 7); 3]))
+            .collect()
+    }
+
+    #[test]
+    fn chances_of_all_lights_add_up_to_one_and_match_the_choice() {
+        for count in [1, 2, 3, 17, 500] {
+            let tree = LightTree::new(&scattered(count));
+            let p = Vec3::splat([4.0_f32, 5.0, 3.0]);
+            let n = Vec3::splat([0.0_f32, 0.6, 0.8]);
+            let sum: f64 = (0..count).map(|l| f64::from(tree.chance(p, n, Wrapping(l)))).sum();
+            assert!((sum - 1.0).abs() < 1e-4, "{count} lights: {sum}");
+            let mut seen = vec![0_u32; count as usize];
+            let draws = 20_000;
+            for i in 0..draws {
+                let (light, chance) = tree.choose(p, n, (i as f32 + 0.5) / draws as f32);
+                let again = tree.chance(p, n, light);
+                assert!((chance - again).abs() <= 1e-5 * chance, "{chance} is not {again}");
+                seen[light.0 as usize] += 1;
+            }
+            for (light, &times) in seen.iter().enumerate() {
+                let expected = f64::from(tree.chance(p, n, Wrapping(light as u32))) * f64::from(draws);
+                assert!(
+                    (f64::from(times) - expected).abs() <= 2.0 + 1e-3 * expected,
+                    "light {light}: {times} of {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn near_and_strong_lights_are_preferred() {
+        let far = LightBounds::point([100.0, 0.0, 0.0], [1.0; 3]);
+        let near = LightBounds::point([1.0, 0.0, 0.0], [1.0; 3]);
+        let tree = LightTree::new(&[far, near]);
+        let (p, n) = (Vec3::<f32>::zero(), Vec3::splat([1.0_f32, 0.0, 0.0]));
+        assert!(tree.chance(p, n, Wrapping(1)) > 0.99);
+    }
+
+    #[test]
+    fn ten_thousand_lights_in_one_place_still_make_a_tree() {
+        let tree = LightTree::new(&vec![LightBounds::point([1.0; 3], [1.0; 3]); 10_000]);
+        let p = Vec3::<f32>::zero();
+        let sum: f64 = (0..10_000).map(|l| f64::from(tree.chance(p, p, Wrapping(l)))).sum();
+        assert!((sum - 1.0).abs() < 1e-3, "{sum}");
+    }
+}

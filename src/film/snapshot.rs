@@ -1,0 +1,24 @@
+//! What a viewing sink gets to see: the picture so far and how far it has come.
+
+use std::sync::Arc;
+
+use super::Picture;
+
+/// The film at one moment, made by the accumulator for the sinks that only look.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// The picture so far.
+    pub picture: Picture,
+    /// Which worker makes each pixel, counted from zero; row-major like the picture.
+    pub owners: Arc<Vec<u32>>,
+    /// Samples per pixel so far, the mean over the picture.
+    pub spp_done: f64,
+    /// Samples per pixel the run is to reach, where it has such an end.
+    pub spp_target: Option<u32>,
+    /// Samples added since the run began, all pixels together.
+    pub samples: u64,
+    /// Seconds since the first ray.
+    pub seconds: f64,
+    /// No further snapshot will come: this is the final picture.
+    pub finished: bool,
+}

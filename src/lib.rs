@@ -23,4 +23,5 @@
 pub mod film;
 pub mod integrator;
 pub mod math;
+pub mod output;
 pub mod scene;

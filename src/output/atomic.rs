@@ -1,0 +1,323 @@
+//! Files that are either there whole or not at all.
+//!
+//! A file is written under a temporary name beside its place, flushed and synced, and renamed into it:
+//! whoever opens the name sees the old file or the new one, even if the program is killed between two bytes.
+//! The rename itself is left to the file system to make durable; a power cut right after it may bring back
+//! the old file, never half of one.
+
+use std::fs::{self, File, Permissions};
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use super::error::{OutputError, folder_of};
+
+/// Links followed before we believe that they go round in a circle; what Linux allows.
+const MAX_LINKS: u32 = 40;
+
+/// Where a file will stand, once symbolic links are followed.
+struct Place {
+    path: PathBuf,
+    folder: PathBuf,
+    /// Of the file that stands there now; the new one takes them over.
+    permissions: Option<Permissions>,
+}
+
+/// Finds out, before hours of rendering, whether `path` can be written. Leaves nothing behind.
+///
+/// A pipe or a device is refused: a finished file cannot be renamed onto it without replacing it.
+pub fn check_place(path: &Path) -> Result<(), OutputError> {
+    let place = Place::find(path)?;
+    // Only creating a file tells for sure: mode bits know nothing of root, access lists and read-only mounts.
+    temporary(path, &place).map(drop)
+}
+
+/// Writes a file whole or not at all: `fill` gets a buffered writer that can seek.
+///
+/// If anything fails the temporary file is removed and the old file, if there is one, is as it was. A
+/// symbolic link stays a link: the file it points to is replaced. A new file gets the mode that the umask
+/// leaves, a replaced one keeps its own.
+pub fn write_atomically(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    let place = Place::find(path)?;
+    let file = temporary(path, &place)?;
+    let mut writer = BufWriter::with_capacity(1 << 16, file.as_file());
+    fill(&mut writer)
+        .and_then(|()| writer.flush())
+        .and_then(|()| writer.get_ref().sync_all())
+        .map_err(|error| OutputError::from_io(path, error))?;
+    drop(writer);
+    put_in_place(path, &place, file).map(drop)
+}
+
+/// Creates a file that is filled while others may already read it, with `start` as its first bytes.
+///
+/// It takes the place of an older file at once, by renaming: a program that still has the old one mapped
+/// keeps it.
+pub(super) fn create_in_place(path: &Path, start: &[u8]) -> Result<File, OutputError> {
+    let place = Place::find(path)?;
+    let mut file = temporary(path, &place)?;
+    file.as_file_mut().write_all(start).map_err(|error| OutputError::from_io(path, error))?;
+    put_in_place(path, &place, file)
+}
+
+impl Place {
+    fn find(path: &Path) -> Result<Self, OutputError> {
+        let wrong = |source| OutputError::Io { path: path.to_path_buf(), source };
+        let mut target = path.to_path_buf();
+        let mut links = 0;
+        let found = loop {
+            match fs::symlink_metadata(&target) {
+                Ok(found) if found.is_symlink() => {
+                    links += 1;
+                    if links > MAX_LINKS {
+                        return Err(wrong(io::Error::other("its symbolic links go round in a circle")));
+                    }
+                    let next = fs::read_link(&target).map_err(wrong)?;
+                    target = folder_of(&target).join(next);
+                }
+                Ok(found) => break Some(found),
+                Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+                    break None;
+                }
+                Err(error) => return Err(OutputError::from_io(path, error)),
+            }
+        };
+
+        let folder = folder_of(&target);
+        let path = path.to_path_buf();
+        match fs::metadata(&folder) {
+            Ok(found) if found.is_dir() => {}
+            Ok(_) => return Err(OutputError::NotAFolder { path, folder }),
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                return Err(OutputError::NoFolder { path, folder });
+            }
+            Err(error) if error.kind() == ErrorKind::NotADirectory => {
+                return Err(OutputError::NotAFolder { path, folder });
+            }
+            Err(error) => return Err(OutputError::from_io(&path, error)),
+        }
+        let permissions = match found {
+            None => None,
+            Some(found) if found.is_dir() => return Err(OutputError::IsFolder { path }),
+            Some(found) if !found.is_file() => return Err(OutputError::NotAFile { path }),
+            Some(found) if found.permissions().readonly() => return Err(OutputError::Protected { path }),
+            Some(found) => Some(found.permissions()),
+        };
+        Ok(Self { path: target, folder, permissions })
+    }
+}
+
+fn temporary(path: &Path, place: &Place) -> Result<NamedTempFile, OutputError> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".stride-").suffix(".tmp");
+    // The crate's own choice, readable by the owner alone, is for secrets; a picture follows the umask.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let file = builder.tempfile_in(&place.folder).map_err(|error| OutputError::from_io(path, error))?;
+    if let Some(permissions) = &place.permissions {
+        file.as_file()
+            .set_permissions(permissions.clone())
+            .map_err(|error| OutputError::from_io(path, error))?;
+    }
+    Ok(file)
+}
+
+fn put_in_place(path: &Path, place: &Place, file: NamedTempFile) -> Result<File, OutputError> {
+    file.persist(&place.path).map_err(|failure| OutputError::from_io(path, failure.error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+        write_atomically(path, |out| out.write_all(bytes))
+    }
+
+    #[test]
+    fn writes_and_replaces() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        write(&path, b"first").unwrap();
+        write(&path, b"2nd").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"2nd");
+        assert_eq!(names(folder.path()), ["a.bin"]);
+    }
+
+    #[test]
+    fn a_failure_half_way_keeps_the_old_file_and_leaves_no_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        write(&path, b"old").unwrap();
+        let result = write_atomically(&path, |out| {
+            out.write_all(b"half of the new")?;
+            Err(io::Error::from(ErrorKind::StorageFull))
+        });
+        assert!(matches!(result, Err(OutputError::DiskFull { .. })));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["a.bin"]);
+    }
+
+    #[test]
+    fn a_panic_half_way_keeps_the_old_file_and_leaves_no_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        write(&path, b"old").unwrap();
+        let panicked = std::panic::catch_unwind(|| {
+            let _ = write_atomically(&path, |_| panic!("on purpose"));
+        });
+        assert!(panicked.is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["a.bin"]);
+    }
+
+    #[test]
+    fn checking_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        check_place(&folder.path().join("a.png")).unwrap();
+        assert!(names(folder.path()).is_empty());
+        fs::write(folder.path().join("b.png"), "old").unwrap();
+        check_place(&folder.path().join("b.png")).unwrap();
+        assert_eq!(fs::read(folder.path().join("b.png")).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["b.png"]);
+    }
+
+    #[test]
+    fn a_missing_folder_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = check_place(&folder.path().join("no/such/a.png")).unwrap_err();
+        assert!(matches!(&error, OutputError::NoFolder { folder, .. } if folder.ends_with("no/such")));
+        assert!(error.to_string().contains("create it"), "{error}");
+        assert!(matches!(write(&folder.path().join("no/a"), b"").unwrap_err(), OutputError::NoFolder { .. }));
+    }
+
+    #[test]
+    fn a_folder_or_a_file_in_the_way_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("a.png")).unwrap();
+        fs::write(folder.path().join("file"), "").unwrap();
+        let error = check_place(&folder.path().join("a.png")).unwrap_err();
+        assert!(matches!(error, OutputError::IsFolder { .. }), "{error}");
+        for inside in ["file/a.png", "file/b/a.png"] {
+            let error = check_place(&folder.path().join(inside)).unwrap_err();
+            assert!(matches!(error, OutputError::NotAFolder { .. }), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_name_too_long_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("{}.png", "a".repeat(300)));
+        assert!(matches!(check_place(&path), Err(OutputError::Io { .. })));
+    }
+
+    #[cfg(unix)]
+    mod unix {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        use std::process::Command;
+
+        use super::*;
+
+        fn mode(path: &Path) -> u32 {
+            fs::metadata(path).unwrap().permissions().mode() & 0o777
+        }
+
+        #[test]
+        fn a_new_file_follows_the_umask_and_a_replaced_one_keeps_its_mode() {
+            let folder = tempfile::tempdir().unwrap();
+            let (ours, plain) = (folder.path().join("ours"), folder.path().join("plain"));
+            fs::write(&plain, "").unwrap();
+            write(&ours, b"").unwrap();
+            assert_eq!(mode(&ours), mode(&plain));
+
+            fs::set_permissions(&ours, Permissions::from_mode(0o640)).unwrap();
+            write(&ours, b"again").unwrap();
+            assert_eq!(mode(&ours), 0o640);
+        }
+
+        #[test]
+        fn a_link_stays_a_link() {
+            let folder = tempfile::tempdir().unwrap();
+            fs::create_dir(folder.path().join("real")).unwrap();
+            let (link, dangling) = (folder.path().join("link"), folder.path().join("dangling"));
+            fs::write(folder.path().join("real/a"), "old").unwrap();
+            symlink("real/a", &link).unwrap();
+            symlink("real/b", &dangling).unwrap();
+            write(&link, b"new").unwrap();
+            write(&dangling, b"new").unwrap();
+            assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+            assert_eq!(fs::read(folder.path().join("real/a")).unwrap(), b"new");
+            assert_eq!(fs::read(folder.path().join("real/b")).unwrap(), b"new");
+        }
+
+        #[test]
+        fn links_in_a_circle_are_refused() {
+            let folder = tempfile::tempdir().unwrap();
+            symlink("b", folder.path().join("a")).unwrap();
+            symlink("a", folder.path().join("b")).unwrap();
+            let error = check_place(&folder.path().join("a")).unwrap_err();
+            assert!(error.to_string().contains("circle"), "{error}");
+        }
+
+        #[test]
+        fn a_read_only_file_is_refused_even_for_root() {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("a.png");
+            fs::write(&path, "keep").unwrap();
+            fs::set_permissions(&path, Permissions::from_mode(0o444)).unwrap();
+            assert!(matches!(check_place(&path), Err(OutputError::Protected { .. })));
+            assert!(matches!(write(&path, b"new"), Err(OutputError::Protected { .. })));
+            assert_eq!(fs::read(&path).unwrap(), b"keep");
+        }
+
+        #[test]
+        fn a_pipe_and_a_device_are_refused() {
+            let folder = tempfile::tempdir().unwrap();
+            let pipe = folder.path().join("a.png");
+            if Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()) {
+                assert!(matches!(check_place(&pipe), Err(OutputError::NotAFile { .. })));
+            }
+            let device = folder.path().join("b.png");
+            symlink("/dev/null", &device).unwrap();
+            assert!(matches!(check_place(&device), Err(OutputError::NotAFile { .. })));
+        }
+
+        #[test]
+        fn a_locked_folder_is_refused() {
+            let folder = tempfile::tempdir().unwrap();
+            fs::set_permissions(folder.path(), Permissions::from_mode(0o555)).unwrap();
+            let path = folder.path().join("a.png");
+            // Root may write anywhere, so there is nothing to refuse.
+            if fs::write(folder.path().join("probe"), "").is_ok() {
+                println!("skipped: this user may write into a read-only folder");
+                return;
+            }
+            assert!(matches!(check_place(&path), Err(OutputError::Denied { .. })));
+        }
+    }
+
+    #[test]
+    fn errors_of_the_system_get_their_own_words() {
+        let path = Path::new("sub/a.png");
+        let full = OutputError::from_io(path, ErrorKind::StorageFull.into());
+        assert_eq!(
+            full.to_string(),
+            "cannot write \"sub/a.png\": the disk is full; free some space or choose another disk"
+        );
+        let denied = OutputError::from_io(path, ErrorKind::ReadOnlyFilesystem.into());
+        assert!(matches!(&denied, OutputError::Denied { folder, .. } if folder == Path::new("sub")));
+    }
+}

@@ -1,0 +1,113 @@
+//! Radiance HDR: three 8-bit mantissas that share an exponent.
+//!
+//! The rounding is ours, the file the `image` crate's: it cuts mantissas off, which readers that add no half
+//! back (nearly all) see as a picture darkened by 0.2%, lets tiny values wrap around to huge ones, and asks
+//! the system's logarithm for the exponent. Values that are already what RGBE can hold pass through it
+//! unchanged.
+
+use std::io::{self, Write};
+
+use image::codecs::hdr::HdrEncoder;
+use image::{ImageError, Rgb};
+
+use crate::film::Picture;
+
+/// Pixels whose brightest channel is below this are black: 2⁻¹¹⁸, near the end of the exponent's range.
+const DARKEST: f32 = f32::from_bits((127 - 118) << 23);
+/// The largest value RGBE holds: 255/256 · 2¹²⁷.
+const BRIGHTEST: f32 = f32::from_bits((253 << 23) | (0xfe << 15));
+
+/// Writes a picture's radiance, rounded to the nearest 256th of the power of two above the brightest channel.
+pub fn encode(picture: &Picture, out: &mut impl Write) -> io::Result<()> {
+    let pixels: Vec<_> = picture.rgb.iter().map(|&rgb| Rgb(nearest_rgbe(rgb))).collect();
+    HdrEncoder::new(out).encode(&pixels, picture.width as usize, picture.height as usize).map_err(to_io)
+}
+
+/// The nearest colour that RGBE can hold.
+fn nearest_rgbe(rgb: [f32; 3]) -> [f32; 3] {
+    let rgb = rgb.map(|value| value.clamp(0.0, BRIGHTEST));
+    let largest = rgb.into_iter().fold(0.0, f32::max);
+    if largest < DARKEST {
+        return [0.0; 3];
+    }
+    // The largest power of two not above the brightest channel; 128 steps below it, 128 above.
+    let mut power = f32::from_bits(largest.to_bits() & 0x7f80_0000);
+    if (largest / power * 128.0).round() == 256.0 {
+        // The brightest channel rounds up into the next power of two, whose steps are twice as wide.
+        power *= 2.0;
+    }
+    let step = power / 128.0;
+    rgb.map(|value| (value / step).round() * step)
+}
+
+fn to_io(error: ImageError) -> io::Error {
+    match error {
+        ImageError::IoError(error) => error,
+        other => io::Error::other(other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use image::ImageDecoder;
+    use image::codecs::hdr::HdrDecoder;
+
+    use super::*;
+    use crate::output::picture::Format;
+    use crate::output::picture::tests::{SIZES, bytes, speckle};
+
+    fn decode(file: &[u8]) -> Picture {
+        let decoder = HdrDecoder::new(Cursor::new(file)).unwrap();
+        let (width, height) = decoder.dimensions();
+        let mut raw = vec![0; decoder.total_bytes() as usize];
+        decoder.read_image(&mut raw).unwrap();
+        let floats: Vec<f32> = raw.chunks(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])).collect();
+        Picture { width, height, rgb: floats.chunks(3).map(|c| [c[0], c[1], c[2]]).collect() }
+    }
+
+    fn one(rgb: [f32; 3]) -> [f32; 3] {
+        decode(&bytes(Format::Hdr, &Picture { width: 1, height: 1, rgb: vec![rgb] }, 0.0)).rgb[0]
+    }
+
+    #[test]
+    fn what_is_read_back_is_the_nearest_that_fits() {
+        for (width, height) in SIZES {
+            let picture = speckle(width, height);
+            let read = decode(&bytes(Format::Hdr, &picture, 0.0));
+            assert_eq!((read.width, read.height), (width, height));
+            let close = |a: &Picture, b: &Picture| {
+                a.rgb.iter().zip(&b.rgb).all(|(a, b)| {
+                    let largest = a.iter().copied().fold(0.0, f32::max);
+                    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= largest / 256.0)
+                })
+            };
+            assert!(close(&picture, &read), "{width}×{height}");
+            let mut changed = read.clone();
+            changed.rgb[0] = changed.rgb[0].map(|c| c * 1.02 + 0.1);
+            assert!(!close(&picture, &changed));
+        }
+    }
+
+    #[test]
+    fn rounding_neither_darkens_nor_brightens() {
+        let picture = speckle(200, 200);
+        let read = decode(&bytes(Format::Hdr, &picture, 0.0));
+        let mean = |p: &Picture| p.rgb.iter().flatten().map(|&c| f64::from(c)).sum::<f64>();
+        let ratio = mean(&read) / mean(&picture);
+        // Cutting off instead would give 0.998.
+        assert!((ratio - 1.0).abs() < 2e-4, "{ratio}");
+    }
+
+    #[test]
+    fn the_ends_of_the_range_neither_wrap_nor_vanish() {
+        assert_eq!(one([1e-40, 0.0, 0.0]), [0.0; 3]);
+        assert_eq!(one([DARKEST, 0.0, 0.0]), [DARKEST, 0.0, 0.0]);
+        assert_eq!(one([BRIGHTEST, 0.0, 0.0]), [BRIGHTEST, 0.0, 0.0]);
+        assert_eq!(one([f32::MAX, 1.0, 0.0]), [BRIGHTEST, 0.0, 0.0]);
+        // Carries: the nearest 256th to 0.999 is 1, where the steps are twice as wide.
+        assert_eq!(one([0.999, 0.3, 0.0]), [1.0, 0.296_875, 0.0]);
+        assert_eq!(one([255.0 / 256.0, 1.0 / 256.0, 0.0]), [255.0 / 256.0, 1.0 / 256.0, 0.0]);
+    }
+}

@@ -1,0 +1,22 @@
+//! Output: everything that shows or keeps what was rendered, one sink per file.
+//!
+//! | sink | takes | is for |
+//! |---|---|---|
+//! | [`picture`]: [`png`], [`exr`], [`hdr`] | a finished [`Picture`](crate::film::Picture) | keeping and showing |
+//! | [`npy`] | every sample | studying them in NumPy |
+//!
+//! [`atomic`] puts files in place whole, [`overlay`] colours pixels by worker.
+
+pub mod atomic;
+pub mod error;
+pub mod exr;
+pub mod hdr;
+pub mod npy;
+pub mod overlay;
+pub mod picture;
+pub mod png;
+
+pub use error::OutputError;
+pub use npy::SampleDump;
+pub use overlay::{owner_overlay, write_owner_overlay};
+pub use picture::{Format, PictureOptions, check_writable, numbered_path, write_picture};

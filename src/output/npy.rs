@@ -1,0 +1,313 @@
+//! Every sample, as a NumPy structured array: `samples = numpy.load("samples.npy")`.
+//!
+//! A record is 28 bytes, little-endian: `pixel` u4, `sample` u4, `x` f4, `y` f4, `radiance` 3 × f4, as in
+//! [`Sample`]. Records come in any order.
+//!
+//! The file stands in its place from the start and can be loaded at any time, also after `kill -9`: records
+//! are written first, then the count in the header, so that the header never promises what is not there. At
+//! most [`FLUSH_BYTES`] or [`FLUSH_SECONDS`] of samples are lost with the program. Only
+//! [`SampleDump::finish`] asks the system to put the file on the disk: until then a power cut, unlike a kill,
+//! may lose more.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::atomic;
+use super::error::OutputError;
+use crate::integrator::Sample;
+
+/// Bytes of one sample.
+pub const RECORD_BYTES: usize = 28;
+/// Bytes of samples that are kept back before they go to the file.
+pub const FLUSH_BYTES: usize = 1 << 20;
+/// Seconds that samples are kept back at most, while others follow.
+pub const FLUSH_SECONDS: f64 = 1.0;
+
+/// Bytes of the header, with room for any count; a multiple of 64, as the format asks.
+const HEADER_BYTES: usize = 192;
+
+/// Finds out, before hours of rendering, whether samples can be dumped to `path`. Leaves nothing behind.
+pub fn check_writable(path: &Path) -> Result<(), OutputError> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    if !extension.eq_ignore_ascii_case("npy") {
+        let (path, extension) = (path.to_path_buf(), extension.to_string());
+        return Err(OutputError::UnknownFormat { path, extension, known: ".npy".into() });
+    }
+    atomic::check_place(path)
+}
+
+/// The sink that keeps every sample.
+#[derive(Debug)]
+pub struct SampleDump {
+    path: PathBuf,
+    file: File,
+    records: Records,
+}
+
+impl SampleDump {
+    /// Puts an empty dump at `path`, in place of what was there.
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
+        check_writable(path)?;
+        let file = atomic::create_in_place(path, &header(0))?;
+        Ok(Self { path: path.to_path_buf(), file, records: Records::new() })
+    }
+
+    /// Adds samples. After an error the file holds what was flushed before it, and the dump takes no more.
+    pub fn write(&mut self, samples: &[Sample]) -> Result<(), OutputError> {
+        self.records.write(samples, &mut self.file).map_err(|error| OutputError::from_io(&self.path, error))
+    }
+
+    /// Writes what is kept back, puts the file on the disk and returns the number of samples in it.
+    pub fn finish(mut self) -> Result<u64, OutputError> {
+        self.records
+            .flush(&mut self.file)
+            .and_then(|()| self.file.sync_all())
+            .map_err(|error| OutputError::from_io(&self.path, error))?;
+        Ok(self.records.written)
+    }
+}
+
+impl Drop for SampleDump {
+    fn drop(&mut self) {
+        // A run that ends early keeps its samples as far as that is possible; `finish` is who reports errors.
+        let _ = self.records.flush(&mut self.file);
+    }
+}
+
+/// Samples on their way into a file.
+#[derive(Debug)]
+struct Records {
+    kept_back: Vec<u8>,
+    written: u64,
+    last_flush: Instant,
+    failed: bool,
+}
+
+impl Records {
+    fn new() -> Self {
+        let kept_back = Vec::with_capacity(FLUSH_BYTES + RECORD_BYTES);
+        Self { kept_back, written: 0, last_flush: Instant::now(), failed: false }
+    }
+
+    fn write(&mut self, samples: &[Sample], out: &mut (impl Write + Seek)) -> io::Result<()> {
+        for sample in samples {
+            self.kept_back.extend_from_slice(&record(sample));
+            if self.kept_back.len() >= FLUSH_BYTES {
+                self.flush(out)?;
+            }
+        }
+        if self.last_flush.elapsed() >= Duration::from_secs_f64(FLUSH_SECONDS) {
+            self.flush(out)?;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self, out: &mut (impl Write + Seek)) -> io::Result<()> {
+        if self.failed {
+            return Err(io::Error::other("an earlier write to it failed"));
+        }
+        self.last_flush = Instant::now();
+        if self.kept_back.is_empty() {
+            return Ok(());
+        }
+        let count = self.written + (self.kept_back.len() / RECORD_BYTES) as u64;
+        let result = out
+            .seek(SeekFrom::Start(HEADER_BYTES as u64 + self.written * RECORD_BYTES as u64))
+            .and_then(|_| out.write_all(&self.kept_back))
+            .and_then(|()| out.rewind())
+            .and_then(|()| out.write_all(&header(count)))
+            .and_then(|()| out.flush());
+        self.failed = result.is_err();
+        if result.is_ok() {
+            self.written = count;
+            self.kept_back.clear();
+        }
+        result
+    }
+}
+
+fn record(sample: &Sample) -> [u8; RECORD_BYTES] {
+    let [r, g, b] = sample.radiance.map(f32::to_le_bytes);
+    let fields = [
+        sample.pixel.to_le_bytes(),
+        sample.sample.to_le_bytes(),
+        sample.x.to_le_bytes(),
+        sample.y.to_le_bytes(),
+        r,
+        g,
+        b,
+    ];
+    let mut bytes = [0; RECORD_BYTES];
+    bytes.copy_from_slice(fields.as_flattened());
+    bytes
+}
+
+/// The header of `count` records: magic, version 1.0, length, a Python dictionary, spaces, a line's end.
+fn header(count: u64) -> [u8; HEADER_BYTES] {
+    let mut text = String::from(
+        "{'descr': [('pixel', '<u4'), ('sample', '<u4'), ('x', '<f4'), ('y', '<f4'), ('radiance', '<f4', (3,))], \
+         'fortran_order': False, ",
+    );
+    // Writing to a string cannot fail.
+    let _ = write!(text, "'shape': ({count},), }}");
+    let mut bytes = [b' '; HEADER_BYTES];
+    bytes[..8].copy_from_slice(b"\x93NUMPY\x01\x00");
+    bytes[8..10].copy_from_slice(&((HEADER_BYTES - 10) as u16).to_le_bytes());
+    bytes[10..10 + text.len()].copy_from_slice(text.as_bytes());
+    bytes[HEADER_BYTES - 1] = b'\n';
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::io::Cursor;
+
+    use super::*;
+
+    fn sample(i: u32) -> Sample {
+        let f = i as f32;
+        Sample { pixel: i * 7, sample: i, x: f + 0.25, y: f * 0.5, radiance: [f, -0.0, 1.0 / (f + 1.0)] }
+    }
+
+    fn samples(range: std::ops::Range<u32>) -> Vec<Sample> {
+        range.map(sample).collect()
+    }
+
+    /// A reader of our own, that knows the format and not the writer.
+    fn load(file: &[u8]) -> Vec<Sample> {
+        assert_eq!(&file[..8], b"\x93NUMPY\x01\x00");
+        let length = usize::from(u16::from_le_bytes([file[8], file[9]]));
+        assert_eq!((10 + length) % 64, 0);
+        let text = std::str::from_utf8(&file[10..10 + length]).unwrap();
+        assert!(text.ends_with('\n') && text.trim_end().ends_with('}'));
+        let shape = text.split("'shape': (").nth(1).unwrap().split(',').next().unwrap();
+        let count: usize = shape.parse().unwrap();
+        let word = |record: &[u8], i: usize| [0, 1, 2, 3].map(|byte| record[4 * i + byte]);
+        file[10 + length..]
+            .chunks_exact(28)
+            .take(count)
+            .map(|r| Sample {
+                pixel: u32::from_le_bytes(word(r, 0)),
+                sample: u32::from_le_bytes(word(r, 1)),
+                x: f32::from_le_bytes(word(r, 2)),
+                y: f32::from_le_bytes(word(r, 3)),
+                radiance: [4, 5, 6].map(|i| f32::from_le_bytes(word(r, i))),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npy");
+        let mut dump = SampleDump::create(&path).unwrap();
+        dump.write(&samples(0..3)).unwrap();
+        dump.write(&[]).unwrap();
+        dump.write(&samples(3..100_000)).unwrap();
+        assert_eq!(dump.finish().unwrap(), 100_000);
+        let file = fs::read(&path).unwrap();
+        assert_eq!(file.len(), HEADER_BYTES + 100_000 * RECORD_BYTES);
+        let read = load(&file);
+        assert!(read == samples(0..100_000));
+        let mut changed = samples(0..100_000);
+        changed[99_999].radiance[2] += 1e-7;
+        assert!(read != changed);
+    }
+
+    #[test]
+    fn an_empty_dump_is_an_empty_array() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npy");
+        assert_eq!(SampleDump::create(&path).unwrap().finish().unwrap(), 0);
+        assert!(load(&fs::read(&path).unwrap()).is_empty());
+    }
+
+    #[test]
+    fn the_file_is_whole_at_every_moment() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npy");
+        let mut dump = SampleDump::create(&path).unwrap();
+        assert!(load(&fs::read(&path).unwrap()).is_empty());
+        for round in 0..5 {
+            dump.write(&samples(round * 20_000..(round + 1) * 20_000)).unwrap();
+            let read = load(&fs::read(&path).unwrap());
+            let kept_back = dump.records.kept_back.len() / RECORD_BYTES;
+            assert_eq!(read.len() + kept_back, (round as usize + 1) * 20_000);
+            assert!(kept_back * RECORD_BYTES < FLUSH_BYTES);
+            assert!(read == samples(0..read.len() as u32));
+        }
+        // Forgotten, as by a kill: nothing of it runs any more.
+        std::mem::forget(dump);
+        let read = load(&fs::read(&path).unwrap());
+        assert!(read.len() >= 100_000 - FLUSH_BYTES / RECORD_BYTES - 1);
+        assert!(read == samples(0..read.len() as u32));
+    }
+
+    #[test]
+    fn a_kill_between_the_records_and_the_count_loses_only_those_records() {
+        let mut out = Cursor::new(header(0).to_vec());
+        let mut records = Records::new();
+        records.write(&samples(0..10), &mut out).unwrap();
+        records.flush(&mut out).unwrap();
+        let mut file = out.into_inner();
+        file.extend_from_slice(&record(&sample(10)));
+        file.extend_from_slice(&record(&sample(11))[..9]);
+        assert!(load(&file) == samples(0..10));
+    }
+
+    #[test]
+    fn a_dropped_dump_keeps_its_samples() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npy");
+        let mut dump = SampleDump::create(&path).unwrap();
+        dump.write(&samples(0..5)).unwrap();
+        drop(dump);
+        assert!(load(&fs::read(&path).unwrap()) == samples(0..5));
+    }
+
+    #[test]
+    fn samples_do_not_wait_longer_than_a_second_for_company() {
+        let mut out = Cursor::new(header(0).to_vec());
+        let mut records = Records::new();
+        records.write(&samples(0..1), &mut out).unwrap();
+        assert_eq!(records.written, 0);
+        records.last_flush -= Duration::from_secs_f64(FLUSH_SECONDS);
+        records.write(&samples(1..2), &mut out).unwrap();
+        assert_eq!(records.written, 2);
+    }
+
+    #[test]
+    fn any_count_fits_the_header() {
+        for count in [0, 1, 1 << 32, u64::MAX] {
+            let text = String::from_utf8_lossy(&header(count)[10..]).into_owned();
+            assert!(text.contains(&format!("'shape': ({count},), }}")), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_full_disk_is_an_error_and_stays_one() {
+        let Ok(mut full) = File::options().write(true).open("/dev/full") else {
+            println!("skipped: no /dev/full");
+            return;
+        };
+        let mut records = Records::new();
+        let error = records.write(&samples(0..50_000), &mut full).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+        assert_eq!(records.written, 0);
+        let error = records.flush(&mut full).unwrap_err();
+        assert!(error.to_string().contains("earlier"), "{error}");
+    }
+
+    #[test]
+    fn only_npy_is_accepted() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = SampleDump::create(&folder.path().join("a.csv")).unwrap_err();
+        assert!(error.to_string().contains("use .npy"), "{error}");
+        assert!(check_writable(&folder.path().join("a.NPY")).is_ok());
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+    }
+}

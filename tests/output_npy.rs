@@ -1,0 +1,114 @@
+//! The sample dump, as NumPy sees it, also after the program that wrote it was killed.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use stride::integrator::Sample;
+use stride::output::SampleDump;
+
+fn sample(i: u32) -> Sample {
+    Sample { pixel: i / 4, sample: i % 4, x: i as f32 + 0.5, y: 0.25, radiance: [i as f32, 2.0, 0.1] }
+}
+
+fn have_numpy() -> bool {
+    let status = Command::new("python3").args(["-c", "import numpy"]).stderr(Stdio::null()).status();
+    status.is_ok_and(|status| status.success())
+}
+
+/// Runs a Python program over the dump at `path` and returns what it prints.
+fn python(program: &str, path: &Path) -> String {
+    let out = Command::new("python3").args(["-c", program]).arg(path).output().unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    String::from_utf8(out.stdout).unwrap().trim().to_string()
+}
+
+/// Loads in one line, checks the records against the rule of `sample`, prints how many there are.
+const CHECK: &str = "
+import sys, numpy
+a = numpy.load(sys.argv[1])
+assert a.dtype.itemsize == 28 and a.ndim == 1, (a.dtype, a.shape)
+assert a.dtype.names == ('pixel', 'sample', 'x', 'y', 'radiance'), a.dtype
+i = numpy.arange(len(a))
+assert (a['pixel'] == i // 4).all() and (a['sample'] == i % 4).all()
+assert (a['x'] == (i + 0.5).astype('f4')).all() and (a['y'] == 0.25).all()
+assert (a['radiance'] == numpy.stack([i, i * 0 + 2, i * 0 + 0.1], 1).astype('f4')).all()
+b = numpy.load(sys.argv[1], mmap_mode='r')
+assert (a == b).all()
+print(len(a))
+";
+
+#[test]
+fn numpy_opens_a_dump_in_one_line() {
+    if !have_numpy() {
+        println!("skipped: no python3 with numpy");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.npy");
+    for count in [0, 1, 100_000] {
+        let mut dump = SampleDump::create(&path).unwrap();
+        dump.write(&(0..count).map(sample).collect::<Vec<_>>()).unwrap();
+        assert_eq!(dump.finish().unwrap(), u64::from(count));
+        assert_eq!(python(CHECK, &path), count.to_string());
+    }
+
+    // The check notices a wrong record.
+    let mut dump = SampleDump::create(&path).unwrap();
+    dump.write(&[sample(0), Sample { y: 0.5, ..sample(1) }]).unwrap();
+    dump.finish().unwrap();
+    let out = Command::new("python3").args(["-c", CHECK]).arg(&path).output().unwrap();
+    assert!(String::from_utf8_lossy(&out.stderr).contains("AssertionError"));
+}
+
+/// Set in the child of `a_killed_run_leaves_a_dump_that_loads`: where to write.
+const CHILD: &str = "STRIDE_TEST_ENDLESS_DUMP";
+
+#[test]
+#[ignore = "the half of the kill test that is killed"]
+fn endless_dump() {
+    let Some(path) = std::env::var_os(CHILD) else { return };
+    let mut dump = SampleDump::create(Path::new(&path)).unwrap();
+    for batch in 0.. {
+        let batch: Vec<_> = (batch * 1000..(batch + 1) * 1000).map(sample).collect();
+        dump.write(&batch).unwrap();
+    }
+}
+
+#[test]
+fn a_killed_run_leaves_a_dump_that_loads() {
+    let folder = tempfile::tempdir().unwrap();
+    for (round, wait_for) in [3_000_000u64, 5_555_555, 8_000_001].into_iter().enumerate() {
+        let path = folder.path().join(format!("{round}.npy"));
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "endless_dump", "--ignored", "--quiet"])
+            .env(CHILD, &path)
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        let start = Instant::now();
+        while std::fs::metadata(&path).map_or(0, |file| file.len()) < wait_for {
+            assert!(start.elapsed() < Duration::from_secs(60), "the child does not write");
+            std::thread::sleep(Duration::from_micros(50));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+
+        let file = std::fs::read(&path).unwrap();
+        let header = String::from_utf8_lossy(&file[..192]).into_owned();
+        let count: usize =
+            header.split("'shape': (").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
+        let there = (file.len() - 192) / 28;
+        assert!(count <= there, "the header promises {count} samples, {there} are there");
+        assert!(
+            there - count <= (1 << 20) / 28 + 1,
+            "{there} samples are there, the header knows of {count}"
+        );
+        assert!(count > 50_000);
+        if have_numpy() {
+            assert_eq!(python(CHECK, &path), count.to_string());
+        } else {
+            println!("skipped: no python3 with numpy");
+        }
+    }
+}

@@ -4,19 +4,24 @@
 //! |---|---|---|
 //! | [`picture`]: [`png`], [`exr`], [`hdr`] | a finished [`Picture`](crate::film::Picture) | keeping and showing |
 //! | [`npy`] | every sample | studying them in NumPy |
+//! | [`progress`] | numbers | the terminal, or a log |
 //!
-//! [`atomic`] puts files in place whole, [`overlay`] colours pixels by worker.
+//! [`atomic`] puts files in place whole, [`human`] turns numbers into words, [`overlay`] colours pixels by
+//! worker.
 
 pub mod atomic;
 pub mod error;
 pub mod exr;
 pub mod hdr;
+pub mod human;
 pub mod npy;
 pub mod overlay;
 pub mod picture;
 pub mod png;
+pub mod progress;
 
 pub use error::OutputError;
 pub use npy::SampleDump;
 pub use overlay::{owner_overlay, write_owner_overlay};
 pub use picture::{Format, PictureOptions, check_writable, numbered_path, write_picture};
+pub use progress::{Progress, Reporter};

@@ -5,6 +5,7 @@
 //! | [`picture`]: [`png`], [`exr`], [`hdr`] | a finished [`Picture`](crate::film::Picture) | keeping and showing |
 //! | [`npy`] | every sample | studying them in NumPy |
 //! | [`progress`] | numbers | the terminal, or a log |
+//! | [`window`] | snapshots | watching |
 //!
 //! [`atomic`] puts files in place whole, [`human`] turns numbers into words, [`overlay`] colours pixels by
 //! worker.
@@ -19,6 +20,7 @@ pub mod overlay;
 pub mod picture;
 pub mod png;
 pub mod progress;
+pub mod window;
 
 pub use error::OutputError;
 pub use npy::SampleDump;

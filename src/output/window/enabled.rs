@@ -1,0 +1,218 @@
+//! The window, by minifb: X11 (loaded when it is opened, not linked), Windows, macOS.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError, bounded, unbounded};
+use minifb::{InputCallback, Key, ScaleMode};
+
+use super::view::first_size;
+use super::viewer::{Action, Viewer};
+use super::{Closed, Request, WindowError, WindowOptions};
+use crate::film::Snapshot;
+
+/// A redraw at most this often, a look at the keys just as often: 30 a second.
+const TICK: Duration = Duration::from_millis(34);
+/// The title changes at most this often: window managers redraw a frame for it.
+const TITLE_TICK: Duration = Duration::from_millis(200);
+/// What is on the screen is put there again after this time, since minifb does not say when the system lost
+/// it: a window that was covered, or not yet there when it was first drawn.
+const REFRESH: Duration = Duration::from_millis(500);
+
+/// An open window.
+#[derive(Debug)]
+pub struct Window {
+    window: minifb::Window,
+    key_events: Receiver<KeyEvent>,
+    /// Keys that are down, so that a repeated press is known for what it is.
+    held: Vec<Key>,
+    viewer: Viewer,
+    buffer: Vec<u32>,
+    /// The buffer's size, and whether the window had the keyboard, when they were last put on the screen.
+    drawn: Option<((u32, u32), bool, Instant)>,
+    title: String,
+    titled: Instant,
+    replies: (Sender<String>, Receiver<String>),
+}
+
+/// Opens the window, black as yet.
+pub fn open(options: &WindowOptions) -> Result<Window, WindowError> {
+    let most = largest_window()?;
+    let viewer = Viewer::new(options);
+    let title = viewer.title(Instant::now());
+    let (width, height) = first_size((options.width, options.height), most);
+    let settings = minifb::WindowOptions {
+        resize: true,
+        // The buffer always has the window's size; nothing is left to scale.
+        scale_mode: ScaleMode::UpperLeft,
+        ..minifb::WindowOptions::default()
+    };
+    let mut window =
+        minifb::Window::new(&title, width as usize, height as usize, settings).map_err(|error| {
+            WindowError::Failed(match error {
+                minifb::Error::WindowCreate(reason) => reason,
+                other => other.to_string(),
+            })
+        })?;
+    // Our own loop keeps time.
+    window.set_target_fps(0);
+    let (sender, key_events) = unbounded();
+    window.set_input_callback(Box::new(Keyboard(sender)));
+    Ok(Window {
+        window,
+        key_events,
+        held: Vec::new(),
+        viewer,
+        buffer: Vec::new(),
+        drawn: None,
+        title,
+        titled: Instant::now(),
+        replies: bounded(1),
+    })
+}
+
+/// The pixels a window may have to begin with, or why there can be none.
+#[cfg(all(unix, not(target_os = "macos")))]
+fn largest_window() -> Result<(u32, u32), WindowError> {
+    super::x11::check()
+}
+
+/// The pixels a window may have to begin with: those of a small laptop.
+#[cfg(not(all(unix, not(target_os = "macos"))))]
+fn largest_window() -> Result<(u32, u32), WindowError> {
+    Ok((1280, 800))
+}
+
+enum KeyEvent {
+    Typed(char),
+    Down(Key),
+    Up(Key),
+}
+
+/// Key events as they come. minifb's own list of pressed keys misses those that are let go within a tick.
+struct Keyboard(Sender<KeyEvent>);
+
+impl InputCallback for Keyboard {
+    fn add_char(&mut self, code: u32) {
+        if let Some(typed) = char::from_u32(code) {
+            // The receiver lives as long as the window that calls this.
+            let _ = self.0.send(KeyEvent::Typed(typed));
+        }
+    }
+
+    fn set_key_state(&mut self, key: Key, down: bool) {
+        let _ = self.0.send(if down { KeyEvent::Down(key) } else { KeyEvent::Up(key) });
+    }
+}
+
+impl Window {
+    /// Shows snapshots and sends requests until the user closes the window, `stop` closes, or `snapshots`
+    /// closes without a finished one. After a finished one it stays open.
+    pub fn run(
+        mut self,
+        snapshots: Receiver<Arc<Snapshot>>,
+        requests: Sender<Request>,
+        stop: Receiver<Infallible>,
+    ) -> Closed {
+        loop {
+            let tick = Instant::now();
+            match snapshots.try_recv() {
+                Ok(snapshot) => self.viewer.show(snapshot),
+                Err(TryRecvError::Disconnected) if !self.viewer.finished() => {
+                    return self.viewer.closed(false);
+                }
+                Err(_) => {}
+            }
+            if let Ok(reply) = self.replies.1.try_recv() {
+                self.viewer.note(reply, tick);
+            }
+            self.present(tick);
+            self.retitle(tick);
+            while let Some(action) = self.next_action() {
+                match action {
+                    Action::Close => return self.viewer.closed(true),
+                    Action::Save => self.save(&requests, tick),
+                    other => self.viewer.act(other),
+                }
+            }
+            if !self.window.is_open() {
+                return self.viewer.closed(true);
+            }
+            let wait = TICK.saturating_sub(tick.elapsed());
+            if let Err(RecvTimeoutError::Disconnected) = stop.recv_timeout(wait) {
+                return self.viewer.closed(false);
+            }
+        }
+    }
+
+    /// Takes in the system's events, after putting the picture on the screen where that is due.
+    fn present(&mut self, now: Instant) {
+        let (width, height) = self.window.get_size();
+        let size = (width as u32, height as u32);
+        let active = self.window.is_active();
+        if !active && self.drawn.is_some_and(|(_, was_active, _)| was_active) {
+            // Keys that are let go while another window has the keyboard are never reported here.
+            self.held.clear();
+        }
+        let due = self.drawn.is_none_or(|(old_size, was_active, at)| {
+            old_size != size || was_active != active || now.duration_since(at) >= REFRESH
+        });
+        if !due && !self.viewer.is_stale() {
+            self.window.update();
+            return;
+        }
+        if self.viewer.is_stale() || self.drawn.is_none_or(|(old_size, ..)| old_size != size) {
+            self.viewer.draw(size, &mut self.buffer);
+        }
+        // It can only refuse a buffer of the wrong size; the next tick brings one of the right size.
+        let _ = self.window.update_with_buffer(&self.buffer, width, height);
+        self.drawn = Some((size, active, now));
+    }
+
+    fn retitle(&mut self, now: Instant) {
+        if now.duration_since(self.titled) < TITLE_TICK {
+            return;
+        }
+        let title = self.viewer.title(now);
+        if title != self.title {
+            self.window.set_title(&title);
+            self.title = title;
+            self.titled = now;
+        }
+    }
+
+    fn next_action(&mut self) -> Option<Action> {
+        loop {
+            match self.key_events.try_recv().ok()? {
+                // A key that is held down repeats its character: exposure then runs on, as one would like.
+                KeyEvent::Typed(typed) => {
+                    if let Some(action) = Action::of(typed) {
+                        return Some(action);
+                    }
+                }
+                KeyEvent::Up(key) => self.held.retain(|&held| held != key),
+                KeyEvent::Down(key) if self.held.contains(&key) => {}
+                KeyEvent::Down(key) => {
+                    self.held.push(key);
+                    match key {
+                        Key::Escape => return Some(Action::Close),
+                        Key::S => return Some(Action::Save),
+                        Key::O => return Some(Action::Overlay),
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+
+    fn save(&mut self, requests: &Sender<Request>, now: Instant) {
+        let request = Request::Save { exposure: self.viewer.exposure(), reply: self.replies.0.clone() };
+        let note = match requests.try_send(request) {
+            Ok(()) => "saving",
+            Err(TrySendError::Full(_)) => "still busy with the last save",
+            Err(TrySendError::Disconnected(_)) => "nothing can be saved any more",
+        };
+        self.viewer.note(note.into(), now);
+    }
+}

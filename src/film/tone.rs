@@ -1,9 +1,9 @@
 //! Tone mapping: scene-linear radiance to the 8-bit sRGB of PNG files and screens.
 //!
-//! Exposure is a gain of 2^stops; then comes the transfer function of IEC 61966-2-1, and what is brighter than
-//! white is white. A code is the nearest of 256, halves upwards. The thresholds between the codes are found by
-//! the inverse function once per [`ToneMap`], in `f64` and with `libm`'s power: no pixel takes a power, and every
-//! machine draws the same picture.
+//! Exposure is a gain of 2^stops; then comes the transfer function of IEC 61966-2-1, and what is brighter
+//! than white is white. A code is the nearest of 256, halves upwards. The thresholds between the codes are
+//! found by the inverse function once per [`ToneMap`], in `f64` and with `libm`'s power: no pixel takes a
+//! power, and every machine draws the same picture.
 
 /// The encoded value in [0, 1] of a linear one in [0, 1].
 pub fn linear_to_srgb(linear: f64) -> f64 {

@@ -1,9 +1,9 @@
 //! Files that are either there whole or not at all.
 //!
-//! A file is written under a temporary name beside its place, flushed and synced, and renamed into it: whoever
-//! opens the name sees the old file or the new one, even if the program is killed between two bytes. The
-//! rename itself is left to the file system to make durable; a power cut right after it may bring back the old file,
-//! never half of one.
+//! A file is written under a temporary name beside its place, flushed and synced, and renamed into it:
+//! whoever opens the name sees the old file or the new one, even if the program is killed between two bytes.
+//! The rename itself is left to the file system to make durable; a power cut right after it may bring back
+//! the old file, never half of one.
 
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -35,9 +35,9 @@ pub fn check_place(path: &Path) -> Result<(), OutputError> {
 
 /// Writes a file whole or not at all: `fill` gets a buffered writer that can seek.
 ///
-/// If anything fails the temporary file is removed and the old file, if there is one, is as it was. A symbolic link
-/// stays a link: the file it points to is replaced. A new file gets the mode that the umask leaves, a replaced one keeps its
-/// own.
+/// If anything fails the temporary file is removed and the old file, if there is one, is as it was. A
+/// symbolic link stays a link: the file it points to is replaced. A new file gets the mode that the umask
+/// leaves, a replaced one keeps its own.
 pub fn write_atomically(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
@@ -55,7 +55,8 @@ pub fn write_atomically(
 
 /// Creates a file that is filled while others may already read it, with `start` as its first bytes.
 ///
-/// It takes the place of an older file at once, by renaming: a program that still has the old one mapped keeps it.
+/// It takes the place of an older file at once, by renaming: a program that still has the old one mapped
+/// keeps it.
 pub(super) fn create_in_place(path: &Path, start: &[u8]) -> Result<File, OutputError> {
     let place = Place::find(path)?;
     let mut file = temporary(path, &place)?;

@@ -1,8 +1,8 @@
 //! OpenEXR: linear 32-bit floats, channels R, G, B, scan lines from the top.
 //!
-//! ZIP over blocks of 16 lines: on noisy floats no lossless method saves much (640×480 with 2% noise: 3.5 MB of
-//! 3.7 in 110 ms; PIZ 3.2 MB in 140 ms), on smooth ones it is the smallest and fastest (1.2 MB in 37 ms; PIZ 1.6
-//! in 53), and every reader knows it.
+//! ZIP over blocks of 16 lines: on noisy floats no lossless method saves much (640×480 with 2% noise: 3.5 MB
+//! of 3.7 in 110 ms; PIZ 3.2 MB in 140 ms), on smooth ones it is the smallest and fastest (1.2 MB in 37 ms;
+//! PIZ 1.6 in 53), and every reader knows it.
 
 use std::io::{self, Seek, Write};
 

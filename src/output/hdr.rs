@@ -1,8 +1,9 @@
 //! Radiance HDR: three 8-bit mantissas that share an exponent.
 //!
-//! The rounding is ours, the file the `image` crate's: it cuts mantissas off, which readers that add no half back
-//! (nearly all) see as a picture darkened by 0.2%, lets tiny values wrap around to huge ones, and asks the
-//! system's logarithm for the exponent. Values that are already what RGBE can hold pass through it unchanged.
+//! The rounding is ours, the file the `image` crate's: it cuts mantissas off, which readers that add no half
+//! back (nearly all) see as a picture darkened by 0.2%, lets tiny values wrap around to huge ones, and asks
+//! the system's logarithm for the exponent. Values that are already what RGBE can hold pass through it
+//! unchanged.
 
 use std::io::{self, Write};
 

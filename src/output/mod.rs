@@ -7,7 +7,8 @@
 //! | [`progress`] | numbers | the terminal, or a log |
 //! | [`window`] | snapshots | watching |
 //!
-//! [`atomic`] puts files in place whole, [`human`] turns numbers into words, [`overlay`] colours pixels by worker.
+//! [`atomic`] puts files in place whole, [`human`] turns numbers into words, [`overlay`] colours pixels by
+//! worker.
 
 pub mod atomic;
 pub mod error;

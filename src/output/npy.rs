@@ -3,10 +3,11 @@
 //! A record is 28 bytes, little-endian: `pixel` u4, `sample` u4, `x` f4, `y` f4, `radiance` 3 × f4, as in
 //! [`Sample`]. Records come in any order.
 //!
-//! The file stands in its place from the start and can be loaded at any time, also after `kill -9`: records are
-//! written first, then the count in the header, so that the header never promises what is not there. At most
-//! [`FLUSH_BYTES`] or [`FLUSH_SECONDS`] of samples are lost with the program. Only [`SampleDump::finish`] asks the
-//! system to put the file on the disk: until then a power cut, unlike a kill, may lose more.
+//! The file stands in its place from the start and can be loaded at any time, also after `kill -9`: records
+//! are written first, then the count in the header, so that the header never promises what is not there. At
+//! most [`FLUSH_BYTES`] or [`FLUSH_SECONDS`] of samples are lost with the program. Only
+//! [`SampleDump::finish`] asks the system to put the file on the disk: until then a power cut, unlike a kill,
+//! may lose more.
 
 use std::fmt::Write as _;
 use std::fs::File;

@@ -43,9 +43,9 @@ pub(crate) fn workers(owners: &[u32]) -> usize {
     owners.iter().max().map_or(1, |&most| most as usize + 1)
 }
 
-/// `count` sRGB colours, each as far from the ones before it as can be, so that few workers get very different
-/// colours and many still tell apart; the first colours do not depend on the count. More workers than colours
-/// (1728, less what is too dark) share them.
+/// `count` sRGB colours, each as far from the ones before it as can be, so that few workers get very
+/// different colours and many still tell apart; the first colours do not depend on the count. More workers
+/// than colours (1728, less what is too dark) share them.
 pub fn palette(count: usize) -> Vec<[u8; 3]> {
     let level = |i: u8| i * (255 / (LEVELS - 1)) + i.min(255 % (LEVELS - 1));
     let all = (0..LEVELS)

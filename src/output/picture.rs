@@ -78,7 +78,8 @@ pub fn check_writable(path: &Path) -> Result<Format, OutputError> {
     Ok(format)
 }
 
-/// Writes a picture in the format of the name's extension, whole or not at all. Equal pictures make equal files.
+/// Writes a picture in the format of the name's extension, whole or not at all. Equal pictures make equal
+/// files.
 pub fn write_picture(path: &Path, picture: &Picture, options: &PictureOptions) -> Result<(), OutputError> {
     let format = Format::of(path)?;
     atomic::write_atomically(path, |out| encode(format, picture, options, out))

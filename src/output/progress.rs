@@ -1,6 +1,7 @@
 //! Progress without a window: a bar on a terminal, plain lines elsewhere, nothing if that is asked for.
 //!
-//! It is a courtesy: an error on its way out (a closed pipe, a terminal that hung up) is passed over in silence.
+//! It is a courtesy: an error on its way out (a closed pipe, a terminal that hung up) is passed over in
+//! silence.
 
 use std::fmt;
 use std::io::{self, Write};

@@ -28,3 +28,22 @@ impl Window {
         match self.0 {}
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn says_that_it_was_left_out() {
+        let options = WindowOptions {
+            name: "a".into(),
+            width: 1,
+            height: 1,
+            exposure: 0.0,
+            overlay: false,
+            time_limit: None,
+        };
+        let error = open(&options).unwrap_err();
+        assert!(error.to_string().contains("--features window"), "{error}");
+    }
+}

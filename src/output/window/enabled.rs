@@ -107,8 +107,8 @@ impl InputCallback for Keyboard {
 }
 
 impl Window {
-    /// Shows snapshots and sends requests until the user closes the window, `stop` closes, or `snapshots` closes
-    /// without a finished one. After a finished one it stays open.
+    /// Shows snapshots and sends requests until the user closes the window, `stop` closes, or `snapshots`
+    /// closes without a finished one. After a finished one it stays open.
     pub fn run(
         mut self,
         snapshots: Receiver<Arc<Snapshot>>,
@@ -208,8 +208,7 @@ impl Window {
 
     fn save(&mut self, requests: &Sender<Request>, now: Instant) {
         let Some(snapshot) = self.viewer.snapshot() else { return };
-        let request =
-            Request::Save { snapshot, exposure: self.viewer.exposure(), reply: self.replies.0.clone() };
+        let request = Request::Save { snapshot, exposure: self.viewer.exposure(), reply: self.replies.0.clone() };
         let note = match requests.try_send(request) {
             Ok(()) => "saving",
             Err(TrySendError::Full(_)) => "still busy with the last save",

@@ -1,11 +1,13 @@
 //! The live window: draws snapshots, listens to keys. It runs on the main thread, as some systems demand.
 //!
-//! [`open`] fails cleanly where there is no display or the feature `window` was left out; the caller then shows
-//! [progress](super::progress) instead. [`Window::run`] takes snapshots from a channel and sends [`Request`]s, until one of:
-//! the user closes it; the `stop` channel closes; or the snapshots' channel closes without a finished snapshot,
-//! which is how a failed run looks from here. In all cases its ends of the channels are closed when it returns.
+//! [`open`] fails cleanly where there is no display or the feature `window` was left out; the caller then
+//! shows [progress](super::progress) instead. [`Window::run`] takes snapshots from a channel and sends
+//! [`Request`]s, until one of: the user closes it; the `stop` channel closes; or the snapshots' channel
+//! closes without a finished snapshot, which is how a failed run looks from here. In all cases its ends of
+//! the channels are closed when it returns.
 //!
-//! It takes 30 snapshots a second at most, so that a bounded channel of one tells the accumulator how often to make them.
+//! It takes 30 snapshots a second at most, so that a bounded channel of one tells the accumulator how often
+//! to make them.
 
 pub mod view;
 pub mod viewer;

@@ -31,8 +31,8 @@ pub fn letterbox(picture: (u32, u32), window: (u32, u32)) -> Rect {
     Rect { x: (window.0 - width) / 2, y: (window.1 - height) / 2, width, height }
 }
 
-/// A window's size to begin with: the picture's, made smaller to fit into `most` pixels, or larger by a whole number
-/// to be seen at all.
+/// A window's size to begin with: the picture's, made smaller to fit into `most` pixels, or larger by a whole
+/// number to be seen at all.
 pub fn first_size(picture: (u32, u32), most: (u32, u32)) -> (u32, u32) {
     const LEAST: u32 = 320;
     if picture.0 > most.0 || picture.1 > most.1 {
@@ -75,7 +75,8 @@ pub fn draw_owners(
     });
 }
 
-/// The two columns, or rows, that a window pixel is made of; the same one twice unless the picture is scaled down.
+/// The two columns, or rows, that a window pixel is made of; the same one twice unless the picture is scaled
+/// down.
 type Taps = (usize, usize);
 
 fn draw(

@@ -1,8 +1,8 @@
 //! Asks the X server, before minifb does, whether a window can be opened.
 //!
 //! minifb reports a display it cannot use, but then frees the display's own graphics context twice and the
-//! program dies of it (seen with 0.29: 16-bit screens, and an input method that is named and not running). Those
-//! cases are found out here, in safe code, over a connection of our own.
+//! program dies of it (seen with 0.29: 16-bit screens, and an input method that is named and not running).
+//! Those cases are found out here, in safe code, over a connection of our own.
 
 use x11rb::connection::Connection;
 use x11rb::errors::{ConnectionError, ReplyError};

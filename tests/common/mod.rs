@@ -7,12 +7,12 @@ pub mod scenes;
 use self::blocks::Estimate;
 use std::sync::Arc;
 use stride::film::film_offset;
-use stride::integrator::{Finished, Integrator, Naive, NextEvent, PathTracer, Paths, Settings, Whitted};
+use stride::integrator::{self, Finished, Integrator, Paths, Settings};
 use stride::math::lanes::Level;
 use stride::render::Region;
 use stride::sampling::Independent;
-use stride::scene::{self, Scene};
-use stride::world::{self, CompiledScene, Geometry, World};
+use stride::scene::Scene;
+use stride::world::{self, CompiledScene, Geometry};
 
 /// The most paths that are traced at a time.
 const BLOCK: u32 = 4096;
@@ -20,26 +20,12 @@ const BLOCK: u32 = 4096;
 /// What follows light in a scene, as the scene asks for it.
 pub fn integrator(scene: &Scene) -> Box<dyn Integrator> {
     let (compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
-    match geometry {
-        Geometry::Simple(world) => over(scene, compiled, world),
-        Geometry::Union(world) => over(scene, compiled, world),
-    }
-}
-
-fn over<W: World + 'static>(scene: &Scene, compiled: CompiledScene, world: W) -> Box<dyn Integrator> {
-    let seed = scene.render.seed;
     let settings = Settings {
-        sampler: Independent { seed },
+        sampler: Independent { seed: scene.render.seed },
         offset: film_offset(scene.film.filter),
         max_depth: scene.render.max_depth,
     };
-    let (compiled, world) = (Arc::new(compiled), Arc::new(world));
-    match scene.render.integrator {
-        scene::Integrator::Whitted => Box::new(Whitted { scene: compiled, world, settings, seed }),
-        scene::Integrator::Path | scene::Integrator::PathNaive => {
-            Box::new(PathNaive { scene: compiled, world, settings })
-        }
-    }
+    integrator::build(scene.render.integrator, Arc::new(compiled), geometry, settings)
 }
 
 /// The world of a scene that is a plain list.

@@ -208,7 +208,8 @@ impl Window {
 
     fn save(&mut self, requests: &Sender<Request>, now: Instant) {
         let Some(snapshot) = self.viewer.snapshot() else { return };
-        let request = Request::Save { snapshot, exposure: self.viewer.exposure(), reply: self.replies.0.clone() };
+        let request =
+            Request::Save { snapshot, exposure: self.viewer.exposure(), reply: self.replies.0.clone() };
         let note = match requests.try_send(request) {
             Ok(()) => "saving",
             Err(TrySendError::Full(_)) => "still busy with the last save",

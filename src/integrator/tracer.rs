@@ -3,7 +3,7 @@
 use super::lanes::{TracePaths, Transport, View};
 use super::observe::{Event, Record, Silent};
 use super::{Finished, Integrator, Paths, Pixel, Sample, Settings};
-use crate::math::lanes::{Level, dispatch};
+use crate::math::lanes::{Kernel, Level, dispatch};
 use crate::sampling::Sampler;
 use crate::world::{CompiledScene, World};
 use std::sync::Arc;
@@ -38,7 +38,8 @@ impl<T: Transport + Send + Sync, W: World, S: Sampler> Integrator for PathTracer
         let paths = &Paths { pixels: &[pixel], first_sample: sample, samples: 1 };
         let (mut out, mut record) = (Vec::new(), Record::default());
         let (transport, observer) = (self.transport, &mut record);
-        dispatch(Level::SCALAR, TracePaths { view: self.view(), transport, paths, out: &mut out, observer });
+        // Not by way of `dispatch`: a path that is looked at has one lane, at no other level.
+        TracePaths { view: self.view(), transport, paths, out: &mut out, observer }.run::<f32>();
         (out[0].sample, record.0)
     }
 }

@@ -77,7 +77,9 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Its blocks, with the noise that as many independent samples of the scene of `like` have.
+    /// Its blocks, with the noise of as many independent samples as those of `like`: an upper bound where
+    /// the reference was made by a better method. Neighbours that share samples through a filter whose
+    /// weights sum to one leave a block's noise what it is, or less.
     pub fn blocks(&self, like: &Estimate) -> Blocks {
         let mut blocks = Blocks::empty(self.width, self.height, SIDE);
         for (index, (rgb, m)) in self.rgb.iter().zip(&like.pixels).enumerate() {

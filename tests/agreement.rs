@@ -1,0 +1,100 @@
+//! `path`, which asks lights directly, shows what `path-naive`, which finds them by chance, shows.
+//!
+//! The sides have different seeds; verdicts fall at the level stated in `common::blocks`.
+
+mod common;
+
+use common::blocks::compare;
+use common::scenes::{
+    checkerboard, cover, emitting, flipped, glass, matte, mirror, plane, point_light, quad, scene, sized,
+    smallpt, sphere, v,
+};
+use common::{blocks::Verdict, estimate};
+use stride::scene::{Integrator, Scene};
+
+fn with(mut scene: Scene, integrator: Integrator, spp: u32, seed: u32) -> Scene {
+    scene.render.integrator = integrator;
+    scene.render.samples = spp;
+    scene.render.seed = seed;
+    scene
+}
+
+fn verdict(naive: Scene, path: Scene, spp: [u32; 2]) -> Verdict {
+    let naive = estimate(&with(naive, Integrator::PathNaive, spp[0], 1));
+    let path = estimate(&with(path, Integrator::Path, spp[1], 2));
+    compare(&naive.blocks(), &path.blocks())
+}
+
+fn agree(scene: Scene, spp: [u32; 2]) {
+    let verdict = verdict(scene.clone(), scene, spp);
+    println!("{verdict}");
+    assert!(verdict.agrees(), "{verdict}");
+    // More noise than there is would let everything pass.
+    assert!(verdict.rms > 0.8, "{verdict}");
+}
+
+#[test]
+fn on_the_cover() {
+    agree(cover(64, 48), [4096, 512]);
+}
+
+#[test]
+fn in_smallpt_s_box_whose_lamp_is_a_huge_sphere() {
+    let mut scene = smallpt(64, 48);
+    scene.render.max_depth = 6;
+    agree(scene, [2048, 512]);
+}
+
+/// A room with every kind of light: a quad, small spheres, points, a sky, and a lamp seen from inside.
+fn many_lights() -> Scene {
+    let materials = vec![matte([0.7, 0.6, 0.5]), matte([0.3; 3]), checkerboard(0, 1, 2.0), glass(1.5), mirror([0.9; 3])];
+    let mut entities = vec![
+        plane(v(0.0, 0.0, 1.0), 0.0, 2),
+        sphere(v(4.0, 1.2, 0.8), 0.8, 3),
+        sphere(v(5.0, -1.0, 0.9), 0.9, 4),
+        sphere(v(4.0, 0.0, 0.5), 0.5, 0),
+        emitting(quad(v(3.0, -1.0, 3.0), v(0.0, 1.5, 0.0), v(1.5, 0.0, 0.0), 0), 4.0),
+        // A lantern that shines inwards, open for rays to enter only through itself: dark from outside.
+        flipped(emitting(sphere(v(7.0, 2.0, 1.0), 0.7, 0), 3.0)),
+    ];
+    for i in 0..6 {
+        let x = 3.0 + f64::from(i) * 0.6;
+        entities.push(emitting(sphere(v(x, 1.6 - f64::from(i) * 0.5, 0.25), 0.2, 0), 2.0 + f64::from(i)));
+    }
+    let mut scene = sized(scene(materials, entities), 64, 48);
+    scene.camera.eye = v(0.0, 0.0, 1.5);
+    scene.lights = vec![point_light(v(4.0, 2.0, 2.0), 3.0), point_light(v(6.0, -2.0, 2.5), 1.0)];
+    scene.environment = [0.2, 0.25, 0.3];
+    scene.render.max_depth = 5;
+    scene
+}
+
+#[test]
+fn with_every_kind_of_light() {
+    agree(many_lights(), [2048, 512]);
+}
+
+#[test]
+fn inside_a_lamp() {
+    // A closed sphere that emits inwards, around a matte ball.
+    let materials = vec![matte([0.5; 3]), matte([0.8, 0.4, 0.2])];
+    let around = flipped(emitting(sphere(v(0.0, 0.0, 0.0), 5.0, 0), 0.5));
+    let mut scene = sized(scene(materials, vec![around, sphere(v(2.5, 0.0, 0.0), 1.0, 1)]), 32, 24);
+    scene.render.max_depth = 8;
+    agree(scene, [256, 256]);
+}
+
+#[test]
+fn a_lamp_two_percent_brighter_is_noticed() {
+    let mut brighter = many_lights();
+    for entity in &mut brighter.entities {
+        entity.emission = entity.emission.map(|e| e * 1.02);
+    }
+    for light in &mut brighter.lights {
+        let stride::scene::Light::Point { intensity, .. } = light;
+        *intensity = intensity.map(|e| e * 1.02);
+    }
+    brighter.environment = brighter.environment.map(|e| e * 1.02);
+    let verdict = verdict(many_lights(), brighter, [4096, 1024]);
+    assert!(!verdict.agrees(), "{verdict}");
+}

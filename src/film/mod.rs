@@ -8,4 +8,4 @@ pub mod sums;
 pub use filter::film_offset;
 pub use picture::Picture;
 pub use snapshot::Snapshot;
-pub use sums::{Film, MemoryError, PixelSums, Reject};
+pub use sums::{Film, MemoryError, PixelSums, Reject, WideSums};

@@ -22,6 +22,7 @@
 
 pub mod camera;
 pub mod film;
+pub mod gpu;
 pub mod integrator;
 pub mod light;
 pub mod material;

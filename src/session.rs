@@ -23,7 +23,7 @@ use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::worker::Worker;
 use crate::render::{Accumulator, Barrier, Order, Region, SampleBatch, Schedule, Stride};
 use crate::sampling::Independent;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::world;
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::convert::Infallible;
@@ -270,19 +270,24 @@ impl Crew {
                 let threads = settings.threads.get().min(settings.region.len() as usize);
                 Ok(Crew::Cpu { integrator, threads })
             }
+            DeviceChoice::Gpu(_) if render.integrator == scene::Integrator::Whitted => {
+                Err(gpu::GpuError::Unsupported("the integrator whitted".to_owned()).into())
+            }
+            // `path` and `path-naive` show the same picture: the GPU renders both as the latter.
             DeviceChoice::Gpu(name) => {
                 let device = gpu::Device::open(name.as_deref())?;
-                let description = device.description();
+                let description = device.description().to_string();
                 let worker = gpu::GpuWorker::new(
-                    device,
-                    &compiled,
-                    &geometry,
-                    render.integrator,
-                    &how,
-                    settings.region,
-                    Stride::ALL,
-                    0,
-                    settings.samples.is_some(),
+                    &device,
+                    &gpu::Job {
+                        scene: &compiled,
+                        geometry: &geometry,
+                        settings: how,
+                        region: settings.region,
+                        stride: Stride::ALL,
+                        index: 0,
+                        sends_samples: settings.samples.is_some(),
+                    },
                 )?;
                 Ok(Crew::Gpu(Box::new(worker), description))
             }

@@ -47,7 +47,8 @@ fn in_smallpt_s_box_whose_lamp_is_a_huge_sphere() {
 
 /// A room with every kind of light: a quad, small spheres, points, a sky, and a lamp seen from inside.
 fn many_lights() -> Scene {
-    let materials = vec![matte([0.7, 0.6, 0.5]), matte([0.3; 3]), checkerboard(0, 1, 2.0), glass(1.5), mirror([0.9; 3])];
+    let materials =
+        vec![matte([0.7, 0.6, 0.5]), matte([0.3; 3]), checkerboard(0, 1, 2.0), glass(1.5), mirror([0.9; 3])];
     let mut entities = vec![
         plane(v(0.0, 0.0, 1.0), 0.0, 2),
         sphere(v(4.0, 1.2, 0.8), 0.8, 3),

@@ -9,5 +9,5 @@ pub mod tone;
 pub use filter::film_offset;
 pub use picture::Picture;
 pub use snapshot::Snapshot;
-pub use sums::{Film, MemoryError, PixelSums, Reject};
+pub use sums::{Film, MemoryError, PixelSums, Reject, WideSums};
 pub use tone::ToneMap;

@@ -94,6 +94,16 @@ impl PixelSums {
     }
 }
 
+/// Sums of one pixel that the 64-bit words of [`PixelSums`] can't hold, from a worker that adds every sample
+/// that a film takes. The counts travel beside them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WideSums {
+    /// Radiance, in multiples of the quantum: less than 2⁹⁵.
+    pub rgb: [i128; 3],
+    /// Squares, in multiples of 2⁻³².
+    pub squares: u128,
+}
+
 /// Whether a radiance can go into [`PixelSums`].
 #[inline(always)]
 pub fn fits([r, g, b]: [f32; 3]) -> bool {
@@ -130,9 +140,12 @@ impl FilmPixel {
         self.squares = [sum as u64, (sum >> 64) as u64];
     }
 
+    fn radiance_words(&self, channel: usize) -> i128 {
+        i128::from(self.rgb_high[channel]) << 64 | i128::from(self.rgb_low[channel])
+    }
+
     fn radiance_sum(&self, channel: usize) -> f64 {
-        let sum = i128::from(self.rgb_high[channel]) << 64 | i128::from(self.rgb_low[channel]);
-        sum as f64 * QUANTUM
+        self.radiance_words(channel) as f64 * QUANTUM
     }
 }
 
@@ -217,6 +230,16 @@ impl Film {
         to.add_square(sums.squares as u128);
         to.count += u64::from(sums.count);
         to.rejected += sums.rejected;
+    }
+
+    /// Adds sums that need more than 64 bits to a pixel.
+    pub fn add_wide(&mut self, pixel: usize, sums: &WideSums) {
+        let to = &mut self.pixels[pixel];
+        for (channel, value) in sums.rgb.into_iter().enumerate() {
+            let sum = to.radiance_words(channel) + value;
+            (to.rgb_low[channel], to.rgb_high[channel]) = (sum as u64, (sum >> 64) as i32);
+        }
+        to.add_square(sums.squares);
     }
 
     /// Adds one sample, or counts it as rejected.
@@ -510,5 +533,27 @@ mod tests {
             text.contains("65536×65535") && text.contains("326.4 GB") && text.contains("--size"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn wide_sums_are_the_sums_of_their_samples() {
+        let samples = [[MAX_RADIANCE, 0.0, 1e6], [1.5, MAX_RADIANCE, 3.0e-9], [123_456.79, 2.0, 0.1]];
+        let (mut one_by_one, mut at_once) = (Film::new(1, 1).unwrap(), Film::new(1, 1).unwrap());
+        let mut wide = WideSums::default();
+        let mut counts = PixelSums::default();
+        for _ in 0..200 {
+            for radiance in samples {
+                one_by_one.add_sample(0, radiance).unwrap();
+                wide.squares += scaled_square(radiance) as u128;
+                for (sum, c) in wide.rgb.iter_mut().zip(radiance) {
+                    *sum += (f64::from(c) * SCALE).round_ties_even() as i128;
+                }
+                counts.count += 1;
+            }
+        }
+        at_once.add_sums(0, &counts);
+        at_once.add_wide(0, &wide);
+        assert!(wide.rgb[0] > i128::from(i64::MAX), "nothing here is wide");
+        assert_eq!(at_once, one_by_one);
     }
 }

@@ -51,6 +51,14 @@ impl PointLights {
         self.len() == 0
     }
 
+    /// The lights, in the order in which they were added.
+    pub fn iter(&self) -> impl Iterator<Item = PointLight> + '_ {
+        (0..self.len()).map(|i| PointLight {
+            position: [0, 1, 2].map(|c| self.position[c][i]),
+            intensity: [0, 1, 2].map(|c| self.intensity[c][i]),
+        })
+    }
+
     /// One light each lane, all equally likely and weighted for it, chosen with `choice` in [0, 1).
     #[inline(always)]
     pub fn sample_one<F: Float>(&self, p: Vec3<F>, choice: F) -> LightSample<F> {

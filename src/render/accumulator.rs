@@ -230,12 +230,15 @@ impl Accumulator {
                 }
                 self.pass_on(samples);
             }
-            Payload::Sums { first_slot, sums, bright } => {
+            Payload::Sums { first_slot, sums, bright, wide } => {
                 for (slot, sums) in (first_slot..).zip(&sums) {
                     self.film.add_sums(stride.place(slot) as usize, sums);
                 }
                 for sample in bright {
                     self.add(sample);
+                }
+                for (slot, sums) in &wide {
+                    self.film.add_wide(stride.place(*slot) as usize, sums);
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! What workers send.
 
 use super::stride::Stride;
-use crate::film::{PixelSums, Reject};
+use crate::film::{PixelSums, Reject, WideSums};
 use crate::integrator::Sample;
 
 /// Samples of some of a worker's pixels: themselves, or exact sums of them.
@@ -45,5 +45,8 @@ pub enum Payload {
         sums: Vec<PixelSums>,
         /// Samples that are too bright to be summed in 64 bits, but that a film takes.
         bright: Vec<Sample>,
+        /// Slots whose sums don't fit into 64 bits, from a worker that adds bright samples up itself: more
+        /// of their radiance and squares. Their counts are among `sums`.
+        wide: Vec<(u32, WideSums)>,
     },
 }

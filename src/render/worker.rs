@@ -85,7 +85,7 @@ impl Worker<'_> {
         let payload = if self.sends_samples {
             Payload::Samples(Vec::new())
         } else {
-            Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new() }
+            Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
         };
         let (worker, stride) = (self.index, self.stride);
         SampleBatch { worker, stride, payload, paths: 0, rays: 0, rejects: Vec::new(), completes: None }

@@ -10,7 +10,7 @@ mod union;
 
 pub use compile::{CompiledScene, Geometry, compile};
 pub use simple::Simple;
-pub use surfaces::{NO_LIGHT, SurfacePoint, SurfaceTable};
+pub use surfaces::{Look, NO_LIGHT, SurfacePoint, SurfaceTable};
 pub use union::Union;
 
 use crate::math::{Float, Ray};

@@ -1,0 +1,42 @@
+//! The room without a GPU: the same signatures, and nothing behind them.
+
+use super::{AdapterInfo, GpuError, Job};
+use crate::render::{Order, SampleBatch};
+use crossbeam_channel::{Receiver, Sender};
+
+/// A GPU, of which there is none in this build.
+#[derive(Clone, Debug)]
+pub enum Device {}
+
+impl Device {
+    /// Says that this build has no GPU support.
+    pub fn open(_name: Option<&str>) -> Result<Device, GpuError> {
+        Err(GpuError::NotBuilt)
+    }
+
+    /// What the device is.
+    pub fn description(&self) -> &AdapterInfo {
+        match *self {}
+    }
+}
+
+/// The adapters of this machine: none that this build could use.
+pub fn adapters() -> Vec<AdapterInfo> {
+    Vec::new()
+}
+
+/// A worker on a GPU, of which there is none in this build.
+#[derive(Debug)]
+pub enum GpuWorker {}
+
+impl GpuWorker {
+    /// A worker needs a device, of which there is none.
+    pub fn new(device: &Device, _job: &Job<'_>) -> Result<GpuWorker, GpuError> {
+        match *device {}
+    }
+
+    /// A worker that cannot be there cannot run.
+    pub fn run(&mut self, _orders: &Receiver<Order>, _batches: &Sender<SampleBatch>) -> Result<(), GpuError> {
+        match *self {}
+    }
+}

@@ -1,0 +1,201 @@
+//! What the host and the device exchange: the layouts, and the constants that both must agree on.
+
+use crate::film::Reject;
+use crate::film::sums::{FRACTION_BITS, MAX_RADIANCE};
+use crate::material::Kind;
+use crate::math::lanes::scalar::Wrapping;
+use crate::sampling::Block;
+use crate::shape::POSITION_ERROR;
+use bytemuck::{Pod, Zeroable};
+use std::fmt::Write;
+
+/// A field of a structure, as it lies in memory.
+#[cfg(test)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Field {
+    pub(super) name: &'static str,
+    pub(super) offset: usize,
+    pub(super) size: usize,
+}
+
+/// Declares structures that WGSL declares too, and in tests lists their fields. Fields whose names begin
+/// with an underscore are WGSL's own gaps between its fields.
+macro_rules! shared {
+    ($($(#[$doc:meta])* struct $name:ident { $($field:ident: $type:ty,)* })*) => {
+        $($(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+        #[repr(C)]
+        pub(super) struct $name { $(pub(super) $field: $type,)* })*
+
+        /// Every structure: its name, its size, its fields.
+        #[cfg(test)]
+        pub(super) fn structures() -> Vec<(&'static str, usize, Vec<Field>)> {
+            vec![$((stringify!($name), size_of::<$name>(), vec![$(Field {
+                name: stringify!($field),
+                offset: std::mem::offset_of!($name, $field),
+                size: size_of::<$type>(),
+            },)*]),)*]
+        }
+    };
+}
+
+shared! {
+    /// The camera, the film, the settings, and how much of everything there is.
+    struct Scene {
+        eye: [f32; 3],
+        pixel_side: f32,
+        left: [f32; 3],
+        near: f32,
+        up: [f32; 3],
+        aperture_radius: f32,
+        forward: [f32; 3],
+        focus_distance: f32,
+        environment: [f32; 3],
+        seed: u32,
+        centre: [f32; 2],
+        offset_kind: u32,
+        offset_radius: f32,
+        planes_end: u32,
+        spheres_end: u32,
+        quads_end: u32,
+        point_lights: u32,
+        max_depth: u32,
+        film_width: u32,
+        region_x: u32,
+        region_y: u32,
+        region_width: u32,
+        _end: [u32; 3],
+    }
+
+    /// One dispatch: the same samples for each of some slots of a stride.
+    struct Dispatch {
+        first_place: u32,
+        place_step: u32,
+        slots: u32,
+        invocations: u32,
+        first_sample: u32,
+        samples: u32,
+        sends_samples: u32,
+    }
+
+    /// A row of the surface table.
+    struct Surface {
+        anchor: [f32; 3],
+        radius: f32,
+        axis: [f32; 3],
+        constant: f32,
+        u_axis: [f32; 4],
+        v_axis: [f32; 4],
+        emission: [f32; 3],
+        error: f32,
+        orientation: f32,
+        material: u32,
+        row: u32,
+        _end: u32,
+    }
+
+    /// A row of the material table.
+    struct Material {
+        reflectance: [f32; 3],
+        kind: u32,
+        transmittance: [f32; 3],
+        ior: f32,
+        checks: [u32; 2],
+        checks_per_unit: [f32; 2],
+    }
+
+    /// A point light.
+    struct PointLight {
+        position: [f32; 3],
+        _middle: u32,
+        intensity: [f32; 3],
+        _end: u32,
+    }
+
+    /// Exact sums of one slot's samples, words from the lowest: 96 bits for each channel, 128 for squares.
+    struct SlotSums {
+        low: [u32; 3],
+        rays: u32,
+        middle: [u32; 3],
+        rejected: u32,
+        high: [u32; 3],
+        first_reject: u32,
+        squares: [u32; 4],
+    }
+
+    /// One sample.
+    struct SampleWords {
+        pixel: u32,
+        sample: u32,
+        x: f32,
+        y: f32,
+        red: f32,
+        green: f32,
+        blue: f32,
+    }
+}
+
+/// How [`crate::sampling::warp::FilmOffset`] is told to the device.
+pub(super) const OFFSET_CENTRE: u32 = 0;
+pub(super) const OFFSET_UNIFORM: u32 = 1;
+pub(super) const OFFSET_TENT: u32 = 2;
+
+/// The bits of [`SlotSums::rejected`] below the reason.
+pub(super) const REJECT_SHIFT: u32 = 30;
+
+/// The reasons, in the numbers that the device uses; zero is none.
+pub(super) const REJECTS: [(u32, Reject); 3] =
+    [(1, Reject::NotANumber), (2, Reject::TooBright), (3, Reject::Negative)];
+
+/// The distance of a hit that does not happen. The CPU has an infinity for it, which WGSL cannot name.
+pub(super) const NOTHING: f32 = f32::MAX;
+
+fn broken_kind() -> u32 {
+    #[cfg(feature = "broken-material")]
+    return Kind::Broken as u32;
+    #[cfg(not(feature = "broken-material"))]
+    return u32::MAX;
+}
+
+/// The constants that WGSL takes from here, as WGSL.
+pub(super) fn constants(workgroup_size: u32) -> String {
+    let block = |block: Block| block.at::<f32>(Wrapping(0)).0;
+    let code = |reject: Reject| REJECTS.iter().find(|(_, r)| *r == reject).map_or(0, |(code, _)| *code);
+    let whole = [
+        ("WORKGROUP_SIZE", workgroup_size),
+        ("BLOCK_CAMERA", block(Block::CAMERA)),
+        ("BLOCK_SCATTER", block(Block::SCATTER)),
+        ("BLOCK_LIGHT", block(Block::LIGHT)),
+        ("BLOCK_STRIDE", Block::STRIDE),
+        ("KIND_MATTE", Kind::Matte as u32),
+        ("KIND_MIRROR", Kind::Mirror as u32),
+        ("KIND_GLASS", Kind::Glass as u32),
+        ("KIND_CHECKERBOARD", Kind::Checkerboard as u32),
+        ("KIND_BROKEN", broken_kind()),
+        ("OFFSET_CENTRE", OFFSET_CENTRE),
+        ("OFFSET_UNIFORM", OFFSET_UNIFORM),
+        ("OFFSET_TENT", OFFSET_TENT),
+        ("FRACTION_BITS", FRACTION_BITS),
+        ("MAX_RADIANCE_BITS", MAX_RADIANCE.to_bits()),
+        ("REJECT_NONE", 0),
+        ("REJECT_NOT_A_NUMBER", code(Reject::NotANumber)),
+        ("REJECT_TOO_BRIGHT", code(Reject::TooBright)),
+        ("REJECT_NEGATIVE", code(Reject::Negative)),
+        ("REJECT_SHIFT", REJECT_SHIFT),
+    ];
+    let real = [
+        ("FRAC_1_PI", std::f32::consts::FRAC_1_PI),
+        ("NOTHING", NOTHING),
+        ("POSITION_ERROR", POSITION_ERROR),
+        ("SMALLEST_NORMAL", f32::MIN_POSITIVE),
+    ];
+    let mut text = String::new();
+    for (name, value) in whole {
+        writeln!(text, "const {name}: u32 = {value}u;").expect("a string takes all");
+    }
+    for (name, value) in real {
+        // Debug's digits are the fewest that read back as the same float.
+        writeln!(text, "const {name}: f32 = {value:?}f;").expect("a string takes all");
+    }
+    text
+}

@@ -1,0 +1,15 @@
+//! The room with a GPU.
+
+mod device;
+mod layout;
+mod pace;
+mod pipeline;
+mod readback;
+mod tables;
+mod worker;
+
+#[cfg(test)]
+mod tests;
+
+pub use device::{Device, adapters};
+pub use worker::GpuWorker;

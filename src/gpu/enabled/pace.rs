@@ -1,0 +1,183 @@
+//! How much work goes into one dispatch.
+//!
+//! A dispatch that takes long lets the system's watchdog reset the device and pictures stand still; one
+//! that is short leaves the device waiting. Its size never shows in the picture.
+
+use crate::film::sums::MAX_COUNT;
+use crate::render::Order;
+use std::time::Duration;
+
+/// How long a dispatch should take.
+const TARGET: Duration = Duration::from_millis(30);
+
+/// Paths in the first dispatch, before anything is known: a few milliseconds of a slow device.
+const FIRST_PATHS: f64 = 4096.0;
+
+/// A dispatch has at least this many paths.
+const FEWEST_PATHS: f64 = 256.0;
+
+/// The most slots in a dispatch: 16 MiB of sums.
+pub(super) const MOST_SLOTS: u32 = 1 << 18;
+
+/// The most samples that a dispatch sends one by one: 7 MB.
+pub(super) const MOST_SAMPLES: u32 = 1 << 18;
+
+/// A visit to a slot costs its sums, so it should add a few samples.
+const SAMPLES_A_VISIT: f64 = 8.0;
+
+/// What one dispatch does: these samples for each of these slots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Task {
+    pub(super) first_slot: u32,
+    pub(super) slots: u32,
+    pub(super) first_sample: u32,
+    pub(super) samples: u32,
+    /// With the last task of an order: what it completes.
+    pub(super) completes: Option<u32>,
+}
+
+impl Task {
+    pub(super) fn paths(&self) -> u64 {
+        u64::from(self.slots) * u64::from(self.samples)
+    }
+}
+
+/// How many paths take the target time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pace {
+    paths: f64,
+    sends_samples: bool,
+}
+
+impl Pace {
+    pub(super) fn new(sends_samples: bool) -> Pace {
+        Pace { paths: FIRST_PATHS, sends_samples }
+    }
+
+    /// Learns from a dispatch. Large steps up are taken one by one: the first dispatches measure the start.
+    pub(super) fn learn(&mut self, paths: u64, took: Duration) {
+        let fitting = paths as f64 * TARGET.as_secs_f64() / took.as_secs_f64().max(1e-6);
+        self.paths = fitting.clamp(self.paths * 0.25, self.paths * 2.0).max(FEWEST_PATHS);
+    }
+
+    /// Learns from a dispatch that took no longer than this, but perhaps much less.
+    pub(super) fn learn_at_most(&mut self, paths: u64, took: Duration) {
+        if took < TARGET {
+            self.learn(paths, took);
+        }
+    }
+
+    /// Slots and samples of a dispatch, where so many are left.
+    fn tile(&self, slots: u32, samples: u32) -> (u32, u32) {
+        let most = if self.sends_samples { self.paths.min(f64::from(MOST_SAMPLES)) } else { self.paths };
+        let wanted = most / f64::from(samples).min(SAMPLES_A_VISIT);
+        let slots = (wanted.max(1.0) as u32).min(slots).min(MOST_SLOTS);
+        let fitting = (most / f64::from(slots)).max(1.0) as u32;
+        (slots, fitting.min(samples).min(MAX_COUNT))
+    }
+}
+
+/// What is left of an order: all its samples for a few slots, then for the next.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Remaining {
+    order: Order,
+    all_slots: u32,
+    first_slot: u32,
+    /// Slots that are being worked at; zero before they are chosen.
+    slots: u32,
+    sample: u32,
+}
+
+impl Remaining {
+    pub(super) fn new(order: Order, all_slots: u32) -> Remaining {
+        Remaining { order, all_slots, first_slot: 0, slots: 0, sample: order.first }
+    }
+
+    /// The next task, or none when the order is done.
+    pub(super) fn next(&mut self, pace: &Pace) -> Option<Task> {
+        if self.first_slot >= self.all_slots {
+            return None;
+        }
+        let left = self.order.end - self.sample;
+        if self.slots == 0 {
+            self.slots = pace.tile(self.all_slots - self.first_slot, left).0;
+        }
+        let (_, samples) = pace.tile(self.slots, left);
+        let mut task = Task {
+            first_slot: self.first_slot,
+            slots: self.slots,
+            first_sample: self.sample,
+            samples,
+            completes: None,
+        };
+        self.sample += samples;
+        if self.sample == self.order.end {
+            self.first_slot += self.slots;
+            (self.slots, self.sample) = (0, self.order.first);
+            task.completes = (self.first_slot == self.all_slots).then_some(self.order.end);
+        }
+        Some(task)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tasks(order: Order, slots: u32, pace: &mut Pace, took: Duration) -> Vec<Task> {
+        let mut remaining = Remaining::new(order, slots);
+        let mut tasks = Vec::new();
+        while let Some(task) = remaining.next(pace) {
+            pace.learn(task.paths(), took);
+            tasks.push(task);
+        }
+        tasks
+    }
+
+    #[test]
+    fn tasks_hold_every_sample_of_every_slot_once_whatever_the_pace() {
+        for took in [Duration::ZERO, Duration::from_millis(30), Duration::from_secs(9)] {
+            for (first, end, slots) in [(0, 1, 70_000), (3, 259, 1000), (0, 256, 3), (0, 2000, 1)] {
+                let tasks = tasks(Order { first, end }, slots, &mut Pace::new(false), took);
+                let mut seen = vec![0_u64; slots as usize];
+                for task in &tasks {
+                    assert!(task.samples <= MAX_COUNT && task.slots <= MOST_SLOTS);
+                    for slot in task.first_slot..task.first_slot + task.slots {
+                        // Samples of a slot come in order.
+                        assert_eq!(u64::from(task.first_sample - first), seen[slot as usize]);
+                        seen[slot as usize] += u64::from(task.samples);
+                    }
+                }
+                assert!(seen.iter().all(|&n| n == u64::from(end - first)));
+                let completing = tasks.iter().filter(|task| task.completes == Some(end)).count();
+                assert_eq!((completing, tasks.last().unwrap().completes), (1, Some(end)));
+            }
+        }
+    }
+
+    #[test]
+    fn dispatches_grow_to_the_target_time_and_samples_stay_bounded() {
+        let mut pace = Pace::new(false);
+        let rate = 1e9;
+        for _ in 0..40 {
+            let (slots, samples) = pace.tile(1 << 20, 256);
+            let paths = u64::from(slots) * u64::from(samples);
+            pace.learn(paths, Duration::from_secs_f64(paths as f64 / rate));
+        }
+        let (slots, samples) = pace.tile(1 << 20, 256);
+        let seconds = f64::from(slots) * f64::from(samples) / rate;
+        assert!((0.02..0.05).contains(&seconds), "{slots} slots × {samples} samples take {seconds} s");
+        let (slots, samples) = Pace { sends_samples: true, ..pace }.tile(1 << 20, 256);
+        assert!(slots * samples <= MOST_SAMPLES);
+    }
+
+    #[test]
+    fn slow_devices_get_small_dispatches() {
+        let mut pace = Pace::new(false);
+        for _ in 0..20 {
+            pace.learn(4096, Duration::from_secs(1));
+        }
+        let (slots, samples) = pace.tile(1 << 20, 256);
+        assert!(slots * samples <= 256, "{slots} × {samples}");
+    }
+}

@@ -1,0 +1,293 @@
+//! The program that runs on the device, and the buffers that it works on.
+
+use super::device::Device;
+use super::layout::{self, Dispatch, SampleWords, SlotSums};
+use super::pace::Task;
+use super::tables::Tables;
+use crate::gpu::{GpuError, Job};
+use crate::render::Stride;
+use bytemuck::Pod;
+use crossbeam_channel::{Receiver, bounded};
+use wgpu::util::DeviceExt;
+
+/// The WGSL, in the order of the CPU's rooms.
+const SOURCES: [&str; 10] = [
+    include_str!("../layout.wgsl"),
+    include_str!("../math.wgsl"),
+    include_str!("../sampling.wgsl"),
+    include_str!("../shapes.wgsl"),
+    include_str!("../world.wgsl"),
+    include_str!("../materials.wgsl"),
+    include_str!("../lights.wgsl"),
+    include_str!("../camera.wgsl"),
+    include_str!("../path_naive.wgsl"),
+    include_str!("../sums.wgsl"),
+];
+
+/// What only rendering needs.
+pub(super) const MAIN: &str = include_str!("../main.wgsl");
+
+/// Invocations in a workgroup, where the adapter takes that many.
+const WORKGROUP_SIZE: u32 = 64;
+
+/// The library of functions, without an entry point.
+pub(super) fn library(workgroup_size: u32) -> String {
+    let mut text = layout::constants(workgroup_size);
+    for source in SOURCES {
+        text.push_str(source);
+    }
+    text
+}
+
+/// How a device is to be used.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shape {
+    pub(super) workgroup_size: u32,
+    /// The most workgroups in a dispatch.
+    pub(super) workgroups: u32,
+}
+
+impl Shape {
+    pub(super) fn of(device: &Device) -> Shape {
+        let info = device.description();
+        Shape {
+            workgroup_size: WORKGROUP_SIZE.min(info.max_workgroup_size),
+            workgroups: device.device.limits().max_compute_workgroups_per_dimension,
+        }
+    }
+}
+
+/// The program with its tables.
+pub(super) struct Pipeline {
+    pipeline: wgpu::ComputePipeline,
+    tables: wgpu::BindGroup,
+    tasks: wgpu::BindGroupLayout,
+    shape: Shape,
+}
+
+fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
+    let ty = wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
+}
+
+fn bind(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+/// A table as a buffer; an empty one gets a row that nobody looks at, because buffers are not empty.
+fn table<T: Pod>(device: &Device, what: &'static str, rows: &[T]) -> Result<wgpu::Buffer, GpuError> {
+    let (needed, limit) = (size_of_val(rows) as u64, device.description().max_binding);
+    if needed > limit {
+        return Err(GpuError::TooLarge { what, needed, adapter: device.description().name.clone(), limit });
+    }
+    let nobody = [T::zeroed()];
+    let contents = bytemuck::cast_slice(if rows.is_empty() { &nobody } else { rows });
+    device.checked(|device| {
+        let usage = wgpu::BufferUsages::STORAGE;
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(what), contents, usage })
+    })
+}
+
+impl Pipeline {
+    /// The program for a job.
+    pub(super) fn new(device: &Device, job: &Job<'_>, shape: Shape) -> Result<Pipeline, GpuError> {
+        Pipeline::from_source(device, job, shape, &(library(shape.workgroup_size) + MAIN))
+    }
+
+    /// The same with another program text.
+    pub(super) fn from_source(
+        device: &Device,
+        job: &Job<'_>,
+        shape: Shape,
+        source: &str,
+    ) -> Result<Pipeline, GpuError> {
+        let tables = Tables::new(job)?;
+        let scene = device.checked(|device| {
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("scene"),
+                contents: bytemuck::bytes_of(&tables.scene),
+                usage: wgpu::BufferUsages::UNIFORM,
+            })
+        })?;
+        let surfaces = table(device, "the scene's surfaces", &tables.surfaces)?;
+        let materials = table(device, "the scene's materials", &tables.materials)?;
+        let point_lights = table(device, "the scene's point lights", &tables.point_lights)?;
+        device.checked(|device| {
+            let read = wgpu::BufferBindingType::Storage { read_only: true };
+            let write = wgpu::BufferBindingType::Storage { read_only: false };
+            let uniform = wgpu::BufferBindingType::Uniform;
+            let layout = |kinds: &[wgpu::BufferBindingType]| {
+                let entries: Vec<_> = (0..).zip(kinds).map(|(i, kind)| buffer_entry(i, *kind)).collect();
+                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                    label: None,
+                    entries: &entries,
+                })
+            };
+            let tables_layout = layout(&[uniform, read, read, read]);
+            let tasks = layout(&[uniform, write, write]);
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some("path-naive"),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            });
+            let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: None,
+                bind_group_layouts: &[Some(&tables_layout), Some(&tasks)],
+                immediate_size: 0,
+            });
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("path-naive"),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some("trace_slots"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
+            let tables = bind(device, &tables_layout, &[&scene, &surfaces, &materials, &point_lights]);
+            Pipeline { pipeline, tables, tasks, shape }
+        })
+    }
+}
+
+/// The buffers of one dispatch in flight.
+pub(super) struct Berth {
+    dispatch: wgpu::Buffer,
+    sums: Output,
+    samples: Output,
+    group: wgpu::BindGroup,
+}
+
+/// A buffer that the device writes, and its copy that the host reads.
+struct Output {
+    written: wgpu::Buffer,
+    read: wgpu::Buffer,
+}
+
+impl Output {
+    fn new(device: &wgpu::Device, label: &str, size: u64) -> Output {
+        let buffer = |usage| {
+            let label = Some(label);
+            device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
+        };
+        Output {
+            written: buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC),
+            read: buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),
+        }
+    }
+
+    fn copy(&self, encoder: &mut wgpu::CommandEncoder, bytes: u64) {
+        encoder.copy_buffer_to_buffer(&self.written, 0, &self.read, 0, bytes);
+    }
+
+    /// Asks for the first bytes; the answer says whether they can be read.
+    fn ask(&self, bytes: u64) -> Receiver<bool> {
+        let (sender, receiver) = bounded(1);
+        self.read.map_async(wgpu::MapMode::Read, ..bytes, move |mapped| {
+            let _ = sender.send(mapped.is_ok());
+        });
+        receiver
+    }
+
+    fn look<T: Pod, R>(&self, count: u64, work: impl FnOnce(&[T]) -> R) -> Option<R> {
+        let view = self.read.get_mapped_range(..count * size_of::<T>() as u64).ok()?;
+        let result = work(bytemuck::cast_slice(&view));
+        drop(view);
+        self.read.unmap();
+        Some(result)
+    }
+}
+
+/// A dispatch that the device works at.
+pub(super) struct Flight {
+    pub(super) task: Task,
+    pub(super) submission: wgpu::SubmissionIndex,
+    sums: Receiver<bool>,
+    samples: Option<Receiver<bool>>,
+}
+
+impl Flight {
+    /// Whether the device has answered.
+    pub(super) fn is_done(&self) -> bool {
+        !self.sums.is_empty() && self.samples.as_ref().is_none_or(|samples| !samples.is_empty())
+    }
+
+    /// Whether its results can be read.
+    pub(super) fn is_readable(&self) -> bool {
+        self.sums.try_recv() == Ok(true) && self.samples.as_ref().is_none_or(|s| s.try_recv() == Ok(true))
+    }
+}
+
+const SUMS_BYTES: u64 = size_of::<SlotSums>() as u64;
+const SAMPLE_BYTES: u64 = size_of::<SampleWords>() as u64;
+
+impl Pipeline {
+    /// Buffers for dispatches of so many slots and, where they are sent, samples.
+    pub(super) fn berth(&self, device: &Device, slots: u32, samples: u32) -> Result<Berth, GpuError> {
+        device.checked(|device| {
+            let dispatch = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("dispatch"),
+                size: size_of::<Dispatch>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let sums = Output::new(device, "sums", u64::from(slots.max(1)) * SUMS_BYTES);
+            let samples = Output::new(device, "samples", u64::from(samples.max(1)) * SAMPLE_BYTES);
+            let group = bind(device, &self.tasks, &[&dispatch, &sums.written, &samples.written]);
+            Berth { dispatch, sums, samples, group }
+        })
+    }
+
+    /// Sends a task of a stride on its way.
+    pub(super) fn submit(
+        &self,
+        device: &Device,
+        berth: &Berth,
+        stride: Stride,
+        task: Task,
+        sends_samples: bool,
+    ) -> Flight {
+        let groups = task.slots.div_ceil(self.shape.workgroup_size).min(self.shape.workgroups);
+        let dispatch = Dispatch {
+            first_place: stride.place(task.first_slot),
+            place_step: stride.step,
+            slots: task.slots,
+            invocations: groups * self.shape.workgroup_size,
+            first_sample: task.first_sample,
+            samples: task.samples,
+            sends_samples: u32::from(sends_samples),
+        };
+        device.queue.write_buffer(&berth.dispatch, 0, bytemuck::bytes_of(&dispatch));
+        let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &self.tables, &[]);
+            pass.set_bind_group(1, &berth.group, &[]);
+            pass.dispatch_workgroups(groups, 1, 1);
+        }
+        let (sums_bytes, samples_bytes) = (u64::from(task.slots) * SUMS_BYTES, task.paths() * SAMPLE_BYTES);
+        berth.sums.copy(&mut encoder, sums_bytes);
+        if sends_samples {
+            berth.samples.copy(&mut encoder, samples_bytes);
+        }
+        let submission = device.queue.submit([encoder.finish()]);
+        let sums = berth.sums.ask(sums_bytes);
+        let samples = sends_samples.then(|| berth.samples.ask(samples_bytes));
+        Flight { task, submission, sums, samples }
+    }
+}
+
+impl Berth {
+    /// Looks at a finished task's sums, once.
+    pub(super) fn sums<R>(&self, task: &Task, work: impl FnOnce(&[SlotSums]) -> R) -> Option<R> {
+        self.sums.look(u64::from(task.slots), work)
+    }
+
+    /// Looks at a finished task's samples, once.
+    pub(super) fn samples<R>(&self, task: &Task, work: impl FnOnce(&[SampleWords]) -> R) -> Option<R> {
+        self.samples.look(task.paths(), work)
+    }
+}

@@ -1,0 +1,72 @@
+//! From the device's words to what the accumulator takes.
+
+use super::layout::{REJECT_SHIFT, REJECTS, SampleWords, SlotSums};
+use crate::film::{PixelSums, Reject, WideSums};
+use crate::integrator::Sample;
+
+/// What one slot's words say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Slot {
+    pub(super) sums: PixelSums,
+    /// Radiance and squares, where they don't fit into `sums`.
+    pub(super) wide: Option<WideSums>,
+    pub(super) rays: u64,
+    /// The first sample that was left out, and why.
+    pub(super) reject: Option<(u32, Reject)>,
+}
+
+/// Reads the words of a slot that got so many samples.
+pub(super) fn slot(words: &SlotSums, samples: u32) -> Slot {
+    let word = |word: u32, place: u32| u128::from(word) << (32 * place);
+    let rgb: [u128; 3] =
+        std::array::from_fn(|c| word(words.low[c], 0) | word(words.middle[c], 1) | word(words.high[c], 2));
+    let squares = (0..).zip(words.squares).map(|(place, w)| word(w, place)).sum::<u128>();
+    let rejected = words.rejected & ((1 << REJECT_SHIFT) - 1);
+    let reason = words.rejected >> REJECT_SHIFT;
+    let reject = REJECTS.iter().find(|(code, _)| *code == reason).map(|(_, r)| (words.first_reject, *r));
+    let mut sums = PixelSums { count: samples - rejected, rejected, ..PixelSums::default() };
+    let narrow = |value: u128| i64::try_from(value).ok();
+    let wide = match (rgb.map(narrow), narrow(squares)) {
+        ([Some(r), Some(g), Some(b)], Some(squares)) => {
+            (sums.rgb, sums.squares) = ([r, g, b], squares);
+            None
+        }
+        _ => Some(WideSums { rgb: rgb.map(|value| value as i128), squares }),
+    };
+    Slot { sums, wide, rays: u64::from(words.rays), reject }
+}
+
+pub(super) fn sample(words: &SampleWords) -> Sample {
+    let radiance = [words.red, words.green, words.blue];
+    Sample { pixel: words.pixel, sample: words.sample, x: words.x, y: words.y, radiance }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_put_together_from_the_lowest() {
+        let words = SlotSums {
+            low: [1, 2, 3],
+            middle: [4, 5, 6],
+            high: [0; 3],
+            rays: 7,
+            rejected: 2 | 3 << REJECT_SHIFT,
+            first_reject: 9,
+            squares: [8, 9, 0, 0],
+        };
+        let read = slot(&words, 10);
+        assert_eq!(read.sums.rgb, [1 | 4 << 32, 2 | 5 << 32, 3 | 6 << 32]);
+        assert_eq!((read.sums.squares, read.sums.count, read.sums.rejected), (8 | 9 << 32, 8, 2));
+        assert_eq!((read.rays, read.wide, read.reject), (7, None, Some((9, Reject::Negative))));
+    }
+
+    #[test]
+    fn what_needs_more_than_63_bits_is_wide_and_counted_all_the_same() {
+        let words = SlotSums { high: [0, 1, 0], squares: [0, 0, 0, 1], ..SlotSums::default() };
+        let read = slot(&words, 10);
+        assert_eq!(read.sums, PixelSums { count: 10, ..PixelSums::default() });
+        assert_eq!(read.wide, Some(WideSums { rgb: [0, 1 << 64, 0], squares: 1 << 96 }));
+    }
+}

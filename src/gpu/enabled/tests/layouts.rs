@@ -1,0 +1,77 @@
+//! The WGSL as naga reads it, against the host's layouts. No GPU is asked.
+
+use super::super::layout::structures;
+use super::super::pipeline::library;
+use wgpu::naga;
+
+fn parse(source: &str) -> naga::Module {
+    naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)))
+}
+
+/// What is wrong with WGSL's structures in the host's eyes.
+fn differences(source: &str) -> Vec<String> {
+    let module = parse(source);
+    let mut layouter = naga::proc::Layouter::default();
+    layouter.update(module.to_ctx()).unwrap();
+    let mut differences = Vec::new();
+    for (name, size, fields) in structures() {
+        let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
+        let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, span }, .. })) = found else {
+            differences.push(format!("{name} is not in the WGSL"));
+            continue;
+        };
+        if *span as usize != size {
+            differences.push(format!("{name} takes {span} bytes, not {size}"));
+        }
+        let named: Vec<_> = fields.iter().filter(|field| !field.name.starts_with('_')).collect();
+        if members.len() != named.len() {
+            differences.push(format!("{name} has {} fields, not {}", members.len(), named.len()));
+        }
+        for (member, field) in members.iter().zip(named) {
+            let theirs = (
+                member.name.as_deref().unwrap_or(""),
+                member.offset as usize,
+                layouter[member.ty].size as usize,
+            );
+            let ours = (field.name, field.offset, field.size);
+            if theirs != ours {
+                differences.push(format!("{name}: {theirs:?}, not {ours:?}"));
+            }
+        }
+    }
+    differences
+}
+
+#[test]
+fn structures_lie_in_memory_as_the_host_lays_them() {
+    assert_eq!(differences(&library(64)), Vec::<String>::new());
+}
+
+#[test]
+fn a_moved_a_renamed_and_a_missing_field_are_noticed() {
+    let source = library(64);
+    for (right, wrong) in [
+        // WGSL would align the vector to the next 16 bytes.
+        ("    centre: vec3f,\n    radius: f32,", "    radius: f32,\n    centre: vec3f,"),
+        ("    first_reject: u32,", "    last_reject: u32,"),
+        ("    checks: vec2u,\n", ""),
+    ] {
+        let changed = source.replacen(right, wrong, 1);
+        assert_ne!(changed, source);
+        // Only the layouts matter here, so whatever uses the field may go wrong.
+        let declarations = changed.split("@group(0)").next().unwrap();
+        assert!(!differences(declarations).is_empty(), "{wrong:?} went unnoticed");
+    }
+}
+
+#[test]
+fn the_program_is_valid_for_every_workgroup_size() {
+    for size in [1, 64, 256] {
+        let source = library(size) + include_str!("../../main.wgsl");
+        let mut validator = naga::valid::Validator::new(
+            naga::valid::ValidationFlags::all(),
+            naga::valid::Capabilities::empty(),
+        );
+        validator.validate(&parse(&source)).unwrap();
+    }
+}

@@ -1,0 +1,108 @@
+//! The worker's part in the conversation.
+
+use super::{Prepared, carry_out, device, scenes};
+use crate::gpu::{GpuError, GpuWorker, Job};
+use crate::render::{Order, Region, Stride};
+use crossbeam_channel::{bounded, unbounded};
+
+#[test]
+fn every_order_ends_with_the_batch_that_completes_it() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(80, 60), 0);
+    let mut worker = GpuWorker::new(&device, &Job { index: 3, ..prepared.job() }).unwrap();
+    let batches = carry_out(&mut worker, &[(0, 1), (1, 2), (2, 6)].map(|(first, end)| Order { first, end }));
+    let completes: Vec<_> = batches.iter().filter_map(|batch| batch.completes).collect();
+    assert_eq!(completes, [1, 2, 6]);
+    assert_eq!(batches.last().unwrap().completes, Some(6));
+    assert!(batches.iter().all(|batch| batch.worker == 3 && batch.stride == Stride::ALL));
+    assert_eq!(batches.iter().map(|batch| batch.paths).sum::<u64>(), 80 * 60 * 6);
+    let rays: u64 = batches.iter().map(|batch| batch.rays).sum();
+    assert!((80 * 60 * 6..=80 * 60 * 6 * 6).contains(&rays), "{rays} rays");
+}
+
+#[test]
+fn a_worker_without_pixels_completes_its_orders() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::beacon([1.0; 3]), 0);
+    let stride = Stride { first: 1000, step: 2000 };
+    let mut worker = GpuWorker::new(&device, &Job { stride, ..prepared.job() }).unwrap();
+    let batches = carry_out(&mut worker, &[Order { first: 0, end: 4 }]);
+    assert_eq!(batches.len(), 1);
+    assert_eq!((batches[0].paths, batches[0].completes), (0, Some(4)));
+}
+
+#[test]
+fn a_worker_stops_when_nobody_takes_its_batches_and_can_start_again() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(80, 60), 0);
+    let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
+    let (orders_out, orders_in) = unbounded();
+    orders_out.send(Order { first: 0, end: 200 }).unwrap();
+    let (batches_out, batches) = bounded(1);
+    drop(batches);
+    // The order channel stays open: only the batches say that it is over.
+    assert_eq!(worker.run(&orders_in, &batches_out), Ok(()));
+    let again = carry_out(&mut worker, &[Order { first: 0, end: 2 }]);
+    assert_eq!(again.iter().map(|batch| batch.paths).sum::<u64>(), 80 * 60 * 2);
+}
+
+#[test]
+fn a_lost_device_is_an_error_and_not_a_panic() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(80, 60), 0);
+    let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
+    device.device.destroy();
+    let (orders_out, orders_in) = unbounded();
+    orders_out.send(Order { first: 0, end: 200 }).unwrap();
+    let (batches_out, _batches) = unbounded();
+    let result = worker.run(&orders_in, &batches_out);
+    assert!(matches!(result, Err(GpuError::Failed { .. })), "{result:?}");
+}
+
+#[test]
+fn a_broken_program_is_an_error_that_says_where() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(8, 6), 0);
+    let shape = super::Shape::of(&device);
+    let source = "@compute @workgroup_size(1) fn trace_slots() { let x: u32 = 1.5; }";
+    let result = super::Pipeline::from_source(&device, &prepared.job(), shape, source);
+    let Err(GpuError::Failed { message, .. }) = result else { panic!("the program was taken") };
+    assert!(message.contains("1.5"), "{message}");
+}
+
+#[test]
+fn paths_without_end_are_refused() {
+    let Some(device) = device() else { return };
+    let mut prepared = Prepared::new(&scenes::cover(8, 6), 0);
+    prepared.settings.max_depth = u32::MAX;
+    let Err(error) = GpuWorker::new(&device, &prepared.job()) else { panic!("the job was taken") };
+    assert!(error.to_string().contains("bounces"), "{error}");
+}
+
+#[test]
+fn an_unknown_name_is_answered_with_those_that_there_are() {
+    if device().is_none() {
+        return;
+    }
+    let error = crate::gpu::Device::open(Some("no such thing")).unwrap_err().to_string();
+    let first = crate::gpu::adapters()[0].name.clone();
+    assert!(error.contains("no such thing") && error.contains(&first), "{error}");
+    // Any part of a name will do, in small letters or capitals.
+    let part = first[..3].to_uppercase();
+    assert!(crate::gpu::Device::open(Some(&part)).is_ok());
+}
+
+#[test]
+fn a_crop_gets_the_pixels_that_the_whole_film_has_there() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(80, 60), 0);
+    let orders = [Order { first: 0, end: 4 }];
+    let mut whole = GpuWorker::new(&device, &prepared.job()).unwrap();
+    let whole = super::totals(&carry_out(&mut whole, &orders), 80 * 60);
+    let region = Region { film_width: 80, x: 13, y: 7, width: 30, height: 20 };
+    let mut crop = GpuWorker::new(&device, &Job { region, ..prepared.job() }).unwrap();
+    let crop = super::totals(&carry_out(&mut crop, &orders), region.len());
+    for place in 0..region.len() {
+        assert_eq!(crop[place as usize], whole[region.pixel(place).index as usize]);
+    }
+}

@@ -1,0 +1,171 @@
+//! Small scenes for tests.
+
+use crate::camera::CameraSettings;
+use crate::scene::{
+    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, RenderSettings, Scene, Shape,
+};
+use glam::DVec3;
+
+fn material(kind: MaterialKind) -> Material {
+    Material { name: "a material".to_owned(), kind }
+}
+
+fn matte(reflectance: [f64; 3]) -> Material {
+    material(MaterialKind::Matte { reflectance })
+}
+
+fn mirror(reflectance: [f64; 3]) -> Material {
+    material(MaterialKind::Mirror { reflectance })
+}
+
+fn entity(shape: Shape, material: usize) -> Entity {
+    Entity { name: "an entity".to_owned(), shape, material, emission: [0.0; 3], flip_normal: false }
+}
+
+fn plane(normal: [f64; 3], distance: f64, material: usize) -> Entity {
+    entity(Shape::Plane { normal: DVec3::from_array(normal), distance }, material)
+}
+
+fn sphere(center: [f64; 3], radius: f64, material: usize) -> Entity {
+    entity(Shape::Sphere { center: DVec3::from_array(center), radius }, material)
+}
+
+fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3], material: usize) -> Entity {
+    let [corner, u, v] = [corner, u, v].map(DVec3::from_array);
+    entity(Shape::Quad { corner, u, v }, material)
+}
+
+fn scene(width: u32, height: u32, materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
+    Scene {
+        film: FilmSettings { width, height, exposure: 0.0, filter: Filter::Tent { radius: 1.0 } },
+        camera: CameraSettings {
+            eye: DVec3::ZERO,
+            forward: DVec3::X,
+            up: DVec3::Z,
+            vertical_fov: std::f64::consts::FRAC_PI_2,
+            focal_length: 1.0,
+            near: 0.0,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+        },
+        render: RenderSettings {
+            integrator: Integrator::PathNaive,
+            max_depth: 5,
+            samples: 1,
+            seed: 0,
+            ambient: [0.0; 3],
+        },
+        materials,
+        entities,
+        lights: Vec::new(),
+        environment: [0.0; 3],
+    }
+}
+
+/// The report's cover.
+pub(super) fn cover(width: u32, height: u32) -> Scene {
+    let materials = vec![
+        matte([0.75, 0.25, 0.25]),
+        matte([0.25, 0.25, 0.75]),
+        matte([0.75; 3]),
+        mirror([0.6, 0.4, 0.2]),
+        material(MaterialKind::Checkerboard { even: 2, odd: 3, checks_per_unit: [10.0; 2] }),
+        mirror([0.25, 0.75, 0.25]),
+        mirror([1.0; 3]),
+    ];
+    let entities = vec![
+        plane([0.0, 1.0, 0.0], -6.0, 0),
+        plane([0.0, -1.0, 0.0], -6.0, 1),
+        plane([0.0, 0.0, -1.0], -8.0, 2),
+        plane([-1.0, 0.0, 0.0], -10.0, 2),
+        plane([0.0, 0.0, 1.0], -3.0, 4),
+        sphere([8.0, 3.0, -1.0], 2.0, 5),
+        sphere([6.0, -2.0, -1.0], 2.0, 6),
+        Entity { emission: [1.0; 3], ..sphere([7.0, 0.0, 3.0], 1.0, 2) },
+    ];
+    scene(width, height, materials, entities)
+}
+
+/// What the cover lacks: a quad light that is turned round, a lens, a near plane, an environment, glass,
+/// checks inside checks on a plane, a quad and a sphere, point lights, the box filter.
+pub(super) fn bazaar(width: u32, height: u32) -> Scene {
+    let materials = vec![
+        matte([0.8, 0.7, 0.6]),
+        matte([0.2, 0.3, 0.4]),
+        mirror([0.9, 0.8, 0.7]),
+        material(MaterialKind::Checkerboard { even: 0, odd: 1, checks_per_unit: [2.0, 3.0] }),
+        material(MaterialKind::Checkerboard { even: 3, odd: 2, checks_per_unit: [1.0, 0.5] }),
+        material(MaterialKind::Checkerboard { even: 3, odd: 1, checks_per_unit: [6.0, 4.0] }),
+        material(MaterialKind::Glass {
+            ior: 1.5,
+            reflectance: [1.0, 0.9, 0.8],
+            transmittance: [0.8, 0.9, 1.0],
+        }),
+    ];
+    let light = Entity {
+        emission: [3.0, 2.0, 1.0],
+        flip_normal: true,
+        ..quad([4.0, -2.0, 4.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.5], 0)
+    };
+    let entities = vec![
+        plane([0.1, 0.0, 1.0], -2.0, 4),
+        light,
+        quad([9.0, -4.0, -2.0], [0.5, 8.0, 0.0], [0.0, 0.0, 5.0], 5),
+        sphere([5.0, 1.5, -0.8], 1.2, 6),
+        sphere([6.0, -1.5, -0.5], 1.3, 5),
+    ];
+    let mut scene = scene(width, height, materials, entities);
+    for entity in &mut scene.entities {
+        if let Shape::Plane { normal, .. } = &mut entity.shape {
+            *normal = normal.normalize();
+        }
+    }
+    scene.film.filter = Filter::Box { radius: 0.5 };
+    scene.camera = CameraSettings {
+        eye: DVec3::new(-1.0, 0.2, 0.5),
+        near: 0.7,
+        aperture_radius: 0.2,
+        focus_distance: 6.0,
+        ..scene.camera
+    };
+    scene.environment = [0.2, 0.3, 0.5];
+    let point =
+        |position: [f64; 3], intensity| Light::Point { position: DVec3::from_array(position), intensity };
+    scene.lights = vec![point([2.0, 3.0, 2.0], [4.0, 5.0, 6.0]), point([7.0, -3.0, 3.0], [9.0, 3.0, 3.0])];
+    scene
+}
+
+/// A box whose walls are spheres of radius 10⁵, as in smallpt: nothing leaks in single precision.
+pub(super) fn large_spheres(width: u32, height: u32) -> Scene {
+    let (far, size) = (1e5, 1e5 + 50.0);
+    let materials =
+        vec![matte([0.75, 0.25, 0.25]), matte([0.25, 0.25, 0.75]), matte([0.75; 3]), mirror([1.0; 3])];
+    let entities = vec![
+        sphere([0.0, size, 0.0], far, 0),
+        sphere([0.0, -size, 0.0], far, 1),
+        sphere([0.0, 0.0, size], far, 2),
+        sphere([0.0, 0.0, -size], far, 2),
+        sphere([size + 40.0, 0.0, 0.0], far, 2),
+        sphere([-size, 0.0, 0.0], far, 2),
+        sphere([50.0, 10.0, -30.0], 20.0, 3),
+        Entity { emission: [6.0; 3], ..sphere([40.0, 0.0, 45.0], 20.0, 2) },
+    ];
+    scene(width, height, materials, entities)
+}
+
+/// A sphere straight ahead that emits, and nothing else; its radiance is all that paths find.
+pub(super) fn beacon(emission: [f64; 3]) -> Scene {
+    let mut scene =
+        scene(16, 16, vec![matte([0.5; 3])], vec![Entity { emission, ..sphere([4.0, 0.0, 0.0], 2.0, 0) }]);
+    scene.film.filter = Filter::None;
+    scene.render.max_depth = 0;
+    scene
+}
+
+/// The cover with a broken floor.
+#[cfg(feature = "broken-material")]
+pub(super) fn broken(width: u32, height: u32) -> Scene {
+    let mut scene = cover(width, height);
+    scene.materials[4].kind = MaterialKind::Broken;
+    scene
+}

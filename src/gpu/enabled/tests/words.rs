@@ -1,0 +1,176 @@
+//! The same bits from run to run, and exact sums of whatever a film takes.
+
+use super::super::pace::Pace;
+use super::{Device, GpuWorker, Pipeline, Prepared, Shape, Total, carry_out, device, scenes, totals};
+use crate::film::Film;
+use crate::film::sums::{PixelSums, Reject, check};
+use crate::gpu::Job;
+use crate::render::{Order, Payload, Stride};
+use std::time::Duration;
+
+const ORDERS: [Order; 3] =
+    [Order { first: 0, end: 1 }, Order { first: 1, end: 5 }, Order { first: 5, end: 21 }];
+
+fn render(device: &Device, job: &Job<'_>, shape: Shape, took: Option<Duration>) -> (Vec<Total>, u64) {
+    let pipeline = Pipeline::new(device, job, shape).unwrap();
+    let mut worker = GpuWorker::with_pipeline(device, job, pipeline).unwrap();
+    if let Some(took) = took {
+        // A pace learnt elsewhere: dispatches of another size.
+        let mut pace = Pace::new(false);
+        (0..20).for_each(|_| pace.learn(30_000, took));
+        worker.set_pace(pace);
+    }
+    let batches = carry_out(&mut worker, &ORDERS);
+    let rays = batches.iter().map(|batch| batch.rays).sum();
+    (totals(&batches, job.region.len()), rays)
+}
+
+#[test]
+fn two_runs_agree_to_the_bit_for_any_workgroup_size_and_any_dispatches() {
+    let Some(device) = device() else { return };
+    for scene in [scenes::cover(80, 60), scenes::bazaar(40, 30)] {
+        let prepared = Prepared::new(&scene, 0);
+        let job = prepared.job();
+        let usual = Shape::of(&device);
+        let expected = render(&device, &job, usual, None);
+        assert!(expected.0.iter().all(|total| total.count + total.rejected == 21));
+        assert_eq!(render(&device, &job, usual, None), expected, "from one run to the next");
+        let shape = Shape { workgroup_size: 1, ..usual };
+        assert_eq!(render(&device, &job, shape, None), expected, "workgroups of one");
+        // So few invocations that each has several slots.
+        let shape = Shape { workgroup_size: 32, workgroups: 3 };
+        assert_eq!(render(&device, &job, shape, None), expected, "96 invocations");
+        for took in [Duration::from_millis(1), Duration::from_secs(1)] {
+            assert_eq!(render(&device, &job, usual, Some(took)), expected, "30,000 paths took {took:?}");
+        }
+        // Negative control: another seed makes another picture.
+        let other = Prepared::new(&scene, 1);
+        assert_ne!(render(&device, &other.job(), usual, None), expected);
+    }
+}
+
+#[test]
+fn strides_hold_together_what_one_worker_holds_alone() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(80, 60), 0);
+    let shape = Shape::of(&device);
+    let (expected, _) = render(&device, &prepared.job(), shape, None);
+    for first in 0..3 {
+        let stride = Stride::ALL.split(first, 3);
+        let (part, _) = render(&device, &Job { stride, ..prepared.job() }, shape, None);
+        for (place, total) in (0..).zip(&part) {
+            let owned = place % 3 == first as usize;
+            assert_eq!(*total, if owned { expected[place] } else { Total::default() });
+        }
+    }
+}
+
+#[test]
+fn samples_sent_one_by_one_are_those_that_are_summed() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::bazaar(40, 30), 0);
+    let shape = Shape::of(&device);
+    let (expected, rays) = render(&device, &prepared.job(), shape, None);
+    let mut worker = GpuWorker::new(&device, &Job { sends_samples: true, ..prepared.job() }).unwrap();
+    let batches = carry_out(&mut worker, &ORDERS);
+    assert_eq!(batches.iter().map(|batch| batch.rays).sum::<u64>(), rays);
+    let mut sums = vec![PixelSums::default(); expected.len()];
+    let mut seen = Vec::new();
+    for batch in batches {
+        let Payload::Samples(samples) = batch.payload else { panic!("there are no samples") };
+        assert_eq!(samples.len() as u64, batch.paths);
+        for sample in samples {
+            assert_eq!(check(sample.radiance), Ok(()));
+            let pixel = prepared.whole.pixel(sample.pixel);
+            // The box filter reaches to the pixel's edges.
+            let offset = [sample.x - pixel.x as f32 - 0.5, sample.y - pixel.y as f32 - 0.5];
+            assert!(offset.iter().all(|d| d.abs() <= 0.5), "{sample:?} is not in its pixel");
+            sums[sample.pixel as usize].add(sample.radiance);
+            seen.push((sample.pixel, sample.sample));
+        }
+    }
+    seen.sort_unstable();
+    let each: Vec<_> = (0..expected.len() as u32).flat_map(|p| (0..21).map(move |s| (p, s))).collect();
+    assert_eq!(seen, each, "each sample once");
+    for (sum, total) in sums.iter().zip(&expected) {
+        assert_eq!(sum.rgb.map(i128::from), total.rgb, "rounded as on the CPU");
+        // Squares are rounded to single precision before they are added.
+        let (ours, theirs) = (sum.squares as f64, total.squares as f64);
+        assert!((ours - theirs).abs() <= 1e-6 * ours + 64.0, "{ours} is not {theirs}");
+    }
+}
+
+#[test]
+fn bright_samples_are_neither_lost_nor_wrapped() {
+    let Some(device) = device() else { return };
+    // From what 64 bits hold, past what they hold, to the brightest that a film takes.
+    for emission in [[1000.0, 0.5, 3e-9], [5000.25, 1e6, 0.1], [1_073_741_824.0, 1e9, 1024.1]] {
+        let prepared = Prepared::new(&scenes::beacon(emission), 0);
+        let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
+        let orders = [Order { first: 0, end: 256 }, Order { first: 256, end: 300 }];
+        let batches = carry_out(&mut worker, &orders);
+        let mut ours = Film::new(1, 1).unwrap();
+        for _ in 0..300 {
+            ours.add_sample(0, emission.map(|x| x as f32)).unwrap();
+        }
+        let centre = (8 * 16 + 8) as usize;
+        let mut theirs = Film::new(16, 16).unwrap();
+        let mut squares = 0.0;
+        for batch in &batches {
+            let Payload::Sums { first_slot, sums, wide, .. } = &batch.payload else { panic!("no sums") };
+            for (slot, sums) in (*first_slot as usize..).zip(sums) {
+                theirs.add_sums(slot, sums);
+                squares += if slot == centre { sums.squares as f64 } else { 0.0 };
+            }
+            for (slot, sums) in wide {
+                theirs.add_wide(*slot as usize, sums);
+                squares += if *slot as usize == centre { sums.squares as f64 } else { 0.0 };
+            }
+        }
+        assert_eq!(theirs.mean(centre), ours.mean(0), "{emission:?}");
+        assert_eq!((theirs.count(centre), theirs.rejected()), (300, 0));
+        let expected: f64 = emission.iter().map(|&x| f64::from(x as f32).powi(2)).sum::<f64>() * 300.0;
+        let squares = squares / 4_294_967_296.0;
+        assert!((squares / expected - 1.0).abs() < 1e-6, "{emission:?}: {squares} is not {expected}");
+    }
+}
+
+#[test]
+fn what_a_film_cannot_take_is_counted_and_named() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::beacon([1.0, 2e9, 1.0]), 0);
+    let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
+    let batches = carry_out(&mut worker, &[Order { first: 7, end: 12 }]);
+    let totals = totals(&batches, 256);
+    let centre = totals[8 * 16 + 8];
+    assert_eq!(centre, Total { rejected: 5, ..Total::default() });
+    assert_eq!(totals[0], Total { count: 5, ..Total::default() }, "the corner sees nothing");
+    let named: Vec<_> = batches.iter().flat_map(|batch| batch.rejects.clone()).collect();
+    assert!(!named.is_empty());
+    for (traced, why) in named {
+        assert!(why == Reject::TooBright && totals[traced.pixel as usize].rejected > 0);
+        assert_eq!(traced.sample, 7);
+    }
+}
+
+#[cfg(feature = "broken-material")]
+#[test]
+fn a_broken_material_is_rejected_as_on_the_cpu() {
+    use crate::integrator::{Integrator, PathNaive, Paths};
+    use crate::math::lanes::Level;
+    use crate::world::Geometry;
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::broken(40, 30), 0);
+    let (theirs, _) = render(&device, &prepared.job(), Shape::of(&device), None);
+    let Geometry::Simple(world) = prepared.geometry.clone() else { panic!("the cover is simple") };
+    let integrator =
+        PathNaive { scene: prepared.scene.clone().into(), world: world.into(), settings: prepared.settings };
+    let pixels: Vec<_> = (0..40 * 30).map(|place| prepared.whole.pixel(place)).collect();
+    let mut out = Vec::new();
+    integrator.trace(Level::PORTABLE, &Paths { pixels: &pixels, first_sample: 0, samples: 21 }, &mut out);
+    let ours = out.iter().filter(|f| check(f.sample.radiance).is_err()).count();
+    let theirs: u32 = theirs.iter().map(|total| total.rejected).sum();
+    assert!(ours > 1000);
+    // Paths that differ in a rounding may miss the floor; few do.
+    assert!(ours.abs_diff(theirs as usize) <= 25, "the CPU rejects {ours}, the GPU {theirs}");
+}

@@ -1,0 +1,202 @@
+//! The worker itself: orders in, dispatches out, batches back.
+
+use super::device::Device;
+use super::pace::{MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Task};
+use super::pipeline::{Berth, Flight, Pipeline, Shape};
+use super::readback;
+use crate::gpu::{GpuError, Job};
+use crate::render::{Order, Payload, Region, SampleBatch, Stride, Traced};
+use crossbeam_channel::{Receiver, Sender, TryRecvError};
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+/// Dispatches that the device has at a time: one works while the other is read.
+const IN_FLIGHT: usize = 2;
+
+/// A device that doesn't answer for so long has failed.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// How many rejected samples a batch names.
+const NAMED_REJECTS: usize = 4;
+
+/// A worker on a GPU: the counterpart of [`crate::render::worker::Worker`], under the same protocol.
+pub struct GpuWorker {
+    device: Device,
+    pipeline: Pipeline,
+    /// Taken in turns, so that the next one is free while fewer than [`IN_FLIGHT`] fly.
+    berths: Vec<Berth>,
+    turn: usize,
+    region: Region,
+    stride: Stride,
+    index: usize,
+    sends_samples: bool,
+    pace: Pace,
+}
+
+impl GpuWorker {
+    /// Puts the scene onto the device and compiles the program for it.
+    ///
+    /// Fails, naming the reason, when the GPU does not take something in the job, when the scene is too
+    /// large for the device, or when the driver refuses the program or the memory.
+    pub fn new(device: &Device, job: &Job<'_>) -> Result<GpuWorker, GpuError> {
+        let pipeline = Pipeline::new(device, job, Shape::of(device))?;
+        GpuWorker::with_pipeline(device, job, pipeline)
+    }
+
+    pub(super) fn with_pipeline(
+        device: &Device,
+        job: &Job<'_>,
+        pipeline: Pipeline,
+    ) -> Result<GpuWorker, GpuError> {
+        let slots = job.stride.len(job.region.len()).min(MOST_SLOTS);
+        let samples = if job.sends_samples { MOST_SAMPLES } else { 0 };
+        let berths =
+            (0..IN_FLIGHT).map(|_| pipeline.berth(device, slots, samples)).collect::<Result<Vec<_>, _>>()?;
+        Ok(GpuWorker {
+            device: device.clone(),
+            pipeline,
+            berths,
+            turn: 0,
+            region: job.region,
+            stride: job.stride,
+            index: job.index,
+            sends_samples: job.sends_samples,
+            pace: Pace::new(job.sends_samples),
+        })
+    }
+
+    /// Goes on at another pace.
+    #[cfg(test)]
+    pub(super) fn set_pace(&mut self, pace: Pace) {
+        self.pace = pace;
+    }
+
+    /// Carries out orders until their channel closes or nobody wants the batches any more. Fails when the
+    /// device does; the batches sent until then are good.
+    pub fn run(&mut self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) -> Result<(), GpuError> {
+        let slots = self.stride.len(self.region.len());
+        let mut flights = VecDeque::with_capacity(IN_FLIGHT);
+        let mut remaining: Option<Remaining> = None;
+        let mut closed = false;
+        let mut last_landing = Instant::now();
+        loop {
+            // The device works at one dispatch while the next waits in its queue.
+            while flights.len() < IN_FLIGHT && !closed {
+                if let Some(task) = remaining.as_mut().and_then(|remaining| remaining.next(&self.pace)) {
+                    let berth = &self.berths[(self.turn + flights.len()) % IN_FLIGHT];
+                    let submitted = Instant::now();
+                    let flight =
+                        self.pipeline.submit(&self.device, berth, self.stride, task, self.sends_samples);
+                    flights.push_back((flight, submitted));
+                    continue;
+                }
+                // While the device works, an order is welcome but not waited for.
+                let order = if flights.is_empty() {
+                    orders.recv().map_err(|_| TryRecvError::Disconnected)
+                } else {
+                    orders.try_recv()
+                };
+                match order {
+                    Ok(order) if slots == 0 || order.first >= order.end => {
+                        let mut batch = self.empty_batch(0);
+                        batch.completes = Some(order.end);
+                        if batches.send(batch).is_err() {
+                            return self.wait_for_all(&flights);
+                        }
+                    }
+                    Ok(order) => remaining = Some(Remaining::new(order, slots)),
+                    Err(TryRecvError::Empty) => break,
+                    Err(TryRecvError::Disconnected) => closed = true,
+                }
+            }
+            let Some((flight, submitted)) = flights.pop_front() else { return Ok(()) };
+            let batch = self.land(&flight, submitted.max(last_landing))?;
+            last_landing = Instant::now();
+            if batches.send(batch).is_err() {
+                return self.wait_for_all(&flights);
+            }
+        }
+    }
+
+    /// Waits for a dispatch, learns from the time that it took since `start`, and makes a batch of it.
+    fn land(&mut self, flight: &Flight, start: Instant) -> Result<SampleBatch, GpuError> {
+        // Answers come while the device is asked. One that is here already may have been here for long.
+        let _ = self.device.device.poll(wgpu::PollType::Poll);
+        let waited = !flight.is_done();
+        self.wait(flight)?;
+        if waited {
+            self.pace.learn(flight.task.paths(), start.elapsed());
+        } else {
+            self.pace.learn_at_most(flight.task.paths(), start.elapsed());
+        }
+        let batch = self.read(&flight.task);
+        self.turn = (self.turn + 1) % IN_FLIGHT;
+        batch.ok_or_else(|| self.device.failure("its results cannot be read"))
+    }
+
+    fn wait(&self, flight: &Flight) -> Result<(), GpuError> {
+        let submission_index = Some(flight.submission.clone());
+        let wait = wgpu::PollType::Wait { submission_index, timeout: Some(PATIENCE) };
+        if let Err(error) = self.device.device.poll(wait) {
+            return Err(self.device.failure(&error.to_string()));
+        }
+        self.device.check()?;
+        if flight.is_readable() { Ok(()) } else { Err(self.device.failure("the device was lost")) }
+    }
+
+    /// Leaves the buffers as they were found, for another run.
+    fn wait_for_all(&mut self, flights: &VecDeque<(Flight, Instant)>) -> Result<(), GpuError> {
+        for (flight, _) in flights {
+            self.wait(flight)?;
+            // Looking at results gives their buffers back.
+            drop(self.read(&flight.task));
+            self.turn = (self.turn + 1) % IN_FLIGHT;
+        }
+        Ok(())
+    }
+
+    fn empty_batch(&self, first_slot: u32) -> SampleBatch {
+        let payload = if self.sends_samples {
+            Payload::Samples(Vec::new())
+        } else {
+            Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
+        };
+        let (worker, stride) = (self.index, self.stride);
+        SampleBatch { worker, stride, payload, paths: 0, rays: 0, rejects: Vec::new(), completes: None }
+    }
+
+    /// The batch of the dispatch whose turn it is; none if the buffers cannot be read.
+    fn read(&self, task: &Task) -> Option<SampleBatch> {
+        let berth = &self.berths[self.turn];
+        let mut batch = self.empty_batch(task.first_slot);
+        batch.paths = task.paths();
+        batch.completes = task.completes;
+        match &mut batch.payload {
+            Payload::Samples(samples) => {
+                *samples = berth.samples(task, |words| words.iter().map(readback::sample).collect())?;
+                batch.rays = berth.sums(task, |words| words.iter().map(|w| u64::from(w.rays)).sum())?;
+            }
+            Payload::Sums { sums, wide, .. } => {
+                let rejects = &mut batch.rejects;
+                batch.rays = berth.sums(task, |words| {
+                    sums.reserve_exact(words.len());
+                    let mut rays = 0;
+                    for (slot, words) in (task.first_slot..).zip(words) {
+                        let read = readback::slot(words, task.samples);
+                        sums.push(read.sums);
+                        wide.extend(read.wide.map(|sums| (slot, sums)));
+                        rays += read.rays;
+                        if let Some((sample, why)) = read.reject
+                            && rejects.len() < NAMED_REJECTS
+                        {
+                            let pixel = self.region.pixel(self.stride.place(slot)).index;
+                            rejects.push((Traced { pixel, sample }, why));
+                        }
+                    }
+                    rays
+                })?;
+            }
+        }
+        Some(batch)
+    }
+}

@@ -1,0 +1,104 @@
+// What the host and the device exchange. `layout.rs` owns these layouts, and a test holds this file to it.
+
+// The camera, the film, the settings, and how much of everything there is.
+struct Scene {
+    eye: vec3f,
+    pixel_side: f32,
+    left: vec3f,
+    near: f32,
+    up: vec3f,
+    aperture_radius: f32,
+    forward: vec3f,
+    focus_distance: f32,
+    environment: vec3f,
+    seed: u32,
+    centre: vec2f,
+    offset_kind: u32,
+    offset_radius: f32,
+    // Surfaces are sorted by shape: planes, then spheres, then quads. Each ends where the next begins.
+    planes_end: u32,
+    spheres_end: u32,
+    quads_end: u32,
+    point_lights: u32,
+    max_depth: u32,
+    film_width: u32,
+    region_x: u32,
+    region_y: u32,
+    region_width: u32,
+}
+
+// One dispatch: the same samples for each of some slots of a stride.
+struct Dispatch {
+    first_place: u32,
+    place_step: u32,
+    slots: u32,
+    invocations: u32,
+    first_sample: u32,
+    samples: u32,
+    sends_samples: u32,
+}
+
+// A row of the surface table.
+struct Surface {
+    // Of round surfaces; zero for flat ones.
+    anchor: vec3f,
+    radius: f32,
+    // The normal of flat surfaces, the vector from the anchor to the centre of round ones.
+    axis: vec3f,
+    // The distance of flat surfaces, the anchor's power of round ones.
+    constant: f32,
+    u_axis: vec4f,
+    v_axis: vec4f,
+    emission: vec3f,
+    error: f32,
+    orientation: f32,
+    material: u32,
+    // Its number on the host, which decides ties.
+    row: u32,
+}
+
+// A row of the material table.
+struct Material {
+    reflectance: vec3f,
+    kind: u32,
+    transmittance: vec3f,
+    ior: f32,
+    checks: vec2u,
+    checks_per_unit: vec2f,
+}
+
+struct PointLight {
+    position: vec3f,
+    intensity: vec3f,
+}
+
+// Exact sums of one slot's samples. Radiance: 96 bits a channel, in three words; squares: 128 bits.
+struct SlotSums {
+    low: vec3u,
+    rays: u32,
+    middle: vec3u,
+    // How many samples were left out, and in the uppermost two bits why the first was.
+    rejected: u32,
+    high: vec3u,
+    first_reject: u32,
+    squares: vec4u,
+}
+
+// One sample, bit patterns of floats where it holds floats: what is no number must travel as it is.
+struct SampleWords {
+    pixel: u32,
+    sample: u32,
+    x: u32,
+    y: u32,
+    red: u32,
+    green: u32,
+    blue: u32,
+}
+
+@group(0) @binding(0) var<uniform> scene: Scene;
+@group(0) @binding(1) var<storage, read> surfaces: array<Surface>;
+@group(0) @binding(2) var<storage, read> materials: array<Material>;
+@group(0) @binding(3) var<storage, read> point_lights: array<PointLight>;
+@group(1) @binding(0) var<uniform> dispatch: Dispatch;
+@group(1) @binding(1) var<storage, read_write> sums: array<SlotSums>;
+@group(1) @binding(2) var<storage, read_write> samples: array<SampleWords>;

@@ -1,0 +1,50 @@
+// Twin of `shape`: distances to the first hit, or NOTHING.
+
+fn distance_to_plane(ray: Ray, n: vec3f, distance: f32) -> f32 {
+    let t = (distance - dot(ray.o, n)) / dot(ray.d, n);
+    return select(NOTHING, t, is_positive_and_finite(t));
+}
+
+fn plane_intersect(surface: Surface, ray: Ray) -> f32 {
+    return distance_to_plane(ray, surface.axis, surface.constant);
+}
+
+// The power of the point at `w` from the anchor.
+fn sphere_power(surface: Surface, w: vec3f) -> f32 {
+    return dot(w, w - 2.0 * surface.axis) + surface.constant;
+}
+
+fn sphere_intersect(surface: Surface, ray: Ray) -> f32 {
+    let w = ray.o - surface.anchor;
+    let b = dot(w - surface.axis, ray.d);
+    let c = sphere_power(surface, w);
+    let discriminant = -sphere_power(surface, w - ray.d * b);
+    let root = sqrt(float_max(discriminant, 0.0));
+    let q = -b - copysign(root, b);
+    let t0 = c / q;
+    let near = float_min(t0, q);
+    let far = float_max(t0, q);
+    let t = select(far, near, near > 0.0);
+    return select(NOTHING, t, discriminant >= 0.0 && is_positive_and_finite(t));
+}
+
+// X·axis + offset.
+fn along(p: vec3f, axis: vec4f) -> f32 {
+    return dot(p, axis.xyz) + axis.w;
+}
+
+fn quad_intersect(surface: Surface, ray: Ray) -> f32 {
+    let t = distance_to_plane(ray, surface.axis, surface.constant);
+    if t >= NOTHING {
+        return NOTHING;
+    }
+    let p = ray.o + ray.d * t;
+    let a = along(p, surface.u_axis);
+    let b = along(p, surface.v_axis);
+    return select(NOTHING, t, a >= 0.0 && a <= 1.0 && b >= 0.0 && b <= 1.0);
+}
+
+// The origin of a ray that leaves a surface, moved off it by the hit's own error bound.
+fn offset_origin(p: vec3f, n: vec3f, error: f32, d: vec3f) -> vec3f {
+    return p + n * copysign(error, dot(n, d));
+}

@@ -90,6 +90,9 @@ impl<W: World, S: Sampler, O: Observer> Kernel for TracePaths<'_, W, S, O> {
         };
         let mut alive = none;
         let mut rays = 0;
+        if paths.is_empty() {
+            return 0;
+        }
         // The next path to start, as (pixel, sample) among `paths`.
         let (mut slot, mut sample) = (0, 0);
         let last_depth = F::Uint::splat(settings.max_depth);

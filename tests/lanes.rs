@@ -223,6 +223,18 @@ fn whole_paths_are_the_same_at_every_level() {
 }
 
 #[test]
+fn no_paths_are_traced_at_once() {
+    let integrator = common::integrator(&cover(40, 30));
+    let pixel = Region::whole(40, 30).pixel(7);
+    let mut out = Vec::new();
+    for (pixels, samples) in [(&[pixel][..], 0), (&[][..], 3), (&[][..], 0)] {
+        let paths = Paths { pixels, first_sample: 0, samples };
+        assert_eq!(integrator.trace(Level::available()[0], &paths, &mut out), 0);
+    }
+    assert!(out.is_empty());
+}
+
+#[test]
 fn a_path_looked_at_is_the_path_that_was_traced() {
     let mut whitted = smallpt(40, 30);
     whitted.render.integrator = Integrator::Whitted;

@@ -171,10 +171,8 @@ fn violations(file: &Path, source: &str) -> Vec<String> {
                 }
                 braces.push(opens_module);
             }
-            "}" => {
-                if braces.pop() == Some(true) {
-                    module.pop();
-                }
+            "}" if braces.pop() == Some(true) => {
+                module.pop();
             }
             "crate" if at(i + 1) == "::" => {
                 judge(&named(&tokens[i + 2..]), own_rank, file, &mut found);

@@ -97,6 +97,9 @@ impl<W: World, S: Sampler, T: Transport, O: Observer> Kernel for TracePaths<'_, 
         };
         let mut alive = none;
         let mut rays = 0;
+        if paths.is_empty() {
+            return 0;
+        }
         // The next path to start, as (pixel, sample) among `paths`.
         let (mut slot, mut sample) = (0, 0);
         loop {

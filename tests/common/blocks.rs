@@ -119,8 +119,8 @@ impl Blocks {
         let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
         let block = (y / self.side * self.columns + x / self.side) as usize;
         self.pixels[block] += 1;
-        for c in 0..3 {
-            self.mean[block][c] += mean[c];
+        for (c, mean) in mean.into_iter().enumerate() {
+            self.mean[block][c] += mean;
             self.variance[block][c] += variance(c);
         }
     }

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod check;
+mod compare;
 mod render;
 mod stats;
 mod stop;
@@ -27,6 +28,8 @@ enum Command {
     Check(check::CheckArguments),
     /// Trace one path again and tell what happens on it, bounce by bounce
     Trace(trace::TraceArguments),
+    /// Say how far apart two pictures are
+    Compare(compare::CompareArguments),
 }
 
 /// Why a command ends without success.
@@ -57,6 +60,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Trace(arguments) => trace::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
     };
     let (error, code) = match result {
         Ok(()) => return ExitCode::SUCCESS,

@@ -1,7 +1,10 @@
 //! The film: exact sums of samples, reconstruction filters, and the pictures made of them.
 
+pub mod compare;
 mod filter;
+pub mod flip;
 pub mod picture;
+mod plane;
 pub mod snapshot;
 pub mod sums;
 pub mod tone;

@@ -8,7 +8,7 @@
 //! | [`window`] | snapshots | watching |
 //!
 //! [`atomic`] puts files in place whole, [`human`] turns numbers into words, [`overlay`] colours pixels by
-//! worker.
+//! worker, [`read`] gets pictures back from files.
 
 pub mod atomic;
 pub mod error;
@@ -20,6 +20,7 @@ pub mod overlay;
 pub mod picture;
 pub mod png;
 pub mod progress;
+pub mod read;
 pub mod window;
 
 pub use error::OutputError;
@@ -27,3 +28,4 @@ pub use npy::SampleDump;
 pub use overlay::{owner_overlay, write_owner_overlay};
 pub use picture::{Format, PictureOptions, check_writable, numbered_path, write_picture};
 pub use progress::{Progress, Reporter};
+pub use read::{ReadError, read_picture};

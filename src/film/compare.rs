@@ -1,0 +1,214 @@
+//! How far apart two pictures are, in numbers.
+
+use super::Picture;
+use super::flip::{hdr_flip, ldr_flip};
+
+/// What [`compare`] finds. All figures are over the pixels that are finite in both pictures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// Pixels that the figures are over.
+    pub compared: u64,
+    /// Pixels of either picture with a NaN or an infinity in them, which the figures leave out.
+    pub non_finite: [u64; 2],
+    /// Mean of each picture and channel, scene-linear.
+    pub means: [[f64; 3]; 2],
+    /// Mean squared error over pixels and channels.
+    pub mse: f64,
+    /// Mean of (a − b)² / (b² + 0.01) over pixels and channels: b is the reference.
+    pub relative_mse: f64,
+    /// How different they look.
+    pub flip: Flip,
+}
+
+/// The FLIP of two pictures, 0 to 1; pixels that are not finite count as black in both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Flip {
+    /// LDR-FLIP (2020) of the pictures clamped to 0…1.
+    Ldr(f64),
+    /// HDR-FLIP (2021).
+    Hdr(super::flip::HdrFlip),
+}
+
+/// Which FLIP is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlipKind {
+    /// For pictures that are made for a screen.
+    Ldr,
+    /// For radiance.
+    Hdr,
+}
+
+/// Pictures that can't be compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CompareError {
+    /// Their sizes differ.
+    #[error("the images differ in size: {}×{} and {}×{} pixels", .0[0], .0[1], .1[0], .1[1])]
+    Sizes([u32; 2], [u32; 2]),
+    /// There is no pixel to compare.
+    #[error("no pixel is finite in both images")]
+    NothingFinite,
+}
+
+/// Added to the square of the reference, so that what is nearly black does not count for everything.
+const RELATIVE_FLOOR: f64 = 0.01;
+
+/// Compares a picture with a reference of the same size.
+pub fn compare(a: &Picture, b: &Picture, kind: FlipKind) -> Result<Comparison, CompareError> {
+    let sizes = [a, b].map(|picture| [picture.width, picture.height]);
+    if sizes[0] != sizes[1] {
+        return Err(CompareError::Sizes(sizes[0], sizes[1]));
+    }
+    let finite = |rgb: &[f32; 3]| rgb.iter().all(|c| c.is_finite());
+    let non_finite = [a, b].map(|picture| picture.rgb.iter().filter(|rgb| !finite(rgb)).count() as u64);
+
+    let (mut compared, mut means) = (0u64, [[0.0; 3]; 2]);
+    let (mut squares, mut relative) = (0.0, 0.0);
+    for (a, b) in a.rgb.iter().zip(&b.rgb).filter(|(a, b)| finite(a) && finite(b)) {
+        compared += 1;
+        for channel in 0..3 {
+            let [a, b] = [a, b].map(|rgb| f64::from(rgb[channel]));
+            means[0][channel] += a;
+            means[1][channel] += b;
+            let square = (a - b) * (a - b);
+            squares += square;
+            relative += square / (b * b + RELATIVE_FLOOR);
+        }
+    }
+    if compared == 0 {
+        return Err(CompareError::NothingFinite);
+    }
+    let pixels = compared as f64;
+    let flip = if non_finite == [0, 0] {
+        flip(a, b, kind)
+    } else {
+        let (a, b) = blackened(a, b, finite);
+        flip(&a, &b, kind)
+    };
+    Ok(Comparison {
+        compared,
+        non_finite,
+        means: means.map(|mean| mean.map(|sum| sum / pixels)),
+        mse: squares / (3.0 * pixels),
+        relative_mse: relative / (3.0 * pixels),
+        flip,
+    })
+}
+
+fn flip(a: &Picture, b: &Picture, kind: FlipKind) -> Flip {
+    match kind {
+        FlipKind::Ldr => Flip::Ldr(ldr_flip(a, b)),
+        FlipKind::Hdr => Flip::Hdr(hdr_flip(a, b)),
+    }
+}
+
+/// Both pictures with black wherever one of them is not finite.
+fn blackened(a: &Picture, b: &Picture, finite: impl Fn(&[f32; 3]) -> bool) -> (Picture, Picture) {
+    let (mut a, mut b) = (a.clone(), b.clone());
+    for (a, b) in a.rgb.iter_mut().zip(&mut b.rgb).filter(|(a, b)| !finite(a) || !finite(b)) {
+        (*a, *b) = ([0.0; 3], [0.0; 3]);
+    }
+    (a, b)
+}
+
+/// The squared error of each pixel, the mean over its channels.
+///
+/// # Panics
+/// If the pictures differ in size.
+pub fn squared_errors(a: &Picture, b: &Picture) -> Vec<f64> {
+    assert_eq!((a.width, a.height), (b.width, b.height), "pictures of one size");
+    let square = |(a, b): (&f32, &f32)| (f64::from(*a) - f64::from(*b)).powi(2);
+    let error = |(a, b): (&[f32; 3], &[f32; 3])| a.iter().zip(b).map(square).sum::<f64>() / 3.0;
+    a.rgb.iter().zip(&b.rgb).map(error).collect()
+}
+
+/// The mean of squared errors without the worst `share` of them, 0 to 1. A few pixels that a rare path made
+/// far too bright can outweigh all others; this shows what the rest is like.
+pub fn mean_without_worst(errors: &[f64], share: f64) -> f64 {
+    let kept = errors.len() - (errors.len() as f64 * share).floor() as usize;
+    let mut errors = errors.to_vec();
+    if kept < errors.len() {
+        errors.select_nth_unstable_by(kept, f64::total_cmp);
+    }
+    errors[..kept].iter().sum::<f64>() / kept.max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(rgb: &[[f32; 3]]) -> Picture {
+        Picture { width: rgb.len() as u32, height: 1, rgb: rgb.to_vec() }
+    }
+
+    #[test]
+    fn figures_follow_their_definitions() {
+        let a = picture(&[[1.0, 0.5, 0.0], [0.0, 0.0, 2.0]]);
+        let b = picture(&[[0.5, 0.5, 0.0], [0.0, 0.0, 1.0]]);
+        let found = compare(&a, &b, FlipKind::Hdr).unwrap();
+        assert_eq!(found.compared, 2);
+        assert_eq!(found.means, [[0.5, 0.25, 1.0], [0.25, 0.25, 0.5]]);
+        assert!((found.mse - (0.25 + 1.0) / 6.0).abs() < 1e-12);
+        assert!((found.relative_mse - (0.25 / 0.26 + 1.0 / 1.01) / 6.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_relative_error_is_relative_to_the_second_picture_and_no_other_figure_cares() {
+        let (a, b) = (picture(&[[1.0, 0.4, 0.2]; 4]), picture(&[[0.5, 0.3, 0.1]; 4]));
+        let (there, back) =
+            (compare(&a, &b, FlipKind::Ldr).unwrap(), compare(&b, &a, FlipKind::Ldr).unwrap());
+        assert_eq!((there.mse, there.flip), (back.mse, back.flip));
+        assert!(there.relative_mse > 1.5 * back.relative_mse);
+    }
+
+    #[test]
+    fn equal_pictures_have_no_error_and_different_ones_have() {
+        let a = picture(&[[0.1, 0.2, 0.3], [4.0, 5.0, 6.0]]);
+        let same = compare(&a, &a, FlipKind::Hdr).unwrap();
+        let Flip::Hdr(flip) = same.flip else { panic!("not HDR-FLIP") };
+        assert_eq!((same.mse, same.relative_mse, flip.mean), (0.0, 0.0, 0.0));
+        let mut b = a.clone();
+        b.rgb[1][2] += 0.01;
+        let other = compare(&a, &b, FlipKind::Hdr).unwrap();
+        let Flip::Hdr(flip) = other.flip else { panic!("not HDR-FLIP") };
+        assert!(other.mse > 0.0 && other.relative_mse > 0.0 && flip.mean > 0.0);
+    }
+
+    #[test]
+    fn pixels_that_are_not_finite_are_counted_and_left_out() {
+        let (good, bad) = ([0.5, 0.5, 0.5], [0.5, f32::NAN, 0.5]);
+        let a = picture(&[good, bad, good, [f32::INFINITY; 3]]);
+        let b = picture(&[good, good, [f32::NEG_INFINITY; 3], good]);
+        for kind in [FlipKind::Ldr, FlipKind::Hdr] {
+            let found = compare(&a, &b, kind).unwrap();
+            assert_eq!((found.compared, found.non_finite), (1, [2, 1]));
+            assert_eq!((found.mse, found.relative_mse), (0.0, 0.0));
+            assert_eq!(found.means, [[0.5; 3]; 2]);
+            let (Flip::Ldr(mean) | Flip::Hdr(super::super::flip::HdrFlip { mean, .. })) = found.flip;
+            assert_eq!(mean, 0.0);
+        }
+        assert_eq!(
+            compare(&picture(&[bad]), &picture(&[good]), FlipKind::Ldr),
+            Err(CompareError::NothingFinite)
+        );
+    }
+
+    #[test]
+    fn pictures_of_different_sizes_are_not_compared() {
+        let tall = Picture { width: 1, height: 2, rgb: vec![[0.0; 3]; 2] };
+        let error = compare(&picture(&[[0.0; 3]; 2]), &tall, FlipKind::Ldr).unwrap_err();
+        assert_eq!(error.to_string(), "the images differ in size: 2×1 and 1×2 pixels");
+    }
+
+    #[test]
+    fn the_worst_pixels_can_be_left_out() {
+        let (a, mut b) = (picture(&[[0.0; 3]; 400]), picture(&[[0.1; 3]; 400]));
+        b.rgb[7] = [100.0; 3];
+        b.rgb[300] = [50.0; 3];
+        let errors = squared_errors(&a, &b);
+        assert!(mean_without_worst(&errors, 0.0) > 30.0);
+        // 0.25% of 400 pixels is one: the worst; 0.5% is both.
+        assert!((mean_without_worst(&errors, 0.0025) - (2500.0 + 398.0 * 0.01) / 399.0).abs() < 1e-6);
+        assert!((mean_without_worst(&errors, 0.005) - 0.01).abs() < 1e-6);
+        assert!((mean_without_worst(&[4.0], 0.005) - 4.0).abs() < 1e-12);
+    }
+}

@@ -6,6 +6,7 @@
 //! | [`npy`] | every sample | studying them in NumPy |
 //! | [`progress`] | numbers | the terminal, or a log |
 //! | [`window`] | snapshots | watching |
+//! | [`plot`] | measurements | charts |
 //!
 //! [`atomic`] puts files in place whole, [`human`] turns numbers into words, [`overlay`] colours pixels by
 //! worker, [`read`] gets pictures back from files.
@@ -18,6 +19,7 @@ pub mod human;
 pub mod npy;
 pub mod overlay;
 pub mod picture;
+pub mod plot;
 pub mod png;
 pub mod progress;
 pub mod read;

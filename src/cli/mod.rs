@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand, each from arguments to an exit code.
 
 mod arguments;
+mod bench;
 mod check;
 mod compare;
 mod render;
@@ -28,6 +29,8 @@ enum Command {
     Check(check::CheckArguments),
     /// Trace one path again and tell what happens on it, bounce by bounce
     Trace(trace::TraceArguments),
+    /// Measure time against threads, time against depth, or error against samples
+    Bench(bench::BenchArguments),
     /// Say how far apart two pictures are
     Compare(compare::CompareArguments),
 }
@@ -60,6 +63,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Trace(arguments) => trace::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
     };
     let (error, code) = match result {

@@ -52,12 +52,12 @@ fn a_moved_a_renamed_and_a_missing_field_are_noticed() {
     let source = library(64);
     for (right, wrong) in [
         // WGSL would align the vector to the next 16 bytes.
-        ("    centre: vec3f,\n    radius: f32,", "    radius: f32,\n    centre: vec3f,"),
+        ("    anchor: vec3f,\n    radius: f32,", "    radius: f32,\n    anchor: vec3f,"),
         ("    first_reject: u32,", "    last_reject: u32,"),
         ("    checks: vec2u,\n", ""),
     ] {
         let changed = source.replacen(right, wrong, 1);
-        assert_ne!(changed, source);
+        assert!(changed != source, "{right:?} is not there");
         // Only the layouts matter here, so whatever uses the field may go wrong.
         let declarations = changed.split("@group(0)").next().unwrap();
         assert!(!differences(declarations).is_empty(), "{wrong:?} went unnoticed");

@@ -11,7 +11,7 @@
 //! | `schema` | the JSON Schema |
 //!
 //! Reading goes on after an error, so that all errors of a file are shown at once. A value that could not be
-//! read is a [`report::Reported`], which only reporting an error can make: no error path yields a scene.
+//! read is a `report::Reported`, which only reporting an error can make: no error path yields a scene.
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read};

@@ -12,7 +12,7 @@
 //! | [`camera`] | film positions to rays |
 //! | [`scene`] | the description: names, units, source lines; one file per format |
 //! | [`world`] | the compiled scene, and what rays meet in it |
-//! | [`integrator`] | whitted, path-naive |
+//! | [`integrator`] | whitted, path, path-naive |
 //! | [`film`] | exact sums, reconstruction filters, tone mapping |
 //! | [`render`] | strides, batches, workers, the accumulator |
 //! | [`gpu`] | the GPU worker |

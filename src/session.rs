@@ -27,6 +27,7 @@ use crate::scene::{self, Scene};
 use crate::world;
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::convert::Infallible;
+use std::io::Write;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -171,7 +172,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
             snapshots: watched.then_some(snapshots_out),
             progress: (!watched).then_some(progress_out),
         };
-        let deadline = settings.time.map(|time| Instant::now() + time);
+        let deadline = settings.time.and_then(|time| Instant::now().checked_add(time));
         let schedule = Schedule::new(workers, settings.spp, deadline, settings.dump_at.clone());
         let target = (settings.spp < u32::MAX).then_some(settings.spp);
         let accumulator = Accumulator::new(film, region, schedule, &settings.dump_at, target, outbox)
@@ -181,9 +182,13 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
         let finisher = scope.spawn({
             let owners = Arc::clone(&owners);
             move || {
-                let outcome = accumulator.run(&inbox);
+                let outcome = accumulator.run(inbox);
                 let picture = outcome.film.picture();
-                let written = write_outputs(settings, &settings.outputs, &picture, &owners);
+                // A black picture is no replacement for whatever is there.
+                let written = match outcome.totals.samples {
+                    0 => Ok(()),
+                    _ => write_outputs(settings, &settings.outputs, &picture, &owners),
+                };
                 (outcome, picture, written)
             }
         });
@@ -204,12 +209,10 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     });
     let (outcome, picture) = result?;
     if settings.view != View::Quiet {
-        name_rejects(&outcome);
+        // Standard error may be closed: these are courtesies.
+        let _ = tell(&outcome, &mut std::io::stderr().lock());
     }
-    let Outcome { totals, whole, failure, .. } = outcome;
-    if let Some(failure) = failure {
-        return Err(SessionError::Worker(failure));
-    }
+    let Outcome { totals, whole, .. } = outcome;
     Ok(Report { totals, whole, device, threads: workers, build, picture })
 }
 
@@ -222,6 +225,9 @@ fn combine(
     painted: Result<Written, SessionError>,
 ) -> Result<(Outcome, Picture), SessionError> {
     let (outcome, picture, written) = finished?;
+    if let Some(failure) = outcome.failure {
+        return Err(SessionError::Worker(failure));
+    }
     written?;
     dumped??;
     painted??;
@@ -425,15 +431,23 @@ fn save_on_request(settings: &Settings, owners: &[u32], requests: &Receiver<Requ
     }
 }
 
-/// Says which samples were left out, and how to look at one of them.
-fn name_rejects(outcome: &Outcome) {
-    if outcome.totals.rejected == 0 {
-        return;
+/// Says what a user would not expect: samples that were left out and how to look at one of them, pictures
+/// that were not reached, nothing at all.
+fn tell(outcome: &Outcome, out: &mut impl Write) -> std::io::Result<()> {
+    let rejected = outcome.totals.rejected;
+    if rejected > 0 {
+        writeln!(out, "{rejected} {} left out:", if rejected == 1 { "sample was" } else { "samples were" })?;
     }
-    eprintln!("{} samples were left out:", outcome.totals.rejected);
     for (traced, reject) in &outcome.rejects {
-        eprintln!("  pixel {} sample {}: {reject}", traced.pixel, traced.sample);
+        writeln!(out, "  pixel {} sample {}: {reject}", traced.pixel, traced.sample)?;
     }
+    for spp in &outcome.unreached {
+        writeln!(out, "the render ended before {spp} samples a pixel: there is no picture of them")?;
+    }
+    if outcome.totals.samples == 0 {
+        writeln!(out, "nothing was rendered yet: no picture is written")?;
+    }
+    Ok(())
 }
 
 fn show_progress(settings: &Settings, totals: &Receiver<Totals>) {

@@ -86,6 +86,18 @@ fn inside_a_lamp() {
 }
 
 #[test]
+fn under_a_sun_too_large_and_bright_for_single_precision() {
+    // Its power alone is past the largest float.
+    let materials = vec![matte([0.5; 3])];
+    let sun = emitting(sphere(v(1e15, 0.0, 8e14), 5e14, 0), 1e9);
+    let lamp = emitting(sphere(v(3.0, 0.5, 0.5), 0.3, 0), 5.0);
+    let entities = vec![sun, lamp, plane(v(0.0, 0.0, 1.0), -1.0, 0), sphere(v(4.0, -1.0, 0.0), 1.0, 0)];
+    let mut scene = sized(scene(materials, entities), 32, 24);
+    scene.render.max_depth = 3;
+    agree(scene, [256, 256]);
+}
+
+#[test]
 fn a_lamp_two_percent_brighter_is_noticed() {
     let mut brighter = many_lights();
     for entity in &mut brighter.entities {

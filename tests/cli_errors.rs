@@ -97,8 +97,11 @@ refuses! {
     an_unknown_extension: ["render", "scene.toml", "-o", "picture.bmp"] => 1, [".bmp", ".exr"];
     an_output_in_no_folder: ["render", "scene.toml", "-o", "nowhere/picture.png"] => 1, ["nowhere", "create"];
     an_output_twice: ["render", "scene.toml", "-o", "a.png", "-o", "a.png"] => 2, ["twice"];
+    an_output_over_a_numbered_one: ["render", "scene.toml", "-o", "a.png", "-o", "a-1.png", "--dump-at", "1"] => 2, ["twice"];
     samples_in_no_folder: ["render", "scene.toml", "--samples", "nowhere/all.npy"] => 1, ["nowhere"];
     stats_in_no_folder: ["render", "scene.toml", "--stats", "nowhere/stats.json"] => 1, ["nowhere"];
+    statistics_over_the_scene: ["render", "scene.toml", "--stats", "./scene.toml"] => 2, ["over the scene"];
+    one_place_in_two_spellings: ["render", "scene.toml", "-o", "a.png", "-o", "./a.png"] => 2, ["twice"];
     a_window_without_display: ["render", "scene.toml", "--window"] => 1, ["display", "--headless"];
     check_of_nothing: ["check", "nothing.toml"] => 1, ["nothing.toml"];
     trace_without_pixel: ["trace", "scene.toml"] => 2, ["--pixel"];
@@ -125,6 +128,37 @@ fn a_folder_in_the_picture_s_place() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::create_dir(folder.path().join("folder.png")).expect("a folder");
     refused_in(folder.path(), &["render", "scene.toml", "-o", "folder.png"], 1, &["folder"]);
+}
+
+#[test]
+fn a_folder_in_a_numbered_picture_s_place() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::create_dir(folder.path().join("a-1folder.png")).expect("a folder");
+    let arguments = ["render", "scene.toml", "--spp", "1", "--dump-at", "1", "-o", "a.png"];
+    fs::rename(folder.path().join("a-1folder.png"), folder.path().join("a-1.png")).expect("renamed");
+    let output = stride(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("a-1.png"));
+    assert!(!folder.path().join("a.png").exists());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_disk_that_takes_no_more() {
+    // A limit on the size of files stands for a full disk: the write fails half way.
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("scene.toml"), SCENE).expect("a writable folder");
+    let script =
+        "trap '' XFSZ; ulimit -f 8; exec \"$0\" render scene.toml --headless --size 200x200 -o a.exr";
+    let output = Command::new("sh")
+        .args(["-c", script, env!("CARGO_BIN_EXE_stride")])
+        .current_dir(folder.path())
+        .output()
+        .expect("a shell");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("a.exr"), "{message}");
+    assert_eq!(pictures(folder.path()), Vec::<String>::new(), "half a file is left");
 }
 
 #[test]

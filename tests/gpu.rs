@@ -105,7 +105,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
         let outbox = Outbox { orders, samples: None, barriers: None, snapshots: None, progress: None };
         let film = Film::new(width, height).unwrap();
         let accumulator = Accumulator::new(film, region, schedule, &[], Some(spp), outbox);
-        Some(accumulator.run(&Inbox { batches, failures, stop }))
+        Some(accumulator.run(Inbox { batches, failures, stop }))
     })
 }
 

@@ -148,7 +148,7 @@ impl Wiring {
             };
             let spp = Some(self.spp);
             let accumulator = Accumulator::new(film, self.region, schedule, &self.dump_at, spp, outbox);
-            let outcome = accumulator.run(&Inbox { batches, failures, stop });
+            let outcome = accumulator.run(Inbox { batches, failures, stop });
             Rendered {
                 outcome,
                 barriers: barriers.try_iter().collect(),

@@ -199,6 +199,48 @@ fn an_interrupt_writes_what_there_is_and_succeeds() {
     assert!(dir.path().join("a.exr").exists());
 }
 
+#[cfg(unix)]
+#[test]
+fn a_second_interrupt_ends_at_once() {
+    let dir = folder();
+    let many: String = (0..3000)
+        .map(|i| format!("[[entities]]\nshape = {{ type = \"sphere\", center = [{i}, 0, 0], radius = 1 }}\nmaterial = \"m\"\n"))
+        .collect();
+    // One block of whitted's glass branches takes seconds: the first interrupt has to wait for it.
+    let scene = format!(
+        "[render]\nintegrator = \"whitted\"\nmax_depth = 12\n[materials]\nm = {{ type = \"glass\", ior = 1.5 }}\n{many}"
+    );
+    fs::write(dir.path().join("slow.toml"), scene).expect("a writable folder");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_stride"))
+        .args(["render", "slow.toml", "--headless", "-q", "--time", "99999999999999999999s"])
+        .current_dir(dir.path())
+        .spawn()
+        .expect("the program starts");
+    std::thread::sleep(Duration::from_millis(1500));
+    let interrupt = || {
+        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+        assert!(kill.success());
+    };
+    interrupt();
+    std::thread::sleep(Duration::from_millis(300));
+    interrupt();
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+}
+
+#[test]
+fn the_last_line_of_progress_is_the_end() {
+    for _ in 0..10 {
+        let dir = folder();
+        let output = Command::new(env!("CARGO_BIN_EXE_stride"))
+            .args(["render", &cover(), "--headless", "--spp", "7", "--threads", "8", "--size", "40x30"])
+            .current_dir(dir.path())
+            .output()
+            .expect("the program starts");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(said.lines().last().is_some_and(|line| line.starts_with("7 spp in ")), "{said}");
+    }
+}
+
 #[cfg(feature = "broken-material")]
 #[test]
 fn impossible_samples_are_left_out_counted_and_can_be_traced() {

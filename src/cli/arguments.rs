@@ -56,7 +56,7 @@ impl SceneArguments {
         }
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         if pixels > MOST_PIXELS {
-            let needed = pixels * crate::film::Film::BYTES_PER_PIXEL;
+            let needed = crate::film::Film::memory(scene.film.width, scene.film.height);
             return Err(usage(format!(
                 "a film of {}×{} pixels is more than stride can number (2³¹); it would need {:.0} GB of memory",
                 scene.film.width,
@@ -108,7 +108,7 @@ pub(super) fn region(crop: Option<[u32; 4]>, width: u32, height: u32) -> Result<
 /// "30s", "1.5m", "250ms", "2h"; a bare number is seconds.
 pub(super) fn duration(text: &str) -> Result<Duration, String> {
     let error = || "a time is written like 30s, 1.5m, 2h or 250ms".to_owned();
-    let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let split = text.rfind(|c: char| !c.is_ascii_alphabetic()).map_or(0, |last| last + 1);
     let (number, unit) = text.split_at(split);
     let seconds = match unit {
         "ms" => 0.001,

@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use crate::session::{self, DeviceChoice, Settings, View};
 use clap::ValueEnum;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -140,9 +140,6 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
     } else {
         arguments.outputs.clone()
     };
-    if let Some(twice) = first_repeated(&outputs) {
-        return Err(usage(format!("-o {} is given twice", twice.display())));
-    }
     let view = match (arguments.quiet, arguments.window, arguments.headless) {
         (_, true, _) => View::Window,
         (false, _, false) => View::WindowIfPossible,
@@ -171,13 +168,25 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
     })
 }
 
-fn first_repeated(paths: &[PathBuf]) -> Option<&PathBuf> {
-    paths.iter().enumerate().find(|(i, path)| paths[..*i].contains(path)).map(|(_, path)| path)
-}
-
-/// Finds out before the render whether its files can be written after it.
+/// Finds out before the render whether its files can be written after it, each in a place of its own.
 fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), Failure> {
+    let mut pictures = settings.outputs.clone();
     for path in &settings.outputs {
+        pictures.extend(settings.dump_at.iter().map(|&at| output::numbered_path(path, at)));
+    }
+    let scene = &arguments.scene.scene;
+    let mut taken = vec![place(scene)];
+    for path in pictures.iter().chain(&settings.samples).chain(&arguments.stats) {
+        let place = place(path);
+        if taken.contains(&place) {
+            return Err(usage(format!(
+                "{} would be written twice, or over the scene; give each file a name of its own",
+                path.display()
+            )));
+        }
+        taken.push(place);
+    }
+    for path in &pictures {
         output::check_writable(path)?;
     }
     if let Some(path) = &settings.samples {
@@ -187,4 +196,13 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
         atomic::check_place(path)?;
     }
     Ok(())
+}
+
+/// Where a path leads, as far as its folder exists: two ways of writing one place are equal.
+fn place(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (folder.canonicalize(), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_path_buf(),
+    }
 }

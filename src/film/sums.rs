@@ -194,10 +194,14 @@ impl Film {
     /// Bytes that a pixel takes.
     pub const BYTES_PER_PIXEL: u64 = size_of::<FilmPixel>() as u64;
 
+    /// Bytes that a render of so many pixels needs: the sums, a picture of them, and who owns each pixel.
+    pub fn memory(width: u32, height: u32) -> u64 {
+        u64::from(width) * u64::from(height) * (Film::BYTES_PER_PIXEL + 12 + 4)
+    }
+
     /// An empty film; an error where the memory for it and its pictures is not there.
     pub fn new(width: u32, height: u32) -> Result<Film, MemoryError> {
-        // The sums, and one picture of them.
-        let needed = u64::from(width) * u64::from(height) * (Film::BYTES_PER_PIXEL + 12);
+        let needed = Film::memory(width, height);
         let available = available_memory();
         let error = MemoryError { width, height, needed, available };
         if available.is_some_and(|available| needed > available) {
@@ -523,14 +527,14 @@ mod tests {
 
     #[test]
     fn a_film_that_is_too_large_says_what_it_needs() {
-        // 10⁹ pixels of 64 bytes and a picture of 12 each.
-        let error = MemoryError { width: 40_000, height: 25_000, needed: 76_000_000_000, available: None };
-        assert!(error.to_string().contains("needs 76.0 GB of memory"), "{error}");
+        // 10⁹ pixels: sums of 64 bytes, 12 of a picture, 4 for the owner.
+        let error = MemoryError { width: 40_000, height: 25_000, needed: 80_000_000_000, available: None };
+        assert!(error.to_string().contains("needs 80.0 GB of memory"), "{error}");
         let most = Film::new(65_536, 65_535).unwrap_err();
-        assert_eq!(most.needed, 65_536 * 65_535 * 76);
+        assert_eq!(most.needed, 65_536 * 65_535 * 80);
         let text = most.to_string();
         assert!(
-            text.contains("65536×65535") && text.contains("326.4 GB") && text.contains("--size"),
+            text.contains("65536×65535") && text.contains("343.6 GB") && text.contains("--size"),
             "{text}"
         );
     }

@@ -1,4 +1,4 @@
-// Twin of `integrator::path`: one path at a time, many of them side by side.
+// Twin of `integrator::naive`: one path at a time, many of them side by side.
 
 // A finished path: where on the film, what it found, and how many rays that took.
 struct Path {

@@ -2,7 +2,7 @@
 
 use super::lanes::{Scattering, State, Transport, Vertex, View, go_on, meet};
 use super::observe::{Event, Observer, rgb, vec3};
-use crate::material::Bxdf;
+use crate::material::{Bxdf, Kind};
 use crate::math::{Float, Mask, Rgb, Uint};
 use crate::sampling::{Block, Sampler};
 use crate::shape::offset_origin;
@@ -41,10 +41,11 @@ impl Transport for Naive {
         }
 
         let scattering = Scattering::new(view.scene, &vertex, &state.ray);
-        if !view.scene.point_lights.is_empty() {
-            *rays += u64::from(going.bits().count_ones());
+        let matte = going & scattering.bsdf.is(Kind::Matte);
+        if !view.scene.point_lights.is_empty() && matte.any() {
+            *rays += u64::from(matte.bits().count_ones());
             let direct = point_light(view, state, &vertex, &scattering, observer);
-            state.l = Rgb::select(going, state.l + state.beta * direct, state.l);
+            state.l = Rgb::select(matte, state.l + state.beta * direct, state.l);
         }
 
         let [u, v, lobe, _] = view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));

@@ -34,7 +34,7 @@ pub enum Event {
         /// What it saw there.
         radiance: [f32; 3],
     },
-    /// A light that no path can hit was asked directly.
+    /// A light was asked directly.
     Light {
         /// Direction to the light.
         direction: [f32; 3],

@@ -1,6 +1,7 @@
 //! What a light, or a group of lights, can do to a point at most: its place, its power, and where it shines.
 
 use crate::shape::{Quad, Sphere};
+use std::f64::consts::PI;
 
 /// Bounds of one or more lights (Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with
 /// Adaptive Tree Splitting", §4).
@@ -10,8 +11,9 @@ pub struct LightBounds {
     pub lo: [f32; 3],
     /// Greatest corner.
     pub hi: [f32; 3],
-    /// Power, up to a common factor: the mean of the channels.
-    pub power: f32,
+    /// Power, up to a common factor: the mean of the channels. In double precision: a scene may be as large
+    /// and as bright as it likes.
+    pub power: f64,
     /// Axis of the cone of their normals, of length one.
     pub axis: [f32; 3],
     /// Cosine of the cone's half angle θₒ: every normal is within it.
@@ -20,8 +22,8 @@ pub struct LightBounds {
     pub cos_e: f32,
 }
 
-fn mean([r, g, b]: [f32; 3]) -> f32 {
-    (r + g + b) / 3.0
+fn mean(c: [f32; 3]) -> f64 {
+    c.into_iter().map(f64::from).sum::<f64>() / 3.0
 }
 
 fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
@@ -31,14 +33,14 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 impl LightBounds {
     /// Of a point light.
     pub fn point(position: [f32; 3], intensity: [f32; 3]) -> LightBounds {
-        let power = 4.0 * std::f32::consts::PI * mean(intensity);
+        let power = 4.0 * PI * mean(intensity);
         LightBounds { lo: position, hi: position, power, axis: [0.0, 0.0, 1.0], cos_o: -1.0, cos_e: 0.0 }
     }
 
     /// Of a sphere, whichever side emits.
     pub fn sphere(sphere: &Sphere, emission: [f32; 3]) -> LightBounds {
         let r = sphere.radius;
-        let power = 4.0 * std::f32::consts::PI * std::f32::consts::PI * r * r * mean(emission);
+        let power = 4.0 * PI * PI * f64::from(r) * f64::from(r) * mean(emission);
         LightBounds {
             lo: sphere.centre.map(|c| c - r),
             hi: sphere.centre.map(|c| c + r),
@@ -58,7 +60,7 @@ impl LightBounds {
         LightBounds {
             lo: [0, 1, 2].map(|c| fold(f32::min, c)),
             hi: [0, 1, 2].map(|c| fold(f32::max, c)),
-            power: std::f32::consts::PI * area * mean(emission),
+            power: PI * f64::from(area) * mean(emission),
             axis: normal,
             cos_o: 1.0,
             cos_e: 0.0,
@@ -84,16 +86,17 @@ impl LightBounds {
     }
 
     /// What a split's side costs: power times surface area times the solid angle lit (ibid., §4.4).
-    pub fn cost(&self) -> f32 {
-        let [x, y, z] = [0, 1, 2].map(|c| self.hi[c] - self.lo[c]);
+    pub fn cost(&self) -> f64 {
+        let [x, y, z] = [0, 1, 2].map(|c| f64::from(self.hi[c]) - f64::from(self.lo[c]));
         let area = 2.0 * (x * y + y * z + z * x);
-        let theta_o = libm::acosf(self.cos_o.clamp(-1.0, 1.0));
-        let theta_w = (theta_o + libm::acosf(self.cos_e)).min(std::f32::consts::PI);
-        let sin_o = libm::sinf(theta_o);
-        let lit = std::f32::consts::TAU * (1.0 - self.cos_o)
-            + std::f32::consts::FRAC_PI_2
-                * (2.0 * theta_w * sin_o - libm::cosf(theta_o - 2.0 * theta_w) - 2.0 * theta_o * sin_o
-                    + self.cos_o);
+        let (cos_o, cos_e) = (f64::from(self.cos_o), f64::from(self.cos_e));
+        let theta_o = libm::acos(cos_o.clamp(-1.0, 1.0));
+        let theta_w = (theta_o + libm::acos(cos_e)).min(PI);
+        let sin_o = libm::sin(theta_o);
+        let lit = 2.0 * PI * (1.0 - cos_o)
+            + PI / 2.0
+                * (2.0 * theta_w * sin_o - libm::cos(theta_o - 2.0 * theta_w) - 2.0 * theta_o * sin_o
+                    + cos_o);
         self.power * lit * area
     }
 }

@@ -24,13 +24,20 @@ pub struct LightTree {
 
 const LEAF: u32 = 0x8000_0000;
 
-/// Deeper than this the way to a light does not fit into its word; splits are halved in number from here on.
-const BALANCED_FROM: u32 = 12;
+/// From this depth on lights are split in halves, so that the way to each fits into a word.
+fn balanced_from(lights: usize) -> u32 {
+    31 - lights.next_power_of_two().trailing_zeros().min(31)
+}
 
 impl LightTree {
     /// The tree over lights with these bounds.
     pub fn new(bounds: &[LightBounds]) -> LightTree {
         let mut tree = LightTree { way: vec![0; bounds.len()], ..LightTree::default() };
+        // Only shares of power count, and these fit into f32 whatever the powers are.
+        let greatest = bounds.iter().map(|b| b.power).fold(f64::MIN_POSITIVE, f64::max);
+        let bounds: Vec<LightBounds> =
+            bounds.iter().map(|b| LightBounds { power: b.power / greatest, ..*b }).collect();
+        let bounds = &bounds[..];
         let mut lights: Vec<u32> = (0..bounds.len() as u32).collect();
         if !lights.is_empty() {
             tree.build(bounds, &mut lights, 0, 0);
@@ -48,7 +55,7 @@ impl LightTree {
         }
         // Bounds are known when the children are; the place is taken now.
         self.push(&bounds[lights[0] as usize], 0);
-        let middle = split(bounds, lights, depth);
+        let middle = split(bounds, lights, depth < balanced_from(bounds.len()));
         let (left, right) = lights.split_at_mut(middle);
         let left = self.build(bounds, left, depth + 1, way);
         self.link[node] = self.link.len() as u32;
@@ -76,7 +83,7 @@ impl LightTree {
             self.axis[c][node] = bounds.axis[c];
         }
         self.radius[node] = (half[0] * half[0] + half[1] * half[1] + half[2] * half[2]).sqrt();
-        self.power[node] = bounds.power;
+        self.power[node] = bounds.power as f32;
         self.cos_o[node] = bounds.cos_o;
         self.sin_o[node] = (1.0 - bounds.cos_o * bounds.cos_o).max(0.0).sqrt();
         self.cos_e[node] = bounds.cos_e;
@@ -186,7 +193,7 @@ fn less<F: Float>(cos_a: F, sin_a: F, cos_b: F, sin_b: F) -> (F, F) {
 }
 
 /// Where to split lights: sorts them along the best axis and returns how many go left.
-fn split(bounds: &[LightBounds], lights: &mut [u32], depth: u32) -> usize {
+fn split(bounds: &[LightBounds], lights: &mut [u32], by_cost: bool) -> usize {
     const BUCKETS: usize = 12;
     let half = lights.len() / 2;
     let extent = |axis: usize| {
@@ -196,8 +203,8 @@ fn split(bounds: &[LightBounds], lights: &mut [u32], depth: u32) -> usize {
     let extents = [0, 1, 2].map(extent);
     let widest =
         (0..3).max_by(|&a, &b| (extents[a].1 - extents[a].0).total_cmp(&(extents[b].1 - extents[b].0)));
-    let mut best: Option<(f32, usize, usize)> = None;
-    if depth < BALANCED_FROM {
+    let mut best: Option<(f64, usize, usize)> = None;
+    if by_cost {
         for (axis, &(lo, hi)) in extents.iter().enumerate() {
             if hi <= lo {
                 continue;
@@ -215,7 +222,7 @@ fn split(bounds: &[LightBounds], lights: &mut [u32], depth: u32) -> usize {
             // Long thin groups make poor bounds: the cost of an axis grows as it is short (ibid., §4.4).
             let longest = extents.iter().map(|(lo, hi)| hi - lo).fold(0.0, f32::max);
             for at in 1..BUCKETS {
-                let cost = (total(&sums[..at]) + total(&sums[at..])) * longest / (hi - lo);
+                let cost = (total(&sums[..at]) + total(&sums[at..])) * f64::from(longest / (hi - lo));
                 if cost > 0.0 && best.is_none_or(|(least, ..)| cost < least) {
                     best = Some((cost, axis, at));
                 }

@@ -49,7 +49,7 @@ pub struct Totals {
     pub rays: u64,
     /// Time from the first order to the last batch.
     pub elapsed: Duration,
-    /// Processor time of the accumulator: what adding cost.
+    /// Time that adding took, without waiting for sinks.
     pub adding: Duration,
     /// Samples that every pixel has.
     pub spp: u32,
@@ -90,6 +90,8 @@ pub struct Outcome {
     pub whole: bool,
     /// The worker that failed, if one did.
     pub failure: Option<WorkerFailure>,
+    /// The sample counts of pictures that were asked for and not reached.
+    pub unreached: Vec<u32>,
     /// Some of the samples that were left out.
     pub rejects: Vec<(Traced, Reject)>,
 }
@@ -102,6 +104,8 @@ pub struct Accumulator {
     outbox: Outbox,
     /// Samples that each worker has completed for all its pixels.
     completed: Vec<u32>,
+    /// Orders that each worker has and has not completed.
+    outstanding: Vec<usize>,
     gathering: Vec<Gathering>,
     owners: Option<Arc<Vec<u32>>>,
     totals: Totals,
@@ -133,8 +137,8 @@ impl Accumulator {
     ) -> Accumulator {
         let workers = outbox.orders.len();
         let gather = |&spp: &u32| {
-            let rgb = vec![[0.0; 3]; region.len() as usize];
-            let picture = Picture { width: region.width, height: region.height, rgb };
+            // There is no memory for it yet: many counts may be asked for, and few be gathered at a time.
+            let picture = Picture { width: region.width, height: region.height, rgb: Vec::new() };
             Gathering { barrier: Barrier { spp, picture }, missing: workers }
         };
         Accumulator {
@@ -143,6 +147,7 @@ impl Accumulator {
             schedule,
             outbox,
             completed: vec![0; workers],
+            outstanding: vec![0; workers],
             gathering: barriers.iter().map(gather).collect(),
             owners: None,
             totals: Totals::default(),
@@ -163,13 +168,11 @@ impl Accumulator {
 
     /// Gives out work and adds up what comes back, until all is done, somebody asks to stop, or a worker
     /// fails. What has arrived by then is in the film.
-    pub fn run(mut self, inbox: &Inbox) -> Outcome {
+    pub fn run(mut self, inbox: Inbox) -> Outcome {
         self.started = Instant::now();
         let mut failure = None;
         for worker in 0..self.completed.len() {
-            // Two at a time, so that nobody waits for the post.
-            self.give_order(worker);
-            self.give_order(worker);
+            self.give_orders(worker);
         }
         while !self.deserted {
             select! {
@@ -185,38 +188,62 @@ impl Accumulator {
                 recv(inbox.stop) -> _ => break,
             }
         }
-        // Closing the orders and, in the end, the batches tells the workers.
+        // What has arrived by now counts; closing orders and batches tells the workers to end.
         self.outbox.orders.clear();
-        for batch in inbox.batches.try_iter() {
+        let arrived = inbox.batches.len();
+        for batch in inbox.batches.try_iter().take(arrived) {
             self.take(batch);
         }
         // The last worker's failure may lie behind the end of its batches.
         failure = failure.or_else(|| inbox.failures.try_recv().ok());
         self.totals.elapsed = self.started.elapsed();
         self.totals.rejected = self.film.rejected();
+        drop(inbox);
+        if let Some(progress) = self.outbox.progress.take() {
+            // Somebody who has gone need not be told.
+            let _ = progress.send(self.totals);
+        }
         if let Some(snapshots) = self.outbox.snapshots.take() {
             // The viewer may have gone: then there is nobody to show the end to.
             let _ = snapshots.send(Arc::new(self.snapshot(true)));
         }
         let spp = self.totals.spp;
         let whole = (0..self.region.len() as usize).all(|place| self.film.seen(place) == u64::from(spp));
-        Outcome { film: self.film, totals: self.totals, whole, failure, rejects: self.rejects }
+        let unreached = self.gathering.iter().map(|g| g.barrier.spp).collect();
+        Outcome { film: self.film, totals: self.totals, whole, failure, unreached, rejects: self.rejects }
     }
 
-    fn give_order(&mut self, worker: usize) {
+    /// Gives a worker orders until it has as many as it should: two, so that nobody waits for the post,
+    /// unless a deadline could be missed by it.
+    fn give_orders(&mut self, worker: usize) {
+        let pace = self.pace();
+        while self.outstanding[worker] < self.schedule.ahead(pace) && self.give_order(worker, pace) {
+            self.outstanding[worker] += 1;
+        }
+    }
+
+    /// The time that one sample of every pixel takes, as far as that is known.
+    fn pace(&self) -> Option<Duration> {
         let spp = self.totals.samples as f64 / f64::from(self.region.len());
-        let pace = (spp > 0.0).then(|| self.started.elapsed().div_f64(spp));
-        let order = self.schedule.next(worker, pace);
-        let Some(slot) = self.outbox.orders.get_mut(worker) else { return };
-        match order {
+        (spp > 0.0).then(|| self.started.elapsed().div_f64(spp))
+    }
+
+    /// Gives a worker its next order; whether there was one.
+    fn give_order(&mut self, worker: usize, pace: Option<Duration>) -> bool {
+        let Some(slot) = self.outbox.orders.get_mut(worker) else { return false };
+        let Some(orders) = slot else { return false };
+        match self.schedule.next(worker, pace) {
             // A worker that doesn't take its order has failed, and says so elsewhere.
-            Some(order) => drop(slot.as_ref().map(|orders| orders.send(order))),
-            None => *slot = None,
+            Some(order) => orders.send(order).is_ok(),
+            None => {
+                *slot = None;
+                false
+            }
         }
     }
 
     fn take(&mut self, batch: SampleBatch) {
-        let start = Instant::now();
+        let mut start = Instant::now();
         let SampleBatch { worker, stride, payload, paths, rays, rejects, completes } = batch;
         self.totals.rays += rays;
         self.totals.samples += paths;
@@ -228,7 +255,10 @@ impl Accumulator {
                 for &sample in &samples {
                     self.add(sample);
                 }
+                self.totals.adding += start.elapsed();
+                // Waiting for the sink is not adding.
                 self.pass_on(samples);
+                start = Instant::now();
             }
             Payload::Sums { first_slot, sums, bright, wide } => {
                 for (slot, sums) in (first_slot..).zip(&sums) {
@@ -275,6 +305,7 @@ impl Accumulator {
         self.totals.spp = self.completed.iter().copied().min().unwrap_or(0);
         if let Some(index) = self.gathering.iter().position(|g| g.barrier.spp == spp) {
             let gathering = &mut self.gathering[index];
+            gathering.barrier.picture.rgb.resize(self.region.len() as usize, [0.0; 3]);
             for slot in 0..stride.len(self.region.len()) {
                 let place = stride.place(slot) as usize;
                 gathering.barrier.picture.rgb[place] = self.film.mean(place);
@@ -290,7 +321,8 @@ impl Accumulator {
                 }
             }
         }
-        self.give_order(worker);
+        self.outstanding[worker] -= 1;
+        self.give_orders(worker);
     }
 
     /// Tells those who watch, if they have taken the last news.

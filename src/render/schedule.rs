@@ -56,6 +56,15 @@ impl Schedule {
         Some(Order { first, end: self.barriers[index] })
     }
 
+    /// How many orders a worker should have at a time: two, but only one where a second could end long after
+    /// the deadline.
+    pub fn ahead(&self, pace: Option<Duration>) -> usize {
+        match self.deadline {
+            Some(_) if pace.is_none_or(|pace| pace > TARGET / 10) => 1,
+            _ => 2,
+        }
+    }
+
     /// The sample count where the render ends, once that is decided.
     pub fn last(&self) -> u32 {
         self.barriers.last().copied().unwrap_or(0)

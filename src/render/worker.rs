@@ -9,12 +9,18 @@ use crate::math::lanes::Level;
 use crossbeam_channel::{Receiver, Sender};
 use std::time::{Duration, Instant};
 
-/// How many paths are traced at a time: enough that the lanes' last stragglers don't count, few enough that
-/// their samples stay in the cache.
-const BLOCK: usize = 4096;
+/// How many paths are traced at a time, where they are quick: enough that the lanes' last stragglers don't
+/// count, few enough that their samples stay in the cache.
+const LARGEST_BLOCK: usize = 4096;
 
-/// After this long a batch is sent, so that pictures move. A block past it is still finished first; the
-/// design's limit is 100 ms.
+/// And at first, before it is known how long paths take here.
+const FIRST_BLOCK: usize = 256;
+
+/// Blocks are halved when they take longer than this, and doubled when they take less than a quarter of it.
+const LONGEST_BLOCK: Duration = Duration::from_millis(40);
+
+/// After this long a batch is sent, so that pictures move; with the block that is under way it stays under
+/// 100 ms.
 const SEND_AFTER: Duration = Duration::from_millis(50);
 
 /// A batch of samples is sent when it holds this many: 7 MB.
@@ -43,7 +49,7 @@ impl Worker<'_> {
     /// Carries out orders until their channel closes or nobody wants the batches any more.
     pub fn run(&self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) {
         let slots = self.stride.len(self.region.len());
-        let mut scratch = Scratch::default();
+        let mut scratch = Scratch::new();
         for order in orders {
             if self.carry_out(order, slots, &mut scratch, batches).is_none() {
                 return;
@@ -60,14 +66,16 @@ impl Worker<'_> {
         batches: &Sender<SampleBatch>,
     ) -> Option<()> {
         let samples = order.end - order.first;
-        let slots_per_block = (BLOCK / samples as usize).max(1) as u32;
         let mut since = Instant::now();
         let mut batch = self.empty_batch(0);
         let mut slot = 0;
         while slot < slots {
-            let block = slot..slots.min(slot + slots_per_block);
+            let slots_per_block = (scratch.block / samples as usize).max(1) as u32;
+            let block = slot..slots.min(slot.saturating_add(slots_per_block));
+            let start = Instant::now();
             self.trace_block(block.start, block.end, order, scratch, &mut batch);
             slot = block.end;
+            scratch.adapt(start.elapsed());
             let long = match &batch.payload {
                 Payload::Samples(samples) => samples.len() >= MOST_SAMPLES,
                 Payload::Sums { .. } => false,
@@ -138,8 +146,23 @@ fn add_unusual(
 }
 
 /// Buffers that are filled anew for each block.
-#[derive(Default)]
 struct Scratch {
     pixels: Vec<Pixel>,
     finished: Vec<Finished>,
+    /// How many paths to trace at a time. No result depends on it.
+    block: usize,
+}
+
+impl Scratch {
+    fn new() -> Scratch {
+        Scratch { pixels: Vec::new(), finished: Vec::new(), block: FIRST_BLOCK }
+    }
+
+    fn adapt(&mut self, took: Duration) {
+        if took > LONGEST_BLOCK {
+            self.block = (self.block / 2).max(1);
+        } else if took < LONGEST_BLOCK / 4 {
+            self.block = (self.block * 2).min(LARGEST_BLOCK);
+        }
+    }
 }

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError, bounded, unbounded};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError, bounded};
 use minifb::{InputCallback, Key, ScaleMode};
 
 use super::view::first_size;
@@ -57,7 +57,7 @@ pub fn open(options: &WindowOptions) -> Result<Window, WindowError> {
         })?;
     // Our own loop keeps time.
     window.set_target_fps(0);
-    let (sender, key_events) = unbounded();
+    let (sender, key_events) = bounded(256);
     window.set_input_callback(Box::new(Keyboard(sender)));
     Ok(Window {
         window,

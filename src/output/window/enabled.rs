@@ -97,12 +97,12 @@ impl InputCallback for Keyboard {
     fn add_char(&mut self, code: u32) {
         if let Some(typed) = char::from_u32(code) {
             // The receiver lives as long as the window that calls this.
-            let _ = self.0.send(KeyEvent::Typed(typed));
+            let _ = self.0.try_send(KeyEvent::Typed(typed));
         }
     }
 
     fn set_key_state(&mut self, key: Key, down: bool) {
-        let _ = self.0.send(if down { KeyEvent::Down(key) } else { KeyEvent::Up(key) });
+        let _ = self.0.try_send(if down { KeyEvent::Down(key) } else { KeyEvent::Up(key) });
     }
 }
 

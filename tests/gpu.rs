@@ -1,4 +1,5 @@
 //! GPU workers in the place of CPU workers: the same channels, the same accumulator.
+#![cfg(feature = "gpu")]
 
 use crossbeam_channel::bounded;
 use glam::DVec3;
@@ -130,12 +131,4 @@ fn adapters_describe_themselves() {
         assert!(!adapter.name.is_empty() && adapter.max_binding > 0 && adapter.max_workgroup_size > 0);
         assert!(adapter.to_string().contains(&adapter.name));
     }
-}
-
-#[cfg(not(feature = "gpu"))]
-#[test]
-fn without_the_feature_a_gpu_is_refused_with_a_remedy() {
-    let error = gpu::Device::open(None).unwrap_err();
-    assert_eq!(error, GpuError::NotBuilt);
-    assert!(error.to_string().contains("--features gpu"));
 }

@@ -3,7 +3,6 @@
 mod common;
 
 use common::scenes::*;
-use common::simple_world;
 use glam::DVec3;
 use rand::RngExt;
 use stride::integrator::Event;
@@ -12,7 +11,7 @@ use stride::render::Region;
 use stride::sampling::Stream;
 use stride::scene::{Entity, Scene, Shape};
 use stride::shape::{NOTHING, offset_origin};
-use stride::world::{CompiledScene, Simple, SurfacePoint, World};
+use stride::world::{CompiledScene, Geometry, SurfacePoint, World, compile};
 
 fn wide(v: Vec3<f32>) -> DVec3 {
     DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
@@ -40,12 +39,12 @@ fn direction(stream: &mut Stream) -> DVec3 {
 /// A scene of one surface.
 struct Alone {
     tables: CompiledScene,
-    world: Simple,
+    world: Geometry,
 }
 
 impl Alone {
     fn new(entity: Entity) -> Alone {
-        let (tables, world) = simple_world(&scene(vec![matte([0.5; 3])], vec![entity]));
+        let (tables, world) = compile(&scene(vec![matte([0.5; 3])], vec![entity]), 16, 16);
         Alone { tables, world }
     }
 
@@ -155,7 +154,7 @@ fn medley() -> Scene {
 
 #[test]
 fn any_hit_is_whether_the_closest_hit_is_nearer_than_the_limit() {
-    let (_, world) = simple_world(&medley());
+    let (_, world) = compile(&medley(), 16, 16);
     let stream = &mut Stream::new(6, 0, 0);
     let mut seen = [0; 2];
     for _ in 0..200_000 {
@@ -214,7 +213,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
                 (p.dot(n) - distance, distance.abs().max(p.abs().max_element()))
             }
             Shape::Sphere { center, radius } => {
-                let ball = alone.world.spheres[0].0;
+                let ball = alone.world.second.spheres[0].0;
                 // Of a wall the centre is far, and no number that matters is as large.
                 let largest = match array(ball.to_centre) {
                     DVec3::ZERO => center.abs().max_element().max(radius),
@@ -242,7 +241,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
             match shape {
                 Shape::Sphere { .. } if inward => {
                     // Into a sphere it meets the other end of its chord, of which it starts inside.
-                    let ball = alone.world.spheres[0].0;
+                    let ball = alone.world.second.spheres[0].0;
                     let inside = -power(&ball, wide(away.o));
                     assert!(inside > 0.0, "{shape:?}: {away:?} starts outside by {inside:e}");
                     let m = wide(away.o) - array(ball.anchor) - array(ball.to_centre);

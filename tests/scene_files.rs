@@ -418,7 +418,7 @@ fn an_unreadable_file_is_said_to_be_so() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.toml");
     fs::write(&path, "").expect("written");
-    fs::set_permissions(&path, fs::Permissions::from_mode(0)).expect("set");
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o000)).expect("set");
     // The superuser reads everything.
     if fs::File::open(&path).is_err() {
         assert_eq!(message(&path), "a.toml: you have no permission to read this file");

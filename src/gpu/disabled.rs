@@ -40,3 +40,16 @@ impl GpuWorker {
         match *self {}
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gpu_is_refused_with_a_remedy() {
+        let error = Device::open(None).unwrap_err();
+        assert_eq!(error, GpuError::NotBuilt);
+        assert!(error.to_string().contains("--features gpu"));
+        assert_eq!(adapters(), []);
+    }
+}

@@ -12,7 +12,7 @@ use stride::math::lanes::Level;
 use stride::render::Region;
 use stride::sampling::Independent;
 use stride::scene::Scene;
-use stride::world::{self, CompiledScene, Geometry};
+use stride::world;
 
 /// The most paths that are traced at a time.
 const BLOCK: u32 = 4096;
@@ -26,15 +26,6 @@ pub fn integrator(scene: &Scene) -> Box<dyn Integrator> {
         max_depth: scene.render.max_depth,
     };
     integrator::build(scene.render.integrator, Arc::new(compiled), geometry, settings)
-}
-
-/// The world of a scene that is a plain list.
-pub fn simple_world(scene: &Scene) -> (CompiledScene, world::Simple) {
-    let (compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
-    match geometry {
-        Geometry::Simple(world) => (compiled, world),
-        Geometry::Union(_) => panic!("more surfaces than a plain list is for"),
-    }
 }
 
 /// Gives every sample of a scene's picture to `take`, with its pixel's index.

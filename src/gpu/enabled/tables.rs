@@ -5,7 +5,7 @@ use crate::gpu::{GpuError, Job};
 use crate::light;
 use crate::material::{Kind, Row};
 use crate::sampling::warp::FilmOffset;
-use crate::world::{Geometry, Simple, SurfaceTable};
+use crate::world::SurfaceTable;
 
 /// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
 /// long.
@@ -28,10 +28,7 @@ impl Tables {
         if job.settings.max_depth > MAX_DEPTH {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
         }
-        let worlds: &[&Simple] = match job.geometry {
-            Geometry::Simple(simple) => &[simple],
-            Geometry::Union(union) => &[&union.first, &union.second],
-        };
+        let worlds = [&job.geometry.first, &job.geometry.second];
         let mut surfaces = Vec::new();
         let mut take = |rows: &mut dyn Iterator<Item = u32>| {
             surfaces.extend(rows.map(|row| surface(&job.scene.surfaces, row)));

@@ -8,11 +8,10 @@
 
 use super::{Device, GpuWorker, Pipeline, Prepared, Shape, carry_out, device, scenes};
 use crate::gpu::enabled::pipeline::{MAIN, library};
-use crate::integrator::{Integrator, PathNaive, Paths};
+use crate::integrator::{self, Paths};
 use crate::math::lanes::Level;
 use crate::render::{Order, Payload};
-use crate::scene::Scene;
-use crate::world::Geometry;
+use crate::scene::{self, Scene};
 
 const REPLICATES: u32 = 32;
 
@@ -38,9 +37,12 @@ fn block(pixel: u32) -> usize {
 }
 
 fn on_cpu(prepared: &Prepared, spp: u32) -> Vec<Replicate> {
-    let Geometry::Simple(world) = prepared.geometry.clone() else { panic!("a small scene is simple") };
-    let (scene, world) = (prepared.scene.clone().into(), world.into());
-    let integrator = PathNaive { scene, world, settings: prepared.settings };
+    let integrator = integrator::build(
+        scene::Integrator::PathNaive,
+        prepared.scene.clone().into(),
+        prepared.geometry.clone(),
+        prepared.settings,
+    );
     let level = Level::from_environment().unwrap();
     let pixels: Vec<_> = (0..WIDTH * HEIGHT).map(|place| prepared.whole.pixel(place)).collect();
     let replicate = |i: u32| {

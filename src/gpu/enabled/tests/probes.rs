@@ -228,10 +228,16 @@ fn frames_and_offsets_agree() {
 fn shapes_are_met_where_the_cpu_meets_them() {
     let Some(device) = device() else { return };
     let plane = Plane { normal: [0.48, -0.6, 0.64], distance: -1.5 };
-    let sphere = Sphere { centre: [0.5, -1.0, 2.0], radius: 1.75 };
+    let sphere = Sphere::new(glam::DVec3::new(0.5, -1.0, 2.0), 1.75);
     let quad = Quad::new(DVec3::new(-1.0, -2.0, 1.0), DVec3::new(4.0, 0.5, 0.0), DVec3::new(0.0, 1.0, 3.0));
     let mut table = SurfaceTable::default();
-    let look = crate::world::Look { material: 0, emission: [0.0; 3], flip_normal: true, entity: 0 };
+    let look = crate::world::Look {
+        material: 0,
+        emission: [0.0; 3],
+        flip_normal: true,
+        entity: 0,
+        light: crate::world::NO_LIGHT,
+    };
     let shapes = [plane.surface(), sphere.surface(), quad.surface()];
     let rows: Vec<_> = shapes.map(|s| table.push(s, look)).map(|row| surface(&table, row)).to_vec();
     let mut inputs = Vec::new();

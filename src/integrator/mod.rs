@@ -19,7 +19,7 @@ use crate::math::{Float, Ray};
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{Block, Independent, PathId, Sampler};
 use crate::scene;
-use crate::world::{CompiledScene, Geometry, World};
+use crate::world::{CompiledScene, Geometry};
 use std::sync::Arc;
 
 /// One sample: where it fell on the film and what it saw.
@@ -109,18 +109,7 @@ pub fn build(
     geometry: Geometry,
     settings: Settings<Independent>,
 ) -> Box<dyn Integrator> {
-    match geometry {
-        Geometry::Simple(world) => build_over(kind, scene, Arc::new(world), settings),
-        Geometry::Union(world) => build_over(kind, scene, Arc::new(world), settings),
-    }
-}
-
-fn build_over<W: World + 'static>(
-    kind: scene::Integrator,
-    scene: Arc<CompiledScene>,
-    world: Arc<W>,
-    settings: Settings<Independent>,
-) -> Box<dyn Integrator> {
+    let world = Arc::new(geometry);
     match kind {
         scene::Integrator::Path => {
             Box::new(PathTracer { transport: NextEvent::default(), scene, world, settings })

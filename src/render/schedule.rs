@@ -61,11 +61,6 @@ impl Schedule {
         self.barriers.last().copied().unwrap_or(0)
     }
 
-    /// Forgets the target and ends at the last barrier that was given out.
-    pub fn stop_early(&mut self) {
-        self.target = self.last();
-    }
-
     fn next_barrier(&self, pace: Option<Duration>) -> Option<u32> {
         let from = self.last();
         let late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);

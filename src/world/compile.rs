@@ -27,17 +27,8 @@ pub struct CompiledScene {
     pub ambient: [f32; 3],
 }
 
-/// The surfaces in a structure that rays can ask.
-#[derive(Clone, Debug)]
-pub enum Geometry {
-    /// A list.
-    Simple(Simple),
-    /// Unbounded surfaces beside bounded ones.
-    Union(Union<Simple, Simple>),
-}
-
-/// From how many bounded surfaces on they get a world of their own beside the unbounded ones.
-const MANY: usize = 64;
+/// The surfaces as rays meet them: the unbounded ones beside the bounded ones.
+pub type Geometry = Union<Simple, Simple>;
 
 fn narrow(v: glam::DVec3) -> [f32; 3] {
     colour(v.to_array())
@@ -118,12 +109,6 @@ pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geomet
         environment: colour(scene.environment),
         ambient: colour(scene.render.ambient),
     };
-    let bounded = all.spheres.len() + all.quads.len();
-    let geometry = if !all.planes.is_empty() && bounded >= MANY {
-        let first = Simple { planes: std::mem::take(&mut all.planes), ..Simple::default() };
-        Geometry::Union(Union { first, second: all })
-    } else {
-        Geometry::Simple(all)
-    };
-    (compiled, geometry)
+    let unbounded = Simple { planes: std::mem::take(&mut all.planes), ..Simple::default() };
+    (compiled, Union { first: unbounded, second: all })
 }

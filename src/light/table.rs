@@ -181,7 +181,9 @@ impl LightTable {
         let origin = Vec3::gather(&self.origin, light);
         let sphere = F::Uint::gather(&self.kind, light).eq(F::Uint::splat(SPHERE));
         let cone = Cone::new(origin - p, F::gather(&self.radius, light));
-        F::select(sphere & cone.outside, cone.pdf, by_area)
+        // A point on the inside of a sphere may round to its outside: what was met tells where it is.
+        let inward = F::gather(&self.inward, light).gt(F::zero());
+        F::select(sphere & cone.outside & !inward, cone.pdf, by_area)
     }
 
     /// A sphere seen from outside, uniformly within the cone that it fills (Pharr, Jakob and Humphreys
@@ -197,6 +199,7 @@ impl LightTable {
     ) -> LightSample<F> {
         let radius = F::gather(&self.radius, light);
         let inward = F::gather(&self.inward, light).gt(F::zero());
+        let error = F::gather(&self.error, light);
         let cone = Cone::new(centre - p, radius);
 
         // 1 − cos θ is uniform; from it sin² θ without cancellation.
@@ -214,8 +217,10 @@ impl LightTable {
         let mut pdf = cone.pdf;
         let mut shines = cone.outside & !inward;
 
-        let inside = !cone.outside;
-        if (inside & inward).any() {
+        // A point on the inner side itself may round to the outside: only what lies there by more than the
+        // errors of both is dark.
+        let inside = inward & cone.distance.le(radius + error * 4.0);
+        if inside.any() {
             let outwards = warp::uniform_sphere(u);
             let to_light = centre + outwards * radius - p;
             let distance2 = to_light.dot(to_light);
@@ -224,10 +229,10 @@ impl LightTable {
             normal = Vec3::select(inside, outwards, normal);
             direction = Vec3::select(inside, back, direction);
             pdf = F::select(inside, distance2 / (cos * (radius * radius * (4.0 * PI))), pdf);
-            shines = shines | (inside & inward & cos.gt(F::zero()));
+            shines = shines | (inside & cos.gt(F::zero()));
         }
         let on_light = centre + normal * radius;
-        let off = on_light.max_abs() * POSITION_ERROR + F::gather(&self.error, light);
+        let off = on_light.max_abs() * POSITION_ERROR + error;
         let off = F::select(inward, -off, off);
         LightSample {
             wi: direction,

@@ -5,6 +5,8 @@ pub mod blocks;
 pub mod chi_square;
 pub mod scenes;
 pub mod statistics;
+pub mod tiles;
+pub mod tracers;
 
 use self::blocks::Estimate;
 use std::sync::Arc;

@@ -77,8 +77,6 @@ fn on_the_cover_asking_for_lights_finds_what_chance_finds_and_two_percent_are_no
 
 #[test]
 fn equal_estimators_agree_at_the_rate_that_the_level_says() {
-    // Many comparisons of a scene with itself: of their p-values, too, nothing but uniformity is expected.
-    // Fewer tiles and samples than above make t-tests harder to satisfy, not easier.
     let mut scene = sized(bright_room(), 32, 24);
     scene.render.max_depth = 5;
     let sides: Vec<Replicates> = (0..12)

@@ -164,7 +164,7 @@ fn coarse(bins: &[f64]) -> Vec<f64> {
 }
 
 /// Pearson's statistic. Bins of which too little is expected make one bin together.
-fn pearson(seen: &[f64], expected: &[f64]) -> Pearson {
+pub fn pearson(seen: &[f64], expected: &[f64]) -> Pearson {
     let (mut cells, mut rest) = (Vec::new(), [0.0; 2]);
     for (&seen, &expected) in seen.iter().zip(expected) {
         if expected >= LEAST_EXPECTED {

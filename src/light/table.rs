@@ -180,14 +180,14 @@ impl LightTable {
         }
         let origin = Vec3::gather(&self.origin, light);
         let sphere = F::Uint::gather(&self.kind, light).eq(F::Uint::splat(SPHERE));
-        let inward = F::gather(&self.inward, light).gt(F::zero());
         let cone = Cone::new(origin - p, F::gather(&self.radius, light));
-        F::select(sphere & !inward, cone.pdf.only(cone.outside), by_area)
+        // A point on the inside of a sphere may round to its outside: what was met tells where it is.
+        let inward = F::gather(&self.inward, light).gt(F::zero());
+        F::select(sphere & cone.outside & !inward, cone.pdf, by_area)
     }
 
-    /// A sphere that emits outwards, uniformly within the cone that it fills (Pharr, Jakob and Humphreys
-    /// 2023, §6.2.4); one that emits inwards, uniformly by area. That the latter is asked from inside is for
-    /// the shadow ray to find: where the wall itself asks, rounding can't tell inside from outside.
+    /// A sphere seen from outside, uniformly within the cone that it fills (Pharr, Jakob and Humphreys
+    /// 2023, §6.2.4); seen from inside, uniformly by area.
     #[inline(always)]
     fn sample_sphere<F: Float>(
         &self,
@@ -199,6 +199,7 @@ impl LightTable {
     ) -> LightSample<F> {
         let radius = F::gather(&self.radius, light);
         let inward = F::gather(&self.inward, light).gt(F::zero());
+        let error = F::gather(&self.error, light);
         let cone = Cone::new(centre - p, radius);
 
         // 1 − cos θ is uniform; from it sin² θ without cancellation.
@@ -216,19 +217,22 @@ impl LightTable {
         let mut pdf = cone.pdf;
         let mut shines = cone.outside & !inward;
 
-        if inward.any() {
+        // A point on the inner side itself may round to the outside: only what lies there by more than the
+        // errors of both is dark.
+        let inside = inward & cone.distance.le(radius + error * 4.0);
+        if inside.any() {
             let outwards = warp::uniform_sphere(u);
             let to_light = centre + outwards * radius - p;
             let distance2 = to_light.dot(to_light);
             let back = to_light * (F::splat(1.0) / distance2.sqrt());
             let cos = back.dot(outwards);
-            normal = Vec3::select(inward, outwards, normal);
-            direction = Vec3::select(inward, back, direction);
-            pdf = F::select(inward, distance2 / (cos * (radius * radius * (4.0 * PI))), pdf);
-            shines = shines | (inward & cos.gt(F::zero()));
+            normal = Vec3::select(inside, outwards, normal);
+            direction = Vec3::select(inside, back, direction);
+            pdf = F::select(inside, distance2 / (cos * (radius * radius * (4.0 * PI))), pdf);
+            shines = shines | (inside & cos.gt(F::zero()));
         }
         let on_light = centre + normal * radius;
-        let off = on_light.max_abs() * POSITION_ERROR + F::gather(&self.error, light);
+        let off = on_light.max_abs() * POSITION_ERROR + error;
         let off = F::select(inward, -off, off);
         LightSample {
             wi: direction,
@@ -342,6 +346,8 @@ mod tests {
             let expected = std::f64::consts::PI * 2.0 * (radius / distance).powi(2);
             let got = irradiance(&table(AreaLight::Sphere(sphere), false, 2.0), 200);
             assert!((got / expected - 1.0).abs() < 1e-3, "{got} is not {expected}");
+            // Seen from outside, a sphere that emits inwards is dark.
+            assert_eq!(irradiance(&table(AreaLight::Sphere(sphere), true, 2.0), 20), 0.0);
         }
     }
 

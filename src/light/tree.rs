@@ -171,12 +171,16 @@ impl LightTree {
     }
 
     /// The chance of going left at a node: its children's shares of importance, or half where both have
-    /// none.
+    /// none. Where both have some, neither share rounds to nothing, however weak a child is beside the
+    /// other: `u` has steps of 2⁻²⁴, and a child needs one at least to be found.
     #[inline(always)]
     fn left_share<F: Float>(&self, left: F::Uint, right: F::Uint, p: Vec3<F>, n: Vec3<F>) -> F {
         let (a, b) = (self.importance(left, p, n), self.importance(right, p, n));
         let sum = a + b;
-        F::select(sum.gt(F::zero()), a / sum.max(F::splat(f32::MIN_POSITIVE)), F::splat(0.5))
+        let zero = F::zero();
+        let share = F::select(sum.gt(zero), a / sum.max(F::splat(f32::MIN_POSITIVE)), F::splat(0.5));
+        let between = share.max(F::splat(1.0 - BELOW_ONE)).min(F::splat(BELOW_ONE));
+        F::select(a.gt(zero) & b.gt(zero), between, share)
     }
 }
 

@@ -2,7 +2,11 @@
 #![allow(dead_code, unreachable_pub, reason = "a kit of which each test program uses its own part")]
 
 pub mod blocks;
+pub mod chi_square;
 pub mod scenes;
+pub mod statistics;
+pub mod tiles;
+pub mod tracers;
 
 use self::blocks::Estimate;
 use std::sync::Arc;

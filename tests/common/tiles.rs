@@ -1,0 +1,117 @@
+//! Whether two estimators have the same mean everywhere on the film: Welch's t-test, tile by tile.
+//!
+//! A picture is made at least 16 times on each side, each time with another seed, and averaged over tiles
+//! of 8 × 8 pixels. The spread of a tile over the replicates is its noise, whatever the sampler: inside a
+//! pixel the samples of a low-discrepancy sampler are no measure of its error. A tile holds thousands of
+//! paths, so its mean is close to normal, and Welch's t (1947) has Student's distribution.
+//!
+//! Two verdicts, both at [`LEVEL`] together with all others of the same test: no tile differs by more than
+//! chance allows, and the p-values of all tiles are uniform (Kolmogorov–Smirnov). The p-values are
+//! one-sided, so that a small error of one sign everywhere, which no tile shows, gathers on one side.
+
+use super::statistics::{sidak, student, uniformity};
+use super::tracers::{Method, Numbers, trace, tracer};
+use std::fmt;
+use stride::scene::Scene;
+
+/// The probability that any comparison of a test rejects two estimators of the same mean.
+pub const LEVEL: f64 = 0.01;
+
+const SIDE: u32 = 8;
+const LEAST_REPLICATES: usize = 16;
+
+/// The means of tiles in each replicate, channels added up: they share their paths and are no separate
+/// evidence.
+pub struct Replicates(Vec<Vec<f64>>);
+
+/// Pictures of a scene with the seeds `first_seed`, `first_seed + 1`, …
+pub fn replicates(
+    method: Method,
+    numbers: Numbers,
+    scene: &Scene,
+    samples: u32,
+    first_seed: u32,
+) -> Replicates {
+    let (width, height) = (scene.film.width, scene.film.height);
+    assert!(width.is_multiple_of(SIDE) && height.is_multiple_of(SIDE), "tiles are whole");
+    let columns = width / SIDE;
+    let scale = 1.0 / f64::from(SIDE * SIDE * samples);
+    let picture = |replicate: u32| {
+        let mut tiles = vec![0.0; (columns * height / SIDE) as usize];
+        let tracer = tracer(method, numbers, scene, first_seed + replicate);
+        trace(tracer.as_ref(), scene, samples, |pixel, radiance| {
+            let (x, y) = (pixel % width, pixel / width);
+            let sum: f64 = radiance.map(f64::from).iter().sum();
+            tiles[(y / SIDE * columns + x / SIDE) as usize] += sum * scale;
+        });
+        tiles
+    };
+    Replicates((0..LEAST_REPLICATES as u32).map(picture).collect())
+}
+
+impl Replicates {
+    /// Each tile's mean, and the variance of that mean.
+    fn moments(&self) -> Vec<[f64; 2]> {
+        let n = self.0.len() as f64;
+        assert!(self.0.len() >= LEAST_REPLICATES, "too few replicates to know their spread");
+        (0..self.0[0].len())
+            .map(|tile| {
+                let mean = self.0.iter().map(|r| r[tile]).sum::<f64>() / n;
+                let squares: f64 = self.0.iter().map(|r| (r[tile] - mean) * (r[tile] - mean)).sum();
+                [mean, squares / (n - 1.0) / n]
+            })
+            .collect()
+    }
+
+    /// The mean over all tiles.
+    pub fn mean(&self) -> f64 {
+        let moments = self.moments();
+        moments.iter().map(|m| m[0]).sum::<f64>() / moments.len() as f64
+    }
+}
+
+/// What comes of a comparison.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// The least two-sided p-value of a tile.
+    pub least: f64,
+    /// The p-value of the uniformity of all.
+    pub uniformity: f64,
+    pub tiles: usize,
+}
+
+impl Verdict {
+    /// Whether the means may be the same, as one of `comparisons`.
+    pub fn agrees(&self, comparisons: usize) -> bool {
+        let level = sidak(LEVEL, 2 * comparisons);
+        self.least > sidak(level, self.tiles) && self.uniformity > level
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "least p {:.2e} of {} tiles, uniform with p {:.2e}",
+            self.least, self.tiles, self.uniformity
+        )
+    }
+}
+
+/// Compares two estimators, whose seeds must differ.
+pub fn welch(a: &Replicates, b: &Replicates) -> Verdict {
+    let (n, m) = (a.0.len() as f64, b.0.len() as f64);
+    let p: Vec<f64> = a
+        .moments()
+        .iter()
+        .zip(b.moments())
+        .map(|([mean_a, var_a], [mean_b, var_b])| {
+            let variance = var_a + var_b;
+            assert!(variance > 0.0, "a tile without noise: a t-test has nothing to say");
+            let degrees = variance * variance / (var_a * var_a / (n - 1.0) + var_b * var_b / (m - 1.0));
+            student((mean_a - mean_b) / variance.sqrt(), degrees)
+        })
+        .collect();
+    let least = p.iter().map(|p| 2.0 * p.min(1.0 - p)).fold(1.0, f64::min);
+    Verdict { least, uniformity: uniformity(&p), tiles: p.len() }
+}

@@ -1,0 +1,179 @@
+//! Furnaces: scenes whose radiance is known exactly, whatever way a path takes, for every path integrator
+//! and sampler.
+//!
+//! A mean over paths must be within five standard errors of what it should be; of a true mean that fails
+//! once in 1.7 million times. Where every path finds the same, only rounding is allowed for.
+
+mod common;
+
+use common::scenes::{checkerboard, emitting, flipped, glass, matte, mirror, plane, quad, scene, sphere, v};
+use common::tracers::{Method, NUMBERS, trace, tracer};
+use glam::DVec3;
+use stride::scene::Scene;
+
+const METHODS: [Method; 3] = [Method::PathNaive, Method::Path, Method::PathWithoutRoulette];
+
+/// Deep enough that no path sees the limit, but those that Russian roulette would have ended long before.
+const UNLIMITED: u32 = 10_000;
+
+/// How many standard errors a mean may be off.
+const ERRORS: f64 = 5.0;
+
+/// What rounding may add up to along a path, relative.
+const ROUNDING: f64 = 2e-5;
+
+/// The mean radiance of a picture, all of whose pixels should be alike, and its standard error.
+#[derive(Clone, Copy, Debug)]
+struct Mean {
+    mean: f64,
+    error: f64,
+}
+
+impl Mean {
+    fn is(&self, expected: f64) -> bool {
+        (self.mean - expected).abs() <= ERRORS * self.error + ROUNDING * expected
+    }
+}
+
+/// The mean of a picture from 16 replicates with different seeds: their spread is the error, whatever the
+/// sampler.
+fn mean(scene: &Scene, method: Method, numbers: common::tracers::Numbers, samples: u32) -> Mean {
+    const REPLICATES: u32 = 16;
+    let count = f64::from(scene.film.width * scene.film.height * samples);
+    let means: Vec<f64> = (0..REPLICATES)
+        .map(|seed| {
+            let tracer = tracer(method, numbers, scene, 1000 + seed);
+            let mut sum = 0.0;
+            trace(tracer.as_ref(), scene, samples, |_, radiance| {
+                assert_eq!(radiance, [radiance[0]; 3], "channels are alike");
+                sum += f64::from(radiance[0]);
+            });
+            sum / count
+        })
+        .collect();
+    let n = f64::from(REPLICATES);
+    let mean = means.iter().sum::<f64>() / n;
+    let squares: f64 = means.iter().map(|m| (m - mean) * (m - mean)).sum();
+    Mean { mean, error: (squares / (n - 1.0) / n).sqrt() }
+}
+
+/// Demands a radiance of each method with each sampler.
+fn shows(scene: &Scene, methods: &[Method], samples: u32, expected: f64) {
+    for &method in methods {
+        for numbers in NUMBERS {
+            let mean = mean(scene, method, numbers, samples);
+            assert!(mean.is(expected), "{method:?}, {numbers:?}: {mean:?} is not {expected}");
+            // Noise that hides 1% would prove nothing.
+            assert!(ERRORS * mean.error < 0.01 * expected, "{method:?}, {numbers:?}: {mean:?} is too noisy");
+        }
+    }
+}
+
+/// Inside a sphere that emits and reflects inwards.
+fn inside(emission: f64, albedo: f64, max_depth: u32) -> Scene {
+    let around = flipped(emitting(sphere(v(0.3, -0.2, 0.1), 2.0, 0), emission));
+    let mut scene = scene(vec![matte([albedo; 3])], vec![around]);
+    scene.render.max_depth = max_depth;
+    scene
+}
+
+#[test]
+fn each_bounce_in_a_glowing_sphere_adds_half_of_the_last() {
+    // Σ ½·½ᵏ for k = 0…d.
+    for depth in [0, 1, 2, 3, 5, 10] {
+        shows(&inside(0.5, 0.5, depth), &METHODS, 64, 1.0 - 0.5_f64.powi(depth as i32 + 1));
+    }
+}
+
+#[test]
+fn without_limit_the_glowing_sphere_is_white() {
+    shows(&inside(0.5, 0.5, UNLIMITED), &[Method::Path], 256, 1.0);
+    // ½²⁰⁰ is nothing.
+    shows(&inside(0.5, 0.5, 200), &[Method::PathNaive, Method::PathWithoutRoulette], 16, 1.0);
+}
+
+#[test]
+fn radiance_in_a_closed_sphere_is_emission_over_one_minus_albedo() {
+    for albedo in [0.2, 0.5, 0.8] {
+        let expected = 0.7 / (1.0 - albedo);
+        shows(&inside(0.7, albedo, UNLIMITED), &[Method::Path], 256, expected);
+        // 0.8²⁰⁰ is below the rounding.
+        shows(&inside(0.7, albedo, 200), &[Method::PathNaive, Method::PathWithoutRoulette], 16, expected);
+    }
+}
+
+#[test]
+fn a_ball_in_the_glowing_sphere_of_the_same_albedo_cannot_be_told_from_it() {
+    // Every surface emits ½ and reflects ½: one closed furnace of several lights and shapes.
+    let glowing = |entity| emitting(entity, 0.5);
+    let mut room = inside(0.5, 0.5, UNLIMITED);
+    room.entities.push(glowing(sphere(v(1.2, 0.2, 0.0), 0.4, 0)));
+    // Both sides of a quad are seen, and it emits on one: so there are two, back to back.
+    let sheet = || quad(v(1.0, -1.0, -0.3), DVec3::X * 0.5, DVec3::Y * 0.5, 0);
+    room.entities.push(glowing(sheet()));
+    let mut back = flipped(glowing(sheet()));
+    let stride::scene::Shape::Quad { corner, .. } = &mut back.shape else { unreachable!() };
+    corner.z -= 1e-3;
+    // The gap between them is dark at the rim only where a path creeps in, which none does within 10⁻³.
+    room.entities.push(back);
+    shows(&room, &[Method::Path], 256, 1.0);
+}
+
+/// White things in a white sky, for both kinds of path: radiance is one wherever one looks.
+fn white_sky(materials: Vec<stride::scene::Material>, last: usize) -> Scene {
+    let entities = vec![
+        sphere(v(4.0, 0.8, 0.2), 1.0, last),
+        sphere(v(3.5, -1.2, -0.5), 0.7, last),
+        quad(v(2.0, -3.0, -1.5), DVec3::X * 6.0, DVec3::Y * 6.0, last),
+        plane(v(-1.0, 0.0, 0.0), -9.0, last),
+    ];
+    let mut scene = scene(materials, entities);
+    scene.environment = [1.0; 3];
+    scene.render.max_depth = UNLIMITED;
+    scene
+}
+
+#[test]
+fn white_matter_in_a_white_sky_is_invisible() {
+    let white = [1.0; 3];
+    let skies = [
+        white_sky(vec![matte(white)], 0),
+        white_sky(vec![mirror(white)], 0),
+        white_sky(vec![matte(white), mirror(white), checkerboard(0, 1, 3.0)], 2),
+        white_sky(vec![matte(white), mirror(white), checkerboard(0, 1, 3.0), checkerboard(2, 0, 2.0)], 3),
+    ];
+    for sky in &skies {
+        shows(sky, &METHODS, 16, 1.0);
+    }
+}
+
+#[test]
+fn clear_glass_in_a_white_sky_is_invisible() {
+    // Spheres alone: what enters them comes out again, and radiance with it. Behind a lone sheet of glass
+    // the world would be dense, and its sky as much brighter.
+    let mut sky = white_sky(vec![glass(1.5), matte([1.0; 3])], 0);
+    sky.entities[2].material = 1;
+    sky.entities[3].material = 1;
+    shows(&sky, &METHODS, 16, 1.0);
+    sky.materials[0] = glass(0.8);
+    shows(&sky, &METHODS, 16, 1.0);
+}
+
+#[test]
+fn an_albedo_two_percent_off_is_noticed() {
+    for numbers in NUMBERS {
+        for method in METHODS {
+            let mean = mean(&inside(0.5, 0.51, 200), method, numbers, 64);
+            assert!(!mean.is(1.0) && mean.is(0.5 / 0.49), "{method:?}: {mean:?}");
+            let grey = white_sky(vec![matte([0.98; 3])], 0);
+            let mean = self::mean(&grey, method, numbers, 16);
+            assert!(!mean.is(1.0), "{method:?}: {mean:?}");
+        }
+    }
+}
+
+#[test]
+fn a_furnace_cut_off_one_bounce_too_soon_is_noticed() {
+    let mean = mean(&inside(0.5, 0.5, 4), Method::Path, NUMBERS[0], 64);
+    assert!(mean.is(1.0 - 0.5_f64.powi(5)) && !mean.is(1.0 - 0.5_f64.powi(6)), "{mean:?}");
+}

@@ -1,0 +1,327 @@
+//! Lights: their directions follow their densities, and the choice among them leaves none out.
+//!
+//! Directions are judged at the level stated in `common::chi_square`.
+
+mod common;
+
+use common::chi_square::{Outcome, Polar, compare, draw, narrow, pearson, wide};
+use common::scenes::{emitting, flipped, matte, quad, scene, sphere, v};
+use common::statistics::sidak;
+use glam::DVec3;
+use rand::RngExt;
+use stride::light::{AreaLight, LightSample, LightTable, PointLight};
+use stride::math::lanes::scalar::Wrapping;
+use stride::math::{Ray, Vec3};
+use stride::sampling::Stream;
+use stride::scene::Entity;
+use stride::shape::{Quad, Sphere};
+use stride::world::{CompiledScene, Geometry, World, compile};
+
+/// A scene of one light, seen from a point.
+struct Seen {
+    tables: CompiledScene,
+    world: Geometry,
+    p: DVec3,
+}
+
+impl Seen {
+    fn new(light: Entity, p: DVec3) -> Seen {
+        let (tables, world) = compile(&scene(vec![matte([0.5; 3])], vec![emitting(light, 1.0)]), 16, 16);
+        Seen { tables, world, p }
+    }
+
+    fn sample(&self, u: [f32; 4]) -> LightSample<f32> {
+        self.tables.lights.sample(Wrapping(0), narrow(self.p), [u[0], u[1]])
+    }
+
+    /// The density of a direction, as an integrator finds it: where a ray meets the side that emits.
+    fn pdf(&self, d: Vec3<f32>) -> f32 {
+        let ray = Ray { o: narrow(self.p), d };
+        let hit = self.world.intersect(&ray);
+        if !hit.is_some() {
+            return 0.0;
+        }
+        let cos = -d.dot(self.tables.surfaces.point(&ray, &hit).n);
+        if cos > 0.0 { self.tables.lights.pdf(Wrapping(0), ray.o, hit.t, cos) } else { 0.0 }
+    }
+
+    fn compare(&self, polar: Polar, seed: u32) -> Outcome {
+        compare(polar, seed, |u| self.sample(u).wi, |d| self.pdf(d))
+    }
+}
+
+const CENTRE: DVec3 = DVec3::new(0.3, -0.2, 0.5);
+
+/// A sphere of radius 1 seen from a distance to its centre.
+fn ball(distance: f64) -> (Seen, Polar) {
+    let away = v(0.48, 0.6, -0.64);
+    let light = sphere(CENTRE, 1.0, 0);
+    let light = if distance < 1.0 { flipped(light) } else { light };
+    (Seen::new(light, CENTRE + away * distance), Polar::new(-away, DVec3::X))
+}
+
+/// A quad with sides of 2 and 1, not at a right angle, seen from `p` in front of its middle: across, along,
+/// and above it. Around its normal it fills a compact box of angles, however flat it is seen.
+fn sheet(p: DVec3) -> (Seen, Polar) {
+    let (s, t, n) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0), v(0.6, -0.8, 0.0));
+    let (a, b) = (s * 2.0, s * 0.3 + t);
+    assert!((a.cross(b).normalize() - n).length() < 1e-9);
+    let middle = CENTRE + (a + b) / 2.0;
+    let p = middle + s * p.x + t * p.y + n * p.z;
+    (Seen::new(quad(CENTRE, a, b, 0), p), Polar::new(-n, middle - p))
+}
+
+fn all() -> Vec<(&'static str, (Seen, Polar))> {
+    vec![
+        ("a sphere", ball(3.0)),
+        ("a sphere far away", ball(200.0)),
+        ("a sphere close by", ball(1.05)),
+        ("a sphere at grazing distance", ball(1.0005)),
+        ("a sphere from its centre", ball(0.0)),
+        ("a sphere from inside", ball(0.5)),
+        ("a sphere from inside, near its wall", ball(0.95)),
+        ("a quad", sheet(v(0.2, 0.1, 2.0))),
+        ("a quad far away", sheet(v(30.0, -50.0, 100.0))),
+        ("a quad close by", sheet(v(0.3, 0.1, 0.1))),
+        ("a quad aside", sheet(v(-3.0, 2.0, 1.0))),
+        ("a quad almost edge-on", sheet(v(3.0, 0.0, 0.02))),
+    ]
+}
+
+#[test]
+fn directions_to_a_light_follow_the_density_of_meeting_it() {
+    let all = all();
+    for (i, (name, (seen, polar))) in all.iter().enumerate() {
+        let outcome = seen.compare(*polar, 100 + 2 * i as u32);
+        assert!(outcome.agrees(all.len()), "{name}: {outcome:?}");
+    }
+}
+
+#[test]
+fn a_sample_carries_the_density_of_meeting_the_light() {
+    for (name, (seen, _)) in all() {
+        let (mut off, draws) = (0, 20_000);
+        for i in 0..draws {
+            let sample = seen.sample(draw(31, i));
+            assert!(sample.pdf > 0.0 && sample.radiance.r == 1.0, "{name}: {sample:?} leads nowhere");
+            let pdf = seen.pdf(sample.wi);
+            off += u32::from((sample.pdf / pdf - 1.0).abs() > 0.01);
+        }
+        // Along an outline a rounded ray misses, or meets it at a cosine that has few digits: that is an
+        // error of the sample's own size, on few of them.
+        assert!(off <= draws / 200, "{name}: {off} of {draws} samples carry another density");
+    }
+}
+
+#[test]
+fn no_sample_leads_to_a_side_that_does_not_emit() {
+    let turned = Seen::new(flipped(quad(CENTRE, DVec3::X, DVec3::Y, 0)), CENTRE + DVec3::Z);
+    let hollow = Seen::new(flipped(sphere(CENTRE, 1.0, 0)), CENTRE + DVec3::Z * 3.0);
+    let inside = Seen::new(sphere(CENTRE, 1.0, 0), CENTRE + DVec3::Z * 0.5);
+    for seen in [turned, hollow, inside] {
+        for i in 0..1000 {
+            let sample = seen.sample(draw(32, i));
+            assert_eq!((sample.weight().lane(0), sample.pdf), ([0.0; 3], 0.0));
+        }
+    }
+}
+
+#[test]
+fn wrong_cones_and_wrong_densities_are_noticed() {
+    let (seen, polar) = ball(3.0);
+    // A cone to a sphere larger by a hundredth.
+    let wrong = Seen::new(sphere(CENTRE, 1.01, 0), seen.p);
+    let outcome = compare(polar, 200, |u| wrong.sample(u).wi, |d| seen.pdf(d));
+    assert!(!outcome.agrees(1_000_000), "{outcome:?}");
+    // A cone about an axis a hundredth of its width off.
+    let wrong = Seen::new(sphere(CENTRE + DVec3::X * 0.02, 1.0, 0), seen.p);
+    let outcome = compare(polar, 201, |u| wrong.sample(u).wi, |d| seen.pdf(d));
+    assert!(!outcome.agrees(1_000_000), "{outcome:?}");
+    for (name, (seen, polar)) in [("sphere", ball(3.0)), ("quad", sheet(v(-3.0, 2.0, 1.0)))] {
+        // A density 2% too high.
+        let outcome = compare(polar, 202, |u| seen.sample(u).wi, |d| seen.pdf(d) * 1.02);
+        assert!(!outcome.agrees(1_000_000), "{name}: {outcome:?}");
+        // One that is 2% too high at one end and as much too low at the other.
+        let middle = wide(seen.sample([0.5; 4]).wi);
+        let tilted = |d: Vec3<f32>| {
+            let across = middle.any_orthogonal_vector();
+            seen.pdf(d) * (1.0 + 0.02_f32.copysign(wide(d).dot(across) as f32))
+        };
+        let outcome = compare(polar, 203, |u| seen.sample(u).wi, tilted);
+        assert!(!outcome.agrees(1_000_000), "{name}: {outcome:?}");
+    }
+    // A quad whose density forgets the cosine at the light.
+    let (seen, polar) = sheet(v(-3.0, 2.0, 1.0));
+    let n = v(0.6, -0.8, 0.0);
+    let without = |d: Vec3<f32>| seen.pdf(d) * (wide(d).dot(n).abs() / 0.25) as f32;
+    let outcome = compare(polar, 204, |u| seen.sample(u).wi, without);
+    assert!(!outcome.agrees(1_000_000), "{outcome:?}");
+}
+
+fn direction(stream: &mut Stream) -> DVec3 {
+    let z = stream.random_range(-1.0..1.0_f64);
+    let phi = stream.random_range(0.0..std::f64::consts::TAU);
+    let r = (1.0 - z * z).sqrt();
+    v(r * phi.cos(), r * phi.sin(), z)
+}
+
+/// Lights of every kind, most of them small, of very different strengths, in a cube of side 20.
+fn medley(count: u32, stream: &mut Stream) -> LightTable {
+    let mut table = LightTable::default();
+    for _ in 0..count {
+        let place = direction(stream) * stream.random_range(0.0..10.0);
+        let size = 10_f64.powf(stream.random_range(-2.0..0.5));
+        let strength = [10_f32.powf(stream.random_range(-1.0..1.0)); 3];
+        let flipped = stream.random_bool(0.3);
+        match stream.random_range(0..3) {
+            0 => table
+                .push_point(PointLight { position: place.to_array().map(|x| x as f32), intensity: strength }),
+            1 => table.push_area(AreaLight::Sphere(Sphere::new(place, size)), flipped, strength),
+            _ => {
+                let (a, b) = (direction(stream) * size, direction(stream) * size * 0.5);
+                table.push_area(AreaLight::Quad(Quad::new(place, a, b)), flipped, strength)
+            }
+        };
+    }
+    table.plant();
+    table
+}
+
+/// Receivers anywhere, some of them on or next to a light's own place.
+fn receiver(stream: &mut Stream) -> (Vec3<f32>, Vec3<f32>) {
+    let reach = 10_f64.powf(stream.random_range(-1.0..1.5));
+    (narrow(direction(stream) * reach), narrow(direction(stream)).normalized())
+}
+
+/// What a light contributes to a matte receiver that scatters on both sides, up to its reflectance: the
+/// irradiance from either side, by stratified samples.
+fn contribution(table: &LightTable, light: u32, p: Vec3<f32>, n: Vec3<f32>, strata: u32) -> f64 {
+    let mut sum = 0.0;
+    for i in 0..strata * strata {
+        let u = [(i / strata) as f32 + 0.5, (i % strata) as f32 + 0.5].map(|x| x / strata as f32);
+        let sample = table.sample(Wrapping(light), p, u);
+        sum += f64::from(sample.weight().r * sample.wi.dot(n).abs());
+    }
+    sum / f64::from(strata * strata)
+}
+
+#[test]
+fn chances_add_up_to_one_and_no_light_that_contributes_is_left_out() {
+    let stream = &mut Stream::new(41, 0, 0);
+    let (mut receivers, mut without) = (0, 0);
+    for count in [1, 2, 3, 10, 100, 1000] {
+        let table = medley(count, stream);
+        for _ in 0..20_000 / count.max(100) {
+            let (p, n) = receiver(stream);
+            let mut sum = 0.0;
+            for light in 0..count {
+                let chance = table.chance(p, n, Wrapping(light));
+                sum += f64::from(chance);
+                if chance > 0.0 {
+                    continue;
+                }
+                without += 1;
+                let missed = contribution(&table, light, p, n, 8);
+                assert!(missed == 0.0, "light {light} of {count} has no chance but gives {missed} to {p:?}");
+            }
+            receivers += 1;
+            assert!((sum - 1.0).abs() < 1e-4, "{count} lights: chances add up to {sum}");
+        }
+    }
+    // The claim is not an empty one: many lights have no chance, rightly.
+    assert!(receivers > 700 && without > 1000, "{receivers} receivers, {without} lights without chance");
+}
+
+#[test]
+fn lights_are_chosen_as_often_as_their_chances_say() {
+    const DRAWS: u32 = 100_000;
+    // Of all comparisons together.
+    const LEVEL: f64 = 0.01;
+    let stream = &mut Stream::new(42, 0, 0);
+    let counts = [2, 7, 60, 400];
+    let receivers = 8;
+    let level = sidak(LEVEL, counts.len() * receivers);
+    let mut controls = 0;
+    for count in counts {
+        let table = medley(count, stream);
+        for receiver_index in 0..receivers {
+            let (p, n) = receiver(stream);
+            let chances: Vec<f64> =
+                (0..count).map(|light| f64::from(table.chance(p, n, Wrapping(light)))).collect();
+            let mut seen = vec![0.0; count as usize];
+            for i in 0..DRAWS {
+                let [u, ..] = draw(43 + receiver_index as u32, i);
+                let (light, chance) = table.choose(p, n, u);
+                let expected = chances[light.0 as usize];
+                assert!((f64::from(chance) / expected - 1.0).abs() < 1e-4, "{chance}, not {expected}");
+                seen[light.0 as usize] += 1.0;
+            }
+            let p_value = frequencies(&seen, &chances, f64::from(DRAWS));
+            assert!(p_value > level, "{count} lights: the choice follows its chances with p = {p_value:e}");
+            // Negative control: the likeliest light a twentieth too rare, where it is neither rare nor certain
+            // and the others are few enough not to drown it.
+            let most = (0..chances.len()).max_by(|&a, &b| chances[a].total_cmp(&chances[b])).unwrap();
+            if count < 100 && (0.2..0.8).contains(&chances[most]) {
+                let rest = (1.0 - 0.95 * chances[most]) / (1.0 - chances[most]);
+                let wrong: Vec<f64> = (0..chances.len())
+                    .map(|light| chances[light] * if light == most { 0.95 } else { rest })
+                    .collect();
+                assert!(
+                    frequencies(&seen, &wrong, f64::from(DRAWS)) < level,
+                    "{count} lights: 5% are not seen"
+                );
+                controls += 1;
+            }
+        }
+    }
+    assert!(controls >= 5, "only {controls} controls");
+}
+
+/// The p-value of counts against chances.
+fn frequencies(seen: &[f64], chances: &[f64], draws: f64) -> f64 {
+    let expected: Vec<f64> = chances.iter().map(|chance| chance * draws).collect();
+    let outcome = pearson(seen, &expected);
+    // Where one light takes all, there is nothing to compare.
+    if outcome.degrees == 0 { 1.0 } else { outcome.p }
+}
+
+/// Variance of the estimate by one light, over the square of what is estimated: Σ c²/chance − (Σ c)².
+fn relative_variance(contributions: &[f64], chances: impl Fn(usize) -> f64) -> f64 {
+    let sum: f64 = contributions.iter().sum();
+    let lit = contributions.iter().enumerate().filter(|(_, c)| **c > 0.0);
+    let second: f64 = lit.map(|(light, c)| c * c / chances(light)).sum();
+    (second - sum * sum) / (sum * sum)
+}
+
+#[test]
+fn with_two_hundred_lights_the_tree_has_a_small_part_of_the_variance_of_chance() {
+    // Small lamps a little above a floor, which is where most are far away.
+    let stream = &mut Stream::new(44, 0, 0);
+    const LIGHTS: u32 = 200;
+    let mut table = LightTable::default();
+    for _ in 0..LIGHTS {
+        let place = v(
+            stream.random_range(-10.0..10.0),
+            stream.random_range(-10.0..10.0),
+            stream.random_range(0.5..2.0),
+        );
+        let strength = [stream.random_range(0.5..2.0_f32); 3];
+        table.push_area(AreaLight::Sphere(Sphere::new(place, 0.05)), false, strength);
+    }
+    table.plant();
+    let (mut tree, mut uniform) = (0.0, 0.0);
+    for _ in 0..200 {
+        let p = v(stream.random_range(-10.0..10.0), stream.random_range(-10.0..10.0), 0.0);
+        let (p, n) = (narrow(p), narrow(DVec3::Z));
+        let contributions: Vec<f64> = (0..LIGHTS).map(|light| contribution(&table, light, p, n, 2)).collect();
+        tree +=
+            relative_variance(&contributions, |light| f64::from(table.chance(p, n, Wrapping(light as u32))));
+        uniform += relative_variance(&contributions, |_| 1.0 / f64::from(LIGHTS));
+    }
+    println!(
+        "relative variance, mean over the floor: tree {:.3}, uniform {:.3}",
+        tree / 200.0,
+        uniform / 200.0
+    );
+    assert!(tree < uniform / 5.0, "tree {tree}, uniform {uniform}");
+}

@@ -1,0 +1,88 @@
+//! Estimators of the same radiance agree tile by tile: Russian roulette on and off, and `path` with
+//! `path-naive`.
+//!
+//! Verdicts fall at the level stated in `common::tiles`; the seeds of the two sides have nothing in common.
+
+mod common;
+
+use common::scenes::{
+    COVER_LIGHT, cover, emitting, glass, matte, mirror, plane, quad, scene, sized, sphere, v,
+};
+use common::tiles::{Replicates, Verdict, replicates, welch};
+use common::tracers::{Method, NUMBERS, Numbers};
+use glam::DVec3;
+use stride::scene::{Filter, Scene};
+
+/// A closed white room of ten bounces and more, with mirror, glass and a lamp: what roulette is for.
+fn bright_room() -> Scene {
+    let materials = vec![matte([0.85; 3]), mirror([0.9; 3]), glass(1.5), matte([0.7, 0.8, 0.9])];
+    let entities = vec![
+        plane(v(0.0, 1.0, 0.0), -3.0, 0),
+        plane(v(0.0, -1.0, 0.0), -3.0, 3),
+        plane(v(0.0, 0.0, -1.0), -3.0, 0),
+        plane(v(0.0, 0.0, 1.0), -2.0, 0),
+        plane(v(-1.0, 0.0, 0.0), -8.0, 0),
+        plane(v(1.0, 0.0, 0.0), -1.0, 0),
+        sphere(v(5.0, 1.5, -1.0), 1.0, 1),
+        sphere(v(4.0, -1.2, -1.0), 0.9, 2),
+        emitting(quad(v(4.0, -1.0, 2.9), DVec3::Y * 2.0, DVec3::X * 2.0, 0), 2.0),
+    ];
+    let mut scene = sized(scene(materials, entities), 64, 48);
+    scene.film.filter = Filter::Tent { radius: 1.0 };
+    scene.render.max_depth = 40;
+    scene
+}
+
+/// A scene that emits `factor` times as much.
+fn brighter(mut scene: Scene, factor: f64) -> Scene {
+    for entity in &mut scene.entities {
+        entity.emission = entity.emission.map(|e| e * factor);
+    }
+    scene
+}
+
+/// Whether the comparison passes: `None` where it does, else its verdict, and the means for a reader.
+fn disagreement(a: &Replicates, b: &Replicates, comparisons: usize) -> Option<String> {
+    let verdict: Verdict = welch(a, b);
+    let told = format!("{verdict}; means {} and {}", a.mean(), b.mean());
+    println!("{told}");
+    (!verdict.agrees(comparisons)).then_some(told)
+}
+
+#[test]
+fn russian_roulette_changes_no_mean_and_two_percent_are_noticed() {
+    let scene = bright_room();
+    for numbers in NUMBERS {
+        let samples = 16;
+        let with = replicates(Method::Path, numbers, &scene, samples, 100);
+        let without = replicates(Method::PathWithoutRoulette, numbers, &scene, samples, 200);
+        assert_eq!(disagreement(&with, &without, NUMBERS.len()), None, "{numbers:?}");
+        let wrong = replicates(Method::Path, numbers, &brighter(scene.clone(), 1.02), samples, 300);
+        assert!(disagreement(&wrong, &without, 1_000_000).is_some(), "{numbers:?}: 2% are not seen");
+    }
+}
+
+#[test]
+fn on_the_cover_asking_for_lights_finds_what_chance_finds_and_two_percent_are_noticed() {
+    let scene = cover(64, 48);
+    assert_eq!(scene.entities[COVER_LIGHT].emission, [1.0; 3]);
+    let by_chance = replicates(Method::PathNaive, Numbers::Independent, &scene, 256, 400);
+    for numbers in NUMBERS {
+        let asking = replicates(Method::Path, numbers, &scene, 32, 500);
+        assert_eq!(disagreement(&asking, &by_chance, NUMBERS.len()), None, "{numbers:?}");
+        let wrong = replicates(Method::Path, numbers, &brighter(scene.clone(), 1.02), 32, 600);
+        assert!(disagreement(&wrong, &by_chance, 1_000_000).is_some(), "{numbers:?}: 2% are not seen");
+    }
+}
+
+#[test]
+fn equal_estimators_agree_at_the_rate_that_the_level_says() {
+    let mut scene = sized(bright_room(), 32, 24);
+    scene.render.max_depth = 5;
+    let sides: Vec<Replicates> = (0..12)
+        .map(|side| replicates(Method::Path, Numbers::Independent, &scene, 16, 1000 + 50 * side))
+        .collect();
+    let failed = sides.chunks(2).filter(|pair| disagreement(&pair[0], &pair[1], 1).is_some()).count();
+    // Each fails once in a hundred times; two of six, once in 700.
+    assert!(failed < 2, "{failed} of 6 comparisons of a scene with itself failed");
+}

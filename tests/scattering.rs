@@ -1,0 +1,384 @@
+//! BxDFs: their directions follow their densities, they make no energy, and they are reciprocal.
+//!
+//! Directions are judged at the level stated in `common::chi_square`, frequencies at [`LEVEL`] together.
+
+mod common;
+
+use common::chi_square::{Outcome, Polar, compare, draw, narrow, wide};
+use common::statistics::{check_against_tables, normal_tails, sidak};
+use glam::DVec3;
+use std::f64::consts::TAU;
+use stride::material::{Bsdf, Bxdf, BxdfSample, Dielectric, Kind, Lambertian, MaterialTable, Mirror, Row};
+use stride::math::lanes::scalar::Wrapping;
+use stride::math::{Rgb, Vec3};
+use stride::sampling::warp;
+
+/// The probability that any of the frequencies in a test is judged wrongly.
+const LEVEL: f64 = 0.01;
+
+fn rgb(c: [f32; 3]) -> Rgb<f32> {
+    Rgb::splat(c)
+}
+
+/// A direction by its cosine to the normal, and its angle around it.
+fn direction(cos: f64, phi: f64) -> Vec3<f32> {
+    let sin = (1.0 - cos * cos).sqrt();
+    narrow(DVec3::new(sin * phi.cos(), sin * phi.sin(), cos))
+}
+
+/// Directions on both sides, from along the normal to grazing.
+fn directions() -> [Vec3<f32>; 8] {
+    [1.0, 0.8, 0.3, 0.01, -0.02, -0.4, -0.9, -1.0].map(|cos| direction(cos, 1.0 + 2.0 * cos))
+}
+
+fn uniform(u: [f32; 4]) -> Vec3<f32> {
+    warp::uniform_sphere([u[0], u[1]])
+}
+
+fn materials() -> MaterialTable {
+    let reflectance = [0.7, 0.4, 0.2];
+    MaterialTable::new(vec![
+        Row::matte(reflectance),
+        Row { kind: Kind::Mirror, ..Row::matte(reflectance) },
+        Row { kind: Kind::Glass, transmittance: [1.0; 3], ior: 1.5, ..Row::matte([1.0; 3]) },
+        Row { kind: Kind::Glass, transmittance: [0.9; 3], ior: 0.75, ..Row::matte([0.8; 3]) },
+    ])
+}
+
+fn bsdf(index: u32) -> Bsdf<f32> {
+    materials().bsdf::<f32>(Wrapping(index))
+}
+
+fn follows(bxdf: &impl Bxdf<f32>, wo: Vec3<f32>, seed: u32) -> Outcome {
+    let normal = DVec3::Z * f64::from(wo.z.signum());
+    let sample = |u: [f32; 4]| bxdf.sample(wo, [u[0], u[1]], u[2]).wi;
+    compare(Polar::new(normal, DVec3::X), seed, sample, |wi| bxdf.pdf(wo, wi))
+}
+
+#[test]
+fn the_statistics_are_those_of_the_tables() {
+    check_against_tables();
+}
+
+#[test]
+fn lambertian_directions_follow_their_density() {
+    let wos = directions();
+    let lambertian = Lambertian { reflectance: rgb([0.5; 3]) };
+    for (i, &wo) in wos.iter().enumerate() {
+        // By itself, and as the matte material of a table.
+        for outcome in [follows(&lambertian, wo, 10 + i as u32), follows(&bsdf(0), wo, 50 + i as u32)] {
+            assert!(outcome.agrees(2 * wos.len()), "{wo:?}: {outcome:?}");
+        }
+    }
+}
+
+#[test]
+fn a_sample_carries_the_density_and_the_weight_of_its_direction() {
+    let matte = bsdf(0);
+    for wo in directions() {
+        for i in 0..20_000 {
+            let [u, v, lobe, _] = draw(3, i);
+            let sample = matte.sample(wo, [u, v], lobe);
+            let (f, pdf) = (matte.eval(wo, sample.wi), matte.pdf(wo, sample.wi));
+            assert!(!sample.delta && (sample.pdf / pdf - 1.0).abs() < 1e-5, "{sample:?}: {pdf}");
+            for (weight, f) in sample.weight.lane(0).into_iter().zip(f.lane(0)) {
+                let expected = f * sample.wi.z.abs() / pdf;
+                assert!((weight - expected).abs() < 1e-5, "{sample:?}: {expected}");
+            }
+        }
+    }
+}
+
+/// A Lambertian with a fault in how it samples.
+#[derive(Clone, Copy)]
+enum Fault {
+    /// The density is 2% too high everywhere.
+    Scaled,
+    /// The density is 2% too high on one half and too low on the other.
+    Tilted,
+    /// Directions are uniform over the hemisphere: the cosine was dropped.
+    Uniform,
+    /// Everything goes to one side, wherever light comes from.
+    OneSided,
+}
+
+impl Bxdf<f32> for Fault {
+    fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>) -> Rgb<f32> {
+        Lambertian { reflectance: rgb([0.5; 3]) }.eval(wo, wi)
+    }
+    fn sample(&self, wo: Vec3<f32>, u: [f32; 2], lobe: f32) -> BxdfSample<f32> {
+        let mut sample = Lambertian { reflectance: rgb([0.5; 3]) }.sample(wo, u, lobe);
+        match self {
+            Fault::Uniform => {
+                let w = warp::uniform_sphere(u);
+                sample.wi = Vec3::new(w.x, w.y, w.z.copysign(wo.z));
+            }
+            Fault::OneSided => sample.wi.z = sample.wi.z.abs(),
+            Fault::Scaled | Fault::Tilted => {}
+        }
+        sample
+    }
+    fn pdf(&self, wo: Vec3<f32>, wi: Vec3<f32>) -> f32 {
+        let pdf = Lambertian { reflectance: rgb([0.5; 3]) }.pdf(wo, wi);
+        match self {
+            Fault::Scaled => pdf * 1.02,
+            Fault::Tilted => pdf * (1.0 + 0.02_f32.copysign(wi.x)),
+            Fault::Uniform | Fault::OneSided => pdf,
+        }
+    }
+}
+
+#[test]
+fn wrong_densities_and_dropped_cosines_are_noticed() {
+    for fault in [Fault::Scaled, Fault::Tilted, Fault::Uniform, Fault::OneSided] {
+        // Below the surface, where all four are wrong.
+        let outcome = follows(&fault, direction(-0.4, 0.3), 90);
+        // Against a far stricter level than that of the proofs.
+        assert!(!outcome.agrees(1_000_000), "fault {}: {outcome:?}", fault as u32);
+    }
+}
+
+/// Fresnel's reflectance of unpolarised light, from the sines and tangents of his own formulas.
+fn fresnel(cos_i: f64, eta: f64) -> f64 {
+    let i = cos_i.acos();
+    let sin_t = i.sin() / eta;
+    if sin_t >= 1.0 {
+        return 1.0;
+    }
+    if i < 1e-6 {
+        return ((eta - 1.0) / (eta + 1.0)).powi(2);
+    }
+    let t = sin_t.asin();
+    let s = ((i - t).sin() / (i + t).sin()).powi(2);
+    let p = ((i - t).tan() / (i + t).tan()).powi(2);
+    (s + p) / 2.0
+}
+
+/// Snell's law with vectors: −wo/η, and along the normal what makes the length one.
+fn snell(wo: DVec3, eta: f64) -> DVec3 {
+    let across = DVec3::new(wo.x, wo.y, 0.0) * (-1.0 / eta);
+    across - DVec3::Z * wo.z.signum() * (1.0 - across.length_squared()).max(0.0).sqrt()
+}
+
+#[test]
+fn a_mirror_sends_everything_where_it_came_from_turned_about_the_normal() {
+    let mirror = Mirror { reflectance: rgb([0.7, 0.4, 0.2]) };
+    for wo in directions() {
+        let expected = DVec3::Z * (2.0 * wide(wo).z) - wide(wo);
+        for i in 0..1000 {
+            let [u, v, lobe, _] = draw(4, i);
+            for sample in [mirror.sample(wo, [u, v], lobe), bsdf(1).sample(wo, [u, v], lobe)] {
+                assert!((wide(sample.wi) - expected).length() < 1e-6 && sample.delta, "{sample:?}");
+                assert_eq!((sample.pdf, sample.weight), (1.0, mirror.reflectance));
+            }
+            // No other direction, and no density.
+            let wi = uniform([u, v, 0.0, 0.0]);
+            assert_eq!((mirror.eval(wo, wi), mirror.pdf(wo, wi)), (Rgb::black(), 0.0));
+            assert_eq!((bsdf(1).eval(wo, wi), bsdf(1).pdf(wo, wi)), (Rgb::black(), 0.0));
+        }
+    }
+}
+
+/// How often glass reflects, as z against a given reflectance; each direction and weight is checked.
+fn z_of_reflections(glass: &impl Bxdf<f32>, [r, t]: [f64; 2], ior: f64, wo: Vec3<f32>, chance: f64) -> f64 {
+    const DRAWS: u32 = 1_000_000;
+    let eta = if wo.z > 0.0 { ior } else { 1.0 / ior };
+    let w = wide(wo);
+    let (reflected, refracted) = (DVec3::new(-w.x, -w.y, w.z), snell(w, eta));
+    let mut reflections = 0_u32;
+    for i in 0..DRAWS {
+        let [u, v, lobe, _] = draw(5, i);
+        let sample = glass.sample(wo, [u, v], lobe);
+        let reflects = sample.wi.z * wo.z > 0.0;
+        reflections += u32::from(reflects);
+        let (wi, weight) = if reflects { (reflected, r) } else { (refracted, t / (eta * eta)) };
+        assert!(sample.delta && (wide(sample.wi) - wi).length() < 1e-5, "{wo:?}: {sample:?}, not {wi}");
+        let off = (f64::from(sample.weight.r) / weight - 1.0).abs();
+        assert!(off < 1e-4, "{wo:?}: {sample:?}, not {weight}");
+    }
+    let n = f64::from(DRAWS);
+    let noise = (n * chance * (1.0 - chance)).sqrt();
+    let off = f64::from(reflections) - n * chance;
+    if noise < 1e-3 { if off == 0.0 { 0.0 } else { f64::INFINITY } } else { off / noise }
+}
+
+#[test]
+fn glass_reflects_and_refracts_as_often_as_fresnel_says() {
+    let glasses = [(2, 1.5, [1.0, 1.0]), (3, 0.75, [0.8, 0.9])];
+    let wos = directions();
+    let level = sidak(LEVEL, glasses.len() * wos.len());
+    for (index, ior, tints) in glasses {
+        for wo in wos {
+            let eta = if wo.z > 0.0 { ior } else { 1.0 / ior };
+            let chance = fresnel(f64::from(wo.z.abs()).min(1.0), eta);
+            let z = z_of_reflections(&bsdf(index), tints, ior, wo, chance);
+            assert!(normal_tails(z) > level, "ior {ior}, {wo:?}: off by {z} σ");
+            // Negative control: a reflectance, or a transmittance where that is the lesser, 2% off.
+            if chance > 0.01 && chance < 0.99 {
+                let wrong = if chance < 0.5 { 1.02 * chance } else { 1.0 - 1.02 * (1.0 - chance) };
+                let z = z_of_reflections(&bsdf(index), tints, ior, wo, wrong);
+                let enough = (1e6 * chance.min(1.0 - chance)).sqrt() * 0.02 > 8.0;
+                assert!(!enough || normal_tails(z) < level, "ior {ior}, {wo:?}: 2% are not seen, {z} σ");
+            }
+        }
+    }
+}
+
+/// The light that leaves towards `wo` when all around is white, with its standard error: by the BxDF's own
+/// directions. Radiance is squeezed where it passes into glass; `squeeze` undoes that.
+fn albedo<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>, squeeze: impl Fn(Vec3<f32>) -> f32) -> (f64, f64) {
+    const DRAWS: u32 = 100_000;
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for i in 0..DRAWS {
+        let [u, v, lobe, _] = draw(6, i);
+        let sample = bxdf.sample(wo, [u, v], lobe);
+        let x = f64::from(sample.weight.max_channel() * squeeze(sample.wi));
+        sum += x;
+        squares += x * x;
+    }
+    let n = f64::from(DRAWS);
+    let mean = sum / n;
+    (mean, ((squares / n - mean * mean).max(0.0) / n).sqrt())
+}
+
+/// ∫ f·|cos| over all directions by the midpoint rule, whose error for a smooth f and this many points is
+/// below 10⁻⁴.
+fn integral<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>) -> f64 {
+    const N: u32 = 256;
+    let mut sum = 0.0;
+    for i in 0..N {
+        let cos = (f64::from(i) + 0.5) / f64::from(N) * 2.0 - 1.0;
+        for k in 0..N {
+            let wi = direction(cos, (f64::from(k) + 0.5) / f64::from(N) * TAU);
+            sum += f64::from(bxdf.eval(wo, wi).max_channel()) * cos.abs();
+        }
+    }
+    sum * 2.0 * TAU / f64::from(N * N)
+}
+
+/// Whether no more light leaves than arrives: exactly, and by the BxDF's own directions at five standard
+/// errors, which by chance happens once in three million times; 10⁻⁴ are for rounding and quadrature.
+fn conserves<B: Bxdf<f32>>(bxdf: &B, squeeze: impl Fn(Vec3<f32>, Vec3<f32>) -> f32) -> bool {
+    directions().into_iter().all(|wo| {
+        let (mean, error) = albedo(bxdf, wo, |wi| squeeze(wo, wi));
+        mean <= 1.0 + 5.0 * error + 1e-4 && integral(bxdf, wo) <= 1.0 + 1e-4
+    })
+}
+
+/// Whether f is the same both ways.
+fn reciprocal<B: Bxdf<f32>>(bxdf: &B) -> bool {
+    (0..20_000).all(|i| {
+        let [a, b, c, d] = draw(7, i);
+        let (wo, wi) = (uniform([a, b, 0.0, 0.0]), uniform([c, d, 0.0, 0.0]));
+        let (there, back) = (bxdf.eval(wo, wi).lane(0), bxdf.eval(wi, wo).lane(0));
+        there.iter().zip(back).all(|(a, b)| (a - b).abs() <= 1e-6 * a.abs())
+    })
+}
+
+#[test]
+fn no_bxdf_makes_energy() {
+    let none = |_: Vec3<f32>, _: Vec3<f32>| 1.0;
+    assert!(conserves(&Lambertian { reflectance: rgb([1.0; 3]) }, none));
+    assert!(conserves(&Mirror { reflectance: rgb([1.0; 3]) }, none));
+    for index in 0..4 {
+        let bsdf = bsdf(index);
+        assert!(conserves(&bsdf, |wo, wi| bsdf.squeeze(wo, wo.z * wi.z < 0.0)), "material {index}");
+    }
+}
+
+#[test]
+fn what_a_matte_surface_keeps_is_its_reflectance() {
+    for wo in directions() {
+        let (mean, error) = albedo(&bsdf(0), wo, |_| 1.0);
+        assert!((mean - 0.7).abs() <= 5.0 * error + 1e-6 && (integral(&bsdf(0), wo) - 0.7).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn every_bxdf_is_reciprocal() {
+    for index in 0..4 {
+        assert!(reciprocal(&bsdf(index)), "material {index}");
+    }
+    assert!(reciprocal(&Lambertian { reflectance: rgb([0.7, 0.4, 0.2]) }));
+}
+
+/// How far the passage through glass from `wo` and the one back are from reciprocity: |1 − there/back| of
+/// f·|cos|·η², which flux, unlike radiance, has in common (Veach 1997, §5.2), and where the way back leads.
+fn passage(glass: &Dielectric<f32>, wo: Vec3<f32>, scale: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
+    let ior = f64::from(glass.ior);
+    let eta = |w: Vec3<f32>| if w.z > 0.0 { ior } else { 1.0 / ior };
+    let [_, (wi, there, chance)] = glass.branches(wo);
+    if chance <= 0.0 {
+        return None;
+    }
+    let [_, (home, back, _)] = glass.branches(wi);
+    let flux = |w: Vec3<f32>, weight: Rgb<f32>| f64::from(weight.r) * scale(eta(w));
+    Some(((1.0 - flux(wo, there) / flux(wi, back)).abs(), (wide(home) - wide(wo)).length()))
+}
+
+#[test]
+fn glass_is_reciprocal_but_for_the_squeeze_of_radiance() {
+    let (mut passages, mut caught) = (0, 0);
+    for ior in [1.5, 0.75, 2.4] {
+        let glass = Dielectric { ior, reflectance: rgb([1.0; 3]), transmittance: rgb([0.9; 3]) };
+        for i in 0..20_000 {
+            let wo = uniform(draw(8, i));
+            // Reflection comes back the same way with the same share.
+            let [(mirrored, there, _), _] = glass.branches(wo);
+            let [(home, back, _), _] = glass.branches(mirrored);
+            assert_eq!((home, there), (wo, back));
+            // Next to grazing, f32 has few digits of the cosine left on the denser side.
+            if wo.z.abs() < 0.02 || glass.branches(wo)[1].0.z.abs() < 0.02 {
+                continue;
+            }
+            let Some((off, astray)) = passage(&glass, wo, |eta| eta * eta) else { continue };
+            passages += 1;
+            // Rounding leaves a cosine c a relative error of about 2⁻²⁴/c², 1.5·10⁻⁴ here at most, a few times over.
+            assert!(off < 1e-3 && astray < 1e-4, "ior {ior}, {wo:?}: {off:e}, {astray:e}");
+            // Negative control: without η², or with η, it would not be.
+            let without = passage(&glass, wo, |_| 1.0).is_some_and(|(off, _)| off > 0.1);
+            let half = passage(&glass, wo, |eta| eta).is_some_and(|(off, _)| off > 0.1);
+            caught += u32::from(without && half);
+        }
+    }
+    assert!(passages > 30_000 && passages == caught, "{passages} passages, {caught} seen to need η²");
+}
+
+/// A BxDF that breaks a law.
+#[derive(Clone, Copy)]
+enum Outlaw {
+    /// Gives back 2% more than it gets.
+    Bright,
+    /// Scatters by the cosine of one direction alone.
+    Lopsided,
+}
+
+impl Bxdf<f32> for Outlaw {
+    fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>) -> Rgb<f32> {
+        let reflectance = match self {
+            Outlaw::Bright => 1.02,
+            // 2% at most.
+            Outlaw::Lopsided => 0.5 * (1.0 + 0.02 * wo.z.abs()),
+        };
+        Lambertian { reflectance: rgb([reflectance; 3]) }.eval(wo, wi)
+    }
+    fn sample(&self, wo: Vec3<f32>, u: [f32; 2], lobe: f32) -> BxdfSample<f32> {
+        let reflectance = if matches!(self, Outlaw::Bright) { 1.02 } else { 0.5 };
+        Lambertian { reflectance: rgb([reflectance; 3]) }.sample(wo, u, lobe)
+    }
+    fn pdf(&self, wo: Vec3<f32>, wi: Vec3<f32>) -> f32 {
+        Lambertian { reflectance: rgb([1.0; 3]) }.pdf(wo, wi)
+    }
+}
+
+#[test]
+fn energy_out_of_nothing_and_one_way_scattering_are_noticed() {
+    let none = |_: Vec3<f32>, _: Vec3<f32>| 1.0;
+    assert!(!conserves(&Outlaw::Bright, none) && reciprocal(&Outlaw::Bright));
+    assert!(conserves(&Outlaw::Lopsided, none) && !reciprocal(&Outlaw::Lopsided));
+    // The sampling alone betrays the first.
+    let (mean, error) = albedo(&Outlaw::Bright, direction(0.5, 0.0), |_| 1.0);
+    assert!(mean > 1.0 + 5.0 * error + 1e-4);
+    // Glass that forgets the squeeze: seen from outside it gives η² of what it should.
+    assert!(!conserves(&bsdf(2), |wo, wi| bsdf(2).squeeze(wo, wo.z * wi.z < 0.0).powi(2)));
+}

@@ -263,15 +263,10 @@ impl Crew {
     fn new(settings: &Settings) -> Result<Crew, SessionError> {
         let Scene { film, render, .. } = &*settings.scene;
         let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
-        let how = integrator::Settings {
-            sampler: Independent { seed: render.seed },
-            offset: film_offset(film.filter),
-            max_depth: render.max_depth,
-        };
+        let offset = film_offset(film.filter);
         match &settings.device {
             DeviceChoice::Cpu => {
-                let integrator =
-                    integrator::build(render.integrator, Arc::new(compiled), geometry, how).into();
+                let integrator = integrator::build(render, offset, Arc::new(compiled), geometry).into();
                 // A worker without a pixel would have nothing to do.
                 let threads = settings.threads.get().min(settings.region.len() as usize);
                 Ok(Crew::Cpu { integrator, threads })
@@ -279,8 +274,11 @@ impl Crew {
             DeviceChoice::Gpu(_) if render.integrator == scene::Integrator::Whitted => {
                 Err(gpu::GpuError::Unsupported("the integrator whitted".to_owned()).into())
             }
-            // `path` and `path-naive` show the same picture: the GPU renders both as the latter.
+            // `path` and `path-naive` show the same picture, and so do all samplers: the GPU renders every scene
+            // as `path-naive` with independent numbers.
             DeviceChoice::Gpu(name) => {
+                let sampler = Independent { seed: render.seed };
+                let how = integrator::Settings { sampler, offset, max_depth: render.max_depth };
                 let device = gpu::Device::open(name.as_deref())?;
                 let description = device.description().to_string();
                 let worker = gpu::GpuWorker::new(

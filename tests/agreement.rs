@@ -1,4 +1,5 @@
-//! `path`, which asks lights directly, shows what `path-naive`, which finds them by chance, shows.
+//! `path`, which asks lights directly, shows what `path-naive`, which finds them by chance, shows; and `sobol` shows
+//! what `independent` numbers show.
 //!
 //! The sides have different seeds; verdicts fall at the level stated in `common::blocks`.
 
@@ -9,8 +10,8 @@ use common::scenes::{
     checkerboard, cover, emitting, flipped, glass, matte, mirror, plane, point_light, quad, scene, sized,
     smallpt, sphere, v,
 };
-use common::{blocks::Verdict, estimate};
-use stride::scene::{Integrator, Scene};
+use common::{blocks::Estimate, blocks::Verdict, estimate, for_each_sample};
+use stride::scene::{Integrator, Sampler, Scene};
 
 fn with(mut scene: Scene, integrator: Integrator, spp: u32, seed: u32) -> Scene {
     scene.render.integrator = integrator;
@@ -110,4 +111,48 @@ fn a_lamp_two_percent_brighter_is_noticed() {
     brighter.environment = brighter.environment.map(|e| e * 1.02);
     let verdict = verdict(many_lights(), brighter, [4096, 1024]);
     assert!(!verdict.agrees(), "{verdict}");
+}
+
+/// A picture by `sobol` that knows its own noise: of so many pictures with different seeds, each with so many samples
+/// a pixel. The spread of a picture's own samples is not its error.
+fn replicated(mut scene: Scene, replicates: u32, spp: u32) -> Estimate {
+    let (width, height) = (scene.film.width, scene.film.height);
+    scene.render.sampler = Sampler::Sobol;
+    scene.render.samples = spp;
+    let mut estimate = Estimate::new(width, height);
+    for seed in 0..replicates {
+        scene.render.seed = 1000 + seed;
+        let mut sums = vec![[0.0; 3]; (width * height) as usize];
+        for_each_sample(&scene, |pixel, radiance| {
+            sums[pixel].iter_mut().zip(radiance).for_each(|(sum, x)| *sum += f64::from(x));
+        });
+        for (pixel, sum) in sums.iter().enumerate() {
+            estimate.add(pixel, sum.map(|sum| (sum / f64::from(spp)) as f32));
+        }
+    }
+    estimate
+}
+
+#[test]
+fn sobol_shows_what_independent_numbers_show_with_less_noise() {
+    let (replicates, spp) = (32, 64);
+    for (name, scene) in [("cover", cover(64, 48)), ("many lights", many_lights())] {
+        for integrator in [Integrator::PathNaive, Integrator::Path] {
+            let scene = with(scene.clone(), integrator, replicates * spp, 1);
+            let independent = estimate(&scene).blocks();
+            let sobol = replicated(scene, replicates, spp).blocks();
+            let verdict = compare(&independent, &sobol);
+            let total = |blocks: &common::blocks::Blocks| blocks.variance.iter().flatten().sum::<f64>();
+            let ratio = total(&sobol) / total(&independent);
+            println!("{name}, {integrator:?}: {verdict}; variance {ratio:.3} of that of independent numbers");
+            assert!(verdict.agrees(), "{name}, {integrator:?}: {verdict}");
+            assert!(ratio < 0.85, "{name}, {integrator:?}: {ratio}");
+        }
+    }
+    // Negative control.
+    let mut brighter = many_lights();
+    brighter.entities.iter_mut().for_each(|entity| entity.emission = entity.emission.map(|e| e * 1.02));
+    let brighter = replicated(with(brighter, Integrator::Path, 1, 1), replicates, spp);
+    let independent = estimate(&with(many_lights(), Integrator::Path, replicates * spp, 1));
+    assert!(!compare(&independent.blocks(), &brighter.blocks()).agrees());
 }

@@ -101,7 +101,7 @@ fn the_error_falls_with_the_root_of_the_number_of_samples() {
     let folder = tempfile::tempdir().unwrap();
     let text = done(
         "noise",
-        "--spp 40 --size 48x36 --reference-spp 512 --integrator path-naive --csv n.csv --plot n.svg",
+        "--spp 40 --size 48x36 --reference-spp 512 --integrator path-naive --sampler independent --csv n.csv --plot n.svg",
         folder.path(),
     );
     let (_, rows) = csv(&folder.path().join("n.csv"));

@@ -80,6 +80,7 @@ refuses! {
     an_empty_crop: ["render", "scene.toml", "--crop", "0,0,0,4"] => 2, ["--crop"];
     a_crop_in_words: ["render", "scene.toml", "--crop", "all"] => 2, ["X,Y,WIDTH,HEIGHT"];
     an_unknown_integrator: ["render", "scene.toml", "--integrator", "bidir"] => 2, ["path-naive", "whitted"];
+    an_unknown_sampler: ["render", "scene.toml", "--sampler", "halton"] => 2, ["sobol", "independent"];
     an_unknown_filter: ["render", "scene.toml", "--filter", "tnet"] => 2, ["tent"];
     a_later_filter: ["render", "scene.toml", "--filter", "mitchell"] => 2, ["later"];
     an_unknown_world: ["render", "scene.toml", "--world", "octree"] => 2, ["simple"];

@@ -11,7 +11,7 @@ use stride::render::accumulator::{Inbox, Outbox, Outcome};
 use stride::render::{Accumulator, Region, Schedule, Stride};
 use stride::sampling::Independent;
 use stride::scene::{
-    Entity, FilmSettings, Filter, Integrator, Material, MaterialKind, RenderSettings, Scene, Shape,
+    Entity, FilmSettings, Filter, Integrator, Material, MaterialKind, RenderSettings, Sampler, Scene, Shape,
 };
 use stride::world::compile;
 
@@ -40,6 +40,7 @@ fn scene(width: u32, height: u32) -> Scene {
         },
         render: RenderSettings {
             integrator: Integrator::PathNaive,
+            sampler: Sampler::Independent,
             max_depth: 5,
             samples: 1,
             seed: 0,

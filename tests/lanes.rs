@@ -10,7 +10,7 @@ use stride::material::{Bxdf, Kind, MaterialTable, Row, fresnel_dielectric};
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{Float, Frame, Ray, Rgb, Uint, Vec3, trig};
 use stride::render::Region;
-use stride::sampling::{Block, Independent, PathId, Sampler, random, warp};
+use stride::sampling::{Block, Independent, PathId, Sampler, Sobol, random, warp};
 use stride::scene::{Integrator, Scene};
 use stride::shape::{Plane, Quad, Shape, Sphere, offset_origin};
 
@@ -129,8 +129,8 @@ law!(frames_are_the_same_at_every_level, F, x, {
 law!(random_numbers_are_the_same_at_every_level, F, x, {
     let hash = random::pcg4d([x[0], x[1], x[2], x[3]]).map(F::from_bits);
     let id = PathId::<F> { pixel: x[4], sample: x[5] };
-    let drawn = Independent { seed: 7 }.draw(id, Block::SCATTER.at::<F>(x[6] & F::Uint::splat(63)));
-    [hash, drawn]
+    let block = Block::SCATTER.at::<F>(x[6] & F::Uint::splat(63));
+    [hash, Independent { seed: 7 }.draw(id, block), Sobol { seed: 7 }.draw(id, block)]
 });
 
 law!(warps_are_the_same_at_every_level, F, x, {

@@ -478,6 +478,11 @@ integrator = "photon-map"
 "#,
     [r#"2:14: unknown integrator "photon-map"; valid here: "whitted", "path", "path-naive""#]
 );
+broken!(
+    sampler_unknown,
+    "[render]\nsampler = \"halton\"\n",
+    [r#"2:11: unknown sampler "halton"; valid here: "sobol", "independent""#]
+);
 broken!(no_samples, "[render]\nsamples = 0\n", ["2:11: samples must be from 1 to 4294967295, not 0"]);
 broken!(
     too_many_samples,

@@ -129,6 +129,7 @@ fn an_empty_file_has_the_defaults_of_the_design() {
         },
         render: RenderSettings {
             integrator: Integrator::Path,
+            sampler: Sampler::Sobol,
             max_depth: 5,
             samples: 500,
             seed: 0,
@@ -163,6 +164,7 @@ fn every_key_reaches_the_scene() {
         focus_distance = 9
         [render]
         integrator = "whitted"
+        sampler = "independent"
         max_depth = 0
         samples = 4_294_967_295
         seed = 0xffff_ffff
@@ -237,6 +239,7 @@ fn every_key_reaches_the_scene() {
         scene.render,
         RenderSettings {
             integrator: Integrator::Whitted,
+            sampler: Sampler::Independent,
             max_depth: 0,
             samples: u32::MAX,
             seed: u32::MAX,

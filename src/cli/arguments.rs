@@ -2,7 +2,7 @@
 
 use super::{Failure, usage};
 use crate::render::Region;
-use crate::scene::{self, Filter, Integrator, Scene};
+use crate::scene::{self, Filter, Integrator, Sampler, Scene};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -21,6 +21,9 @@ pub(super) struct SceneArguments {
     /// How light is followed, instead of the scene's way
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<Integrator>,
+    /// Where random numbers come from, instead of the scene's source: sobol or independent
+    #[arg(long, value_name = "NAME")]
+    pub sampler: Option<Sampler>,
     /// Largest number of bounces, instead of the scene's; 0 sees emitters only
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pub max_depth: Option<u32>,
@@ -50,6 +53,9 @@ impl SceneArguments {
         }
         if let Some(integrator) = self.integrator {
             scene.render.integrator = integrator;
+        }
+        if let Some(sampler) = self.sampler {
+            scene.render.sampler = sampler;
         }
         if let Some(max_depth) = self.max_depth {
             scene.render.max_depth = max_depth;

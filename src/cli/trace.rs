@@ -4,7 +4,6 @@ use super::arguments::SceneArguments;
 use super::{Failure, print, usage};
 use crate::film::{film_offset, sums};
 use crate::integrator::{self, Event, Pixel};
-use crate::sampling::Independent;
 use crate::scene::Scene;
 use crate::world;
 use std::fmt::Write;
@@ -48,12 +47,8 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
         return Err(usage(format!("pixel {x},{y} is not on the film, which has {width}×{height} pixels")));
     }
     let (compiled, geometry) = world::compile(&scene, width, height);
-    let settings = integrator::Settings {
-        sampler: Independent { seed: scene.render.seed },
-        offset: film_offset(scene.film.filter),
-        max_depth: scene.render.max_depth,
-    };
-    let integrator = integrator::build(scene.render.integrator, Arc::new(compiled), geometry, settings);
+    let offset = film_offset(scene.film.filter);
+    let integrator = integrator::build(&scene.render, offset, Arc::new(compiled), geometry);
     let (sample, events) = integrator.explain(Pixel { index: y * width + x, x, y }, arguments.sample);
     let mut text = format!(
         "pixel {x},{y} (index {}) sample {}: film position {} {}\n",

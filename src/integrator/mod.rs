@@ -17,7 +17,7 @@ use crate::camera::Camera;
 use crate::math::lanes::Level;
 use crate::math::{Float, Ray};
 use crate::sampling::warp::FilmOffset;
-use crate::sampling::{Block, Independent, PathId, Sampler};
+use crate::sampling::{Block, Independent, PathId, Sampler, Sobol};
 use crate::scene;
 use crate::world::{CompiledScene, Geometry};
 use std::sync::Arc;
@@ -102,22 +102,35 @@ pub struct Settings<S> {
     pub max_depth: u32,
 }
 
-/// The integrator of a kind over a compiled scene, with its world and sampler inside.
+/// The integrator that a scene asks for over the compiled scene, with its world and sampler inside.
 pub fn build(
-    kind: scene::Integrator,
+    render: &scene::RenderSettings,
+    offset: FilmOffset,
     scene: Arc<CompiledScene>,
     geometry: Geometry,
-    settings: Settings<Independent>,
 ) -> Box<dyn Integrator> {
+    let seed = render.seed;
+    match render.sampler {
+        scene::Sampler::Independent => build_with(Independent { seed }, render, offset, scene, geometry),
+        scene::Sampler::Sobol => build_with(Sobol { seed }, render, offset, scene, geometry),
+    }
+}
+
+fn build_with<S: Sampler>(
+    sampler: S,
+    render: &scene::RenderSettings,
+    offset: FilmOffset,
+    scene: Arc<CompiledScene>,
+    geometry: Geometry,
+) -> Box<dyn Integrator> {
+    let settings = Settings { sampler, offset, max_depth: render.max_depth };
     let world = Arc::new(geometry);
-    match kind {
+    match render.integrator {
         scene::Integrator::Path => {
             Box::new(PathTracer { transport: NextEvent::default(), scene, world, settings })
         }
         scene::Integrator::PathNaive => Box::new(PathTracer { transport: Naive, scene, world, settings }),
-        scene::Integrator::Whitted => {
-            Box::new(Whitted { scene, world, settings, seed: settings.sampler.seed })
-        }
+        scene::Integrator::Whitted => Box::new(Whitted { scene, world, settings, seed: render.seed }),
     }
 }
 

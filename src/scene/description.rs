@@ -63,6 +63,8 @@ pub enum Filter {
 pub struct RenderSettings {
     /// The integrator.
     pub integrator: Integrator,
+    /// Where its random numbers come from.
+    pub sampler: Sampler,
     /// The largest number of bounces: 0 sees emitters only.
     pub max_depth: u32,
     /// Samples a pixel, at least one.
@@ -82,6 +84,15 @@ pub enum Integrator {
     Path,
     /// The report's path tracer (§4.3): lights are found by chance.
     PathNaive,
+}
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampler {
+    /// Every number by itself: the error falls as 1/√n.
+    Independent,
+    /// Scrambled Sobol points: each decision's numbers are spread evenly over the samples of a pixel.
+    Sobol,
 }
 
 /// A named material.

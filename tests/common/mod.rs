@@ -11,10 +11,9 @@ pub mod tracers;
 use self::blocks::Estimate;
 use std::sync::Arc;
 use stride::film::film_offset;
-use stride::integrator::{self, Finished, Integrator, Paths, Settings};
+use stride::integrator::{self, Finished, Integrator, Paths};
 use stride::math::lanes::Level;
 use stride::render::Region;
-use stride::sampling::Independent;
 use stride::scene::Scene;
 use stride::world;
 
@@ -24,12 +23,7 @@ const BLOCK: u32 = 4096;
 /// What follows light in a scene, as the scene asks for it.
 pub fn integrator(scene: &Scene) -> Box<dyn Integrator> {
     let (compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
-    let settings = Settings {
-        sampler: Independent { seed: scene.render.seed },
-        offset: film_offset(scene.film.filter),
-        max_depth: scene.render.max_depth,
-    };
-    integrator::build(scene.render.integrator, Arc::new(compiled), geometry, settings)
+    integrator::build(&scene.render, film_offset(scene.film.filter), Arc::new(compiled), geometry)
 }
 
 /// Gives every sample of a scene's picture to `take`, with its pixel's index.

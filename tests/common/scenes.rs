@@ -4,7 +4,8 @@ use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 use stride::camera::CameraSettings;
 use stride::scene::{
-    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, RenderSettings, Scene, Shape,
+    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, RenderSettings, Sampler, Scene,
+    Shape,
 };
 
 pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -62,7 +63,8 @@ pub fn point_light(position: DVec3, intensity: f64) -> Light {
 }
 
 /// A camera at the origin that looks along x with z up, 90° high, on a film of 16 × 16 pixels that are
-/// sampled in their centres, over these things.
+/// sampled in their centres, over these things. Its samples are independent, so that a picture can know its own
+/// noise.
 pub fn scene(materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
         film: FilmSettings { width: 16, height: 16, exposure: 0.0, filter: Filter::None },
@@ -78,6 +80,7 @@ pub fn scene(materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
         },
         render: RenderSettings {
             integrator: Integrator::PathNaive,
+            sampler: Sampler::Independent,
             max_depth: 5,
             samples: 16,
             seed: 0,

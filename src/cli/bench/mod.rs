@@ -11,7 +11,7 @@ use crate::math::lanes::Level;
 use crate::output::atomic::{check_place, write_atomically};
 use crate::output::plot::Chart;
 use crate::render::Region;
-use crate::scene::{Integrator, Scene};
+use crate::scene::{Integrator, Sampler, Scene};
 use crate::session::{self, DeviceChoice, Report, Settings, View};
 use crossbeam_channel::Receiver;
 use std::convert::Infallible;
@@ -167,10 +167,15 @@ impl<'a> Bench<'a> {
             Integrator::Path => "path",
             Integrator::PathNaive => "path-naive",
         };
+        let sampler = match render.sampler {
+            Sampler::Independent => "independent",
+            Sampler::Sobol => "sobol",
+        };
         let mut words = vec![
             self.arguments.scene.name(),
             format!("{}×{} pixels", film.width, film.height),
             integrator.to_owned(),
+            sampler.to_owned(),
         ];
         words.extend_from_slice(more);
         words.join(" · ")

@@ -1,9 +1,10 @@
 //! `stride bench noise`: error against samples a pixel.
 //!
-//! Independent samples make the error fall as 1/√n: on logarithmic axes a line of slope −½. The error is the root
-//! of the mean squared difference to a reference that another seed made with many more samples, so that the two
-//! have nothing in common but the scene. A reference of R samples has an error of its own: what is measured at n
-//! samples is √(1 + n/R) times the true error, at most 1.6% too much at the default R of 32 n.
+//! Independent samples make the error fall as 1/√n: on logarithmic axes a line of slope −½; those of `sobol` make it
+//! fall faster where radiance is smooth. The error is the root of the mean squared difference to a reference that
+//! another seed made with many more samples, so that the two have nothing in common but the scene. A reference of R
+//! samples has an error of its own: what is measured at n independent samples is √(1 + n/R) times the true error, at
+//! most 1.6% too much at the default R of 32 n.
 
 use super::table::{Cell, Table, significant};
 use super::{Bench, CommonArguments, Failure, counted, threads_or_cores, usage};

@@ -132,6 +132,26 @@ impl Uint for Uint8 {
         Uint8(unsafe { _mm256_srl_epi32(self.0, _mm_cvtsi32_si128(K as i32)) })
     }
     #[inline(always)]
+    fn reverse_bits(self) -> Self {
+        // Both halves of every byte are looked up in reverse, then the bytes change places.
+        unsafe {
+            let low = _mm256_broadcastsi128_si256(_mm_setr_epi8(
+                0x00, -0x80, 0x40, -0x40, 0x20, -0x60, 0x60, -0x20, 0x10, -0x70, 0x50, -0x30, 0x30, -0x50,
+                0x70, -0x10,
+            ));
+            let high = _mm256_broadcastsi128_si256(_mm_setr_epi8(
+                0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15,
+            ));
+            let order = _mm256_broadcastsi128_si256(_mm_setr_epi8(
+                3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12,
+            ));
+            let half = _mm256_set1_epi8(0x0f);
+            let raised = _mm256_shuffle_epi8(low, _mm256_and_si256(self.0, half));
+            let lowered = _mm256_shuffle_epi8(high, _mm256_and_si256(_mm256_srli_epi32::<4>(self.0), half));
+            Uint8(_mm256_shuffle_epi8(_mm256_or_si256(raised, lowered), order))
+        }
+    }
+    #[inline(always)]
     fn eq(self, other: Self) -> Mask8 {
         Mask8(unsafe { _mm256_castsi256_ps(_mm256_cmpeq_epi32(self.0, other.0)) })
     }

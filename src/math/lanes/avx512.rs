@@ -128,6 +128,24 @@ impl Uint for Uint16 {
         Uint16(unsafe { _mm512_srl_epi32(self.0, _mm_cvtsi32_si128(K as i32)) })
     }
     #[inline(always)]
+    fn reverse_bits(self) -> Self {
+        // Both halves of every byte are looked up in reverse, then the bytes change places.
+        unsafe {
+            let low = _mm512_broadcast_i32x4(_mm_setr_epi8(
+                0x00, -0x80, 0x40, -0x40, 0x20, -0x60, 0x60, -0x20, 0x10, -0x70, 0x50, -0x30, 0x30, -0x50,
+                0x70, -0x10,
+            ));
+            let high =
+                _mm512_broadcast_i32x4(_mm_setr_epi8(0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15));
+            let order =
+                _mm512_broadcast_i32x4(_mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12));
+            let half = _mm512_set1_epi8(0x0f);
+            let raised = _mm512_shuffle_epi8(low, _mm512_and_si512(self.0, half));
+            let lowered = _mm512_shuffle_epi8(high, _mm512_and_si512(_mm512_srli_epi32::<4>(self.0), half));
+            Uint16(_mm512_shuffle_epi8(_mm512_or_si512(raised, lowered), order))
+        }
+    }
+    #[inline(always)]
     fn eq(self, other: Self) -> Mask16 {
         Mask16(unsafe { _mm512_cmpeq_epi32_mask(self.0, other.0) })
     }

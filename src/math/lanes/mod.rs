@@ -65,6 +65,8 @@ pub trait Uint:
     fn shl<const K: u32>(self) -> Self;
     /// Shifts every lane right by `K` bits, filling with zeros.
     fn shr<const K: u32>(self) -> Self;
+    /// Every lane's bits in the opposite order.
+    fn reverse_bits(self) -> Self;
     /// Equality, lane by lane.
     fn eq(self, other: Self) -> Self::Mask;
     /// Unsigned "less than", lane by lane.

@@ -119,6 +119,10 @@ impl Uint for Uint4 {
         Uint4(from_fn(|i| self.0[i] >> K))
     }
     #[inline(always)]
+    fn reverse_bits(self) -> Self {
+        Uint4(from_fn(|i| self.0[i].reverse_bits()))
+    }
+    #[inline(always)]
     fn eq(self, other: Self) -> Mask4 {
         Mask4(from_fn(|i| self.0[i] == other.0[i]))
     }

@@ -68,6 +68,10 @@ impl Uint for Wrapping {
         Wrapping(self.0 >> K)
     }
     #[inline(always)]
+    fn reverse_bits(self) -> Self {
+        Wrapping(self.0.reverse_bits())
+    }
+    #[inline(always)]
     fn eq(self, other: Self) -> bool {
         self.0 == other.0
     }

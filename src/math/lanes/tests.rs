@@ -197,6 +197,10 @@ program!(Shifts, F, [a, _, _], {
     let right = [a.shr::<0>(), a.shr::<1>(), a.shr::<8>(), a.shr::<16>(), a.shr::<31>()];
     [left, right].concat().into_iter().map(F::from_bits).collect::<Vec<_>>()
 });
+program!(Reversal, F, [a, b, _], {
+    let (a, b) = (a.to_bits(), b.to_bits());
+    [a.reverse_bits(), b.reverse_bits().reverse_bits(), (a ^ b).reverse_bits()].map(F::from_bits)
+});
 program!(IntegerComparisons, F, [a, b, c], {
     let (a, b, c) = (a.to_bits(), b.to_bits(), c.to_bits());
     let chosen = [F::Uint::select(a.lt(b), a, c), F::Uint::select(a.eq(b), b, c)].map(F::from_bits);
@@ -240,6 +244,7 @@ fn comparisons_and_logic_agree_at_every_level() {
 fn integers_wrap_shift_and_compare_alike_at_every_level() {
     all_levels_agree::<Integers>(&rows(), NaNs::Kept);
     all_levels_agree::<Shifts>(&rows(), NaNs::Kept);
+    all_levels_agree::<Reversal>(&rows(), NaNs::Kept);
     all_levels_agree::<IntegerComparisons>(&rows(), NaNs::Kept);
 }
 

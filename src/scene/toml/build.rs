@@ -11,7 +11,8 @@ use super::materials::{self, Raw};
 use super::report::{Reported, Reports, quote};
 use super::value::unit;
 use crate::scene::description::{
-    CameraSettings, Colour, Entity, FilmSettings, Filter, Integrator, Light, RenderSettings, Scene, Shape,
+    CameraSettings, Colour, Entity, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene,
+    Shape,
 };
 
 /// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would
@@ -209,6 +210,7 @@ fn view_direction(
 
 pub(super) fn render(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RenderSettings> {
     let integrator = fields.get(&keys::INTEGRATOR, reports);
+    let sampler = fields.get(&keys::SAMPLER, reports);
     let max_depth = fields.get(&keys::MAX_DEPTH, reports);
     let samples = fields.get(&keys::SAMPLES, reports);
     let seed = fields.get(&keys::SEED, reports);
@@ -220,6 +222,7 @@ pub(super) fn render(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
     }
     Ok(RenderSettings {
         integrator,
+        sampler: sampler?,
         max_depth: max_depth?,
         samples: samples?,
         seed: seed?,
@@ -310,6 +313,15 @@ impl FromStr for Filter {
     /// The filter of this name with its usual radius, as in a scene file.
     fn from_str(name: &str) -> Result<Self, String> {
         word(|reports| keys::FILTERS.read_word(name, 0, reports), name)
+    }
+}
+
+impl FromStr for Sampler {
+    type Err = String;
+
+    /// The sampler of this name, as in a scene file.
+    fn from_str(name: &str) -> Result<Self, String> {
+        word(|reports| keys::SAMPLERS.pick(name, 0, reports), name)
     }
 }
 

@@ -6,7 +6,7 @@ use super::form::{At, Block, Key, ListOf, MapOf, OneOf, Table, Variant, WordOr};
 use super::materials::Raw;
 use super::value::{Choice, Colour, Direction, Flag, Integer, NonZero, Number, Pair, Vector, Word};
 use crate::scene::description::{
-    CameraSettings, FilmSettings, Filter, Integrator, Light, RenderSettings, Scene, Shape,
+    CameraSettings, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene, Shape,
 };
 
 // Lengths whose squares, and the squares of whose inverses, fit 32 bits.
@@ -166,7 +166,7 @@ pub(super) static FOCUS_DISTANCE: Key<Number> =
     Key::optional("focus_distance", LENGTH, "The distance along forward that a thin lens renders sharp.");
 
 static RENDER_TABLE: Table =
-    Table::new("the render settings", &[&INTEGRATOR, &MAX_DEPTH, &SAMPLES, &SEED, &AMBIENT]);
+    Table::new("the render settings", &[&INTEGRATOR, &SAMPLER, &MAX_DEPTH, &SAMPLES, &SEED, &AMBIENT]);
 
 pub(super) static INTEGRATOR: Key<Choice<Integrator>> = Key::default(
     "integrator",
@@ -182,6 +182,14 @@ pub(super) const INTEGRATORS: Choice<Integrator> = Choice {
         ("path-naive", Integrator::PathNaive),
     ],
 };
+pub(super) static SAMPLER: Key<Choice<Sampler>> = Key::default(
+    "sampler",
+    SAMPLERS,
+    "\"sobol\"",
+    "Where random numbers come from: sobol (spread evenly over a pixel's samples) or independent.",
+);
+pub(super) const SAMPLERS: Choice<Sampler> =
+    Choice { what: "sampler", options: &[("sobol", Sampler::Sobol), ("independent", Sampler::Independent)] };
 pub(super) static MAX_DEPTH: Key<Integer> = Key::default(
     "max_depth",
     Integer { least: 0, most: 10_000 },

@@ -8,10 +8,10 @@
 
 use super::{Device, GpuWorker, Pipeline, Prepared, Shape, carry_out, device, scenes};
 use crate::gpu::enabled::pipeline::{MAIN, library};
-use crate::integrator::{self, Paths};
+use crate::integrator::{Integrator, Paths};
 use crate::math::lanes::Level;
 use crate::render::{Order, Payload};
-use crate::scene::{self, Scene};
+use crate::scene::Scene;
 
 const REPLICATES: u32 = 32;
 
@@ -37,12 +37,7 @@ fn block(pixel: u32) -> usize {
 }
 
 fn on_cpu(prepared: &Prepared, spp: u32) -> Vec<Replicate> {
-    let integrator = integrator::build(
-        scene::Integrator::PathNaive,
-        prepared.scene.clone().into(),
-        prepared.geometry.clone(),
-        prepared.settings,
-    );
+    let integrator = prepared.on_cpu();
     let level = Level::from_environment().unwrap();
     let pixels: Vec<_> = (0..WIDTH * HEIGHT).map(|place| prepared.whole.pixel(place)).collect();
     let replicate = |i: u32| {

@@ -12,7 +12,7 @@ use super::pipeline::{Pipeline, Shape};
 use super::worker::GpuWorker;
 use crate::film::film_offset;
 use crate::gpu::{GpuError, Job};
-use crate::integrator::Settings;
+use crate::integrator::{Naive, PathTracer, Settings};
 use crate::render::{Order, Payload, Region, SampleBatch, Stride};
 use crate::sampling::Independent;
 use crate::scene::Scene;
@@ -49,6 +49,12 @@ impl Prepared {
             max_depth: scene.render.max_depth,
         };
         Prepared { scene: compiled, geometry, settings, whole: Region::whole(width, height) }
+    }
+
+    /// What the GPU renders, on the CPU.
+    fn on_cpu(&self) -> PathTracer<Naive, Geometry, Independent> {
+        let (scene, world) = (self.scene.clone().into(), self.geometry.clone().into());
+        PathTracer { transport: Naive, scene, world, settings: self.settings }
     }
 
     fn job(&self) -> Job<'_> {

@@ -2,7 +2,8 @@
 
 use crate::camera::CameraSettings;
 use crate::scene::{
-    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, RenderSettings, Scene, Shape,
+    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, RenderSettings, Sampler, Scene,
+    Shape,
 };
 use glam::DVec3;
 
@@ -50,6 +51,7 @@ fn scene(width: u32, height: u32, materials: Vec<Material>, entities: Vec<Entity
         },
         render: RenderSettings {
             integrator: Integrator::PathNaive,
+            sampler: Sampler::Independent,
             max_depth: 5,
             samples: 1,
             seed: 0,

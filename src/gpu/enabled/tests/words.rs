@@ -156,18 +156,12 @@ fn what_a_film_cannot_take_is_counted_and_named() {
 #[cfg(feature = "broken-material")]
 #[test]
 fn a_broken_material_is_rejected_as_on_the_cpu() {
-    use crate::integrator::{self, Paths};
+    use crate::integrator::{Integrator, Paths};
     use crate::math::lanes::Level;
-    use crate::scene;
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::broken(40, 30), 0);
     let (theirs, _) = render(&device, &prepared.job(), Shape::of(&device), None);
-    let integrator = integrator::build(
-        scene::Integrator::PathNaive,
-        prepared.scene.clone().into(),
-        prepared.geometry.clone(),
-        prepared.settings,
-    );
+    let integrator = prepared.on_cpu();
     let pixels: Vec<_> = (0..40 * 30).map(|place| prepared.whole.pixel(place)).collect();
     let mut out = Vec::new();
     integrator.trace(Level::PORTABLE, &Paths { pixels: &pixels, first_sample: 0, samples: 21 }, &mut out);

@@ -66,7 +66,7 @@ pub(super) fn create_in_place(path: &Path, start: &[u8]) -> Result<File, OutputE
 
 impl Place {
     fn find(path: &Path) -> Result<Self, OutputError> {
-        let wrong = |source| OutputError::Io { path: path.to_path_buf(), source };
+        let wrong = |reason| OutputError::Io { path: path.to_path_buf(), reason };
         let mut target = path.to_path_buf();
         let mut links = 0;
         let found = loop {

@@ -71,12 +71,12 @@ pub enum OutputError {
         path: PathBuf,
     },
     /// Anything else that the operating system or the format's encoder refuses.
-    #[error("cannot write {path:?}: {source}")]
+    #[error("cannot write {path:?}: {reason}")]
     Io {
         /// The file asked for.
         path: PathBuf,
         /// What it said.
-        source: io::Error,
+        reason: io::Error,
     },
 }
 
@@ -98,7 +98,7 @@ impl OutputError {
                 let folder = folder_of(&path);
                 Self::Denied { path, folder }
             }
-            _ => Self::Io { path, source },
+            _ => Self::Io { path, reason: source },
         }
     }
 }

@@ -39,12 +39,12 @@ pub enum ReadError {
         path: PathBuf,
     },
     /// Anything else that the operating system refuses.
-    #[error("cannot read {path:?}: {source}")]
+    #[error("cannot read {path:?}: {reason}")]
     Io {
         /// The file asked for.
         path: PathBuf,
         /// What it said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// What is in the file is not what its name says, or only a part of it.
     #[error("cannot read {path:?}: it is no whole {format} file ({message})")]
@@ -77,7 +77,7 @@ const MOST_MEMORY: u64 = 1 << 32;
 pub fn read_picture(path: &Path) -> Result<(Format, Picture), ReadError> {
     let format = Format::of(path).map_err(|error| match error {
         OutputError::UnknownFormat { path, known, .. } => ReadError::UnknownFormat { path, known },
-        other => ReadError::Io { path: path.to_path_buf(), source: io::Error::other(other) },
+        other => ReadError::Io { path: path.to_path_buf(), reason: io::Error::other(other) },
     })?;
     let bytes = fs::read(path).map_err(|source| {
         let path = path.to_path_buf();
@@ -85,7 +85,7 @@ pub fn read_picture(path: &Path) -> Result<(Format, Picture), ReadError> {
             ErrorKind::NotFound => ReadError::Missing { path },
             ErrorKind::IsADirectory => ReadError::IsFolder { path },
             _ if path.is_dir() => ReadError::IsFolder { path },
-            _ => ReadError::Io { path, source },
+            _ => ReadError::Io { path, reason: source },
         }
     })?;
     let broken = |message: String| ReadError::Broken { path: path.to_path_buf(), format, message };

@@ -5,7 +5,7 @@ use stride::film::film_offset;
 use stride::integrator::{Finished, Integrator, Naive, NextEvent, PathTracer, Paths, Settings};
 use stride::math::lanes::Level;
 use stride::render::Region;
-use stride::sampling::Independent;
+use stride::sampling::{Independent, Sampler, Sobol};
 use stride::scene::Scene;
 use stride::world;
 
@@ -21,30 +21,31 @@ pub enum Method {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Numbers {
     Independent,
+    Sobol,
 }
 
 /// All samplers that integrators are proved with.
-pub const NUMBERS: [Numbers; 1] = [Numbers::Independent];
+pub const NUMBERS: [Numbers; 2] = [Numbers::Independent, Numbers::Sobol];
 
 /// A method over a scene, with numbers of a seed.
 pub fn tracer(method: Method, numbers: Numbers, scene: &Scene, seed: u32) -> Box<dyn Integrator> {
+    match numbers {
+        Numbers::Independent => with_sampler(method, Independent { seed }, scene),
+        Numbers::Sobol => with_sampler(method, Sobol { seed }, scene),
+    }
+}
+
+fn with_sampler<S: Sampler>(method: Method, sampler: S, scene: &Scene) -> Box<dyn Integrator> {
     let (compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
-    let (compiled, world) = (Arc::new(compiled), Arc::new(geometry));
-    let sampler = match numbers {
-        Numbers::Independent => Independent { seed },
-    };
+    let (scene_tables, world) = (Arc::new(compiled), Arc::new(geometry));
     let offset = film_offset(scene.film.filter);
     let settings = Settings { sampler, offset, max_depth: scene.render.max_depth };
-    let next_event = |roulette| {
-        let transport = NextEvent { roulette };
-        PathTracer { transport, scene: compiled.clone(), world: world.clone(), settings }
-    };
     match method {
-        Method::PathNaive => {
-            Box::new(PathTracer { transport: Naive, scene: compiled.clone(), world: world.clone(), settings })
+        Method::PathNaive => Box::new(PathTracer { transport: Naive, scene: scene_tables, world, settings }),
+        Method::Path | Method::PathWithoutRoulette => {
+            let transport = NextEvent { roulette: method == Method::Path };
+            Box::new(PathTracer { transport, scene: scene_tables, world, settings })
         }
-        Method::Path => Box::new(next_event(true)),
-        Method::PathWithoutRoulette => Box::new(next_event(false)),
     }
 }
 

@@ -210,7 +210,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let (outcome, picture) = result?;
     if settings.view != View::Quiet {
         // Standard error may be closed: these are courtesies.
-        let _ = tell(&outcome, &mut std::io::stderr().lock());
+        let _ = tell(settings, &outcome, &mut std::io::stderr().lock());
     }
     let Outcome { totals, whole, .. } = outcome;
     Ok(Report { totals, whole, device, threads: workers, build, picture })
@@ -429,9 +429,17 @@ fn save_on_request(settings: &Settings, owners: &[u32], requests: &Receiver<Requ
     }
 }
 
-/// Says what a user would not expect: samples that were left out and how to look at one of them, pictures
+/// Says where the pictures are, and what a user would not expect: samples that were left out and how to look at one of them, pictures
 /// that were not reached, nothing at all.
-fn tell(outcome: &Outcome, out: &mut impl Write) -> std::io::Result<()> {
+fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io::Result<()> {
+    if outcome.totals.samples > 0 && !settings.outputs.is_empty() {
+        let names: Vec<String> = settings.outputs.iter().map(|path| path.display().to_string()).collect();
+        let spp = outcome.totals.spp;
+        let early = settings.time.is_none() && spp < settings.spp;
+        let note =
+            if early { format!(" (stopped early, before {} spp)", settings.spp) } else { String::new() };
+        writeln!(out, "wrote {}{note}", names.join(", "))?;
+    }
     let rejected = outcome.totals.rejected;
     if rejected > 0 {
         writeln!(out, "{rejected} {} left out:", if rejected == 1 { "sample was" } else { "samples were" })?;

@@ -86,6 +86,7 @@ refuses! {
     an_unknown_world: ["render", "scene.toml", "--world", "octree"] => 2, ["simple"];
     an_unknown_device: ["render", "scene.toml", "--device", "tpu"] => 2, ["cpu", "gpu"];
     an_unknown_overlay: ["render", "scene.toml", "--overlay", "depth"] => 2, ["owner"];
+    an_overlay_that_no_format_takes: ["render", "scene.toml", "--overlay", "owner", "-o", "a.exr"] => 2, [".png"];
     an_exposure_in_words: ["render", "scene.toml", "--exposure", "bright"] => 2, ["stops"];
     a_negative_depth: ["render", "scene.toml", "--max-depth=-1"] => 2, ["--max-depth"];
     a_seed_too_large: ["render", "scene.toml", "--seed", "4294967296"] => 2, ["--seed"];

@@ -237,7 +237,8 @@ fn the_last_line_of_progress_is_the_end() {
             .output()
             .expect("the program starts");
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(said.lines().last().is_some_and(|line| line.starts_with("7 spp in ")), "{said}");
+        assert!(said.lines().rev().nth(1).is_some_and(|line| line.starts_with("7 spp in ")), "{said}");
+        assert!(said.ends_with("wrote cover.png\n"), "{said}");
     }
 }
 

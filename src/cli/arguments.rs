@@ -18,7 +18,7 @@ pub(super) struct SceneArguments {
     /// Size of the film in pixels, instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
-    /// How light is followed, instead of the scene's way
+    /// How light is followed, instead of the scene's way: path, path-naive or whitted
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<Integrator>,
     /// Where random numbers come from, instead of the scene's source: sobol or independent

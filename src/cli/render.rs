@@ -17,13 +17,14 @@ use std::time::{Duration, Instant};
 pub(super) struct RenderArguments {
     #[command(flatten)]
     scene: SceneArguments,
-    /// Picture to write: .png, .exr or .hdr; may be given several times [default: the scene's name with .png]
+    /// Picture to write: .png, .exr or .hdr; may be given several times [default: the scene's name with .png,
+    /// in the current folder]
     #[arg(short, long = "output", value_name = "FILE")]
     outputs: Vec<PathBuf>,
     /// Samples a pixel, instead of the scene's
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Stop at the first whole sample after this time: 30s, 1.5m, 2h
+    /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h) or at --spp, not at the scene's samples
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time: Option<Duration>,
     /// Threads that render, 1 to 1024 [default: one a core]
@@ -170,6 +171,18 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
 
 /// Finds out before the render whether its files can be written after it, each in a place of its own.
 fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), Failure> {
+    if settings.overlay {
+        let plain = settings
+            .outputs
+            .iter()
+            .find(|path| !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")));
+        if let Some(path) = plain {
+            return Err(usage(format!(
+                "--overlay colours .png files; {} would hold the picture",
+                path.display()
+            )));
+        }
+    }
     let mut pictures = settings.outputs.clone();
     for path in &settings.outputs {
         pictures.extend(settings.dump_at.iter().map(|&at| output::numbered_path(path, at)));

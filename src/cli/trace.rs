@@ -81,10 +81,13 @@ fn describe(event: &Event, scene: &Scene, text: &mut String) {
         }
         Event::Escape { radiance } => writeln!(text, "  leaves the scene and sees {}", v(radiance)),
         Event::Light { direction, added } => {
-            writeln!(text, "  light from {} adds {}", v(direction), v(added))
+            writeln!(text, "  light from {} adds {}, times the throughput", v(direction), v(added))
         }
         Event::Scatter { weight, pdf, throughput } => {
             writeln!(text, "  scatters with weight {} (pdf {pdf}): throughput {}", v(weight), v(throughput))
+        }
+        Event::Survive { chance, throughput } => {
+            writeln!(text, "  survives Russian roulette (chance {chance}): throughput {}", v(throughput))
         }
         Event::End { reason, radiance } => writeln!(text, "ends: {reason}; radiance {}", v(radiance)),
     };

@@ -104,6 +104,9 @@ impl Transport for NextEvent {
             let reward = F::select(plays, F::splat(1.0) / worth, F::splat(1.0));
             state.beta = state.beta * reward;
             going = going & !ends;
+            if O::LISTENS && first(plays & !ends) {
+                observer.event(|| Event::Survive { chance: worth.lane(0), throughput: rgb(state.beta) });
+            }
             if O::LISTENS && first(ends) {
                 observer.event(|| Event::End { reason: "Russian roulette", radiance: rgb(state.l) });
             }

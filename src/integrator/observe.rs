@@ -50,6 +50,13 @@ pub enum Event {
         /// Product of all weights so far.
         throughput: [f32; 3],
     },
+    /// The path survives Russian roulette.
+    Survive {
+        /// The chance of that, which its throughput is divided by.
+        chance: f32,
+        /// Product of all weights so far.
+        throughput: [f32; 3],
+    },
     /// The path ends.
     End {
         /// Why.

@@ -208,7 +208,7 @@ fn a_second_interrupt_ends_at_once() {
         .collect();
     // One block of whitted's glass branches takes seconds: the first interrupt has to wait for it.
     let scene = format!(
-        "[render]\nintegrator = \"whitted\"\nmax_depth = 12\n[materials]\nm = {{ type = \"glass\", ior = 1.5 }}\n{many}"
+        "[render]\nintegrator = \"whitted\"\nmax_depth = 20\n[materials]\nm = {{ type = \"glass\", ior = 1.5 }}\n{many}"
     );
     fs::write(dir.path().join("slow.toml"), scene).expect("a writable folder");
     let mut child = Command::new(env!("CARGO_BIN_EXE_stride"))

@@ -60,8 +60,8 @@ pub struct Settings {
     pub dump_at: Vec<u32>,
     /// Where every sample goes, if anywhere.
     pub samples: Option<PathBuf>,
-    /// Show which worker owns each pixel instead of what it saw, in 8-bit pictures and at first in the
-    /// window.
+    /// Show which worker owns each pixel instead of what it saw: in the pictures, which then have to be PNG
+    /// files, and at first in the window.
     pub overlay: bool,
     /// What people see of it.
     pub view: View,
@@ -185,9 +185,10 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
                 let outcome = accumulator.run(inbox);
                 let picture = outcome.film.picture();
                 // A black picture is no replacement for whatever is there.
+                let exposure = settings.scene.film.exposure;
                 let written = match outcome.totals.samples {
                     0 => Ok(()),
-                    _ => write_outputs(settings, &settings.outputs, &picture, &owners),
+                    _ => write_outputs(settings, &settings.outputs, &picture, &owners, exposure),
                 };
                 (outcome, picture, written)
             }
@@ -384,18 +385,13 @@ fn keep_samples(mut dump: SampleDump, samples: &Receiver<Vec<crate::integrator::
 fn write_barriers(settings: &Settings, owners: &[u32], barriers: &Receiver<Barrier>) -> Written {
     for Barrier { spp, picture } in barriers {
         let paths: Vec<PathBuf> = settings.outputs.iter().map(|path| numbered_path(path, spp)).collect();
-        write_outputs(settings, &paths, &picture, owners)?;
+        write_outputs(settings, &paths, &picture, owners, settings.scene.film.exposure)?;
     }
     Ok(())
 }
 
 /// Writes the picture to every path, going on after an error, and returns the first error.
-fn write_outputs(settings: &Settings, paths: &[PathBuf], picture: &Picture, owners: &[u32]) -> Written {
-    let exposure = settings.scene.film.exposure;
-    write_exposed(settings, paths, picture, owners, exposure)
-}
-
-fn write_exposed(
+fn write_outputs(
     settings: &Settings,
     paths: &[PathBuf],
     picture: &Picture,
@@ -404,8 +400,7 @@ fn write_exposed(
 ) -> Written {
     let mut first_error = Ok(());
     for path in paths {
-        let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-        let written = if settings.overlay && is_png {
+        let written = if settings.overlay {
             write_owner_overlay(path, owners, picture.width, picture.height)
         } else {
             write_picture(path, picture, &PictureOptions { exposure })
@@ -418,7 +413,7 @@ fn write_exposed(
 /// Writes the outputs whenever the window asks for it.
 fn save_on_request(settings: &Settings, owners: &[u32], requests: &Receiver<Request>) {
     for Request::Save { snapshot, exposure, reply } in requests {
-        let saved = write_exposed(settings, &settings.outputs, &snapshot.picture, owners, exposure);
+        let saved = write_outputs(settings, &settings.outputs, &snapshot.picture, owners, exposure);
         let names: Vec<String> = settings.outputs.iter().map(|path| path.display().to_string()).collect();
         let line = match saved {
             Ok(()) => format!("saved {}", names.join(", ")),

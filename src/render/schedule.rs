@@ -16,6 +16,7 @@ pub struct Order {
 
 /// The most samples in one order: sums of them fit into 64 bits, and a stop is never far.
 const LONGEST_ORDER: u32 = 256;
+const _: () = assert!(LONGEST_ORDER <= crate::film::sums::MAX_COUNT);
 
 /// How long an order should take: long enough that its messages cost nothing, short enough that a time
 /// limit is kept.

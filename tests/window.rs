@@ -7,17 +7,20 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A display, gone when dropped.
-struct Display {
-    server: Child,
-    name: String,
+/// A process that ends when dropped, so that a failed test leaves none behind.
+struct Process(Child);
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
-impl Drop for Display {
-    fn drop(&mut self) {
-        let _ = self.server.kill();
-        let _ = self.server.wait();
-    }
+/// A display, gone when dropped.
+struct Display {
+    name: String,
+    _server: Process,
 }
 
 fn quiet(program: &str, arguments: &[&str]) -> Command {
@@ -45,8 +48,10 @@ fn display() -> Option<Display> {
     // A number that no other run has: that of this process.
     let number = 100 + std::process::id() % 50_000;
     let name = format!(":{number}");
-    let server = quiet("Xvfb", &[&name, "-screen", "0", "800x600x24"]).spawn().expect("Xvfb starts");
-    let display = Display { server, name };
+    // By itself it would start afresh whenever xdotool, its only client yet, leaves: a desktop's never does.
+    let server =
+        quiet("Xvfb", &[&name, "-noreset", "-screen", "0", "800x600x24"]).spawn().expect("Xvfb starts");
+    let display = Display { name, _server: Process(server) };
     wait_for("the display's socket", || Path::new(&format!("/tmp/.X11-unix/X{number}")).exists());
     Some(display)
 }
@@ -69,13 +74,18 @@ fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
     let cover =
         fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml")).expect("a scene");
     fs::write(folder.path().join("scene.toml"), cover).expect("a writable folder");
-    let mut stride = quiet(env!("CARGO_BIN_EXE_stride"), &["render", "scene.toml", "--window"])
+    let stride = quiet(env!("CARGO_BIN_EXE_stride"), &["render", "scene.toml", "--window"])
         .args(["--size", "160x120", "--spp", "4000000000"])
         .current_dir(folder.path())
         .env("DISPLAY", &display.name)
+        .stderr(Stdio::inherit())
         .spawn()
         .expect("the program starts");
-    wait_for("a title that counts", || display.title().contains("spp"));
+    let mut stride = Process(stride);
+    wait_for("a title that counts", || {
+        assert_eq!(stride.0.try_wait().expect("a child"), None, "the program has ended without a window");
+        display.title().contains("spp")
+    });
     let picture = folder.path().join("scene.png");
     assert!(!picture.exists(), "nothing is written before it is asked for");
     // Without a window manager the keyboard goes to the window under the pointer.
@@ -101,9 +111,9 @@ fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
     fs::remove_file(&picture).expect("the picture is there");
     wait_for("the end", || {
         display.tool(&["key", "Escape"]);
-        stride.try_wait().expect("a child").is_some()
+        stride.0.try_wait().expect("a child").is_some()
     });
-    assert_eq!(stride.wait().expect("a child").code(), Some(0));
+    assert_eq!(stride.0.wait().expect("a child").code(), Some(0));
     let bytes = fs::read(&picture).expect("closing the window writes the picture");
     assert_eq!(&bytes[1..4], b"PNG");
 }

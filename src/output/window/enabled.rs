@@ -38,10 +38,10 @@ pub struct Window {
 
 /// Opens the window, black as yet.
 pub fn open(options: &WindowOptions) -> Result<Window, WindowError> {
-    let most = largest_window()?;
+    let display = find_display()?;
     let viewer = Viewer::new(options);
     let title = viewer.title(Instant::now());
-    let (width, height) = first_size((options.width, options.height), most);
+    let (width, height) = first_size((options.width, options.height), display.largest);
     let settings = minifb::WindowOptions {
         resize: true,
         // The buffer always has the window's size; nothing is left to scale.
@@ -55,6 +55,7 @@ pub fn open(options: &WindowOptions) -> Result<Window, WindowError> {
                 other => other.to_string(),
             })
         })?;
+    drop(display);
     // Our own loop keeps time.
     window.set_target_fps(0);
     let (sender, key_events) = bounded(256);
@@ -72,16 +73,20 @@ pub fn open(options: &WindowOptions) -> Result<Window, WindowError> {
     })
 }
 
-/// The pixels a window may have to begin with, or why there can be none.
 #[cfg(all(unix, not(target_os = "macos")))]
-fn largest_window() -> Result<(u32, u32), WindowError> {
-    super::x11::check()
+use super::x11::find as find_display;
+
+/// What is known of the display before a window is open.
+#[cfg(not(all(unix, not(target_os = "macos"))))]
+struct Display {
+    /// The pixels a window may have to begin with.
+    largest: (u32, u32),
 }
 
-/// The pixels a window may have to begin with: those of a small laptop.
+/// A display such as a small laptop's.
 #[cfg(not(all(unix, not(target_os = "macos"))))]
-fn largest_window() -> Result<(u32, u32), WindowError> {
-    Ok((1280, 800))
+fn find_display() -> Result<Display, WindowError> {
+    Ok(Display { largest: (1280, 800) })
 }
 
 enum KeyEvent {

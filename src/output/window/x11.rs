@@ -16,8 +16,17 @@ const BITS_PER_PIXEL: u8 = 32;
 /// The largest part of the screen's length that a window gets unasked: frames and panels need some too.
 const PART_OF_SCREEN: f64 = 0.85;
 
-/// The pixels a window may have to begin with, or why there can be none.
-pub(super) fn check() -> Result<(u32, u32), WindowError> {
+/// An X server that a window can be opened on.
+pub(super) struct Display {
+    /// The pixels a window may have to begin with.
+    pub(super) largest: (u32, u32),
+    /// To be kept until the window is open: some servers start afresh when their last client leaves, and turn
+    /// away who comes meanwhile.
+    _connection: RustConnection,
+}
+
+/// The display that a window would open on, or why it can't.
+pub(super) fn find() -> Result<Display, WindowError> {
     let display = std::env::var("DISPLAY").unwrap_or_default();
     if display.is_empty() {
         return Err(WindowError::NoDisplay);
@@ -41,7 +50,8 @@ pub(super) fn check() -> Result<(u32, u32), WindowError> {
         )));
     }
     let part = |length: u16| (f64::from(length) * PART_OF_SCREEN) as u32;
-    Ok((part(screen.width_in_pixels).max(1), part(screen.height_in_pixels).max(1)))
+    let largest = (part(screen.width_in_pixels).max(1), part(screen.height_in_pixels).max(1));
+    Ok(Display { largest, _connection: connection })
 }
 
 /// The input method server that Xlib will look for: `@im=NAME`, unless it is one that Xlib has built in.

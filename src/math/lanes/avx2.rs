@@ -117,9 +117,13 @@ impl Uint for Uint8 {
     #[inline(always)]
     fn gather(table: &[u32], index: Self) -> Self {
         let last = last_index(table.len());
-        // Every index is at most `last` after the unsigned minimum, hence inside the table.
+        // Every index is at most `last` after the unsigned minimum, hence inside the table; a short table is
+        // loaded no further than its end.
         unsafe {
             let index = _mm256_min_epu32(index.0, _mm256_set1_epi32(last));
+            if table.len() <= 2 * N {
+                return Uint8(_mm256_castps_si256(look_up(table.as_ptr().cast(), last, index)));
+            }
             Uint8(_mm256_i32gather_epi32::<4>(table.as_ptr().cast(), index))
         }
     }
@@ -181,6 +185,27 @@ fn last_index(len: usize) -> i32 {
     (len - 1) as i32
 }
 
+/// Entries of a table of at most sixteen, in one or two registers.
+///
+/// # Safety
+/// `table` holds `last + 1` values, and no index is above `last`.
+#[inline(always)]
+unsafe fn look_up(table: *const f32, last: i32, index: __m256i) -> __m256 {
+    // Loads are masked by what is there; the second register's are only made if anything is.
+    unsafe {
+        let place = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+        let there = |first: i32| _mm256_cmpgt_epi32(_mm256_set1_epi32(last + 1 - first), place);
+        let low = _mm256_permutevar8x32_ps(_mm256_maskload_ps(table, there(0)), index);
+        if last < N as i32 {
+            return low;
+        }
+        let high = _mm256_maskload_ps(table.add(N), there(N as i32));
+        let high = _mm256_permutevar8x32_ps(high, index);
+        // The bit that says which register an index means, moved to where a blend looks for it.
+        _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index)))
+    }
+}
+
 impl Float for Float8 {
     type Uint = Uint8;
     type Mask = Mask8;
@@ -203,9 +228,12 @@ impl Float for Float8 {
     #[inline(always)]
     fn gather(table: &[f32], index: Uint8) -> Self {
         let last = last_index(table.len());
-        // Every index is at most `last` after the unsigned minimum, hence inside the table.
+        // As for integers.
         unsafe {
             let index = _mm256_min_epu32(index.0, _mm256_set1_epi32(last));
+            if table.len() <= 2 * N {
+                return Float8(look_up(table.as_ptr(), last, index));
+            }
             Float8(_mm256_i32gather_ps::<4>(table.as_ptr(), index))
         }
     }

@@ -113,9 +113,14 @@ impl Uint for Uint16 {
     #[inline(always)]
     fn gather(table: &[u32], index: Self) -> Self {
         let last = last_index(table.len());
-        // Every index is at most `last` after the unsigned minimum, hence inside the table.
+        // Every index is at most `last` after the unsigned minimum, hence inside the table; a short table is
+        // loaded no further than its end.
         unsafe {
             let index = _mm512_min_epu32(index.0, _mm512_set1_epi32(last));
+            if table.len() <= N {
+                let table = _mm512_maskz_loadu_epi32(up_to(last), table.as_ptr().cast());
+                return Uint16(_mm512_permutexvar_epi32(index, table));
+            }
             Uint16(_mm512_i32gather_epi32::<4>(index, table.as_ptr().cast()))
         }
     }
@@ -144,6 +149,13 @@ impl Uint for Uint16 {
             let lowered = _mm512_shuffle_epi8(high, _mm512_and_si512(_mm512_srli_epi32::<4>(self.0), half));
             Uint16(_mm512_shuffle_epi8(_mm512_or_si512(raised, lowered), order))
         }
+    }
+    #[inline(always)]
+    fn rank(mask: Mask16) -> Self {
+        Uint16(unsafe {
+            let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            _mm512_maskz_expand_epi32(mask.0, lanes)
+        })
     }
     #[inline(always)]
     fn eq(self, other: Self) -> Mask16 {
@@ -192,9 +204,13 @@ impl Float for Float16 {
     #[inline(always)]
     fn gather(table: &[f32], index: Uint16) -> Self {
         let last = last_index(table.len());
-        // Every index is at most `last` after the unsigned minimum, hence inside the table.
+        // As for integers.
         unsafe {
             let index = _mm512_min_epu32(index.0, _mm512_set1_epi32(last));
+            if table.len() <= N {
+                let table = _mm512_maskz_loadu_ps(up_to(last), table.as_ptr());
+                return Float16(_mm512_permutexvar_ps(index, table));
+            }
             Float16(_mm512_i32gather_ps::<4>(index, table.as_ptr()))
         }
     }
@@ -242,4 +258,10 @@ impl Float for Float16 {
     fn to_uint(self) -> Uint16 {
         Uint16(unsafe { _mm512_cvttps_epi32(self.0) })
     }
+}
+
+/// The lanes up to and with `last`, which is below sixteen.
+#[inline(always)]
+fn up_to(last: i32) -> __mmask16 {
+    u16::MAX >> (N as i32 - 1 - last)
 }

@@ -59,7 +59,7 @@ pub trait Uint:
     /// Writes the lanes to the front of a slice, which has room for all of them.
     fn store(self, into: &mut [u32]);
     /// `table[index]` for each lane; an index past the end reads the last entry. The table is not empty
-    /// and has at most `i32::MAX` entries.
+    /// and has at most `i32::MAX` entries. Tables no longer than a register are the quickest.
     fn gather(table: &[u32], index: Self) -> Self;
     /// Shifts every lane left by `K` bits.
     fn shl<const K: u32>(self) -> Self;
@@ -67,6 +67,19 @@ pub trait Uint:
     fn shr<const K: u32>(self) -> Self;
     /// Every lane's bits in the opposite order.
     fn reverse_bits(self) -> Self;
+    /// For each true lane how many true ones come before it; other lanes hold nothing of use, below 16.
+    #[inline(always)]
+    fn rank(mask: Self::Mask) -> Self {
+        let mut ranks = [0; MAX_LANES];
+        let mut lanes = mask.bits();
+        let mut rank = 0;
+        while lanes != 0 {
+            ranks[lanes.trailing_zeros() as usize & (MAX_LANES - 1)] = rank;
+            rank += 1;
+            lanes &= lanes - 1;
+        }
+        Self::load(&ranks)
+    }
     /// Equality, lane by lane.
     fn eq(self, other: Self) -> Self::Mask;
     /// Unsigned "less than", lane by lane.

@@ -271,7 +271,8 @@ impl Kernel for Gathers {
     #[inline(always)]
     fn run<F: Float>(self) -> Vec<[u32; 2]> {
         let mut all = Vec::new();
-        for len in [1_u32, 2, 5, 16, 1000] {
+        // Around the lengths that one and two registers hold, and far beyond.
+        for len in [1_u32, 2, 5, 7, 8, 9, 15, 16, 17, 1000] {
             let words: Vec<u32> = (0..len).map(|i| i.wrapping_mul(0x9e37_79b9) ^ 0x7fc0_0001).collect();
             let floats: Vec<f32> = words.iter().map(|&w| f32::from_bits(w)).collect();
             let mut indices: Vec<u32> = (0..len).rev().collect();
@@ -316,6 +317,12 @@ impl Kernel for Masks {
             let (a, b) = (F::Mask::from_bits(w), F::Mask::from_bits(other));
             assert_eq!(a.bits(), w & all, "bits past the last lane are ignored");
             assert_eq!((a & b).bits(), w & other & all);
+            let mut ranks = [0; MAX_LANES];
+            F::Uint::rank(a).store(&mut ranks);
+            for (lane, &rank) in ranks[..F::LANES].iter().enumerate() {
+                let before = w & ((1 << lane) - 1);
+                assert!(rank < MAX_LANES as u32 && (w >> lane & 1 == 0 || rank == before.count_ones()));
+            }
             assert_eq!((a | b).bits(), (w | other) & all);
             assert_eq!((!a).bits(), !w & all);
             assert_eq!(a.any(), w & all != 0);

@@ -13,7 +13,8 @@ pub use simple::Simple;
 pub use surfaces::{Look, NO_LIGHT, SurfacePoint, SurfaceTable};
 pub use union::Union;
 
-use crate::math::{Float, Ray};
+use crate::math::{Float, Ray, Uint};
+use crate::shape::NOTHING;
 
 /// What a ray meets first.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +26,22 @@ pub struct Hit<F: Float> {
 }
 
 impl<F: Float> Hit<F> {
+    /// No hit.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Hit { t: F::splat(NOTHING), surface: F::Uint::splat(u32::MAX) }
+    }
+
+    /// The nearer of two hits; of equal distances the lower row, so that no world's order of visits shows.
+    #[inline(always)]
+    pub fn nearer(self, other: Self) -> Self {
+        let other_wins = other.t.lt(self.t) | (other.t.le(self.t) & other.surface.lt(self.surface));
+        Hit {
+            t: F::select(other_wins, other.t, self.t),
+            surface: F::Uint::select(other_wins, other.surface, self.surface),
+        }
+    }
+
     /// The lanes that met something.
     #[inline(always)]
     pub fn is_some(&self) -> F::Mask {

@@ -2,12 +2,12 @@
 
 use super::{Hit, World};
 use crate::math::{Float, Mask, Ray, Uint};
-use crate::shape::{NOTHING, Plane, Quad, Shape, Sphere};
+use crate::shape::{Plane, Quad, Shape, Sphere};
 
 /// Tries every surface, kind by kind (report §5.2.4, `SimpleWorld`): the fastest for a handful.
 #[derive(Clone, Debug, Default)]
 pub struct Simple {
-    /// The planes, each with its row in the surface table.
+    /// The planes, each with its row in the surface table, in ascending order of rows.
     pub planes: Vec<(Plane, u32)>,
     /// The spheres likewise.
     pub spheres: Vec<(Sphere, u32)>,
@@ -27,16 +27,18 @@ impl Simple {
     }
 }
 
+/// The first hit among those so far and shapes of one kind, which stand in the order of their rows: of equal
+/// distances among them the first one counts.
 #[inline(always)]
-fn closest<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, hit: &mut Hit<F>) {
+fn closest<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, so_far: Hit<F>) -> Hit<F> {
+    let mut hit = Hit::none();
     for (shape, row) in shapes {
         let t = shape.intersect(ray);
-        let row = F::Uint::splat(*row);
-        // A tie goes to the lower row, so that no world's order of visits shows.
-        let nearer = t.lt(hit.t) | (t.le(hit.t) & row.lt(hit.surface));
+        let nearer = t.lt(hit.t);
         hit.t = F::select(nearer, t, hit.t);
-        hit.surface = F::Uint::select(nearer, row, hit.surface);
+        hit.surface = F::Uint::select(nearer, F::Uint::splat(*row), hit.surface);
     }
+    if shapes.is_empty() { so_far } else { so_far.nearer(hit) }
 }
 
 #[inline(always)]
@@ -50,11 +52,9 @@ fn any<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut foun
 impl World for Simple {
     #[inline(always)]
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> Hit<F> {
-        let mut hit = Hit { t: F::splat(NOTHING), surface: F::Uint::splat(u32::MAX) };
-        closest(&self.planes, ray, &mut hit);
-        closest(&self.spheres, ray, &mut hit);
-        closest(&self.quads, ray, &mut hit);
-        hit
+        let hit = closest(&self.planes, ray, Hit::none());
+        let hit = closest(&self.spheres, ray, hit);
+        closest(&self.quads, ray, hit)
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Two worlds as one.
 
 use super::{Hit, World};
-use crate::math::{Float, Ray, Uint};
+use crate::math::{Float, Ray};
 
 /// Whatever either of two worlds holds (report §5.2.4, `UnionWorld`): unbounded surfaces beside a structure
 /// that can only hold bounded ones.
@@ -16,9 +16,7 @@ pub struct Union<A, B> {
 impl<A: World, B: World> World for Union<A, B> {
     #[inline(always)]
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> Hit<F> {
-        let (a, b) = (self.first.intersect(ray), self.second.intersect(ray));
-        let b_wins = b.t.lt(a.t) | (b.t.le(a.t) & b.surface.lt(a.surface));
-        Hit { t: F::select(b_wins, b.t, a.t), surface: F::Uint::select(b_wins, b.surface, a.surface) }
+        self.first.intersect(ray).nearer(self.second.intersect(ray))
     }
 
     #[inline(always)]

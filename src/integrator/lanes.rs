@@ -1,7 +1,8 @@
 //! Many paths at once: lanes that each follow one, and take up the next when it ends.
 
 use super::observe::{Event, Observer, first, ray_event, rgb, vec3};
-use super::{Finished, Paths, Sample, Settings, camera_ray};
+use super::queue::{Queue, Start};
+use super::{Finished, Paths, Sample, Settings};
 use crate::material::Bsdf;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3};
@@ -48,15 +49,6 @@ pub(super) struct TracePaths<'a, W, S, T, O> {
     pub observer: &'a mut O,
 }
 
-/// Which path each lane follows: what does not change along it.
-struct Identity {
-    slot: [u32; MAX_LANES],
-    pixel: [u32; MAX_LANES],
-    sample: [u32; MAX_LANES],
-    x: [f32; MAX_LANES],
-    y: [f32; MAX_LANES],
-}
-
 /// How far each lane's path has come.
 #[derive(Clone, Copy)]
 pub(super) struct State<F: Float, M> {
@@ -77,67 +69,27 @@ impl<W: World, S: Sampler, T: Transport, O: Observer> Kernel for TracePaths<'_, 
     #[inline(always)]
     fn run<F: Float>(self) -> u64 {
         let TracePaths { view, transport, paths, out, observer } = self;
-        let View { scene, settings, .. } = view;
-        let none = F::Mask::splat(false);
-        let zero = F::Uint::splat(0);
-        let mut identity = Identity {
-            slot: [0; MAX_LANES],
-            pixel: [0; MAX_LANES],
-            sample: [0; MAX_LANES],
-            x: [0.0; MAX_LANES],
-            y: [0.0; MAX_LANES],
-        };
+        let mut queue = Queue::new(paths);
+        let mut start = Start::<F>::nowhere();
         let mut state = State::<F, T::Memory<F>> {
-            id: PathId { pixel: zero, sample: zero },
+            id: start.id,
             ray: Ray { o: Vec3::zero(), d: Vec3::zero() },
-            depth: zero,
+            depth: F::Uint::splat(0),
             beta: Rgb::black(),
             l: Rgb::black(),
             memory: T::fresh(),
         };
-        let mut alive = none;
+        let mut alive = F::Mask::splat(false);
         let mut rays = 0;
-        if paths.is_empty() {
-            return 0;
-        }
-        // The next path to start, as (pixel, sample) among `paths`.
-        let (mut slot, mut sample) = (0, 0);
         loop {
             // Dead lanes take up the next paths.
-            let idle = !alive;
-            if slot < paths.pixels.len() && idle.any() {
-                let mut started = 0;
-                let mut lanes = idle.bits();
-                while lanes != 0 && slot < paths.pixels.len() {
-                    let lane = lanes.trailing_zeros() as usize;
-                    lanes &= lanes - 1;
-                    started |= 1 << lane;
-                    let pixel = paths.pixels[slot];
-                    identity.slot[lane] = slot as u32;
-                    identity.pixel[lane] = pixel.index;
-                    identity.sample[lane] = paths.first_sample + sample;
-                    identity.x[lane] = pixel.x as f32 + 0.5;
-                    identity.y[lane] = pixel.y as f32 + 0.5;
-                    sample += 1;
-                    if sample == paths.samples {
-                        (slot, sample) = (slot + 1, 0);
-                    }
-                }
-                let started = F::Mask::from_bits(started);
-                state.id =
-                    PathId { pixel: F::Uint::load(&identity.pixel), sample: F::Uint::load(&identity.sample) };
-                let film = [F::load(&identity.x), F::load(&identity.y)];
-                let (x, y, ray) = camera_ray(settings, &scene.camera, state.id, film);
-                F::select(started, x, film[0]).store(&mut identity.x);
-                F::select(started, y, film[1]).store(&mut identity.y);
-                state.ray.o = Vec3::select(started, ray.o, state.ray.o);
-                state.ray.d = Vec3::select(started, ray.d, state.ray.d);
-                state.depth = F::Uint::select(started, zero, state.depth);
-                state.beta = Rgb::select(started, Rgb::splat([1.0; 3]), state.beta);
-                state.l = state.l.only(!started);
-                state.memory = T::select::<F>(started, T::fresh(), state.memory);
-                alive = alive | started;
-            }
+            let started = queue.take(!alive, view.settings, &view.scene.camera, &mut start, &mut state.ray);
+            state.id = start.id;
+            state.depth = F::Uint::select(started, F::Uint::splat(0), state.depth);
+            state.beta = Rgb::select(started, Rgb::splat([1.0; 3]), state.beta);
+            state.l = state.l.only(!started);
+            state.memory = T::select::<F>(started, T::fresh(), state.memory);
+            alive = alive | started;
             if !alive.any() {
                 return rays;
             }
@@ -147,27 +99,32 @@ impl<W: World, S: Sampler, T: Transport, O: Observer> Kernel for TracePaths<'_, 
             let ended = alive & !went_on;
             alive = went_on;
             if ended.any() {
-                let (mut r, mut g, mut b) = ([0.0; MAX_LANES], [0.0; MAX_LANES], [0.0; MAX_LANES]);
-                state.l.r.store(&mut r);
-                state.l.g.store(&mut g);
-                state.l.b.store(&mut b);
-                let mut lanes = ended.bits();
-                while lanes != 0 {
-                    let lane = lanes.trailing_zeros() as usize & (MAX_LANES - 1);
-                    lanes &= lanes - 1;
-                    out.push(Finished {
-                        slot: identity.slot[lane],
-                        sample: Sample {
-                            pixel: identity.pixel[lane],
-                            sample: identity.sample[lane],
-                            x: identity.x[lane],
-                            y: identity.y[lane],
-                            radiance: [r[lane], g[lane], b[lane]],
-                        },
-                    });
-                }
+                push(ended, &start, state.l, out);
             }
         }
+    }
+}
+
+/// Appends the samples of paths that have ended.
+#[inline(always)]
+fn push<F: Float>(ended: F::Mask, start: &Start<F>, l: Rgb<F>, out: &mut Vec<Finished>) {
+    let (mut slot, mut pixel, mut sample) = ([0; MAX_LANES], [0; MAX_LANES], [0; MAX_LANES]);
+    let [mut x, mut y, mut r, mut g, mut b] = [[0.0; MAX_LANES]; 5];
+    start.slot.store(&mut slot);
+    start.id.pixel.store(&mut pixel);
+    start.id.sample.store(&mut sample);
+    start.x.store(&mut x);
+    start.y.store(&mut y);
+    l.r.store(&mut r);
+    l.g.store(&mut g);
+    l.b.store(&mut b);
+    let mut lanes = ended.bits();
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize & (MAX_LANES - 1);
+        lanes &= lanes - 1;
+        let radiance = [r[lane], g[lane], b[lane]];
+        let sample = Sample { pixel: pixel[lane], sample: sample[lane], x: x[lane], y: y[lane], radiance };
+        out.push(Finished { slot: slot[lane], sample });
     }
 }
 
@@ -218,9 +175,12 @@ pub(super) fn meet<F: Float, W: World, S: Sampler, M, O: Observer>(
     let cos_o = -state.ray.d.dot(point.n);
     let emitted = scene.surfaces.emission::<F>(point.surface).only(cos_o.gt(F::zero()));
     let mut material = scene.surfaces.material::<F>(point.surface);
-    if scene.materials.uses_uv() && (met & scene.materials.is_checkerboard::<F>(material)).any() {
-        let (u, v) = scene.surfaces.uv(&point);
-        material = scene.materials.resolve(material, u, v);
+    if scene.materials.uses_uv() {
+        let checkered = met & scene.materials.is_checkerboard::<F>(material);
+        if checkered.any() {
+            let (u, v) = scene.surfaces.uv(&point, checkered);
+            material = scene.materials.resolve(material, u, v);
+        }
     }
     if O::LISTENS {
         let (mut row, mut resolved) = ([0; MAX_LANES], [0; MAX_LANES]);

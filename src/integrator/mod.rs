@@ -4,6 +4,7 @@ mod lanes;
 mod naive;
 mod next_event;
 mod observe;
+mod queue;
 mod tracer;
 mod whitted;
 

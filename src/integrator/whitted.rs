@@ -93,7 +93,7 @@ impl<W: World, S: Sampler> Whitted<W, S> {
         let point = scene.surfaces.point(&ray, &hit);
         let emitted = scene.surfaces.emission::<f32>(point.surface);
         let emitted = if ray.d.dot(point.n) < 0.0 { emitted } else { Rgb::black() };
-        let (u, v) = scene.surfaces.uv(&point);
+        let (u, v) = scene.surfaces.uv(&point, true);
         let material = scene.materials.resolve(scene.surfaces.material::<f32>(point.surface), u, v);
         observer.event(|| Event::Hit {
             distance: hit.t,

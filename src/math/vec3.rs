@@ -32,8 +32,17 @@ impl<F: Float> Vec3<F> {
     }
     /// `table[index]` for each lane, from one table for each coordinate.
     #[inline(always)]
-    pub fn gather(table: &[Vec<f32>; 3], index: F::Uint) -> Self {
-        Vec3::new(F::gather(&table[0], index), F::gather(&table[1], index), F::gather(&table[2], index))
+    pub fn gather<T: AsRef<[f32]>>(table: &[T; 3], index: F::Uint) -> Self {
+        let [x, y, z] = table;
+        Vec3::new(F::gather(x.as_ref(), index), F::gather(y.as_ref(), index), F::gather(z.as_ref(), index))
+    }
+    /// Writes the lanes to the front of three slices, one for each coordinate.
+    #[inline(always)]
+    pub fn store<T: AsMut<[f32]>>(self, into: &mut [T; 3]) {
+        let [x, y, z] = into;
+        self.x.store(x.as_mut());
+        self.y.store(y.as_mut());
+        self.z.store(z.as_mut());
     }
     /// The scalar product.
     #[inline(always)]

@@ -139,14 +139,14 @@ impl SurfaceTable {
         }
     }
 
-    /// uv of points: see the shapes for what they mean.
+    /// uv of points, of use in the lanes where they are wanted: see the shapes for what they mean.
     #[inline(always)]
-    pub fn uv<F: Float>(&self, point: &SurfacePoint<F>) -> (F, F) {
+    pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> (F, F) {
         let (p, row) = (point.p, point.surface);
         let mut u = p.dot(Vec3::gather(&self.u_axis, row)) + F::gather(&self.u_offset, row);
         let mut v = p.dot(Vec3::gather(&self.v_axis, row)) + F::gather(&self.v_offset, row);
         if self.has_round {
-            let round = F::gather(&self.radius, row).gt(F::zero());
+            let round = wanted & F::gather(&self.radius, row).gt(F::zero());
             if round.any() {
                 // φ/2π and θ/π from +z, of the direction from the centre.
                 let d = point.n * F::gather(&self.orientation, row);

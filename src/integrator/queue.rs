@@ -1,0 +1,135 @@
+//! Paths that have left the camera and wait for a lane.
+
+use super::{Paths, Settings, camera_ray};
+use crate::camera::Camera;
+use crate::math::lanes::MAX_LANES;
+use crate::math::{Float, Mask, Ray, Uint, Vec3};
+use crate::sampling::{PathId, Sampler};
+
+/// What does not change along a path.
+#[derive(Clone, Copy)]
+pub(super) struct Start<F: Float> {
+    /// Which of the [`Paths::pixels`] it is for.
+    pub slot: F::Uint,
+    pub id: PathId<F>,
+    /// Film position in pixels from the top left.
+    pub x: F,
+    pub y: F,
+}
+
+impl<F: Float> Start<F> {
+    /// Paths that are none.
+    pub(super) fn nowhere() -> Self {
+        let zero = F::Uint::splat(0);
+        Start { slot: zero, id: PathId { pixel: zero, sample: zero }, x: F::zero(), y: F::zero() }
+    }
+}
+
+/// The next paths of a block, made as many at a time as there are lanes: a lane that falls idle takes up one
+/// of them, and no camera ray is computed for lanes that are busy.
+pub(super) struct Queue<'a> {
+    paths: &'a Paths<'a>,
+    /// The next path to make, as (pixel, sample) among `paths`.
+    next: (usize, u32),
+    /// Waiting are the places from `taken` to `made`.
+    made: u32,
+    taken: u32,
+    slot: [u32; MAX_LANES],
+    pixel: [u32; MAX_LANES],
+    sample: [u32; MAX_LANES],
+    x: [f32; MAX_LANES],
+    y: [f32; MAX_LANES],
+    origin: [[f32; MAX_LANES]; 3],
+    direction: [[f32; MAX_LANES]; 3],
+}
+
+impl<'a> Queue<'a> {
+    pub(super) fn new(paths: &'a Paths<'a>) -> Self {
+        let (words, floats) = ([0; MAX_LANES], [0.0; MAX_LANES]);
+        Queue {
+            paths,
+            next: if paths.is_empty() { (paths.pixels.len(), 0) } else { (0, 0) },
+            made: 0,
+            taken: 0,
+            slot: words,
+            pixel: words,
+            sample: words,
+            x: floats,
+            y: floats,
+            origin: [floats; 3],
+            direction: [floats; 3],
+        }
+    }
+
+    /// Gives paths and their first rays to the idle lanes, as long as there are any. Returns the lanes that
+    /// got one.
+    #[inline(always)]
+    pub(super) fn take<F: Float, S: Sampler>(
+        &mut self,
+        idle: F::Mask,
+        settings: &Settings<S>,
+        camera: &Camera,
+        start: &mut Start<F>,
+        ray: &mut Ray<F>,
+    ) -> F::Mask {
+        let mut given = F::Mask::splat(false);
+        let mut wanting = idle;
+        while wanting.any() {
+            if self.taken == self.made {
+                if self.next.0 == self.paths.pixels.len() {
+                    break;
+                }
+                self.make::<F, S>(settings, camera);
+            }
+            let rank = F::Uint::rank(wanting);
+            let served = wanting & rank.lt(F::Uint::splat(self.made - self.taken));
+            let place = rank + F::Uint::splat(self.taken);
+            replace_words::<F>(&mut start.slot, served, &self.slot, place);
+            replace_words::<F>(&mut start.id.pixel, served, &self.pixel, place);
+            replace_words::<F>(&mut start.id.sample, served, &self.sample, place);
+            start.x = F::select(served, F::gather(&self.x, place), start.x);
+            start.y = F::select(served, F::gather(&self.y, place), start.y);
+            ray.o = Vec3::select(served, Vec3::gather(&self.origin, place), ray.o);
+            ray.d = Vec3::select(served, Vec3::gather(&self.direction, place), ray.d);
+            self.taken += served.bits().count_ones();
+            given = given | served;
+            wanting = wanting & !served;
+        }
+        given
+    }
+
+    /// Makes the next paths.
+    #[inline(always)]
+    fn make<F: Float, S: Sampler>(&mut self, settings: &Settings<S>, camera: &Camera) {
+        let (mut slot, mut sample) = self.next;
+        self.made = 0;
+        self.taken = 0;
+        while (self.made as usize) < F::LANES && slot < self.paths.pixels.len() {
+            let place = self.made as usize;
+            let pixel = self.paths.pixels[slot];
+            self.slot[place] = slot as u32;
+            self.pixel[place] = pixel.index;
+            self.sample[place] = self.paths.first_sample + sample;
+            self.x[place] = pixel.x as f32 + 0.5;
+            self.y[place] = pixel.y as f32 + 0.5;
+            self.made += 1;
+            sample += 1;
+            if sample == self.paths.samples {
+                (slot, sample) = (slot + 1, 0);
+            }
+        }
+        self.next = (slot, sample);
+        let id = PathId { pixel: F::Uint::load(&self.pixel), sample: F::Uint::load(&self.sample) };
+        let (x, y, ray) = camera_ray(settings, camera, id, [F::load(&self.x), F::load(&self.y)]);
+        x.store(&mut self.x);
+        y.store(&mut self.y);
+        ray.o.store(&mut self.origin);
+        ray.d.store(&mut self.direction);
+    }
+}
+
+/// Looks up new words for the lanes of a mask.
+#[inline(always)]
+fn replace_words<F: Float>(words: &mut F::Uint, lanes: F::Mask, row: &[u32], place: F::Uint) {
+    *words = F::Uint::select(lanes, F::Uint::gather(row, place), *words);
+}

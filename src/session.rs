@@ -21,7 +21,7 @@ use crate::output::{
 };
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::worker::Worker;
-use crate::render::{Accumulator, Barrier, Order, Region, SampleBatch, Schedule, Stride};
+use crate::render::{Accumulator, Barrier, Order, Region, SampleBatch, Schedule};
 use crate::sampling::Independent;
 use crate::scene::{self, Scene};
 use crate::world;
@@ -173,7 +173,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
             progress: (!watched).then_some(progress_out),
         };
         let deadline = settings.time.and_then(|time| Instant::now().checked_add(time));
-        let schedule = Schedule::new(workers, settings.spp, deadline, settings.dump_at.clone());
+        let schedule = Schedule::new(workers, region.len(), settings.spp, deadline, settings.dump_at.clone());
         let target = (settings.spp < u32::MAX).then_some(settings.spp);
         let accumulator = Accumulator::new(film, region, schedule, &settings.dump_at, target, outbox)
             .with_owners(Arc::clone(&owners));
@@ -289,7 +289,6 @@ impl Crew {
                         geometry: &geometry,
                         settings: how,
                         region: settings.region,
-                        stride: Stride::ALL,
                         index: 0,
                         sends_samples: settings.samples.is_some(),
                     },
@@ -343,11 +342,10 @@ impl Crew {
                 for index in 0..workers {
                     let integrator = Arc::clone(&integrator);
                     let (level, region) = (settings.level, settings.region);
-                    let stride = Stride::ALL.split(index as u32, workers as u32);
                     let sends_samples = settings.samples.is_some();
                     let work = move |mail: Mailbox| {
                         let integrator = &*integrator;
-                        let worker = Worker { index, integrator, level, region, stride, sends_samples };
+                        let worker = Worker { index, integrator, level, region, sends_samples };
                         worker.run(&mail.orders, &mail.batches);
                         Ok(())
                     };

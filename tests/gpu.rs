@@ -8,7 +8,7 @@ use stride::film::{Film, film_offset};
 use stride::gpu::{self, GpuError, GpuWorker, Job};
 use stride::integrator::Settings;
 use stride::render::accumulator::{Inbox, Outbox, Outcome};
-use stride::render::{Accumulator, Region, Schedule, Stride};
+use stride::render::{Accumulator, Region, Schedule};
 use stride::sampling::Independent;
 use stride::scene::{
     Entity, FilmSettings, Filter, Integrator, Material, MaterialKind, RenderSettings, Sampler, Scene, Shape,
@@ -93,7 +93,6 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
                 geometry: &geometry,
                 settings,
                 region,
-                stride: Stride::ALL.split(index, workers),
                 index: index as usize,
                 sends_samples: false,
             };
@@ -102,7 +101,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
             scope.spawn(move || worker.run(&orders_in, &batches_out).unwrap());
         }
         drop(batches_out);
-        let schedule = Schedule::new(workers as usize, spp, None, Vec::new());
+        let schedule = Schedule::new(workers as usize, region.len(), spp, None, Vec::new());
         let outbox = Outbox { orders, samples: None, barriers: None, snapshots: None, progress: None };
         let film = Film::new(width, height).unwrap();
         let accumulator = Accumulator::new(film, region, schedule, &[], Some(spp), outbox);

@@ -18,7 +18,7 @@ mod disabled;
 pub use disabled::{Device, GpuWorker, adapters};
 
 use crate::integrator::Settings;
-use crate::render::{Region, Stride};
+use crate::render::Region;
 use crate::sampling::Independent;
 use crate::world::{CompiledScene, Geometry};
 use std::fmt;
@@ -34,8 +34,6 @@ pub struct Job<'a> {
     pub settings: Settings<Independent>,
     /// The part of the film that is rendered.
     pub region: Region,
-    /// The places that this worker owns.
-    pub stride: Stride,
     /// The worker's number.
     pub index: usize,
     /// Whether a sink wants every sample.

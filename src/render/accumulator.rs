@@ -1,7 +1,7 @@
 //! The accumulator: sole owner of the film.
 
 use super::batch::{Payload, SampleBatch, Traced};
-use super::schedule::{Order, Schedule};
+use super::schedule::{Deal, Order, Schedule};
 use super::stride::{Region, Stride};
 use crate::film::{Film, Picture, Reject, Snapshot};
 use crate::integrator::Sample;
@@ -102,8 +102,6 @@ pub struct Accumulator {
     region: Region,
     schedule: Schedule,
     outbox: Outbox,
-    /// Samples that each worker has completed for all its pixels.
-    completed: Vec<u32>,
     /// Orders that each worker has and has not completed.
     outstanding: Vec<usize>,
     gathering: Vec<Gathering>,
@@ -118,7 +116,7 @@ pub struct Accumulator {
     deserted: bool,
 }
 
-/// A barrier's picture, filled stride by stride.
+/// A barrier's picture, filled share by share.
 struct Gathering {
     barrier: Barrier,
     missing: usize,
@@ -135,18 +133,17 @@ impl Accumulator {
         target: Option<u32>,
         outbox: Outbox,
     ) -> Accumulator {
-        let workers = outbox.orders.len();
+        let (workers, shares) = (outbox.orders.len(), schedule.shares());
         let gather = |&spp: &u32| {
             // There is no memory for it yet: many counts may be asked for, and few be gathered at a time.
             let picture = Picture { width: region.width, height: region.height, rgb: Vec::new() };
-            Gathering { barrier: Barrier { spp, picture }, missing: workers }
+            Gathering { barrier: Barrier { spp, picture }, missing: shares }
         };
         Accumulator {
             film,
             region,
             schedule,
             outbox,
-            completed: vec![0; workers],
             outstanding: vec![0; workers],
             gathering: barriers.iter().map(gather).collect(),
             owners: None,
@@ -171,9 +168,7 @@ impl Accumulator {
     pub fn run(mut self, inbox: Inbox) -> Outcome {
         self.started = Instant::now();
         let mut failure = None;
-        for worker in 0..self.completed.len() {
-            self.give_orders(worker);
-        }
+        self.give_orders();
         while !self.deserted {
             select! {
                 recv(inbox.batches) -> batch => match batch {
@@ -213,12 +208,15 @@ impl Accumulator {
         Outcome { film: self.film, totals: self.totals, whole, failure, unreached, rejects: self.rejects }
     }
 
-    /// Gives a worker orders until it has as many as it should: two, so that nobody waits for the post,
+    /// Gives workers orders until each has as many as it should: two, so that nobody waits for the post,
     /// unless a deadline could be missed by it.
-    fn give_orders(&mut self, worker: usize) {
+    fn give_orders(&mut self) {
         let pace = self.pace();
-        while self.outstanding[worker] < self.schedule.ahead(pace) && self.give_order(worker, pace) {
-            self.outstanding[worker] += 1;
+        let wanted = self.schedule.ahead(pace);
+        for worker in 0..self.outstanding.len() {
+            while self.outstanding[worker] < wanted && self.give_order(worker, pace) {
+                self.outstanding[worker] += 1;
+            }
         }
     }
 
@@ -234,8 +232,9 @@ impl Accumulator {
         let Some(orders) = slot else { return false };
         match self.schedule.next(worker, pace) {
             // A worker that doesn't take its order has failed, and says so elsewhere.
-            Some(order) => orders.send(order).is_ok(),
-            None => {
+            Deal::Order(order) => orders.send(order).is_ok(),
+            Deal::Later => false,
+            Deal::Done => {
                 *slot = None;
                 false
             }
@@ -301,8 +300,8 @@ impl Accumulator {
     }
 
     fn complete(&mut self, worker: usize, stride: Stride, spp: u32) {
-        self.completed[worker] = spp;
-        self.totals.spp = self.completed.iter().copied().min().unwrap_or(0);
+        self.schedule.complete(stride, spp);
+        self.totals.spp = self.schedule.completed();
         if let Some(index) = self.gathering.iter().position(|g| g.barrier.spp == spp) {
             let gathering = &mut self.gathering[index];
             gathering.barrier.picture.rgb.resize(self.region.len() as usize, [0.0; 3]);
@@ -322,7 +321,7 @@ impl Accumulator {
             }
         }
         self.outstanding[worker] -= 1;
-        self.give_orders(worker);
+        self.give_orders();
     }
 
     /// Tells those who watch, if they have taken the last news.

@@ -4,12 +4,12 @@ use super::stride::Stride;
 use crate::film::{PixelSums, Reject, WideSums};
 use crate::integrator::Sample;
 
-/// Samples of some of a worker's pixels: themselves, or exact sums of them.
+/// Samples of some of the pixels of an order: themselves, or exact sums of them.
 #[derive(Clone, Debug)]
 pub struct SampleBatch {
     /// Who made them.
     pub worker: usize,
-    /// The pixels that the worker owns, as places in the region.
+    /// The pixels that the order is for, as places in the region.
     pub stride: Stride,
     /// The samples.
     pub payload: Payload,

@@ -11,5 +11,5 @@ pub mod worker;
 
 pub use accumulator::{Accumulator, Barrier};
 pub use batch::{Payload, SampleBatch, Traced};
-pub use schedule::{Order, Schedule};
+pub use schedule::{Deal, Order, Schedule};
 pub use stride::{Region, Stride};

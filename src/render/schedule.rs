@@ -1,34 +1,64 @@
-//! The order of work: which samples every pixel gets next.
+//! The order of work: which samples which pixels get next.
 //!
-//! All workers pass the same barriers, each in its own time: sample counts that every pixel reaches exactly.
-//! A picture at a barrier is gathered stride by stride as the workers come by, and nobody waits.
+//! Every worker's stride is cut into *shares*, strides themselves, and orders are for a share. A worker carries
+//! out those of its own stride; one that is done with them takes over shares of another that has fallen behind,
+//! so that a core that is slowed down holds up nobody. What becomes of a pixel does not depend on who renders it.
+//!
+//! All shares pass the same barriers, each in its own time: sample counts that every pixel reaches exactly. A
+//! picture at a barrier is gathered share by share as they come by, and nobody waits. A share is with one worker
+//! at a time, so that its samples arrive in order and what a film holds of a pixel are always its first ones.
 
+use super::stride::Stride;
 use std::time::{Duration, Instant};
 
-/// Work for one worker: these sample indices for every pixel of its stride.
+/// Work for one worker: these sample indices for every pixel of a share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Order {
+    /// The share, as places in the region.
+    pub stride: Stride,
     /// The first sample index.
     pub first: u32,
     /// One past the last.
     pub end: u32,
 }
 
+/// What a worker that asks for work is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Deal {
+    /// Do this.
+    Order(Order),
+    /// Ask again when somebody has completed something.
+    Later,
+    /// There is nothing left to do.
+    Done,
+}
+
 /// The most samples in one order: sums of them fit into 64 bits, and a stop is never far.
 const LONGEST_ORDER: u32 = 256;
 const _: () = assert!(LONGEST_ORDER <= crate::film::sums::MAX_COUNT);
 
-/// How long an order should take: long enough that its messages cost nothing, short enough that a time
-/// limit is kept.
+/// How long it should take all workers from one barrier to the next: long enough that messages cost nothing,
+/// short enough that a time limit is kept.
 const TARGET: Duration = Duration::from_millis(500);
 
-/// Decides the barriers, one after the other.
+/// Shares of a stride: as many as can be taken over from a worker that is slow.
+const SHARES: u32 = 8;
+
+/// Pixels that a share has at least, unless its whole stride has fewer: with less, lanes run empty.
+const FEWEST_PIXELS: u32 = 64;
+
+/// A worker that is this many barriers ahead of another helps it out. One less, and equals would take each
+/// other's shares all the time.
+const AHEAD: usize = 2;
+
+/// Decides the barriers, one after the other, and deals the work in between.
 #[derive(Debug)]
 pub struct Schedule {
     /// Sample counts that pixels reach together, ascending.
     barriers: Vec<u32>,
-    /// How many barriers each worker has been ordered to pass.
-    ordered: Vec<usize>,
+    workers: usize,
+    /// Share i is the stride of places i, i + n, i + 2n, … for n shares in all; worker i mod `workers` owns it.
+    shares: Vec<Share>,
     /// Where everything ends.
     target: u32,
     deadline: Option<Instant>,
@@ -36,25 +66,80 @@ pub struct Schedule {
     stops: Vec<u32>,
 }
 
+#[derive(Clone, Debug, Default)]
+struct Share {
+    /// How many barriers it has been ordered to pass.
+    ordered: usize,
+    /// Samples that each of its pixels has.
+    completed: u32,
+    /// Who works at it, and how many orders for it are under way there.
+    holder: Option<usize>,
+    under_way: u32,
+}
+
+impl Share {
+    fn is_open_to(&self, worker: usize) -> bool {
+        self.holder.is_none_or(|holder| holder == worker)
+    }
+}
+
 impl Schedule {
-    /// A schedule for some workers that ends at `target` samples a pixel, or before, at the first barrier
-    /// after the deadline, and passes each of `stops`.
-    pub fn new(workers: usize, target: u32, deadline: Option<Instant>, mut stops: Vec<u32>) -> Schedule {
+    /// A schedule for some workers over a region of so many pixels that ends at `target` samples a pixel, or
+    /// before, at the first barrier after the deadline, and passes each of `stops`.
+    pub fn new(
+        workers: usize,
+        pixels: u32,
+        target: u32,
+        deadline: Option<Instant>,
+        mut stops: Vec<u32>,
+    ) -> Schedule {
         stops.sort_unstable();
-        Schedule { barriers: Vec::new(), ordered: vec![0; workers], target, deadline, stops }
+        let a_worker = match workers {
+            // There is nobody to help.
+            0 | 1 => 1,
+            _ => (pixels / workers as u32 / FEWEST_PIXELS).clamp(1, SHARES),
+        };
+        let shares = vec![Share::default(); workers * a_worker as usize];
+        Schedule { barriers: Vec::new(), workers, shares, target, deadline, stops }
     }
 
-    /// The next order for a worker, or none when there is nothing left to do. `pace` is the time that one
-    /// sample of every pixel takes, as far as that is known.
-    pub fn next(&mut self, worker: usize, pace: Option<Duration>) -> Option<Order> {
-        let index = self.ordered[worker];
-        if index == self.barriers.len() {
-            let end = self.next_barrier(pace)?;
-            self.barriers.push(end);
+    /// How many shares the work is cut into.
+    pub fn shares(&self) -> usize {
+        self.shares.len()
+    }
+
+    /// Deals a worker its next order. `pace` is the time that one sample of every pixel takes, as far as that
+    /// is known.
+    pub fn next(&mut self, worker: usize, pace: Option<Duration>) -> Deal {
+        let own = self.least_advanced(|index| index % self.workers == worker, worker);
+        let own = own.filter(|&share| self.has_next(share, pace));
+        let others = self.least_advanced(|index| index % self.workers != worker, worker);
+        let others = others.filter(|&share| self.shares[share].ordered < self.barriers.len());
+        let advance = |share: usize| self.shares[share].ordered;
+        let chosen = match (own, others) {
+            (Some(own), Some(other)) if advance(other) + AHEAD <= advance(own) => Some(other),
+            (own, other) => own.or(other),
+        };
+        match chosen {
+            Some(share) => Deal::Order(self.order(share, worker)),
+            None if self.is_over(pace) => Deal::Done,
+            None => Deal::Later,
         }
-        self.ordered[worker] += 1;
-        let first = if index == 0 { 0 } else { self.barriers[index - 1] };
-        Some(Order { first, end: self.barriers[index] })
+    }
+
+    /// Takes note that an order for a share has been carried out: its pixels have `spp` samples now.
+    pub fn complete(&mut self, stride: Stride, spp: u32) {
+        let share = &mut self.shares[stride.first as usize];
+        share.completed = spp;
+        share.under_way -= 1;
+        if share.under_way == 0 {
+            share.holder = None;
+        }
+    }
+
+    /// The samples that every pixel has.
+    pub fn completed(&self) -> u32 {
+        self.shares.iter().map(|share| share.completed).min().unwrap_or(0)
     }
 
     /// How many orders a worker should have at a time: two, but only one where a second could end long after
@@ -66,13 +151,39 @@ impl Schedule {
         }
     }
 
-    /// The sample count where the render ends, once that is decided.
-    pub fn last(&self) -> u32 {
-        self.barriers.last().copied().unwrap_or(0)
+    /// The share that has passed the fewest barriers, of those meant that a worker may have.
+    fn least_advanced(&self, is_meant: impl Fn(usize) -> bool, worker: usize) -> Option<usize> {
+        let shares = self.shares.iter().enumerate();
+        let open = shares.filter(|(index, share)| is_meant(*index) && share.is_open_to(worker));
+        open.min_by_key(|(_, share)| share.ordered).map(|(index, _)| index)
+    }
+
+    /// Whether there is another barrier for a share to pass; decides it if need be.
+    fn has_next(&mut self, share: usize, pace: Option<Duration>) -> bool {
+        if self.shares[share].ordered == self.barriers.len() {
+            self.barriers.extend(self.next_barrier(pace));
+        }
+        self.shares[share].ordered < self.barriers.len()
+    }
+
+    fn order(&mut self, index: usize, worker: usize) -> Order {
+        let step = self.shares.len() as u32;
+        let share = &mut self.shares[index];
+        let first = share.ordered.checked_sub(1).map_or(0, |last| self.barriers[last]);
+        let end = self.barriers[share.ordered];
+        share.ordered += 1;
+        share.holder = Some(worker);
+        share.under_way += 1;
+        Order { stride: Stride { first: index as u32, step }, first, end }
+    }
+
+    fn is_over(&self, pace: Option<Duration>) -> bool {
+        let all = self.shares.iter().all(|share| share.ordered == self.barriers.len());
+        all && self.next_barrier(pace).is_none()
     }
 
     fn next_barrier(&self, pace: Option<Duration>) -> Option<u32> {
-        let from = self.last();
+        let from = self.barriers.last().copied().unwrap_or(0);
         let late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
         if from >= self.target || (late && from > 0) {
             return None;
@@ -94,32 +205,82 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    fn orders(schedule: &mut Schedule, worker: usize, pace: Option<Duration>) -> Vec<(u32, u32)> {
-        std::iter::from_fn(|| schedule.next(worker, pace)).map(|o| (o.first, o.end)).collect()
+    /// Everything that one worker is dealt until it must wait, completed at once.
+    fn orders(schedule: &mut Schedule, worker: usize, pace: Option<Duration>) -> Vec<Order> {
+        std::iter::from_fn(|| match schedule.next(worker, pace) {
+            Deal::Order(order) => {
+                schedule.complete(order.stride, order.end);
+                Some(order)
+            }
+            Deal::Later | Deal::Done => None,
+        })
+        .collect()
+    }
+
+    fn ranges(orders: &[Order]) -> Vec<(u32, u32)> {
+        orders.iter().map(|o| (o.first, o.end)).collect()
     }
 
     #[test]
     fn orders_double_meet_every_stop_and_end_at_the_target() {
-        let mut schedule = Schedule::new(2, 50, None, vec![30, 10]);
+        let mut schedule = Schedule::new(1, 100, 50, None, vec![30, 10]);
         let quick = Some(Duration::from_micros(1));
-        let first = orders(&mut schedule, 0, quick);
-        assert_eq!(first, [(0, 1), (1, 2), (2, 4), (4, 8), (8, 10), (10, 20), (20, 30), (30, 50)]);
-        // The other worker passes the same barriers, whatever the pace has become.
-        assert_eq!(orders(&mut schedule, 1, None), first);
+        let given = ranges(&orders(&mut schedule, 0, quick));
+        assert_eq!(given, [(0, 1), (1, 2), (2, 4), (4, 8), (8, 10), (10, 20), (20, 30), (30, 50)]);
+        assert_eq!((schedule.completed(), schedule.next(0, quick)), (50, Deal::Done));
     }
 
     #[test]
     fn slow_scenes_get_one_sample_at_a_time_and_orders_never_grow_without_bound() {
-        let mut slow = Schedule::new(1, 5, None, vec![]);
+        let mut slow = Schedule::new(1, 100, 5, None, vec![]);
         assert_eq!(orders(&mut slow, 0, Some(Duration::from_secs(9))).len(), 5);
-        let mut fast = Schedule::new(1, 100_000, None, vec![]);
-        let longest = orders(&mut fast, 0, Some(Duration::ZERO)).iter().map(|(a, b)| b - a).max();
+        let mut fast = Schedule::new(1, 100, 100_000, None, vec![]);
+        let longest = orders(&mut fast, 0, Some(Duration::ZERO)).iter().map(|o| o.end - o.first).max();
         assert_eq!(longest, Some(LONGEST_ORDER));
     }
 
     #[test]
     fn a_deadline_in_the_past_still_gives_one_sample() {
-        let mut schedule = Schedule::new(1, 100, Some(Instant::now()), vec![]);
-        assert_eq!(orders(&mut schedule, 0, None), [(0, 1)]);
+        let mut schedule = Schedule::new(1, 100, 100, Some(Instant::now()), vec![]);
+        assert_eq!(ranges(&orders(&mut schedule, 0, None)), [(0, 1)]);
+    }
+
+    #[test]
+    fn a_worker_keeps_to_its_own_until_another_is_two_barriers_behind() {
+        let mut schedule = Schedule::new(2, 10_000, 8, None, vec![]);
+        assert_eq!(schedule.shares(), 16);
+        let mut given = Vec::new();
+        // Worker 1 is slow: it has one order and never comes back.
+        let Deal::Order(stuck) = schedule.next(1, None) else { panic!("no order for worker 1") };
+        while let Deal::Order(order) = schedule.next(0, None) {
+            schedule.complete(order.stride, order.end);
+            given.push((order.stride.first % 2, order.end));
+        }
+        assert!(given[..16].iter().all(|&(owner, end)| owner == 0 && end <= 2), "{given:?}");
+        assert_eq!(given[16], (1, 1), "a share of worker 1, which has passed no barrier");
+        // Everything but the one share is done by worker 0, which can only wait for that one.
+        assert_eq!(given.len(), 15 * 8);
+        assert_eq!((schedule.next(0, None), schedule.completed()), (Deal::Later, 0));
+        schedule.complete(stuck.stride, stuck.end);
+        let rest = orders(&mut schedule, 0, None);
+        assert_eq!(ranges(&rest), (1..8).map(|i| (i, i + 1)).collect::<Vec<_>>());
+        assert_eq!((schedule.next(0, None), schedule.next(1, None)), (Deal::Done, Deal::Done));
+    }
+
+    #[test]
+    fn a_share_is_with_one_worker_at_a_time() {
+        let mut schedule = Schedule::new(2, 10, 4, None, vec![]);
+        assert_eq!(schedule.shares(), 2, "ten pixels are not worth cutting up");
+        let Deal::Order(first) = schedule.next(0, None) else { panic!("no order") };
+        let Deal::Order(second) = schedule.next(0, None) else { panic!("no second order") };
+        assert_eq!((first.stride, second.first), (second.stride, first.end), "its own, one after the other");
+        for order in orders(&mut schedule, 1, None) {
+            assert_eq!(order.stride.first, 1);
+        }
+        assert_eq!(schedule.next(1, None), Deal::Later);
+        schedule.complete(first.stride, first.end);
+        assert_eq!(schedule.next(1, None), Deal::Later, "the second order is still under way");
+        schedule.complete(second.stride, second.end);
+        assert!(matches!(schedule.next(1, None), Deal::Order(order) if order.stride.first == 0));
     }
 }

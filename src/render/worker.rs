@@ -1,4 +1,4 @@
-//! A CPU worker: a thread that traces the paths of its stride.
+//! A CPU worker: a thread that traces the paths of its orders.
 
 use super::batch::{Payload, SampleBatch, Traced};
 use super::schedule::Order;
@@ -39,8 +39,6 @@ pub struct Worker<'a> {
     pub level: Level,
     /// The part of the film that is rendered.
     pub region: Region,
-    /// The places that this worker owns.
-    pub stride: Stride,
     /// Whether a sink wants every sample.
     pub sends_samples: bool,
 }
@@ -48,26 +46,20 @@ pub struct Worker<'a> {
 impl Worker<'_> {
     /// Carries out orders until their channel closes or nobody wants the batches any more.
     pub fn run(&self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) {
-        let slots = self.stride.len(self.region.len());
         let mut scratch = Scratch::new();
         for order in orders {
-            if self.carry_out(order, slots, &mut scratch, batches).is_none() {
+            if self.carry_out(order, &mut scratch, batches).is_none() {
                 return;
             }
         }
     }
 
     /// Traces an order block by block. Returns `None` when nobody wants the batches any more.
-    fn carry_out(
-        &self,
-        order: Order,
-        slots: u32,
-        scratch: &mut Scratch,
-        batches: &Sender<SampleBatch>,
-    ) -> Option<()> {
+    fn carry_out(&self, order: Order, scratch: &mut Scratch, batches: &Sender<SampleBatch>) -> Option<()> {
+        let slots = order.stride.len(self.region.len());
         let samples = order.end - order.first;
         let mut since = Instant::now();
-        let mut batch = self.empty_batch(0);
+        let mut batch = self.empty_batch(order.stride, 0);
         let mut slot = 0;
         while slot < slots {
             let slots_per_block = (scratch.block / samples as usize).max(1) as u32;
@@ -81,7 +73,7 @@ impl Worker<'_> {
                 Payload::Sums { .. } => false,
             };
             if slot < slots && (long || since.elapsed() >= SEND_AFTER) {
-                batches.send(std::mem::replace(&mut batch, self.empty_batch(slot))).ok()?;
+                batches.send(std::mem::replace(&mut batch, self.empty_batch(order.stride, slot))).ok()?;
                 since = Instant::now();
             }
         }
@@ -89,19 +81,19 @@ impl Worker<'_> {
         batches.send(batch).ok()
     }
 
-    fn empty_batch(&self, first_slot: u32) -> SampleBatch {
+    fn empty_batch(&self, stride: Stride, first_slot: u32) -> SampleBatch {
         let payload = if self.sends_samples {
             Payload::Samples(Vec::new())
         } else {
             Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
         };
-        let (worker, stride) = (self.index, self.stride);
+        let worker = self.index;
         SampleBatch { worker, stride, payload, paths: 0, rays: 0, rejects: Vec::new(), completes: None }
     }
 
     fn trace_block(&self, from: u32, to: u32, order: Order, scratch: &mut Scratch, batch: &mut SampleBatch) {
         scratch.pixels.clear();
-        scratch.pixels.extend((from..to).map(|slot| self.region.pixel(self.stride.place(slot))));
+        scratch.pixels.extend((from..to).map(|slot| self.region.pixel(order.stride.place(slot))));
         scratch.finished.clear();
         let paths =
             Paths { pixels: &scratch.pixels, first_sample: order.first, samples: order.end - order.first };

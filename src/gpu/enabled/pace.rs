@@ -4,7 +4,7 @@
 //! that is short leaves the device waiting. Its size never shows in the picture.
 
 use crate::film::sums::MAX_COUNT;
-use crate::render::Order;
+use crate::render::{Order, Stride};
 use std::time::Duration;
 
 /// How long a dispatch should take.
@@ -25,9 +25,10 @@ pub(super) const MOST_SAMPLES: u32 = 1 << 18;
 /// A visit to a slot costs its sums, so it should add a few samples.
 const SAMPLES_A_VISIT: f64 = 8.0;
 
-/// What one dispatch does: these samples for each of these slots.
+/// What one dispatch does: these samples for each of these slots of a stride.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Task {
+    pub(super) stride: Stride,
     pub(super) first_slot: u32,
     pub(super) slots: u32,
     pub(super) first_sample: u32,
@@ -104,6 +105,7 @@ impl Remaining {
         }
         let (_, samples) = pace.tile(self.slots, left);
         let mut task = Task {
+            stride: self.order.stride,
             first_slot: self.first_slot,
             slots: self.slots,
             first_sample: self.sample,
@@ -138,7 +140,8 @@ mod tests {
     fn tasks_hold_every_sample_of_every_slot_once_whatever_the_pace() {
         for took in [Duration::ZERO, Duration::from_millis(30), Duration::from_secs(9)] {
             for (first, end, slots) in [(0, 1, 70_000), (3, 259, 1000), (0, 256, 3), (0, 2000, 1)] {
-                let tasks = tasks(Order { first, end }, slots, &mut Pace::new(false), took);
+                let tasks =
+                    tasks(Order { stride: Stride::ALL, first, end }, slots, &mut Pace::new(false), took);
                 let mut seen = vec![0_u64; slots as usize];
                 for task in &tasks {
                     assert!(task.samples <= MAX_COUNT && task.slots <= MOST_SLOTS);

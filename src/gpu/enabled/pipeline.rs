@@ -5,7 +5,6 @@ use super::layout::{self, Dispatch, SampleWords, SlotSums};
 use super::pace::Task;
 use super::tables::Tables;
 use crate::gpu::{GpuError, Job};
-use crate::render::Stride;
 use bytemuck::Pod;
 use crossbeam_channel::{Receiver, bounded};
 use wgpu::util::DeviceExt;
@@ -240,19 +239,12 @@ impl Pipeline {
         })
     }
 
-    /// Sends a task of a stride on its way.
-    pub(super) fn submit(
-        &self,
-        device: &Device,
-        berth: &Berth,
-        stride: Stride,
-        task: Task,
-        sends_samples: bool,
-    ) -> Flight {
+    /// Sends a task on its way.
+    pub(super) fn submit(&self, device: &Device, berth: &Berth, task: Task, sends_samples: bool) -> Flight {
         let groups = task.slots.div_ceil(self.shape.workgroup_size).min(self.shape.workgroups);
         let dispatch = Dispatch {
-            first_place: stride.place(task.first_slot),
-            place_step: stride.step,
+            first_place: task.stride.place(task.first_slot),
+            place_step: task.stride.step,
             slots: task.slots,
             invocations: groups * self.shape.workgroup_size,
             first_sample: task.first_sample,

@@ -27,7 +27,6 @@ pub struct GpuWorker {
     berths: Vec<Berth>,
     turn: usize,
     region: Region,
-    stride: Stride,
     index: usize,
     sends_samples: bool,
     pace: Pace,
@@ -48,7 +47,7 @@ impl GpuWorker {
         job: &Job<'_>,
         pipeline: Pipeline,
     ) -> Result<GpuWorker, GpuError> {
-        let slots = job.stride.len(job.region.len()).min(MOST_SLOTS);
+        let slots = job.region.len().min(MOST_SLOTS);
         let samples = if job.sends_samples { MOST_SAMPLES } else { 0 };
         let berths =
             (0..IN_FLIGHT).map(|_| pipeline.berth(device, slots, samples)).collect::<Result<Vec<_>, _>>()?;
@@ -58,7 +57,6 @@ impl GpuWorker {
             berths,
             turn: 0,
             region: job.region,
-            stride: job.stride,
             index: job.index,
             sends_samples: job.sends_samples,
             pace: Pace::new(job.sends_samples),
@@ -74,7 +72,6 @@ impl GpuWorker {
     /// Carries out orders until their channel closes or nobody wants the batches any more. Fails when the
     /// device does; the batches sent until then are good.
     pub fn run(&mut self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) -> Result<(), GpuError> {
-        let slots = self.stride.len(self.region.len());
         let mut flights = VecDeque::with_capacity(IN_FLIGHT);
         let mut remaining: Option<Remaining> = None;
         let mut closed = false;
@@ -85,8 +82,7 @@ impl GpuWorker {
                 if let Some(task) = remaining.as_mut().and_then(|remaining| remaining.next(&self.pace)) {
                     let berth = &self.berths[(self.turn + flights.len()) % IN_FLIGHT];
                     let submitted = Instant::now();
-                    let flight =
-                        self.pipeline.submit(&self.device, berth, self.stride, task, self.sends_samples);
+                    let flight = self.pipeline.submit(&self.device, berth, task, self.sends_samples);
                     flights.push_back((flight, submitted));
                     continue;
                 }
@@ -97,14 +93,18 @@ impl GpuWorker {
                     orders.try_recv()
                 };
                 match order {
-                    Ok(order) if slots == 0 || order.first >= order.end => {
-                        let mut batch = self.empty_batch(0);
+                    Ok(order) => {
+                        let slots = order.stride.len(self.region.len());
+                        if slots > 0 && order.first < order.end {
+                            remaining = Some(Remaining::new(order, slots));
+                            continue;
+                        }
+                        let mut batch = self.empty_batch(order.stride, 0);
                         batch.completes = Some(order.end);
                         if batches.send(batch).is_err() {
                             return self.wait_for_all(&flights);
                         }
                     }
-                    Ok(order) => remaining = Some(Remaining::new(order, slots)),
                     Err(TryRecvError::Empty) => break,
                     Err(TryRecvError::Disconnected) => closed = true,
                 }
@@ -155,20 +155,20 @@ impl GpuWorker {
         Ok(())
     }
 
-    fn empty_batch(&self, first_slot: u32) -> SampleBatch {
+    fn empty_batch(&self, stride: Stride, first_slot: u32) -> SampleBatch {
         let payload = if self.sends_samples {
             Payload::Samples(Vec::new())
         } else {
             Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
         };
-        let (worker, stride) = (self.index, self.stride);
+        let worker = self.index;
         SampleBatch { worker, stride, payload, paths: 0, rays: 0, rejects: Vec::new(), completes: None }
     }
 
     /// The batch of the dispatch whose turn it is; none if the buffers cannot be read.
     fn read(&self, task: &Task) -> Option<SampleBatch> {
         let berth = &self.berths[self.turn];
-        let mut batch = self.empty_batch(task.first_slot);
+        let mut batch = self.empty_batch(task.stride, task.first_slot);
         batch.paths = task.paths();
         batch.completes = task.completes;
         match &mut batch.payload {
@@ -189,7 +189,7 @@ impl GpuWorker {
                         if let Some((sample, why)) = read.reject
                             && rejects.len() < NAMED_REJECTS
                         {
-                            let pixel = self.region.pixel(self.stride.place(slot)).index;
+                            let pixel = self.region.pixel(task.stride.place(slot)).index;
                             rejects.push((Traced { pixel, sample }, why));
                         }
                     }

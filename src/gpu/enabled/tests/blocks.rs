@@ -10,7 +10,7 @@ use super::{Device, GpuWorker, Pipeline, Prepared, Shape, carry_out, device, sce
 use crate::gpu::enabled::pipeline::{MAIN, library};
 use crate::integrator::{Integrator, Paths};
 use crate::math::lanes::Level;
-use crate::render::{Order, Payload};
+use crate::render::{Order, Payload, Stride};
 use crate::scene::Scene;
 
 const REPLICATES: u32 = 32;
@@ -57,7 +57,8 @@ fn on_gpu(device: &Device, prepared: &Prepared, spp: u32, source: &str) -> Vec<R
     let job = prepared.job();
     let pipeline = Pipeline::from_source(device, &job, Shape::of(device), source).unwrap();
     let mut worker = GpuWorker::with_pipeline(device, &job, pipeline).unwrap();
-    let orders: Vec<_> = (0..REPLICATES).map(|i| Order { first: i * spp, end: (i + 1) * spp }).collect();
+    let orders: Vec<_> =
+        (0..REPLICATES).map(|i| Order { stride: Stride::ALL, first: i * spp, end: (i + 1) * spp }).collect();
     let mut replicates = vec![[[0.0; 3]; BLOCKS]];
     for batch in carry_out(&mut worker, &orders) {
         let Payload::Sums { first_slot, sums, .. } = batch.payload else { panic!("no sums") };

@@ -13,7 +13,7 @@ use super::worker::GpuWorker;
 use crate::film::film_offset;
 use crate::gpu::{GpuError, Job};
 use crate::integrator::{Naive, PathTracer, Settings};
-use crate::render::{Order, Payload, Region, SampleBatch, Stride};
+use crate::render::{Order, Payload, Region, SampleBatch};
 use crate::sampling::Independent;
 use crate::scene::Scene;
 use crate::world::{CompiledScene, Geometry, compile};
@@ -63,7 +63,6 @@ impl Prepared {
             geometry: &self.geometry,
             settings: self.settings,
             region: self.whole,
-            stride: Stride::ALL,
             index: 0,
             sends_samples: false,
         }

@@ -10,7 +10,10 @@ fn every_order_ends_with_the_batch_that_completes_it() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
     let mut worker = GpuWorker::new(&device, &Job { index: 3, ..prepared.job() }).unwrap();
-    let batches = carry_out(&mut worker, &[(0, 1), (1, 2), (2, 6)].map(|(first, end)| Order { first, end }));
+    let batches = carry_out(
+        &mut worker,
+        &[(0, 1), (1, 2), (2, 6)].map(|(first, end)| Order { stride: Stride::ALL, first, end }),
+    );
     let completes: Vec<_> = batches.iter().filter_map(|batch| batch.completes).collect();
     assert_eq!(completes, [1, 2, 6]);
     assert_eq!(batches.last().unwrap().completes, Some(6));
@@ -25,8 +28,8 @@ fn a_worker_without_pixels_completes_its_orders() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::beacon([1.0; 3]), 0);
     let stride = Stride { first: 1000, step: 2000 };
-    let mut worker = GpuWorker::new(&device, &Job { stride, ..prepared.job() }).unwrap();
-    let batches = carry_out(&mut worker, &[Order { first: 0, end: 4 }]);
+    let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
+    let batches = carry_out(&mut worker, &[Order { stride, first: 0, end: 4 }]);
     assert_eq!(batches.len(), 1);
     assert_eq!((batches[0].paths, batches[0].completes), (0, Some(4)));
 }
@@ -37,12 +40,12 @@ fn a_worker_stops_when_nobody_takes_its_batches_and_can_start_again() {
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
     let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
     let (orders_out, orders_in) = unbounded();
-    orders_out.send(Order { first: 0, end: 200 }).unwrap();
+    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 200 }).unwrap();
     let (batches_out, batches) = bounded(1);
     drop(batches);
     // The order channel stays open: only the batches say that it is over.
     assert_eq!(worker.run(&orders_in, &batches_out), Ok(()));
-    let again = carry_out(&mut worker, &[Order { first: 0, end: 2 }]);
+    let again = carry_out(&mut worker, &[Order { stride: Stride::ALL, first: 0, end: 2 }]);
     assert_eq!(again.iter().map(|batch| batch.paths).sum::<u64>(), 80 * 60 * 2);
 }
 
@@ -53,7 +56,7 @@ fn a_lost_device_is_an_error_and_not_a_panic() {
     let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
     device.device.destroy();
     let (orders_out, orders_in) = unbounded();
-    orders_out.send(Order { first: 0, end: 200 }).unwrap();
+    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 200 }).unwrap();
     let (batches_out, _batches) = unbounded();
     let result = worker.run(&orders_in, &batches_out);
     assert!(matches!(result, Err(GpuError::Failed { .. })), "{result:?}");
@@ -96,7 +99,7 @@ fn an_unknown_name_is_answered_with_those_that_there_are() {
 fn a_crop_gets_the_pixels_that_the_whole_film_has_there() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
-    let orders = [Order { first: 0, end: 4 }];
+    let orders = [Order { stride: Stride::ALL, first: 0, end: 4 }];
     let mut whole = GpuWorker::new(&device, &prepared.job()).unwrap();
     let whole = super::totals(&carry_out(&mut whole, &orders), 80 * 60);
     let region = Region { film_width: 80, x: 13, y: 7, width: 30, height: 20 };

@@ -8,10 +8,21 @@ use crate::gpu::Job;
 use crate::render::{Order, Payload, Stride};
 use std::time::Duration;
 
-const ORDERS: [Order; 3] =
-    [Order { first: 0, end: 1 }, Order { first: 1, end: 5 }, Order { first: 5, end: 21 }];
+fn orders(stride: Stride) -> [Order; 3] {
+    [(0, 1), (1, 5), (5, 21)].map(|(first, end)| Order { stride, first, end })
+}
 
 fn render(device: &Device, job: &Job<'_>, shape: Shape, took: Option<Duration>) -> (Vec<Total>, u64) {
+    render_stride(device, job, shape, took, Stride::ALL)
+}
+
+fn render_stride(
+    device: &Device,
+    job: &Job<'_>,
+    shape: Shape,
+    took: Option<Duration>,
+    stride: Stride,
+) -> (Vec<Total>, u64) {
     let pipeline = Pipeline::new(device, job, shape).unwrap();
     let mut worker = GpuWorker::with_pipeline(device, job, pipeline).unwrap();
     if let Some(took) = took {
@@ -20,7 +31,7 @@ fn render(device: &Device, job: &Job<'_>, shape: Shape, took: Option<Duration>) 
         (0..20).for_each(|_| pace.learn(30_000, took));
         worker.set_pace(pace);
     }
-    let batches = carry_out(&mut worker, &ORDERS);
+    let batches = carry_out(&mut worker, &orders(stride));
     let rays = batches.iter().map(|batch| batch.rays).sum();
     (totals(&batches, job.region.len()), rays)
 }
@@ -57,7 +68,7 @@ fn strides_hold_together_what_one_worker_holds_alone() {
     let (expected, _) = render(&device, &prepared.job(), shape, None);
     for first in 0..3 {
         let stride = Stride::ALL.split(first, 3);
-        let (part, _) = render(&device, &Job { stride, ..prepared.job() }, shape, None);
+        let (part, _) = render_stride(&device, &prepared.job(), shape, None, stride);
         for (place, total) in (0..).zip(&part) {
             let owned = place % 3 == first as usize;
             assert_eq!(*total, if owned { expected[place] } else { Total::default() });
@@ -72,7 +83,7 @@ fn samples_sent_one_by_one_are_those_that_are_summed() {
     let shape = Shape::of(&device);
     let (expected, rays) = render(&device, &prepared.job(), shape, None);
     let mut worker = GpuWorker::new(&device, &Job { sends_samples: true, ..prepared.job() }).unwrap();
-    let batches = carry_out(&mut worker, &ORDERS);
+    let batches = carry_out(&mut worker, &orders(Stride::ALL));
     assert_eq!(batches.iter().map(|batch| batch.rays).sum::<u64>(), rays);
     let mut sums = vec![PixelSums::default(); expected.len()];
     let mut seen = Vec::new();
@@ -107,7 +118,10 @@ fn bright_samples_are_neither_lost_nor_wrapped() {
     for emission in [[1000.0, 0.5, 3e-9], [5000.25, 1e6, 0.1], [1_073_741_824.0, 1e9, 1024.1]] {
         let prepared = Prepared::new(&scenes::beacon(emission), 0);
         let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
-        let orders = [Order { first: 0, end: 256 }, Order { first: 256, end: 300 }];
+        let orders = [
+            Order { stride: Stride::ALL, first: 0, end: 256 },
+            Order { stride: Stride::ALL, first: 256, end: 300 },
+        ];
         let batches = carry_out(&mut worker, &orders);
         let mut ours = Film::new(1, 1).unwrap();
         for _ in 0..300 {
@@ -140,7 +154,7 @@ fn what_a_film_cannot_take_is_counted_and_named() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::beacon([1.0, 2e9, 1.0]), 0);
     let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
-    let batches = carry_out(&mut worker, &[Order { first: 7, end: 12 }]);
+    let batches = carry_out(&mut worker, &[Order { stride: Stride::ALL, first: 7, end: 12 }]);
     let totals = totals(&batches, 256);
     let centre = totals[8 * 16 + 8];
     assert_eq!(centre, Total { rejected: 5, ..Total::default() });

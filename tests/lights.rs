@@ -50,6 +50,15 @@ impl Seen {
     }
 }
 
+/// A rectangle of 2 by 1 seen from `p` in front of its middle, as [`sheet`].
+fn window(p: DVec3) -> (Seen, Polar) {
+    let (s, t, n) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0), v(0.6, -0.8, 0.0));
+    let (a, b) = (s * 2.0, t);
+    let middle = CENTRE + (a + b) / 2.0;
+    let p = middle + s * p.x + t * p.y + n * p.z;
+    (Seen::new(quad(CENTRE, a, b, 0), p), Polar::new(-n, middle - p))
+}
+
 const CENTRE: DVec3 = DVec3::new(0.3, -0.2, 0.5);
 
 /// A sphere of radius 1 seen from a distance to its centre.
@@ -85,6 +94,13 @@ fn all() -> Vec<(&'static str, (Seen, Polar))> {
         ("a quad close by", sheet(v(0.3, 0.1, 0.1))),
         ("a quad aside", sheet(v(-3.0, 2.0, 1.0))),
         ("a quad almost edge-on", sheet(v(3.0, 0.0, 0.02))),
+        ("a rectangle", window(v(0.2, 0.1, 2.0))),
+        ("a rectangle at the least solid angle", window(v(1.5, 1.0, 7.6))),
+        ("a rectangle far away", window(v(30.0, -50.0, 100.0))),
+        ("a rectangle close by", window(v(0.3, 0.1, 0.1))),
+        ("a rectangle all but touched", window(v(0.3, 0.1, 0.003))),
+        ("a rectangle aside", window(v(-3.0, 2.0, 1.0))),
+        ("a rectangle almost edge-on", window(v(2.0, 0.0, 0.2))),
     ]
 }
 

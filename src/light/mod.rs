@@ -2,6 +2,7 @@
 
 mod bounds;
 mod point;
+mod rectangle;
 mod table;
 mod tree;
 

@@ -2,6 +2,7 @@
 
 use super::bounds::LightBounds;
 use super::point::{self, PointLight};
+use super::rectangle::Rectangle;
 use super::{LightSample, LightTree};
 use crate::math::{Float, Frame, Mask, Rgb, Uint, Vec3, trig};
 use crate::sampling::warp;
@@ -37,6 +38,8 @@ pub struct LightTable {
     error: Vec<f32>,
     /// 1 where a sphere emits inwards.
     inward: Vec<f32>,
+    /// 1 where a quad's sides meet at right angles.
+    square: Vec<f32>,
     emission: [Vec<f32>; 3],
     bounds: Vec<LightBounds>,
     tree: LightTree,
@@ -44,6 +47,13 @@ pub struct LightTable {
     has_spheres: bool,
     has_quads: bool,
 }
+
+/// From this solid angle on, in steradians, rectangles are sampled by it: of smaller ones the sum of angles that
+/// it is made of has lost too many digits, and by area they are sampled about as well.
+const LEAST_SOLID_ANGLE: f32 = 0.03;
+
+/// Cosine between the sides of a quad up to which it counts as a rectangle.
+const SQUARE: f32 = 1e-6;
 
 fn push3(columns: &mut [Vec<f32>; 3], values: [f32; 3]) {
     for (column, value) in columns.iter_mut().zip(values) {
@@ -105,6 +115,9 @@ impl LightTable {
         self.area.push(area);
         self.error.push(error);
         self.inward.push(f32::from(u8::from(inward)));
+        let [u, v] = [u, v].map(Vec3::<f32>::splat);
+        let is_square = kind == QUAD && u.dot(v).abs() <= SQUARE * u.length() * v.length();
+        self.square.push(f32::from(u8::from(is_square)));
         push3(&mut self.emission, emission);
     }
 
@@ -174,16 +187,40 @@ impl LightTable {
     /// cosine `cos_light` between the outward normal there and the way back. Points are never met.
     #[inline(always)]
     pub fn pdf<F: Float>(&self, light: F::Uint, p: Vec3<F>, t: F, cos_light: F) -> F {
-        let by_area = t * t / (cos_light * F::gather(&self.area, light));
-        if !self.has_spheres {
-            return by_area;
+        let mut pdf = t * t / (cos_light * F::gather(&self.area, light));
+        let kind = F::Uint::gather(&self.kind, light);
+        let to_origin = Vec3::gather(&self.origin, light) - p;
+        if self.has_spheres {
+            let sphere = kind.eq(F::Uint::splat(SPHERE));
+            let cone = Cone::new(to_origin, F::gather(&self.radius, light));
+            // A point on the inside of a sphere may round to its outside: what was met tells where it is.
+            let inward = F::gather(&self.inward, light).gt(F::zero());
+            pdf = F::select(sphere & cone.outside & !inward, cone.pdf, pdf);
         }
-        let origin = Vec3::gather(&self.origin, light);
-        let sphere = F::Uint::gather(&self.kind, light).eq(F::Uint::splat(SPHERE));
-        let cone = Cone::new(origin - p, F::gather(&self.radius, light));
-        // A point on the inside of a sphere may round to its outside: what was met tells where it is.
-        let inward = F::gather(&self.inward, light).gt(F::zero());
-        F::select(sphere & cone.outside & !inward, cone.pdf, by_area)
+        if self.has_quads {
+            let edges = (Vec3::gather(&self.edge_u, light), Vec3::gather(&self.edge_v, light));
+            if let Some((by_angle, rectangle)) = self.rectangle(light, to_origin, edges) {
+                pdf = F::select(by_angle, F::splat(1.0) / rectangle.solid_angle, pdf);
+            }
+        }
+        pdf
+    }
+
+    /// The lanes whose light is a rectangle large enough to be sampled by solid angle, if there are any, and
+    /// what it looks like.
+    #[inline(always)]
+    fn rectangle<F: Float>(
+        &self,
+        light: F::Uint,
+        to_corner: Vec3<F>,
+        (u, v): (Vec3<F>, Vec3<F>),
+    ) -> Option<(F::Mask, Rectangle<F>)> {
+        let square = F::gather(&self.square, light).gt(F::zero());
+        if !square.any() {
+            return None;
+        }
+        let rectangle = Rectangle::new(to_corner, u, v);
+        Some((square & rectangle.solid_angle.ge(F::splat(LEAST_SOLID_ANGLE)), rectangle))
     }
 
     /// A sphere seen from outside, uniformly within the cone that it fills (Pharr, Jakob and Humphreys
@@ -242,7 +279,8 @@ impl LightTable {
         }
     }
 
-    /// A quad, uniformly by area: a density of 1/area is distance²/(cos θ·area) by solid angle.
+    /// A quad: a rectangle uniformly by the solid angle that it fills, unless that is small; others uniformly
+    /// by area, whose density of 1/area is distance²/(cos θ·area) by solid angle.
     #[inline(always)]
     fn sample_quad<F: Float>(
         &self,
@@ -254,18 +292,28 @@ impl LightTable {
     ) -> LightSample<F> {
         let edges = (Vec3::gather(&self.edge_u, light), Vec3::gather(&self.edge_v, light));
         let normal = Vec3::gather(&self.normal, light);
-        let on_light = corner + edges.0 * u[0] + edges.1 * u[1];
+        let rectangle = self.rectangle(light, corner - p, edges);
+        let mut at = u;
+        if let Some((by_angle, rectangle)) = &rectangle {
+            let [a, b] = rectangle.sample(u);
+            at = [F::select(*by_angle, a, u[0]), F::select(*by_angle, b, u[1])];
+        }
+        let on_light = corner + edges.0 * at[0] + edges.1 * at[1];
         let to_light = on_light - p;
         let distance2 = to_light.dot(to_light);
         let wi = to_light * (F::splat(1.0) / distance2.sqrt());
         let cos = -wi.dot(normal);
         let shines = cos.gt(F::zero());
         let off = on_light.max_abs() * POSITION_ERROR + F::gather(&self.error, light);
+        let mut pdf = distance2 / (cos * F::gather(&self.area, light));
+        if let Some((by_angle, rectangle)) = &rectangle {
+            pdf = F::select(*by_angle, F::splat(1.0) / rectangle.solid_angle, pdf);
+        }
         LightSample {
             wi,
             target: on_light + normal * off,
             radiance: emission.only(shines),
-            pdf: (distance2 / (cos * F::gather(&self.area, light))).only(shines),
+            pdf: pdf.only(shines),
         }
     }
 }

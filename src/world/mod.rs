@@ -51,8 +51,8 @@ impl<F: Float> Hit<F> {
 
 /// Everything that rays can meet.
 pub trait World: Send + Sync {
-    /// The first hit of each ray. Equal distances go to the lower row.
-    fn intersect<F: Float>(&self, ray: &Ray<F>) -> Hit<F>;
-    /// The lanes whose ray meets anything before the distance `t_max`.
-    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F) -> F::Mask;
+    /// The first hit of each ray. Equal distances go to the lower row. Lanes that do not ask hold nonsense.
+    fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F>;
+    /// The lanes whose ray meets anything before the distance `t_max`. Lanes that do not ask hold nonsense.
+    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> F::Mask;
 }

@@ -24,7 +24,7 @@ use crate::render::worker::Worker;
 use crate::render::{Accumulator, Barrier, Order, Region, SampleBatch, Schedule};
 use crate::sampling::Independent;
 use crate::scene::{self, Scene};
-use crate::world;
+use crate::world::{self, Finder};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::convert::Infallible;
 use std::io::Write;
@@ -52,6 +52,8 @@ pub struct Settings {
     pub threads: NonZeroUsize,
     /// Which lanes they use.
     pub level: Level,
+    /// What finds the surfaces that rays meet, on the CPU.
+    pub finder: Finder,
     /// Who renders.
     pub device: DeviceChoice,
     /// Picture files.
@@ -267,7 +269,9 @@ impl Crew {
         let offset = film_offset(film.filter);
         match &settings.device {
             DeviceChoice::Cpu => {
-                let integrator = integrator::build(render, offset, Arc::new(compiled), geometry).into();
+                let compiled = Arc::new(compiled);
+                let integrator =
+                    integrator::build(render, offset, compiled, geometry, settings.finder).into();
                 // A worker without a pixel would have nothing to do.
                 let threads = settings.threads.get().min(settings.region.len() as usize);
                 Ok(Crew::Cpu { integrator, threads })

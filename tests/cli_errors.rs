@@ -83,7 +83,7 @@ refuses! {
     an_unknown_sampler: ["render", "scene.toml", "--sampler", "halton"] => 2, ["sobol", "independent"];
     an_unknown_filter: ["render", "scene.toml", "--filter", "tnet"] => 2, ["tent"];
     a_later_filter: ["render", "scene.toml", "--filter", "mitchell"] => 2, ["later"];
-    an_unknown_world: ["render", "scene.toml", "--world", "octree"] => 2, ["simple"];
+    an_unknown_world: ["render", "scene.toml", "--world", "octree"] => 2, ["simple", "bvh"];
     an_unknown_device: ["render", "scene.toml", "--device", "tpu"] => 2, ["cpu", "gpu"];
     an_unknown_overlay: ["render", "scene.toml", "--overlay", "depth"] => 2, ["owner"];
     an_overlay_that_no_format_takes: ["render", "scene.toml", "--overlay", "owner", "-o", "a.exr"] => 2, [".png"];

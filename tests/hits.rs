@@ -49,7 +49,7 @@ impl Alone {
     }
 
     fn meet(&self, ray: &Ray<f32>) -> Option<SurfacePoint<f32>> {
-        let hit = self.world.intersect(ray);
+        let hit = self.world.intersect(ray, true);
         hit.is_some().then(|| self.tables.surfaces.point(ray, &hit))
     }
 
@@ -159,9 +159,9 @@ fn any_hit_is_whether_the_closest_hit_is_nearer_than_the_limit() {
     let mut seen = [0; 2];
     for _ in 0..200_000 {
         let ray = ray(direction(stream) * stream.random_range(0.0..30.0), direction(stream));
-        let t = world.intersect(&ray).t;
+        let t = world.intersect(&ray, true).t;
         for t_max in [t, t.next_up(), t.next_down(), t * stream.random_range(0.5..2.0), 5.0, NOTHING] {
-            let occluded = world.occluded(&ray, t_max);
+            let occluded = world.occluded(&ray, t_max, true);
             assert_eq!(occluded, t < t_max, "{ray:?}: nearest {t}, limit {t_max}");
             seen[usize::from(occluded)] += 1;
         }
@@ -236,7 +236,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
             let d = frame.to_world(narrow(v(sin * phi.cos(), sin * phi.sin(), cos))).normalized();
             let away = Ray { o: offset_origin(point.p, point.n, point.error, d), d };
             seen.rays += 1;
-            let t = alone.world.intersect(&away).t;
+            let t = alone.world.intersect(&away, true).t;
             let inward = matches!(shape, Shape::Sphere { .. }) && point.n.dot(d) < 0.0;
             match shape {
                 Shape::Sphere { .. } if inward => {
@@ -301,7 +301,7 @@ fn a_bound_too_small_by_far_is_noticed() {
         let phi = stream.random_range(0.0..std::f64::consts::TAU);
         let d = frame.to_world(narrow(v(phi.cos(), phi.sin(), 1e-3))).normalized();
         let away = Ray { o: offset_origin(point.p, point.n, point.error * 0.01, d), d };
-        met += u32::from(alone.world.intersect(&away).t != NOTHING);
+        met += u32::from(alone.world.intersect(&away, true).t != NOTHING);
     }
     assert!(met > 100, "only {met}");
 }

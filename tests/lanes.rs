@@ -13,6 +13,7 @@ use stride::render::Region;
 use stride::sampling::{Block, Independent, PathId, Sampler, Sobol, random, warp};
 use stride::scene::{Integrator, Scene};
 use stride::shape::{Plane, Quad, Shape, Sphere, offset_origin};
+use stride::world::Finder;
 
 /// A program over eight words a lane.
 trait Program {
@@ -185,7 +186,11 @@ law!(scattering_is_the_same_at_every_level, F, x, {
 
 /// All samples of some paths as bits, sorted: they may come in any order.
 fn samples(scene: &Scene, level: Level) -> Vec<[u32; 7]> {
-    let integrator = common::integrator(scene);
+    samples_in(scene, Finder::Fastest, level)
+}
+
+fn samples_in(scene: &Scene, finder: Finder, level: Level) -> Vec<[u32; 7]> {
+    let integrator = common::integrator_in(scene, finder);
     let region = Region::whole(scene.film.width, scene.film.height);
     let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
     let mut out: Vec<Finished> = Vec::new();
@@ -220,6 +225,28 @@ fn whole_paths_are_the_same_at_every_level() {
             assert_eq!(samples(&scene, level), one_lane, "{level}");
         }
     }
+}
+
+#[test]
+fn whole_paths_are_the_same_in_every_world() {
+    let mut whitted = bazaar(40, 30);
+    whitted.render.integrator = Integrator::Whitted;
+    let mut naive = bazaar(40, 30);
+    naive.render.integrator = Integrator::PathNaive;
+    naive.lights = vec![point_light(v(3.0, 1.0, 2.0), 4.0)];
+    for scene in [cover(40, 30), smallpt(40, 30), bazaar(40, 30), naive, whitted] {
+        let one_by_one = samples_in(&scene, Finder::Simple, Level::SCALAR);
+        assert!(one_by_one.iter().any(|s| s[4] != 0), "all black");
+        for level in Level::available() {
+            assert!(samples_in(&scene, Finder::Bvh, level) == one_by_one, "{level}");
+        }
+        assert!(samples(&scene, Level::available()[0]) == one_by_one);
+    }
+    // Negative control: a world that lacks one small lamp of three hundred shows.
+    let mut dimmed = bazaar(40, 30);
+    dimmed.entities.pop();
+    let level = Level::available()[0];
+    assert!(samples_in(&dimmed, Finder::Bvh, level) != samples_in(&bazaar(40, 30), Finder::Bvh, level));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::{Failure, print, usage};
 use crate::film::{film_offset, sums};
 use crate::integrator::{self, Event, Pixel};
 use crate::scene::Scene;
-use crate::world;
+use crate::world::{self, Finder};
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -48,7 +48,7 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
     }
     let (compiled, geometry) = world::compile(&scene, width, height);
     let offset = film_offset(scene.film.filter);
-    let integrator = integrator::build(&scene.render, offset, Arc::new(compiled), geometry);
+    let integrator = integrator::build(&scene.render, offset, Arc::new(compiled), geometry, Finder::Fastest);
     let (sample, events) = integrator.explain(Pixel { index: y * width + x, x, y }, arguments.sample);
     let mut text = format!(
         "pixel {x},{y} (index {}) sample {}: film position {} {}\n",

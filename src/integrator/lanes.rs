@@ -158,7 +158,7 @@ pub(super) fn meet<F: Float, W: World, S: Sampler, M, O: Observer>(
         state.depth.store(&mut depth);
         observer.event(|| ray_event(depth[0], &state.ray));
     }
-    let hit = view.world.intersect(&state.ray);
+    let hit = view.world.intersect(&state.ray, alive);
     let met = alive & hit.is_some();
     let escaped = alive & !hit.is_some();
     if escaped.any() {

@@ -20,7 +20,7 @@ use crate::math::{Float, Ray};
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{Block, Independent, PathId, Sampler, Sobol};
 use crate::scene;
-use crate::world::{CompiledScene, Geometry};
+use crate::world::{Bvh, CompiledScene, Finder, Geometry, World};
 use std::sync::Arc;
 
 /// One sample: where it fell on the film and what it saw.
@@ -103,29 +103,44 @@ pub struct Settings<S> {
     pub max_depth: u32,
 }
 
-/// The integrator that a scene asks for over the compiled scene, with its world and sampler inside.
+/// The integrator that a scene asks for over the compiled scene, with its world and sampler inside. The world
+/// is chosen here, once, so that no choice falls on a ray.
 pub fn build(
     render: &scene::RenderSettings,
     offset: FilmOffset,
     scene: Arc<CompiledScene>,
     geometry: Geometry,
+    finder: Finder,
 ) -> Box<dyn Integrator> {
-    let seed = render.seed;
-    match render.sampler {
-        scene::Sampler::Independent => build_with(Independent { seed }, render, offset, scene, geometry),
-        scene::Sampler::Sobol => build_with(Sobol { seed }, render, offset, scene, geometry),
+    if finder.wants_tree(&geometry.second) {
+        build_in(render, offset, scene, Bvh::new(&geometry))
+    } else {
+        build_in(render, offset, scene, geometry)
     }
 }
 
-fn build_with<S: Sampler>(
+fn build_in<W: World + 'static>(
+    render: &scene::RenderSettings,
+    offset: FilmOffset,
+    scene: Arc<CompiledScene>,
+    world: W,
+) -> Box<dyn Integrator> {
+    let seed = render.seed;
+    match render.sampler {
+        scene::Sampler::Independent => build_with(Independent { seed }, render, offset, scene, world),
+        scene::Sampler::Sobol => build_with(Sobol { seed }, render, offset, scene, world),
+    }
+}
+
+fn build_with<S: Sampler, W: World + 'static>(
     sampler: S,
     render: &scene::RenderSettings,
     offset: FilmOffset,
     scene: Arc<CompiledScene>,
-    geometry: Geometry,
+    world: W,
 ) -> Box<dyn Integrator> {
     let settings = Settings { sampler, offset, max_depth: render.max_depth };
-    let world = Arc::new(geometry);
+    let world = Arc::new(world);
     match render.integrator {
         scene::Integrator::Path => {
             Box::new(PathTracer { transport: NextEvent::default(), scene, world, settings })

@@ -44,7 +44,7 @@ impl Transport for Naive {
         let matte = going & scattering.bsdf.is(Kind::Matte);
         if !view.scene.point_lights.is_empty() && matte.any() {
             *rays += u64::from(matte.bits().count_ones());
-            let direct = point_light(view, state, &vertex, &scattering, observer);
+            let direct = point_light(view, state, &vertex, &scattering, matte, observer);
             state.l = Rgb::select(matte, state.l + state.beta * direct, state.l);
         }
 
@@ -61,6 +61,7 @@ fn point_light<F: Float, W: World, S: Sampler, O: Observer>(
     state: &State<F, ()>,
     vertex: &Vertex<F>,
     Scattering { bsdf, frame, wo }: &Scattering<F>,
+    asks: F::Mask,
     observer: &mut O,
 ) -> Rgb<F> {
     let point = &vertex.point;
@@ -68,7 +69,7 @@ fn point_light<F: Float, W: World, S: Sampler, O: Observer>(
     let light = view.scene.point_lights.sample_one(point.p, choice);
     let wi = frame.to_local(light.wi);
     let (shadow, length) = light.shadow_ray(offset_origin(point.p, point.n, point.error, light.wi));
-    let visible = !view.world.occluded(&shadow, length);
+    let visible = !view.world.occluded(&shadow, length, asks);
     let added = (bsdf.eval(*wo, wi) * light.weight() * wi.z.abs()).only(visible);
     observer.event(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
     added

@@ -179,7 +179,7 @@ fn direct_light<F: Float, W: World, S: Sampler, O: Observer>(
     let found = bsdf.pdf(*wo, wi).only(!lights.is_point::<F>(light));
     *rays += u64::from(possible.bits().count_ones());
     let (shadow, length) = sample.shadow_ray(offset_origin(point.p, point.n, point.error, sample.wi));
-    let visible = possible & !view.world.occluded(&shadow, length);
+    let visible = possible & !view.world.occluded(&shadow, length, possible);
     let added = (share * power_heuristic(pdf, found)).only(visible);
     observer.event(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
     added

@@ -85,7 +85,7 @@ impl<W: World, S: Sampler> Whitted<W, S> {
         let scene = &*self.scene;
         *rays += 1;
         observer.event(|| ray_event(depth, &ray));
-        let hit = self.world.intersect(&ray);
+        let hit = self.world.intersect(&ray, true);
         if !hit.is_some() {
             observer.event(|| Event::Escape { radiance: scene.environment });
             return beta * Rgb::splat(scene.environment);
@@ -123,7 +123,8 @@ impl<W: World, S: Sampler> Whitted<W, S> {
                         let from = offset_origin(point.p, point.n, point.error, sample.wi);
                         let (shadow, length) = sample.shadow_ray(from);
                         *rays += 1;
-                        let added = if self.world.occluded(&shadow, length) { Rgb::black() } else { share };
+                        let added =
+                            if self.world.occluded(&shadow, length, true) { Rgb::black() } else { share };
                         observer.event(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
                         l = l + added;
                     }

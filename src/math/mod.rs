@@ -3,12 +3,14 @@
 //! Descriptions (scene, camera set-up) use glam's `f64` vectors; everything on a path uses [`Vec3`], whose
 //! components are lanes.
 
+pub mod bounds;
 pub mod frame;
 pub mod lanes;
 pub mod ray;
 pub mod trig;
 pub mod vec3;
 
+pub use bounds::Bounds;
 pub use frame::Frame;
 pub use lanes::{Float, Mask, Uint};
 pub use ray::Ray;

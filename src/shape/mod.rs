@@ -8,11 +8,10 @@ mod quad;
 mod sphere;
 
 pub use plane::Plane;
-pub use quad::Quad;
-pub use sphere::Sphere;
+pub use quad::{Quad, QuadForm};
+pub use sphere::{Sphere, SphereForm};
 
-use crate::math::Vec3;
-use crate::math::{Float, Ray};
+use crate::math::{Bounds, Float, Ray, Vec3};
 
 /// The distance of a hit that does not happen.
 pub const NOTHING: f32 = f32::INFINITY;
@@ -22,6 +21,10 @@ pub trait Shape {
     /// Distance to the first hit in front of the ray's origin, or [`NOTHING`]. A hit at the origin itself
     /// is none.
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> F;
+    /// A box around it, grown by what rounding can do: wherever [`Shape::intersect`] says that a ray meets the
+    /// shape, the ray passes there through the box grown by [`BOUNDS_ERROR`] of the largest coordinate of the
+    /// ray's origin. Not finite if the shape is not.
+    fn bounds(&self) -> Bounds;
     /// What the surface is like everywhere, in the form that hits look up.
     fn surface(&self) -> Surface;
 }
@@ -60,6 +63,16 @@ pub(crate) const UNIT_ROUNDOFF: f32 = f32::EPSILON / 2.0;
 
 /// Error of a hit's position for each unit of its largest coordinate (see [`offset_origin`]).
 pub const POSITION_ERROR: f32 = 16.0 * UNIT_ROUNDOFF;
+
+/// How far outside of a shape a computed hit on it may lie, for each unit of the largest coordinates of the
+/// shape and of the ray's origin.
+///
+/// The hit is where the distance that [`Shape::intersect`] computes takes the ray. On a plane that distance is
+/// off by a few roundings of the origin and the plane's own distance, and what an oblique quad adds its bounds
+/// pay for. On a sphere the distance from the centre is off by some 12 roundings of the origin's distance from
+/// the centre, which is up to √3 times the sum of both's coordinates. Comparing the distance with those to a
+/// box takes 4 more.
+pub const BOUNDS_ERROR: f32 = 64.0 * UNIT_ROUNDOFF;
 
 /// The origin of a ray that leaves a surface at `p`, moved off it by the hit's own error bound, towards
 /// the side that `d` points to, so that the ray can't meet the surface it leaves.

@@ -1,6 +1,6 @@
 //! The unbounded plane.
 
-use super::{NOTHING, POSITION_ERROR, Shape, Surface};
+use super::{Bounds, NOTHING, POSITION_ERROR, Shape, Surface};
 use crate::math::{Float, Frame, Ray, Vec3};
 
 /// All X with X·normal = distance (report §2.3.1).
@@ -15,7 +15,7 @@ pub struct Plane {
 /// Distance along a ray to the plane X·n = distance, or [`NOTHING`]: the division is left to make an
 /// infinity or NaN of a parallel ray, which the comparison then refuses.
 #[inline(always)]
-pub(super) fn distance_to_plane<F: Float>(ray: &Ray<F>, n: Vec3<F>, distance: f32) -> F {
+pub(super) fn distance_to_plane<F: Float>(ray: &Ray<F>, n: Vec3<F>, distance: F) -> F {
     let t = (-ray.o.dot(n) + distance) / ray.d.dot(n);
     F::select(t.gt(F::zero()), t, F::splat(NOTHING))
 }
@@ -23,7 +23,11 @@ pub(super) fn distance_to_plane<F: Float>(ray: &Ray<F>, n: Vec3<F>, distance: f3
 impl Shape for Plane {
     #[inline(always)]
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
-        distance_to_plane(ray, Vec3::splat(self.normal), self.distance)
+        distance_to_plane(ray, Vec3::splat(self.normal), F::splat(self.distance))
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds::EVERYTHING
     }
 
     fn surface(&self) -> Surface {

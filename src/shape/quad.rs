@@ -1,7 +1,7 @@
 //! The parallelogram.
 
 use super::plane::distance_to_plane;
-use super::{NOTHING, POSITION_ERROR, Shape, Surface};
+use super::{BOUNDS_ERROR, Bounds, NOTHING, POSITION_ERROR, Shape, Surface};
 use crate::math::{Float, Ray, Vec3};
 use glam::DVec3;
 
@@ -50,21 +50,59 @@ impl Quad {
     }
 }
 
-/// X·axis + offset.
-#[inline(always)]
-fn along<F: Float>(p: Vec3<F>, axis: [f32; 4]) -> F {
-    p.x * axis[0] + p.y * axis[1] + p.z * axis[2] + axis[3]
+/// What a ray asks of a quad, one quad a lane or one in all lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct QuadForm<F> {
+    /// Of length one.
+    pub normal: Vec3<F>,
+    /// The quad's plane is where X·normal is this.
+    pub distance: F,
+    /// a of a point X is X·u_axis + u_offset.
+    pub u_axis: Vec3<F>,
+    /// See `u_axis`.
+    pub u_offset: F,
+    /// b likewise.
+    pub v_axis: Vec3<F>,
+    /// See `v_axis`.
+    pub v_offset: F,
+}
+
+impl<F: Float> QuadForm<F> {
+    /// Distance to the first hit: see [`Shape::intersect`].
+    #[inline(always)]
+    pub fn intersect(&self, ray: &Ray<F>) -> F {
+        let t = distance_to_plane(ray, self.normal, self.distance);
+        let p = ray.at(t);
+        let (a, b) = (p.dot(self.u_axis) + self.u_offset, p.dot(self.v_axis) + self.v_offset);
+        let (zero, one) = (F::zero(), F::splat(1.0));
+        let inside = zero.le(a) & a.le(one) & zero.le(b) & b.le(one);
+        F::select(inside, t, F::splat(NOTHING))
+    }
 }
 
 impl Shape for Quad {
     #[inline(always)]
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
-        let t = distance_to_plane(ray, Vec3::splat(self.normal), self.distance);
-        let p = ray.at(t);
-        let (a, b) = (along(p, self.u_axis), along(p, self.v_axis));
-        let (zero, one) = (F::zero(), F::splat(1.0));
-        let inside = zero.le(a) & a.le(one) & zero.le(b) & b.le(one);
-        F::select(inside, t, F::splat(NOTHING))
+        let ([ux, uy, uz, u_offset], [vx, vy, vz, v_offset]) = (self.u_axis, self.v_axis);
+        let form = QuadForm {
+            normal: Vec3::splat(self.normal),
+            distance: F::splat(self.distance),
+            u_axis: Vec3::splat([ux, uy, uz]),
+            u_offset: F::splat(u_offset),
+            v_axis: Vec3::splat([vx, vy, vz]),
+            v_offset: F::splat(v_offset),
+        };
+        form.intersect(ray)
+    }
+
+    fn bounds(&self) -> Bounds {
+        // A point that the test takes for one of the quad has coordinates a and b that are off by a few
+        // roundings of |X|·|axis|, that much of an edge: more the more oblique the edges are to each other.
+        let [corner, u, v] = [self.corner, self.u, self.v].map(Vec3::<f32>::splat);
+        let length = |axis: [f32; 4]| Vec3::<f32>::splat([axis[0], axis[1], axis[2]]).length();
+        let oblique = length(self.u_axis) * u.length() + length(self.v_axis) * v.length();
+        let corners = [corner, corner + u, corner + v, corner + u + v];
+        Bounds::of(corners.map(|w| [w.x, w.y, w.z])).grown(BOUNDS_ERROR * (1.0 + oblique))
     }
 
     fn surface(&self) -> Surface {

@@ -1,6 +1,6 @@
 //! The sphere.
 
-use super::{NOTHING, Shape, Surface, UNIT_ROUNDOFF};
+use super::{BOUNDS_ERROR, Bounds, NOTHING, Shape, Surface, UNIT_ROUNDOFF};
 use crate::math::{Float, Ray, Vec3};
 use glam::DVec3;
 use std::f32::consts::PI;
@@ -55,24 +55,37 @@ impl Sphere {
             anchor_power: (to_centre.length_squared() - radius * radius) as f32,
         }
     }
-
-    /// The power of the point at `w` from the anchor.
-    #[inline(always)]
-    fn power<F: Float>(&self, w: Vec3<F>) -> F {
-        let twice = Vec3::splat(self.to_centre.map(|x| 2.0 * x));
-        w.dot(w - twice) + self.anchor_power
-    }
 }
 
-impl Shape for Sphere {
+/// What a ray asks of a sphere, one sphere a lane or one in all lanes: see [`Sphere`].
+#[derive(Clone, Copy, Debug)]
+pub struct SphereForm<F> {
+    /// The anchor A.
+    pub anchor: Vec3<F>,
+    /// h, from the anchor to the centre.
+    pub to_centre: Vec3<F>,
+    /// 2h.
+    pub twice_to_centre: Vec3<F>,
+    /// k, the anchor's power.
+    pub anchor_power: F,
+}
+
+impl<F: Float> SphereForm<F> {
+    /// The power of the point at `w` from the anchor.
     #[inline(always)]
-    fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
+    fn power(&self, w: Vec3<F>) -> F {
+        w.dot(w - self.twice_to_centre) + self.anchor_power
+    }
+
+    /// Distance to the first hit: see [`Shape::intersect`].
+    #[inline(always)]
+    pub fn intersect(&self, ray: &Ray<F>) -> F {
         // t² + 2bt + c = 0 with b = m·d and c = m·m − r², the power of the origin. The discriminant b² − c
         // cancels when the sphere is small and far; the power of the point nearest to the centre does not
         // (Haines, Günther and Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection"),
         // and neither does the smaller root as c/q.
-        let w = ray.o - Vec3::splat(self.anchor);
-        let b = (w - Vec3::splat(self.to_centre)).dot(ray.d);
+        let w = ray.o - self.anchor;
+        let b = (w - self.to_centre).dot(ray.d);
         let c = self.power(w);
         let discriminant = -self.power(w - ray.d * b);
         let root = discriminant.max(F::zero()).sqrt();
@@ -84,6 +97,24 @@ impl Shape for Sphere {
         let t = F::select(near.gt(zero), near, far);
         let hit = zero.le(discriminant) & t.gt(zero);
         F::select(hit, t, F::splat(NOTHING))
+    }
+}
+
+impl Shape for Sphere {
+    #[inline(always)]
+    fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
+        let form = SphereForm {
+            anchor: Vec3::splat(self.anchor),
+            to_centre: Vec3::splat(self.to_centre),
+            twice_to_centre: Vec3::splat(self.to_centre.map(|x| 2.0 * x)),
+            anchor_power: F::splat(self.anchor_power),
+        };
+        form.intersect(ray)
+    }
+
+    fn bounds(&self) -> Bounds {
+        let r = self.radius;
+        Bounds::of([self.centre.map(|x| x - r), self.centre.map(|x| x + r)]).grown(BOUNDS_ERROR)
     }
 
     fn surface(&self) -> Surface {

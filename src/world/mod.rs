@@ -3,11 +3,13 @@
 //! [`CompiledScene`] holds flat tables of everything that a path looks up. A [`World`] answers which of its
 //! surfaces a ray meets first.
 
+mod bvh;
 mod compile;
 mod simple;
 mod surfaces;
 mod union;
 
+pub use bvh::Bvh;
 pub use compile::{CompiledScene, Geometry, compile};
 pub use simple::Simple;
 pub use surfaces::{Look, NO_LIGHT, SurfacePoint, SurfaceTable};
@@ -15,6 +17,34 @@ pub use union::Union;
 
 use crate::math::{Float, Ray, Uint};
 use crate::shape::NOTHING;
+
+/// What finds the surfaces that rays meet. The picture is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Finder {
+    /// The fastest for as many surfaces as there are.
+    #[default]
+    Fastest,
+    /// [`Simple`].
+    Simple,
+    /// [`Bvh`].
+    Bvh,
+}
+
+impl Finder {
+    /// Whether a tree is to be built over these bounded surfaces.
+    pub fn wants_tree(self, bounded: &Simple) -> bool {
+        match self {
+            // To try a quad takes about twice as long as to try a sphere.
+            Finder::Fastest => bounded.spheres.len() + 2 * bounded.quads.len() >= TREE_PAYS_FROM,
+            Finder::Simple => false,
+            Finder::Bvh => true,
+        }
+    }
+}
+
+/// Spheres from which on a tree is faster than trying them all: about 70 where sixteen paths run side by side,
+/// 40 where eight do, 35 and 28 with quads for two each.
+const TREE_PAYS_FROM: usize = 56;
 
 /// What a ray meets first.
 #[derive(Clone, Copy, Debug)]
@@ -51,8 +81,8 @@ impl<F: Float> Hit<F> {
 
 /// Everything that rays can meet.
 pub trait World: Send + Sync {
-    /// The first hit of each ray. Equal distances go to the lower row.
-    fn intersect<F: Float>(&self, ray: &Ray<F>) -> Hit<F>;
-    /// The lanes whose ray meets anything before the distance `t_max`.
-    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F) -> F::Mask;
+    /// The first hit of each ray. Equal distances go to the lower row. Lanes that do not ask hold nonsense.
+    fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F>;
+    /// The lanes whose ray meets anything before the distance `t_max`. Lanes that do not ask hold nonsense.
+    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> F::Mask;
 }

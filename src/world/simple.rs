@@ -51,14 +51,14 @@ fn any<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut foun
 
 impl World for Simple {
     #[inline(always)]
-    fn intersect<F: Float>(&self, ray: &Ray<F>) -> Hit<F> {
+    fn intersect<F: Float>(&self, ray: &Ray<F>, _asks: F::Mask) -> Hit<F> {
         let hit = closest(&self.planes, ray, Hit::none());
         let hit = closest(&self.spheres, ray, hit);
         closest(&self.quads, ray, hit)
     }
 
     #[inline(always)]
-    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F) -> F::Mask {
+    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, _asks: F::Mask) -> F::Mask {
         let none = F::Mask::splat(false);
         let found = any(&self.planes, ray, t_max, none);
         let found = any(&self.spheres, ray, t_max, found);

@@ -15,12 +15,13 @@ pub struct Union<A, B> {
 
 impl<A: World, B: World> World for Union<A, B> {
     #[inline(always)]
-    fn intersect<F: Float>(&self, ray: &Ray<F>) -> Hit<F> {
-        self.first.intersect(ray).nearer(self.second.intersect(ray))
+    fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
+        self.first.intersect(ray, asks).nearer(self.second.intersect(ray, asks))
     }
 
     #[inline(always)]
-    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F) -> F::Mask {
-        self.first.occluded(ray, t_max) | self.second.occluded(ray, t_max)
+    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> F::Mask {
+        let found = self.first.occluded(ray, t_max, asks);
+        found | self.second.occluded(ray, t_max, asks & !found)
     }
 }

@@ -15,15 +15,21 @@ use stride::integrator::{self, Finished, Integrator, Paths};
 use stride::math::lanes::Level;
 use stride::render::Region;
 use stride::scene::Scene;
-use stride::world;
+use stride::world::{self, Finder};
 
 /// The most paths that are traced at a time.
 const BLOCK: u32 = 4096;
 
 /// What follows light in a scene, as the scene asks for it.
 pub fn integrator(scene: &Scene) -> Box<dyn Integrator> {
+    integrator_in(scene, Finder::Fastest)
+}
+
+/// What follows light in a scene, with the world that is asked for.
+pub fn integrator_in(scene: &Scene, finder: Finder) -> Box<dyn Integrator> {
     let (compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
-    integrator::build(&scene.render, film_offset(scene.film.filter), Arc::new(compiled), geometry)
+    let offset = film_offset(scene.film.filter);
+    integrator::build(&scene.render, offset, Arc::new(compiled), geometry, finder)
 }
 
 /// Gives every sample of a scene's picture to `take`, with its pixel's index.

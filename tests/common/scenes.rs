@@ -135,6 +135,36 @@ pub fn cover(width: u32, height: u32) -> Scene {
 /// The bounds of the smallpt box, in which every path stays.
 pub const SMALLPT_BOX: [[f64; 2]; 3] = [[1.0, 99.0], [0.0, 81.6], [0.0, 170.0]];
 
+/// Three hundred small lamps over a floor with boxes made of quads.
+pub fn bazaar(width: u32, height: u32) -> Scene {
+    let mut entities = vec![plane(DVec3::Z, -2.0, 0)];
+    // Anywhere, as the golden ratio and its kin spread points (Roberts 2018).
+    let spread = |i: u32, step: f64| (0.5 + f64::from(i) * step).fract();
+    for i in 0..8 {
+        let (x, y) = (4.0 + 8.0 * spread(i, 0.7548776662), -5.0 + 10.0 * spread(i, 0.5698402910));
+        let (side, tall) = (0.4 + 0.1 * f64::from(i), 0.5 + 1.5 * spread(i, 0.6180339887));
+        let corner = v(x, y, -2.0);
+        let (a, b, up) = (v(side, 0.3, 0.0), v(-0.3, side, 0.0), v(0.0, 0.0, tall));
+        for (corner, u, w) in [
+            (corner, a, up),
+            (corner + a, b, up),
+            (corner + a + b, -a, up),
+            (corner + b, -b, up),
+            (corner + up, a, b),
+        ] {
+            entities.push(quad(corner, u, w, 1));
+        }
+    }
+    for i in 0..300 {
+        let place = [0.8191725134, 0.6710436067, 0.5497004779].map(|step| spread(i, step));
+        let centre = v(3.0 + 9.0 * place[0], -6.0 + 12.0 * place[1], -1.8 + 3.0 * place[2]);
+        entities.push(emitting(sphere(centre, 0.05, 0), 20.0));
+    }
+    let mut scene = scene(vec![matte([0.7, 0.6, 0.5]), mirror([0.8; 3])], entities);
+    scene.render.max_depth = 5;
+    sized(scene, width, height)
+}
+
 /// The box of Kevin Beason's smallpt, its walls the insides of spheres of radius 10⁵, which bend by 0.05
 /// from one end of the box to the other.
 pub fn smallpt(width: u32, height: u32) -> Scene {

@@ -13,6 +13,7 @@ use crate::output::plot::Chart;
 use crate::render::Region;
 use crate::scene::{Integrator, Sampler, Scene};
 use crate::session::{self, DeviceChoice, Report, Settings, View};
+use crate::world::Finder;
 use crossbeam_channel::Receiver;
 use std::convert::Infallible;
 use std::io::Write;
@@ -109,6 +110,7 @@ impl<'a> Bench<'a> {
             time: None,
             threads,
             level: self.level,
+            finder: Finder::Fastest,
             device: DeviceChoice::Cpu,
             outputs: Vec::new(),
             dump_at: Vec::new(),

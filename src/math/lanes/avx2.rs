@@ -2,12 +2,12 @@
 //!
 //! # Safety
 //! The types here are private to `lanes`: the only code that names them is [`super::dispatch`], which has
-//! asked the processor for AVX2 first. That is the argument of every block below that calls an
-//! intrinsic; the few that touch memory say more.
+//! asked the processor for AVX2 first, and `avx512`, whose processors all have AVX2 too. That is the argument
+//! of every block below that calls an intrinsic; the few that touch memory say more.
 #![allow(unsafe_code, reason = "processor intrinsics")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
 
-use super::{Float, Mask, Uint};
+use super::{Float, Kernel, Mask, Uint};
 use std::arch::x86_64::*;
 
 const N: usize = 8;
@@ -209,6 +209,7 @@ unsafe fn look_up(table: *const f32, last: i32, index: __m256i) -> __m256 {
 impl Float for Float8 {
     type Uint = Uint8;
     type Mask = Mask8;
+    type Octet = super::avx2::Float8;
     const LANES: usize = N;
 
     #[inline(always)]
@@ -280,5 +281,15 @@ impl Float for Float8 {
     #[inline(always)]
     fn to_uint(self) -> Uint8 {
         Uint8(unsafe { _mm256_cvttps_epi32(self.0) })
+    }
+
+    #[inline(always)]
+    fn apart<K: Kernel>(kernel: K) -> K::Output {
+        #[target_feature(enable = "avx2")]
+        #[inline(never)]
+        fn run<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run::<Float8>()
+        }
+        unsafe { run(kernel) }
     }
 }

@@ -7,7 +7,7 @@
 #![allow(unsafe_code, reason = "processor intrinsics")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
 
-use super::{Float, Mask, Uint};
+use super::{Float, Kernel, Mask, Uint};
 use std::arch::x86_64::*;
 
 const N: usize = 16;
@@ -185,6 +185,7 @@ fn last_index(len: usize) -> i32 {
 impl Float for Float16 {
     type Uint = Uint16;
     type Mask = Mask16;
+    type Octet = super::avx2::Float8;
     const LANES: usize = N;
 
     #[inline(always)]
@@ -257,6 +258,16 @@ impl Float for Float16 {
     #[inline(always)]
     fn to_uint(self) -> Uint16 {
         Uint16(unsafe { _mm512_cvttps_epi32(self.0) })
+    }
+
+    #[inline(always)]
+    fn apart<K: Kernel>(kernel: K) -> K::Output {
+        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+        #[inline(never)]
+        fn run<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run::<Float16>()
+        }
+        unsafe { run(kernel) }
     }
 }
 

@@ -98,7 +98,7 @@ pub trait Kernel {
 pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
     match level.0 {
         Width::Scalar => kernel.run::<f32>(),
-        Width::Portable => kernel.run::<super::portable::Float4>(),
+        Width::Portable => kernel.run::<super::portable::Floats<4>>(),
         // SAFETY: `Level` has no public constructor that skips detection; a value with this width comes
         // from `available`, which found AVX2.
         #[cfg(target_arch = "x86_64")]

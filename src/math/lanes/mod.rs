@@ -115,6 +115,8 @@ pub trait Float:
     type Uint: Uint<Float = Self, Mask = Self::Mask>;
     /// What comparisons give.
     type Mask: Mask;
+    /// Eight floats, as fast as this level has them: for looking at eight things with one ray.
+    type Octet: Float;
     /// How many lanes there are: 1 to 16.
     const LANES: usize;
 
@@ -159,6 +161,10 @@ pub trait Float:
     fn from_bits(bits: Self::Uint) -> Self;
     /// Rounds towards zero, for values in [0, 2³¹); others are unspecified but never undefined.
     fn to_uint(self) -> Self::Uint;
+
+    /// Runs a program with these lanes in a function of its own, for what is too large to be inlined wherever
+    /// it is called. The function is compiled for the level's instructions, as [`dispatch`]'s are.
+    fn apart<K: Kernel>(kernel: K) -> K::Output;
 
     /// Zero in every lane.
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! One lane: plain numbers.
 
-use super::{Float, Mask, Uint};
+use super::{Float, Kernel, Mask, Uint};
 
 impl Mask for bool {
     #[inline(always)]
@@ -92,6 +92,7 @@ impl Uint for Wrapping {
 impl Float for f32 {
     type Uint = Wrapping;
     type Mask = bool;
+    type Octet = super::portable::Floats<8>;
     const LANES: usize = 1;
 
     #[inline(always)]
@@ -153,5 +154,10 @@ impl Float for f32 {
     #[inline(always)]
     fn to_uint(self) -> Wrapping {
         Wrapping(self as u32)
+    }
+
+    #[inline(never)]
+    fn apart<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
     }
 }

@@ -46,6 +46,27 @@ fn outputs<P: Program>(level: Level, rows: &[[u32; 3]]) -> Vec<Vec<u32>> {
     dispatch(level, Rows { rows, program: std::marker::PhantomData::<P> })
 }
 
+/// Runs a program with a level's eight lanes, in a function of its own.
+struct Octets<K>(K);
+
+impl<K: Kernel> Kernel for Octets<K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> K::Output {
+        struct Inner<K>(K);
+        impl<K: Kernel> Kernel for Inner<K> {
+            type Output = K::Output;
+            #[inline(always)]
+            fn run<F: Float>(self) -> K::Output {
+                assert_eq!(F::Octet::LANES, 8);
+                self.0.run::<F::Octet>()
+            }
+        }
+        F::apart(Inner(self.0))
+    }
+}
+
 /// Whether the sign and payload of a NaN count. IEEE 754 leaves them open for arithmetic, and no result may
 /// depend on them; what only moves bits keeps them.
 #[derive(Clone, Copy, PartialEq)]
@@ -65,10 +86,13 @@ fn first_difference<P: Program>(rows: &[[u32; 3]], nans: NaNs) -> Option<String>
     let one_lane = outputs::<P>(Level::SCALAR, rows);
     for level in Level::available() {
         let wide = outputs::<P>(level, rows);
-        assert_eq!(wide.len(), one_lane.len());
-        for ((row, a), b) in rows.iter().zip(&wide).zip(&one_lane) {
-            if canonical(a) != canonical(b) {
-                return Some(format!("{level} of {row:08x?} is {a:08x?}, one lane says {b:08x?}"));
+        let octets = dispatch(level, Octets(Rows { rows, program: std::marker::PhantomData::<P> }));
+        assert_eq!([wide.len(), octets.len()], [one_lane.len(); 2]);
+        for (((row, a), octet), b) in rows.iter().zip(&wide).zip(&octets).zip(&one_lane) {
+            for (a, what) in [(a, ""), (octet, "'s octet")] {
+                if canonical(a) != canonical(b) {
+                    return Some(format!("{level}{what} of {row:08x?} is {a:08x?}, one lane says {b:08x?}"));
+                }
             }
         }
     }

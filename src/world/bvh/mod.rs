@@ -1,0 +1,83 @@
+//! The world that finds its way to what a ray may meet: a tree of boxes.
+//!
+//! Boxes are grown by the error of a hit, so that the tree never hides what a shape would answer: its hits have
+//! the bits of [`Simple`]'s.
+
+mod build;
+mod node;
+#[cfg(test)]
+mod tests;
+mod traverse;
+
+use self::build::Item;
+use self::node::{Nodes, QUAD, SPHERE};
+use self::traverse::{Any, Closest, Rays};
+use super::{Geometry, Hit, Simple, Union, World};
+use crate::math::lanes::MAX_LANES;
+use crate::math::{Bounds, Float, Mask, Ray, Uint};
+use crate::shape::Shape;
+
+/// Coordinates as far out as this have squares that are not finite.
+const FARTHEST: f32 = 1e18;
+
+/// Bounded surfaces in a tree of boxes, eight at each node.
+#[derive(Clone, Debug)]
+pub struct Bvh {
+    /// `None` if there is nothing.
+    tree: Option<Nodes>,
+}
+
+impl Bvh {
+    /// Sorts the bounded surfaces into a tree, which joins the unbounded ones and what no box can hold.
+    pub fn new(geometry: &Geometry) -> Union<Simple, Bvh> {
+        Bvh::with(geometry, |bounds| bounds)
+    }
+
+    /// With other boxes than the shapes' own.
+    fn with(geometry: &Geometry, change: impl Fn(Bounds) -> Bounds) -> Union<Simple, Bvh> {
+        let (mut beside, all) = (geometry.first.clone(), &geometry.second);
+        let mut items = Vec::with_capacity(all.spheres.len() + all.quads.len());
+        for (index, sphere) in all.spheres.iter().enumerate() {
+            match item(change(sphere.0.bounds()), SPHERE, index) {
+                Some(item) => items.push(item),
+                None => beside.spheres.push(*sphere),
+            }
+        }
+        for (index, quad) in all.quads.iter().enumerate() {
+            match item(change(quad.0.bounds()), QUAD, index) {
+                Some(item) => items.push(item),
+                None => beside.quads.push(*quad),
+            }
+        }
+        let tree = (!items.is_empty()).then(|| {
+            let splits = build::build(&mut items);
+            Nodes::new(&splits, &items, &all.spheres, &all.quads)
+        });
+        Union { first: beside, second: Bvh { tree } }
+    }
+}
+
+fn item(bounds: Bounds, kind: u32, index: usize) -> Option<Item> {
+    let Bounds { low, high } = bounds;
+    let fits = low.iter().chain(&high).all(|x| x.abs() < FARTHEST);
+    fits.then_some(Item { bounds, kind, index: index as u32 })
+}
+
+impl World for Bvh {
+    #[inline(always)]
+    fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
+        let (mut t, mut row) = ([crate::shape::NOTHING; MAX_LANES], [u32::MAX; MAX_LANES]);
+        if let Some(tree) = &self.tree {
+            (t, row) = F::apart(Closest { tree, rays: Rays::new(ray, asks) });
+        }
+        Hit { t: F::load(&t), surface: F::Uint::load(&row) }
+    }
+
+    #[inline(always)]
+    fn occluded<F: Float>(&self, ray: &Ray<F>, limit: F, asks: F::Mask) -> F::Mask {
+        let Some(tree) = &self.tree else { return F::Mask::splat(false) };
+        let mut t_max = [0.0; MAX_LANES];
+        limit.store(&mut t_max);
+        F::Mask::from_bits(F::apart(Any { tree, rays: Rays::new(ray, asks), t_max }))
+    }
+}

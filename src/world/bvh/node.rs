@@ -1,0 +1,224 @@
+//! Nodes of eight children, and what is in a leaf.
+
+use super::build::{Below, Item, LEAF, Split};
+use crate::math::{Bounds, Float, Vec3};
+use crate::shape::{Quad, QuadForm, Sphere, SphereForm};
+
+/// Children of a node.
+pub(super) const WIDTH: usize = 8;
+
+/// Eight boxes and what is in them: four lines of a processor's cache.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    /// Low x, y and z, then high x, y and z. A child that is not there has the box of nothing.
+    pub(super) planes: [[f32; WIDTH]; 6],
+    /// What the boxes hold.
+    pub(super) children: [Child; WIDTH],
+}
+
+/// A reference to a node or a leaf, in one word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Child(u32);
+
+/// What a reference leads to: an index among the things of its kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    Node(usize),
+    Spheres(usize),
+    Quads(usize),
+}
+
+impl Child {
+    const INDEX_BITS: u32 = 29;
+    const SPHERES: u32 = 1;
+    const QUADS: u32 = 2;
+
+    fn new(tag: u32, index: usize) -> Child {
+        assert!(index < 1 << Child::INDEX_BITS, "a tree of {index} nodes");
+        Child(tag << Child::INDEX_BITS | index as u32)
+    }
+
+    #[inline(always)]
+    pub(super) fn target(self) -> Target {
+        let index = (self.0 & ((1 << Child::INDEX_BITS) - 1)) as usize;
+        match self.0 >> Child::INDEX_BITS {
+            0 => Target::Node(index),
+            Child::SPHERES => Target::Spheres(index),
+            _ => Target::Quads(index),
+        }
+    }
+}
+
+/// The kinds of things, as [`Item::kind`] has them.
+pub(super) const SPHERE: u32 = 0;
+pub(super) const QUAD: u32 = 1;
+
+/// Eight spheres, one column for each property. Places that are left over hold NaN, which nothing meets.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Spheres {
+    anchor: [[f32; LEAF]; 3],
+    to_centre: [[f32; LEAF]; 3],
+    anchor_power: [f32; LEAF],
+    pub(super) rows: [u32; LEAF],
+}
+
+/// Eight quads likewise.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Quads {
+    normal: [[f32; LEAF]; 3],
+    distance: [f32; LEAF],
+    u_axis: [[f32; LEAF]; 4],
+    v_axis: [[f32; LEAF]; 4],
+    pub(super) rows: [u32; LEAF],
+}
+
+#[inline(always)]
+fn load3<F: Float>(columns: &[[f32; LEAF]]) -> Vec3<F> {
+    Vec3::new(F::load(&columns[0]), F::load(&columns[1]), F::load(&columns[2]))
+}
+
+fn place<const N: usize>(columns: &mut [[f32; LEAF]; N], lane: usize, values: [f32; N]) {
+    for (column, value) in columns.iter_mut().zip(values) {
+        column[lane] = value;
+    }
+}
+
+impl Spheres {
+    fn new(spheres: impl Iterator<Item = (Sphere, u32)>) -> Spheres {
+        let nothing = [f32::NAN; LEAF];
+        let mut block = Spheres {
+            anchor: [nothing; 3],
+            to_centre: [nothing; 3],
+            anchor_power: nothing,
+            rows: [u32::MAX; LEAF],
+        };
+        for (lane, (sphere, row)) in spheres.enumerate() {
+            place(&mut block.anchor, lane, sphere.anchor);
+            place(&mut block.to_centre, lane, sphere.to_centre);
+            block.anchor_power[lane] = sphere.anchor_power;
+            block.rows[lane] = row;
+        }
+        block
+    }
+
+    /// The spheres as eight lanes ask for them.
+    #[inline(always)]
+    pub(super) fn form<F: Float>(&self) -> SphereForm<F> {
+        let to_centre = load3(&self.to_centre);
+        SphereForm {
+            anchor: load3(&self.anchor),
+            to_centre,
+            twice_to_centre: to_centre * F::splat(2.0),
+            anchor_power: F::load(&self.anchor_power),
+        }
+    }
+}
+
+impl Quads {
+    fn new(quads: impl Iterator<Item = (Quad, u32)>) -> Quads {
+        let nothing = [f32::NAN; LEAF];
+        let mut block = Quads {
+            normal: [nothing; 3],
+            distance: nothing,
+            u_axis: [nothing; 4],
+            v_axis: [nothing; 4],
+            rows: [u32::MAX; LEAF],
+        };
+        for (lane, (quad, row)) in quads.enumerate() {
+            place(&mut block.normal, lane, quad.normal);
+            block.distance[lane] = quad.distance;
+            place(&mut block.u_axis, lane, quad.u_axis);
+            place(&mut block.v_axis, lane, quad.v_axis);
+            block.rows[lane] = row;
+        }
+        block
+    }
+
+    /// The quads as eight lanes ask for them.
+    #[inline(always)]
+    pub(super) fn form<F: Float>(&self) -> QuadForm<F> {
+        QuadForm {
+            normal: load3(&self.normal),
+            distance: F::load(&self.distance),
+            u_axis: load3(&self.u_axis),
+            u_offset: F::load(&self.u_axis[3]),
+            v_axis: load3(&self.v_axis),
+            v_offset: F::load(&self.v_axis[3]),
+        }
+    }
+}
+
+/// The tree as rays go through it.
+#[derive(Clone, Debug)]
+pub(super) struct Nodes {
+    pub(super) root: Child,
+    pub(super) nodes: Vec<Node>,
+    pub(super) spheres: Vec<Spheres>,
+    pub(super) quads: Vec<Quads>,
+}
+
+impl Nodes {
+    /// Makes nodes of eight children from those of two: a node takes its children's children in their place, the
+    /// largest first, until it has eight.
+    pub(super) fn new(
+        splits: &[Split],
+        items: &[Item],
+        spheres: &[(Sphere, u32)],
+        quads: &[(Quad, u32)],
+    ) -> Nodes {
+        let mut nodes = Nodes { root: Child(0), nodes: Vec::new(), spheres: Vec::new(), quads: Vec::new() };
+        nodes.root = nodes.add(0, splits, items, spheres, quads);
+        nodes
+    }
+
+    fn add(
+        &mut self,
+        split: usize,
+        splits: &[Split],
+        items: &[Item],
+        spheres: &[(Sphere, u32)],
+        quads: &[(Quad, u32)],
+    ) -> Child {
+        if let Below::Leaf { first, count } = splits[split].below {
+            let items = &items[first as usize..(first + count) as usize];
+            return if items[0].kind == SPHERE {
+                self.spheres.push(Spheres::new(items.iter().map(|item| spheres[item.index as usize])));
+                Child::new(Child::SPHERES, self.spheres.len() - 1)
+            } else {
+                self.quads.push(Quads::new(items.iter().map(|item| quads[item.index as usize])));
+                Child::new(Child::QUADS, self.quads.len() - 1)
+            };
+        }
+        let mut below = vec![split];
+        while below.len() < WIDTH {
+            let area = |at: usize| match splits[at].below {
+                Below::Two { .. } => Some(splits[at].bounds.half_area()),
+                Below::Leaf { .. } => None,
+            };
+            let areas = below.iter().enumerate().filter_map(|(i, &at)| area(at).map(|area| (i, area)));
+            let Some((largest, _)) = areas.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))) else {
+                break;
+            };
+            let at = below[largest];
+            let Below::Two { second } = splits[at].below else { unreachable!("leaves have no area") };
+            below[largest] = at + 1;
+            below.insert(largest + 1, second as usize);
+        }
+        let index = self.nodes.len();
+        let nothing = Child(0);
+        let mut planes = [[0.0; WIDTH]; 6];
+        let bounds = below.iter().map(|&at| splits[at].bounds).chain(std::iter::repeat(Bounds::NOTHING));
+        for (lane, Bounds { low: [a, b, c], high: [d, e, f] }) in bounds.take(WIDTH).enumerate() {
+            place(&mut planes, lane, [a, b, c, d, e, f]);
+        }
+        self.nodes.push(Node { planes, children: [nothing; WIDTH] });
+        for (lane, &at) in below.iter().enumerate() {
+            let child = self.add(at, splits, items, spheres, quads);
+            self.nodes[index].children[lane] = child;
+        }
+        Child::new(0, index)
+    }
+}

@@ -1,0 +1,294 @@
+//! The tree against trying everything, to the bit, at every SIMD level.
+
+use super::build::{Below, Item, LEAF, MAX_DEPTH, Split, build};
+use super::*;
+use crate::math::Vec3;
+use crate::math::lanes::{Kernel, Level, dispatch};
+use crate::sampling::Stream;
+use crate::shape::{NOTHING, Plane, Quad, Sphere};
+use glam::DVec3;
+use rand::RngExt;
+
+fn direction(stream: &mut Stream) -> DVec3 {
+    let z = stream.random_range(-1.0..1.0_f64);
+    let phi = stream.random_range(0.0..std::f64::consts::TAU);
+    let r = (1.0 - z * z).sqrt();
+    DVec3::new(r * phi.cos(), r * phi.sin(), z)
+}
+
+fn narrow(v: DVec3) -> Vec3<f32> {
+    Vec3::splat(v.to_array().map(|x| x as f32))
+}
+
+/// A random scene, and points of it at which rays are worth aiming.
+struct Jumble {
+    geometry: Geometry,
+    scale: f64,
+    targets: Vec<DVec3>,
+}
+
+/// Shapes of sizes that differ by up to 10⁶, some of them twice, some in one place, some flat along an axis,
+/// some oblique to a ten-thousandth.
+fn jumble(stream: &mut Stream) -> Jumble {
+    let scale = 10_f64.powi(stream.random_range(-6..=6));
+    let place = direction(stream) * scale * [0.0, 1.0, 1e3][stream.random_range(0..3)];
+    let count = [1, 2, 7, 9, 40, 150][stream.random_range(0..6)];
+    let spread = [0.0, 1.0, 30.0][stream.random_range(0..3)];
+    let mut bounded = Simple::default();
+    let mut unbounded = Simple::default();
+    let mut targets = Vec::new();
+    let mut rows: Vec<u32> = (0..3 * count).collect();
+    // Rows in no order of place, and not every one.
+    for i in (1..rows.len()).rev() {
+        rows.swap(i, stream.random_range(0..=i));
+    }
+    for &row in &rows[..count as usize] {
+        let size = scale * 10_f64.powf(stream.random_range(-3.0..0.0) * stream.random_range(0.0..2.0));
+        let centre = place + direction(stream) * scale * spread * stream.random::<f64>();
+        let twice = stream.random_range(0..5) == 0;
+        match stream.random_range(0..16) {
+            0..8 => {
+                let sphere = Sphere::new(centre, size);
+                bounded.spheres.push((sphere, row));
+                if twice {
+                    bounded.spheres.push((sphere, row + 1000));
+                }
+                targets.extend((0..4).map(|_| centre + direction(stream) * size));
+                targets.extend([DVec3::X, DVec3::NEG_Y, DVec3::Z].map(|axis| centre + axis * size));
+            }
+            8..15 => {
+                let u = match stream.random_range(0..2) {
+                    0 => direction(stream),
+                    _ => [DVec3::X, DVec3::Y, DVec3::NEG_Z][stream.random_range(0..3)],
+                } * size;
+                let v = match stream.random_range(0..3) {
+                    0 => direction(stream) * size,
+                    1 => u.any_orthogonal_vector() * stream.random_range(0.1..2.0),
+                    _ => u + u.any_orthogonal_vector() * 1e-4,
+                };
+                let quad = Quad::new(centre, u, v);
+                bounded.quads.push((quad, row));
+                if twice {
+                    bounded.quads.push((quad, row + 1000));
+                }
+                targets.extend([centre, centre + u, centre + v, centre + u + v, centre + (u + v) * 0.5]);
+                targets.extend([centre + u * stream.random::<f64>(), centre + v * stream.random::<f64>()]);
+            }
+            _ => {
+                let normal = direction(stream);
+                let n = narrow(normal);
+                let distance = (normal.dot(place) - scale) as f32;
+                unbounded.planes.push((Plane { normal: [n.x, n.y, n.z], distance }, row));
+                targets.push(centre);
+            }
+        }
+    }
+    bounded.spheres.sort_by_key(|(_, row)| *row);
+    bounded.quads.sort_by_key(|(_, row)| *row);
+    unbounded.planes.sort_by_key(|(_, row)| *row);
+    Jumble { geometry: Union { first: unbounded, second: bounded }, scale, targets }
+}
+
+impl Jumble {
+    /// A ray from anywhere between a thousandth and a million sizes away, or from a target itself, towards a
+    /// target, past it, or along an axis.
+    fn ray(&self, stream: &mut Stream) -> Ray<f32> {
+        let target = self.targets[stream.random_range(0..self.targets.len())];
+        let far = [1e-3, 0.1, 1.0, 10.0, 1e3, 1e6][stream.random_range(0..6)];
+        let o = match stream.random_range(0..4) {
+            0 => narrow(self.targets[stream.random_range(0..self.targets.len())]),
+            _ => narrow(target + direction(stream) * self.scale * far),
+        };
+        let axis = [0.0_f32, -0.0, 1.0, -1.0];
+        let d = match stream.random_range(0..4) {
+            0 => narrow(direction(stream)),
+            1 => {
+                let i = stream.random_range(0..3);
+                let zero = axis[stream.random_range(0..2)];
+                let mut d = [zero; 3];
+                d[i] = axis[stream.random_range(2..4)];
+                Vec3::splat(d)
+            }
+            _ => {
+                let from = DVec3::new(f64::from(o.x), f64::from(o.y), f64::from(o.z));
+                narrow((target - from).normalize_or(DVec3::Y))
+            }
+        };
+        let o = match stream.random_range(0..3) {
+            // Along an axis through a target, exactly.
+            0 => {
+                let t = narrow(target);
+                let back = (self.scale * far) as f32;
+                Vec3::new(t.x - d.x * back, t.y - d.y * back, t.z - d.z * back)
+            }
+            _ => o,
+        };
+        Ray { o, d: d.normalized() }
+    }
+}
+
+/// Hits of a world for rays, as bits: distance, row, and whether anything is nearer than each ray's limit.
+struct Ask<'a, W> {
+    world: &'a W,
+    rays: &'a [Ray<f32>],
+    limits: &'a [f32],
+}
+
+impl<W: World> Kernel for Ask<'_, W> {
+    type Output = Vec<(u32, u32, bool)>;
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> Self::Output {
+        let mut all = Vec::new();
+        for (chunk, limits) in self.rays.chunks(F::LANES).zip(self.limits.chunks(F::LANES)) {
+            let column = |f: &dyn Fn(&Ray<f32>) -> f32| {
+                let mut numbers = [f32::NAN; MAX_LANES];
+                numbers.iter_mut().zip(chunk).for_each(|(x, ray)| *x = f(ray));
+                F::load(&numbers)
+            };
+            let ray = Ray {
+                o: Vec3::new(column(&|r| r.o.x), column(&|r| r.o.y), column(&|r| r.o.z)),
+                d: Vec3::new(column(&|r| r.d.x), column(&|r| r.d.y), column(&|r| r.d.z)),
+            };
+            let mut t_max = [0.0; MAX_LANES];
+            t_max[..limits.len()].copy_from_slice(limits);
+            let asks = F::Mask::from_bits((1_u32 << chunk.len()) - 1);
+            let hit = self.world.intersect(&ray, asks);
+            let occluded = self.world.occluded(&ray, F::load(&t_max), asks).bits();
+            let (mut t, mut rows) = ([0.0; MAX_LANES], [0; MAX_LANES]);
+            hit.t.store(&mut t);
+            hit.surface.store(&mut rows);
+            all.extend((0..chunk.len()).map(|i| {
+                let row = if t[i] < NOTHING { rows[i] } else { u32::MAX };
+                (t[i].to_bits(), row, occluded >> i & 1 != 0)
+            }));
+        }
+        all
+    }
+}
+
+/// How many of some rays a tree answers otherwise than trying everything does, and how many hit something.
+fn differences(
+    jumble: &Jumble,
+    tree: &Union<Simple, Bvh>,
+    level: Level,
+    rays: usize,
+    stream: &mut Stream,
+) -> (usize, usize) {
+    let rays: Vec<_> = (0..rays).map(|_| jumble.ray(stream)).collect();
+    let truth: Vec<f32> = rays.iter().map(|ray| jumble.geometry.intersect(ray, true).t).collect();
+    let limits: Vec<f32> = truth
+        .iter()
+        .map(|&t| match stream.random_range(0..5) {
+            0 => t,
+            1 => t.next_up(),
+            2 => t.next_down(),
+            3 => NOTHING,
+            _ => t.min(1e30) * stream.random_range(0.5..2.0),
+        })
+        .collect();
+    let simple = dispatch(Level::SCALAR, Ask { world: &jumble.geometry, rays: &rays, limits: &limits });
+    let found = dispatch(level, Ask { world: tree, rays: &rays, limits: &limits });
+    let hits = truth.iter().filter(|&&t| t < NOTHING).count();
+    (found.iter().zip(&simple).filter(|(a, b)| a != b).count(), hits)
+}
+
+#[test]
+fn the_tree_answers_what_trying_everything_answers() {
+    let stream = &mut Stream::new(11, 0, 0);
+    let levels = Level::available();
+    let (mut rays, mut hits) = (0, 0);
+    for i in 0..1000 {
+        let jumble = jumble(stream);
+        let tree = Bvh::new(&jumble.geometry);
+        let level = levels[i % levels.len()];
+        let (wrong, some) = differences(&jumble, &tree, level, 1000, stream);
+        assert_eq!(wrong, 0, "scene {i}, {level}: {:?}", jumble.geometry);
+        rays += 1000;
+        hits += some;
+    }
+    assert!(rays >= 1_000_000 && hits > rays / 4, "{hits} hits of {rays} rays");
+}
+
+#[test]
+fn boxes_that_are_too_small_are_noticed() {
+    // Smaller than the shapes by a thousandth, and by what rounding can do.
+    for share in [1e-3, 3e-6] {
+        let stream = &mut Stream::new(12, 0, 0);
+        let mut wrong = 0;
+        for _ in 0..200 {
+            let jumble = jumble(stream);
+            let tree =
+                Bvh::with(&jumble.geometry, |bounds| bounds.grown(-share).grown(-crate::shape::BOUNDS_ERROR));
+            wrong += differences(&jumble, &tree, Level::SCALAR, 500, stream).0;
+        }
+        assert!(wrong > 20, "{wrong} wrong answers from boxes smaller by {share}");
+    }
+}
+
+#[test]
+fn shapes_that_no_box_holds_stay_beside_the_tree() {
+    let mut bounded = Simple::default();
+    bounded.spheres.push((Sphere::new(DVec3::X * 3e38, 2e38), 0));
+    bounded.spheres.push((Sphere::new(DVec3::X * 5.0, 1.0), 1));
+    bounded.quads.push((Quad::new(DVec3::splat(3e38), DVec3::X * 3e38, DVec3::Y), 2));
+    let tree = Bvh::new(&Union { first: Simple::default(), second: bounded });
+    assert_eq!((tree.first.spheres.len(), tree.first.quads.len()), (1, 1));
+    let ray = Ray { o: Vec3::zero(), d: Vec3::<f32>::splat([1.0, 0.0, 0.0]) };
+    let hit = tree.intersect(&ray, true);
+    assert_eq!((hit.t, hit.surface.0), (4.0, 1));
+}
+
+#[test]
+fn a_tree_of_nothing_has_no_hits() {
+    let tree = Bvh::new(&Union { first: Simple::default(), second: Simple::default() });
+    let ray = Ray { o: Vec3::zero(), d: Vec3::<f32>::splat([1.0, 0.0, 0.0]) };
+    assert!(!tree.intersect(&ray, true).is_some() && !tree.occluded(&ray, NOTHING, true));
+}
+
+/// Depth of a tree; every box holds those below, every thing is in one leaf, and leaves are of one kind.
+fn check(splits: &[Split], items: &[Item]) -> usize {
+    fn walk(at: usize, splits: &[Split], items: &[Item], seen: &mut Vec<bool>) -> usize {
+        let Split { bounds, below } = splits[at];
+        match below {
+            Below::Two { second } => {
+                let children = [at + 1, second as usize];
+                for child in children {
+                    assert_eq!(bounds, bounds.with(&splits[child].bounds));
+                }
+                1 + children.map(|child| walk(child, splits, items, seen)).into_iter().max().unwrap_or(0)
+            }
+            Below::Leaf { first, count } => {
+                assert!((1..=LEAF as u32).contains(&count));
+                for i in first..first + count {
+                    let item = &items[i as usize];
+                    assert!(!std::mem::replace(&mut seen[i as usize], true), "twice");
+                    assert_eq!(bounds, bounds.with(&item.bounds));
+                    assert_eq!(item.kind, items[first as usize].kind);
+                }
+                0
+            }
+        }
+    }
+    let mut seen = vec![false; items.len()];
+    let depth = walk(0, splits, items, &mut seen);
+    assert!(seen.iter().all(|&seen| seen), "a thing is in no leaf");
+    depth
+}
+
+#[test]
+fn no_tree_is_deeper_than_a_rays_stack() {
+    let stream = &mut Stream::new(13, 0, 0);
+    let point = |x: f32, y: f32| Bounds::of([[x, y, 0.0]]);
+    // Anywhere; all in one place; each half as far out as the last, down to the least numbers.
+    let anywhere: Vec<_> = (0..20_000).map(|_| point(stream.random(), stream.random())).collect();
+    let heap = vec![point(1.0, 1.0); 3000];
+    let halves: Vec<_> = (0..2000).map(|i| point(0.5_f32.powi(i % 150), 0.0)).collect();
+    for (boxes, deepest) in [(anywhere, 30), (heap, 12), (halves, MAX_DEPTH)] {
+        let make = |(index, &bounds)| Item { bounds, kind: index as u32 % 2, index: index as u32 };
+        let mut items: Vec<_> = boxes.iter().enumerate().map(make).collect();
+        let splits = build(&mut items);
+        let depth = check(&splits, &items);
+        assert!(depth <= deepest, "{depth} levels");
+    }
+}

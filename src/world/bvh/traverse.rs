@@ -1,0 +1,258 @@
+//! Rays through the tree, one by one: each against eight boxes, or the eight things of a leaf, at a time.
+//!
+//! Paths that bounce agree on little, so that a packet of their rays would visit the nodes of all of them with
+//! most lanes idle.
+
+use super::build::MAX_DEPTH;
+use super::node::{Child, Node, Nodes, Target, WIDTH};
+use crate::math::lanes::{Kernel, MAX_LANES};
+use crate::math::{Float, Mask, Ray, Vec3};
+use crate::shape::{BOUNDS_ERROR, NOTHING};
+
+/// Children that wait while a ray looks at nearer ones: seven at each level at most.
+const STACK: usize = (MAX_DEPTH * (WIDTH - 1)).next_power_of_two();
+
+/// A child that waits, and the distance at which the ray enters its box.
+#[derive(Clone, Copy)]
+struct Waiting {
+    near: f32,
+    child: Child,
+}
+
+/// The rays of all lanes, one column for each number.
+#[derive(Clone, Copy)]
+pub(super) struct Rays {
+    o: [[f32; MAX_LANES]; 3],
+    d: [[f32; MAX_LANES]; 3],
+    /// Bit `i` is set if lane `i` asks.
+    asks: u32,
+}
+
+#[inline(always)]
+fn columns<F: Float>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
+    [v.x, v.y, v.z].map(|x| {
+        let mut column = [0.0; MAX_LANES];
+        x.store(&mut column);
+        column
+    })
+}
+
+impl Rays {
+    #[inline(always)]
+    pub(super) fn new<F: Float>(ray: &Ray<F>, asks: F::Mask) -> Rays {
+        Rays { o: columns(ray.o), d: columns(ray.d), asks: asks.bits() }
+    }
+
+    /// Calls `f` for each lane that asks.
+    #[inline(always)]
+    fn for_each(&self, mut f: impl FnMut(usize, Ray<f32>)) {
+        let mut lanes = self.asks;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize & (MAX_LANES - 1);
+            lanes &= lanes - 1;
+            let get = |columns: &[[f32; MAX_LANES]; 3]| {
+                Vec3::new(columns[0][lane], columns[1][lane], columns[2][lane])
+            };
+            f(lane, Ray { o: get(&self.o), d: get(&self.d) });
+        }
+    }
+}
+
+/// One ray in eight lanes, with what boxes ask of it.
+struct Probe<F> {
+    ray: Ray<F>,
+    /// 1/d.
+    inverse: Vec3<F>,
+    /// The origin as near sides see it, and as far sides do: moved apart by the error of a hit (see
+    /// [`BOUNDS_ERROR`]).
+    near_o: Vec3<F>,
+    far_o: Vec3<F>,
+    /// Which of a node's planes are near sides.
+    near: [usize; 3],
+    /// And which far ones.
+    far: [usize; 3],
+}
+
+impl<F: Float> Probe<F> {
+    #[inline(always)]
+    fn new(ray: &Ray<f32>) -> Self {
+        let (o, d) = ([ray.o.x, ray.o.y, ray.o.z], [ray.d.x, ray.d.y, ray.d.z]);
+        let error = ray.o.max_abs() * BOUNDS_ERROR;
+        let splat = |v: [f32; 3]| Vec3::<F>::splat(v);
+        // The sign of zero counts: it is that of the infinity that its inverse is.
+        let back = d.map(|d| d.is_sign_negative());
+        let moved = |i: usize, by: f32| o[i] + if back[i] { -by } else { by };
+        Probe {
+            ray: Ray { o: splat(o), d: splat(d) },
+            inverse: splat(d.map(|d| 1.0 / d)),
+            near_o: splat([0, 1, 2].map(|i| moved(i, error))),
+            far_o: splat([0, 1, 2].map(|i| moved(i, -error))),
+            near: [0, 1, 2].map(|i| if back[i] { i + 3 } else { i }),
+            far: [0, 1, 2].map(|i| if back[i] { i } else { i + 3 }),
+        }
+    }
+
+    /// Where the ray enters the boxes of a node's children, and which of them it enters before `t_max` or
+    /// there.
+    ///
+    /// A ray that runs in the plane of a box's side makes 0·∞ of it; `min` and `max` pass NaN over.
+    #[inline(always)]
+    fn enter(&self, node: &Node, t_max: F) -> (F, F::Mask) {
+        let plane = |i: usize| F::load(&node.planes[i]);
+        let near = ((plane(self.near[0]) - self.near_o.x) * self.inverse.x).max(F::zero());
+        let near = ((plane(self.near[1]) - self.near_o.y) * self.inverse.y).max(near);
+        let near = ((plane(self.near[2]) - self.near_o.z) * self.inverse.z).max(near);
+        let far = ((plane(self.far[0]) - self.far_o.x) * self.inverse.x).min(t_max);
+        let far = ((plane(self.far[1]) - self.far_o.y) * self.inverse.y).min(far);
+        let far = ((plane(self.far[2]) - self.far_o.z) * self.inverse.z).min(far);
+        (near, near.le(far))
+    }
+}
+
+/// Visits the leaves whose boxes a ray enters no later than at `t_max`, of a node's children the nearest
+/// first. `leaf` gives the new `t_max`, or `None` if it has seen enough.
+#[inline(always)]
+fn visit<F: Float>(
+    tree: &Nodes,
+    probe: &Probe<F>,
+    mut t_max: f32,
+    stack: &mut [Waiting; STACK],
+    mut leaf: impl FnMut(Target, f32) -> Option<f32>,
+) {
+    let mut top = 0;
+    let mut child = tree.root;
+    loop {
+        match child.target() {
+            Target::Node(index) => {
+                let node = &tree.nodes[index];
+                let (near, entered) = probe.enter(node, F::splat(t_max));
+                let mut lanes = entered.bits();
+                // Most nodes lead on to one child or none.
+                if lanes != 0 && lanes & (lanes - 1) == 0 {
+                    child = node.children[lanes.trailing_zeros() as usize & (WIDTH - 1)];
+                    continue;
+                }
+                let mut nears = [0.0; MAX_LANES];
+                near.store(&mut nears);
+                let base = top;
+                while lanes != 0 {
+                    let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+                    lanes &= lanes - 1;
+                    // Farther ones go deeper down the stack.
+                    let new = Waiting { near: nears[lane], child: node.children[lane] };
+                    let mut at = top;
+                    while at > base && stack[(at - 1) & (STACK - 1)].near < new.near {
+                        stack[at & (STACK - 1)] = stack[(at - 1) & (STACK - 1)];
+                        at -= 1;
+                    }
+                    stack[at & (STACK - 1)] = new;
+                    top += 1;
+                }
+            }
+            target => match leaf(target, t_max) {
+                Some(nearer) => t_max = nearer,
+                None => return,
+            },
+        }
+        // A box that is entered where the best hit is may hold one of a lower row.
+        loop {
+            if top == 0 {
+                return;
+            }
+            top -= 1;
+            let next = stack[top & (STACK - 1)];
+            if next.near <= t_max {
+                child = next.child;
+                break;
+            }
+        }
+    }
+}
+
+/// Distances to eight things, and their rows.
+#[inline(always)]
+fn distances<'a, F: Float>(tree: &'a Nodes, target: Target, ray: &Ray<F>) -> (F, &'a [u32; WIDTH]) {
+    match target {
+        Target::Spheres(index) => {
+            let block = &tree.spheres[index];
+            (block.form().intersect(ray), &block.rows)
+        }
+        Target::Quads(index) => {
+            let block = &tree.quads[index];
+            (block.form().intersect(ray), &block.rows)
+        }
+        Target::Node(_) => unreachable!("no leaf"),
+    }
+}
+
+/// The first hits of some rays: distances and rows.
+pub(super) struct Closest<'a> {
+    pub(super) tree: &'a Nodes,
+    pub(super) rays: Rays,
+}
+
+impl Kernel for Closest<'_> {
+    type Output = ([f32; MAX_LANES], [u32; MAX_LANES]);
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> Self::Output {
+        let Closest { tree, rays } = self;
+        let mut stack = [Waiting { near: 0.0, child: tree.root }; STACK];
+        let (mut ts, mut rows) = ([NOTHING; MAX_LANES], [u32::MAX; MAX_LANES]);
+        rays.for_each(|lane, ray| {
+            let probe = Probe::<F::Octet>::new(&ray);
+            let (mut best, mut best_row) = (NOTHING, u32::MAX);
+            visit(tree, &probe, NOTHING, &mut stack, |target, _| {
+                let (t, block_rows) = distances(tree, target, &probe.ray);
+                let wide = F::Octet::splat;
+                let mut near = (t.lt(wide(NOTHING)) & t.le(wide(best))).bits();
+                if near != 0 {
+                    let mut each = [0.0; MAX_LANES];
+                    t.store(&mut each);
+                    while near != 0 {
+                        let i = near.trailing_zeros() as usize & (WIDTH - 1);
+                        near &= near - 1;
+                        // A tie goes to the lower row, so that no order of visits shows.
+                        if each[i] < best || (each[i] == best && block_rows[i] < best_row) {
+                            (best, best_row) = (each[i], block_rows[i]);
+                        }
+                    }
+                }
+                Some(best)
+            });
+            (ts[lane], rows[lane]) = (best, best_row);
+        });
+        (ts, rows)
+    }
+}
+
+/// Which of some rays meet anything before a distance: bit `i` is lane `i`.
+pub(super) struct Any<'a> {
+    pub(super) tree: &'a Nodes,
+    pub(super) rays: Rays,
+    pub(super) t_max: [f32; MAX_LANES],
+}
+
+impl Kernel for Any<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> u32 {
+        let Any { tree, rays, t_max } = self;
+        let mut stack = [Waiting { near: 0.0, child: tree.root }; STACK];
+        let mut met = 0;
+        rays.for_each(|lane, ray| {
+            let probe = Probe::<F::Octet>::new(&ray);
+            let limit = t_max[lane];
+            visit(tree, &probe, limit, &mut stack, |target, limit| {
+                let (t, _) = distances(tree, target, &probe.ray);
+                if t.lt(F::Octet::splat(limit)).any() {
+                    met |= 1 << lane;
+                    return None;
+                }
+                Some(limit)
+            });
+        });
+        met
+    }
+}

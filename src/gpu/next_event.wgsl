@@ -43,17 +43,17 @@ fn next_event_step(state: ptr<function, State>) -> bool {
     return survives(state, u.w);
 }
 
-// Russian roulette, from some depth on: paths whose throughput is low end, or are worth more.
+// Russian roulette, from some depth on: paths that are worth little end, or are worth more.
 fn survives(state: ptr<function, State>, survival: f32) -> bool {
-    let worth = max_channel((*state).beta) * (*state).departure.eta_scale;
+    let chance = max_channel((*state).beta) * (*state).departure.eta_scale * ROULETTE_KEEPS;
     // NaN survives to be counted.
-    if (*state).depth < ROULETTE_FROM || is_nan(worth) || worth >= 1.0 {
+    if (*state).depth < ROULETTE_FROM || is_nan(chance) || chance >= 1.0 {
         return true;
     }
-    if worth <= survival {
+    if chance <= survival {
         return false;
     }
-    (*state).beta *= 1.0 / worth;
+    (*state).beta *= 1.0 / chance;
     return true;
 }
 

@@ -2,7 +2,7 @@
 
 use crate::film::Reject;
 use crate::film::sums::{FRACTION_BITS, MAX_RADIANCE};
-use crate::integrator::ROULETTE_FROM;
+use crate::integrator::{ROULETTE_FROM, ROULETTE_KEEPS};
 use crate::light;
 use crate::material::Kind;
 use crate::math::lanes::scalar::Wrapping;
@@ -255,6 +255,7 @@ pub(super) fn constants(variant: Variant) -> String {
         ("FRAC_1_PI", std::f32::consts::FRAC_1_PI),
         ("EPSILON", f32::EPSILON),
         ("BELOW_ONE", light::BELOW_ONE),
+        ("ROULETTE_KEEPS", ROULETTE_KEEPS),
         ("NOTHING", NOTHING),
         ("POSITION_ERROR", POSITION_ERROR),
         ("SMALLEST_NORMAL", f32::MIN_POSITIVE),

@@ -22,8 +22,7 @@ use crate::output::{
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::worker::Worker;
 use crate::render::{Accumulator, Barrier, Order, Region, SampleBatch, Schedule};
-use crate::sampling::Independent;
-use crate::scene::{self, Scene};
+use crate::scene::Scene;
 use crate::world::{self, Finder};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::convert::Infallible;
@@ -276,22 +275,15 @@ impl Crew {
                 let threads = settings.threads.get().min(settings.region.len() as usize);
                 Ok(Crew::Cpu { integrator, threads })
             }
-            DeviceChoice::Gpu(_) if render.integrator == scene::Integrator::Whitted => {
-                Err(gpu::GpuError::Unsupported("the integrator whitted".to_owned()).into())
-            }
-            // `path` and `path-naive` show the same picture, and so do all samplers: the GPU renders every scene
-            // as `path-naive` with independent numbers.
             DeviceChoice::Gpu(name) => {
-                let sampler = Independent { seed: render.seed };
-                let how = integrator::Settings { sampler, offset, max_depth: render.max_depth };
                 let device = gpu::Device::open(name.as_deref())?;
                 let description = device.description().to_string();
                 let worker = gpu::GpuWorker::new(
                     &device,
                     &gpu::Job {
                         scene: &compiled,
-                        geometry: &geometry,
-                        settings: how,
+                        render,
+                        offset,
                         region: settings.region,
                         index: 0,
                         sends_samples: settings.samples.is_some(),

@@ -6,10 +6,8 @@ use glam::DVec3;
 use stride::camera::CameraSettings;
 use stride::film::{Film, film_offset};
 use stride::gpu::{self, GpuError, GpuWorker, Job};
-use stride::integrator::Settings;
 use stride::render::accumulator::{Inbox, Outbox, Outcome};
 use stride::render::{Accumulator, Region, Schedule};
-use stride::sampling::Independent;
 use stride::scene::{
     Entity, FilmSettings, Filter, Integrator, Material, MaterialKind, RenderSettings, Sampler, Scene, Shape,
 };
@@ -73,13 +71,8 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
         Err(error) => panic!("{error}"),
     };
     let (width, height) = (scene.film.width, scene.film.height);
-    let (compiled, geometry) = compile(scene, width, height);
+    let (compiled, _) = compile(scene, width, height);
     let region = Region::whole(width, height);
-    let settings = Settings {
-        sampler: Independent { seed: scene.render.seed },
-        offset: film_offset(scene.film.filter),
-        max_depth: scene.render.max_depth,
-    };
     let (batches_out, batches) = bounded(2 * workers as usize);
     let (_failures_out, failures) = bounded(1);
     let (_stop_out, stop) = bounded(1);
@@ -90,8 +83,8 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
             orders.push(Some(orders_out));
             let job = Job {
                 scene: &compiled,
-                geometry: &geometry,
-                settings,
+                render: &scene.render,
+                offset: film_offset(scene.film.filter),
                 region,
                 index: index as usize,
                 sends_samples: false,

@@ -8,8 +8,8 @@ mod common;
 use common::scenes::{
     COVER_LIGHT, cover, emitting, glass, matte, mirror, plane, quad, scene, sized, sphere, v,
 };
-use common::tiles::{Replicates, Verdict, replicates, welch};
-use common::tracers::{Method, NUMBERS, Numbers};
+use common::tiles::{Replicates, Verdict, welch};
+use common::tracers::{Method, NUMBERS, Numbers, replicates};
 use glam::DVec3;
 use stride::scene::{Filter, Scene};
 

@@ -12,6 +12,9 @@ struct Scene {
     focus_distance: f32,
     environment: vec3f,
     seed: u32,
+    // The ambient term of `whitted`.
+    ambient: vec3f,
+    max_depth: u32,
     centre: vec2f,
     offset_kind: u32,
     offset_radius: f32,
@@ -19,8 +22,9 @@ struct Scene {
     planes_end: u32,
     spheres_end: u32,
     quads_end: u32,
+    // All lights that can be sampled; the points among them are the first.
+    lights: u32,
     point_lights: u32,
-    max_depth: u32,
     film_width: u32,
     region_x: u32,
     region_y: u32,
@@ -53,6 +57,8 @@ struct Surface {
     error: f32,
     orientation: f32,
     material: u32,
+    // Index into `lights`, or NO_LIGHT.
+    light: u32,
     // Its number on the host, which decides ties.
     row: u32,
 }
@@ -67,9 +73,44 @@ struct Material {
     checks_per_unit: vec2f,
 }
 
-struct PointLight {
-    position: vec3f,
-    intensity: vec3f,
+// A row of the light table.
+struct Light {
+    // Position of a point, centre of a sphere, corner of a quad.
+    origin: vec3f,
+    kind: u32,
+    edge_u: vec3f,
+    radius: f32,
+    edge_v: vec3f,
+    area: f32,
+    // Outward normal of a quad.
+    normal: vec3f,
+    error: f32,
+    emission: vec3f,
+    // 1 where a sphere emits inwards.
+    inward: u32,
+    // The way down the tree to it: bit i is set where step i goes to the second child.
+    way: u32,
+}
+
+// A node of the light tree.
+struct LightNode {
+    centre: vec3f,
+    radius: f32,
+    axis: vec3f,
+    power: f32,
+    cos_o: f32,
+    sin_o: f32,
+    cos_e: f32,
+    // Index of the second child (the first comes right after its parent), or of the light with LEAF set.
+    link: u32,
+}
+
+// A branch of `whitted` that waits.
+struct Branch {
+    o: vec3f,
+    depth: u32,
+    d: vec3f,
+    beta: vec3f,
 }
 
 // Exact sums of one slot's samples. Radiance: 96 bits a channel, in three words; squares: 128 bits.
@@ -98,7 +139,10 @@ struct SampleWords {
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<storage, read> surfaces: array<Surface>;
 @group(0) @binding(2) var<storage, read> materials: array<Material>;
-@group(0) @binding(3) var<storage, read> point_lights: array<PointLight>;
+@group(0) @binding(3) var<storage, read> lights: array<Light>;
+@group(0) @binding(4) var<storage, read> light_nodes: array<LightNode>;
+// Of every invocation as many as may wait, those at one height side by side.
+@group(0) @binding(5) var<storage, read_write> branches: array<Branch>;
 @group(1) @binding(0) var<uniform> dispatch: Dispatch;
 @group(1) @binding(1) var<storage, read_write> sums: array<SlotSums>;
 @group(1) @binding(2) var<storage, read_write> samples: array<SampleWords>;

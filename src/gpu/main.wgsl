@@ -5,6 +5,7 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= dispatch.invocations {
         return;
     }
+    let lane = Lane(id.x, dispatch.invocations);
     for (var slot = id.x; slot < dispatch.slots; slot += dispatch.invocations) {
         let place = dispatch.first_place + slot * dispatch.place_step;
         let x = scene.region_x + place % scene.region_width;
@@ -12,18 +13,28 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
         let pixel = y * scene.film_width + x;
         let centre = vec2f(f32(x), f32(y)) + 0.5;
         var slot_sums = SlotSums();
-        for (var i = 0u; i < dispatch.samples; i++) {
-            let sample = dispatch.first_sample + i;
-            let path = trace_path(PathId(pixel, sample), centre);
-            slot_sums.rays += path.rays;
-            add_sample(&slot_sums, sample, path.radiance);
-            if dispatch.sends_samples != 0u {
-                let film = bitcast<vec2u>(path.film);
-                let found = bitcast<vec3u>(path.radiance);
-                samples[slot * dispatch.samples + i] =
-                    SampleWords(pixel, sample, film.x, film.y, found.x, found.y, found.z);
+        var i = 0u;
+        var state = start(PathId(pixel, dispatch.first_sample), centre, 0u);
+        // One step a turn: neighbours whose paths end early are not kept waiting by one that is long.
+        loop {
+            if step_path(&state, lane) {
+                continue;
             }
+            add_sample(&slot_sums, state.id.sample, state.l);
+            if dispatch.sends_samples != 0u {
+                let film = bitcast<vec2u>(film_position(state.id, centre));
+                let found = bitcast<vec3u>(state.l);
+                // Neighbours write side by side.
+                samples[i * dispatch.slots + slot] =
+                    SampleWords(pixel, state.id.sample, film.x, film.y, found.x, found.y, found.z);
+            }
+            i++;
+            if i == dispatch.samples {
+                break;
+            }
+            state = start(PathId(pixel, dispatch.first_sample + i), centre, state.rays);
         }
+        slot_sums.rays = state.rays;
         sums[slot] = slot_sums;
     }
 }

@@ -4,6 +4,9 @@ struct BxdfSample {
     wi: vec3f,
     // f(wo, wi)·|cos θᵢ| / pdf.
     weight: vec3f,
+    // Density of `wi`; for a delta lobe, the probability of choosing it.
+    pdf: f32,
+    delta: bool,
 }
 
 // The material at uv: checkerboards choose. Each names only rows before its own, so this ends.
@@ -31,11 +34,16 @@ fn lambertian_eval(material: Material, wo: vec3f, wi: vec3f) -> vec3f {
 
 fn lambertian_sample(material: Material, wo: vec3f, u: vec2f) -> BxdfSample {
     let up = cosine_hemisphere(u);
-    return BxdfSample(vec3f(up.xy, copysign(up.z, wo.z)), material.reflectance);
+    let pdf = cosine_hemisphere_pdf(up.z);
+    return BxdfSample(vec3f(up.xy, copysign(up.z, wo.z)), material.reflectance, pdf, false);
+}
+
+fn lambertian_pdf(wo: vec3f, wi: vec3f) -> f32 {
+    return select(0.0, cosine_hemisphere_pdf(abs(wi.z)), wo.z * wi.z > 0.0);
 }
 
 fn mirror_sample(material: Material, wo: vec3f) -> BxdfSample {
-    return BxdfSample(reflect_about_normal(wo), material.reflectance);
+    return BxdfSample(reflect_about_normal(wo), material.reflectance, 1.0, true);
 }
 
 // Fresnel reflectance and the cosine of refraction.
@@ -48,16 +56,43 @@ fn fresnel_dielectric(cos_i: f32, eta: f32) -> vec2f {
     return select(vec2f(reflectance, cos_t), vec2f(1.0, 0.0), sin2_t >= 1.0);
 }
 
-fn dielectric_sample(material: Material, wo: vec3f, lobe: f32) -> BxdfSample {
+// The two ways from a point on glass.
+struct DielectricBranches {
+    reflected: vec3f,
+    refracted: vec3f,
+    // Probability of reflection; the other way has the rest.
+    fresnel: f32,
+    // Share of radiance that comes through, squeezed into a smaller solid angle where it enters the denser side.
+    squeezed: f32,
+}
+
+fn dielectric_branches(material: Material, wo: vec3f) -> DielectricBranches {
     let eta = select(1.0 / material.ior, material.ior, wo.z >= 0.0);
     let fresnel = fresnel_dielectric(abs(wo.z), eta);
-    // The chance of a branch is its Fresnel factor, which therefore cancels.
-    if lobe < fresnel.x {
-        return BxdfSample(reflect_about_normal(wo), material.reflectance);
-    }
     let scale = 1.0 / eta;
     let refracted = vec3f(-wo.x * scale, -wo.y * scale, -copysign(fresnel.y, wo.z));
-    return BxdfSample(refracted, material.transmittance * (scale * scale));
+    return DielectricBranches(
+        reflect_about_normal(wo),
+        refracted,
+        fresnel.x,
+        (1.0 - fresnel.x) * scale * scale,
+    );
+}
+
+fn dielectric_sample(material: Material, wo: vec3f, lobe: f32) -> BxdfSample {
+    let branches = dielectric_branches(material, wo);
+    // The chance of a branch is its Fresnel factor, which therefore cancels.
+    if lobe < branches.fresnel {
+        return BxdfSample(branches.reflected, material.reflectance, branches.fresnel, true);
+    }
+    let chance = 1.0 - branches.fresnel;
+    return BxdfSample(branches.refracted, material.transmittance * (branches.squeezed / chance), chance, true);
+}
+
+// η² of a passage from the side of `wo` to the other, through glass; 1 elsewhere.
+fn bsdf_squeeze(material: Material, wo: vec3f, passes: bool) -> f32 {
+    let eta = select(1.0 / material.ior, material.ior, wo.z >= 0.0);
+    return select(1.0, eta * eta, passes && material.kind == KIND_GLASS);
 }
 
 // f without delta lobes.
@@ -66,6 +101,14 @@ fn bsdf_eval(material: Material, wo: vec3f, wi: vec3f) -> vec3f {
         return lambertian_eval(material, wo, wi);
     }
     return vec3f(0.0);
+}
+
+// Density of `bsdf_sample` at `wi`, without delta lobes.
+fn bsdf_pdf(material: Material, wo: vec3f, wi: vec3f) -> f32 {
+    if material.kind == KIND_MATTE {
+        return lambertian_pdf(wo, wi);
+    }
+    return 0.0;
 }
 
 fn bsdf_sample(material: Material, wo: vec3f, u: vec2f, lobe: f32) -> BxdfSample {
@@ -83,7 +126,9 @@ fn bsdf_sample(material: Material, wo: vec3f, u: vec2f, lobe: f32) -> BxdfSample
             if lobe >= 1.0 / 3.0 {
                 weight = select(impossible.z, impossible.y, lobe < 2.0 / 3.0);
             }
-            return BxdfSample(lambertian_sample(material, wo, u).wi, vec3f(weight));
+            var sample = lambertian_sample(material, wo, u);
+            sample.weight = vec3f(weight);
+            return sample;
         }
         default: {
             return lambertian_sample(material, wo, u);

@@ -30,6 +30,15 @@ fn is_positive_and_finite(x: f32) -> bool {
     return bitcast<u32>(x) - 1u < 0x7f7fffffu;
 }
 
+// Told by its bits, for the same reason.
+fn is_nan(x: f32) -> bool {
+    return (bitcast<u32>(x) & 0x7fffffffu) > 0x7f800000u;
+}
+
+fn max_channel(c: vec3f) -> f32 {
+    return float_max(float_max(c.x, c.y), c.z);
+}
+
 fn max_abs(v: vec3f) -> f32 {
     let a = abs(v);
     return float_max(float_max(a.x, a.y), a.z);

@@ -17,10 +17,10 @@ mod disabled;
 #[cfg(not(feature = "gpu"))]
 pub use disabled::{Device, GpuWorker, adapters};
 
-use crate::integrator::Settings;
 use crate::render::Region;
-use crate::sampling::Independent;
-use crate::world::{CompiledScene, Geometry};
+use crate::sampling::warp::FilmOffset;
+use crate::scene::RenderSettings;
+use crate::world::CompiledScene;
 use std::fmt;
 
 /// What a GPU worker is to do, and who it is: the counterpart of a CPU worker's fields and integrator.
@@ -28,10 +28,10 @@ use std::fmt;
 pub struct Job<'a> {
     /// The tables.
     pub scene: &'a CompiledScene,
-    /// What rays meet.
-    pub geometry: &'a Geometry,
-    /// Film, chance and depth. The integrator is `path-naive`.
-    pub settings: Settings<Independent>,
+    /// The integrator, its depth, and chance.
+    pub render: &'a RenderSettings,
+    /// How samples are spread around a pixel's centre.
+    pub offset: FilmOffset,
     /// The part of the film that is rendered.
     pub region: Region,
     /// The worker's number.

@@ -18,29 +18,39 @@ fn is_some(hit: Hit) -> bool {
     return hit.t < NOTHING;
 }
 
-// A tie goes to the lower row, as on the host.
-fn keep_closest(hit: ptr<function, Hit>, row: ptr<function, u32>, t: f32, surface: u32) {
-    let its_row = surfaces[surface].row;
-    if t < (*hit).t || (t == (*hit).t && its_row < *row) {
-        *hit = Hit(t, surface);
-        *row = its_row;
+// The nearer of two hits; of equal distances the lower row, as on the host.
+fn nearer(a: Hit, b: Hit) -> Hit {
+    let b_wins = b.t < a.t || (b.t == a.t && b.t < NOTHING && surfaces[b.surface].row < surfaces[a.surface].row);
+    if b_wins {
+        return b;
     }
+    return a;
 }
 
 fn intersect(ray: Ray) -> Hit {
-    var hit = Hit(NOTHING, 0u);
-    var row = 0u;
-    var i = 0u;
-    for (; i < scene.planes_end; i++) {
-        keep_closest(&hit, &row, plane_intersect(surfaces[i], ray), i);
+    // Those of one kind stand in the order of their rows: of equal distances the first one counts.
+    var plane = Hit(NOTHING, 0u);
+    for (var i = 0u; i < scene.planes_end; i++) {
+        let t = plane_intersect(surfaces[i], ray);
+        if t < plane.t {
+            plane = Hit(t, i);
+        }
     }
-    for (; i < scene.spheres_end; i++) {
-        keep_closest(&hit, &row, sphere_intersect(surfaces[i], ray), i);
+    var sphere = Hit(NOTHING, 0u);
+    for (var i = scene.planes_end; i < scene.spheres_end; i++) {
+        let t = sphere_intersect(surfaces[i], ray);
+        if t < sphere.t {
+            sphere = Hit(t, i);
+        }
     }
-    for (; i < scene.quads_end; i++) {
-        keep_closest(&hit, &row, quad_intersect(surfaces[i], ray), i);
+    var quad = Hit(NOTHING, 0u);
+    for (var i = scene.spheres_end; i < scene.quads_end; i++) {
+        let t = quad_intersect(surfaces[i], ray);
+        if t < quad.t {
+            quad = Hit(t, i);
+        }
     }
-    return hit;
+    return nearer(nearer(plane, sphere), quad);
 }
 
 fn occluded(ray: Ray, t_max: f32) -> bool {

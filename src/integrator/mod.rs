@@ -9,7 +9,7 @@ mod tracer;
 mod whitted;
 
 pub use naive::Naive;
-pub use next_event::NextEvent;
+pub use next_event::{NextEvent, ROULETTE_FROM, ROULETTE_KEEPS};
 pub use observe::{Event, Observer, Record, Silent};
 pub use tracer::PathTracer;
 pub use whitted::Whitted;

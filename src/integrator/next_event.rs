@@ -9,12 +9,12 @@ use crate::shape::offset_origin;
 use crate::world::{NO_LIGHT, World};
 
 /// Bounces that every path makes before Russian roulette may end it.
-const ROULETTE_FROM: u32 = 2;
+pub const ROULETTE_FROM: u32 = 2;
 
 /// The chance to survive is this much for each unit of throughput, and certainty above its inverse: a path
 /// goes on unthinned until it is worth half of one that has just begun. Measured: beside thinning at any
 /// loss, as the report does, variance falls more than time grows.
-const ROULETTE_KEEPS: f32 = 2.0;
+pub const ROULETTE_KEEPS: f32 = 2.0;
 
 /// Path tracing with next-event estimation: at each vertex a light is chosen by what it may contribute and
 /// asked directly, and the BxDF's own direction may find it too; multiple importance sampling weighs the

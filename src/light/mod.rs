@@ -8,8 +8,8 @@ mod tree;
 
 pub use bounds::LightBounds;
 pub use point::{PointLight, PointLights};
-pub use table::{AreaLight, LightTable};
-pub use tree::LightTree;
+pub use table::{AreaLight, LightRow, LightTable, POINT, QUAD, SPHERE};
+pub use tree::{BELOW_ONE, LEAF, LightNode, LightTree};
 
 use crate::math::{Float, Ray, Rgb, Vec3};
 

@@ -9,9 +9,39 @@ use crate::sampling::warp;
 use crate::shape::{POSITION_ERROR, Quad, Shape, Sphere};
 use std::f32::consts::{FRAC_1_PI, PI};
 
-const POINT: u32 = 0;
-const SPHERE: u32 = 1;
-const QUAD: u32 = 2;
+/// The numbers of [`LightRow::kind`]: a point.
+pub const POINT: u32 = 0;
+/// A sphere.
+pub const SPHERE: u32 = 1;
+/// A quad.
+pub const QUAD: u32 = 2;
+
+/// One light of a [`LightTable`], for workers that keep the table in another form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightRow {
+    /// [`POINT`], [`SPHERE`] or [`QUAD`].
+    pub kind: u32,
+    /// Position of a point, centre of a sphere, corner of a quad.
+    pub origin: [f32; 3],
+    /// First edge of a quad.
+    pub edge_u: [f32; 3],
+    /// Second edge.
+    pub edge_v: [f32; 3],
+    /// Outward normal of a quad.
+    pub normal: [f32; 3],
+    /// Radius of a sphere.
+    pub radius: f32,
+    /// Area of a sphere or quad.
+    pub area: f32,
+    /// The surface's share of the error bound of a point on it.
+    pub error: f32,
+    /// Whether a sphere emits inwards.
+    pub inward: bool,
+    /// Radiance; intensity of a point.
+    pub emission: [f32; 3],
+    /// The way down the tree to it (see [`LightTree::way`]).
+    pub way: u32,
+}
 
 /// A surface of finite area that emits from its outward side.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,6 +164,29 @@ impl LightTable {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.kind.is_empty()
+    }
+
+    /// The lights, in the order in which they were added.
+    pub fn rows(&self) -> impl Iterator<Item = LightRow> + '_ {
+        let at = |columns: &[Vec<f32>; 3], i: usize| [0, 1, 2].map(|c: usize| columns[c][i]);
+        (0..self.len()).map(move |i| LightRow {
+            kind: self.kind[i],
+            origin: at(&self.origin, i),
+            edge_u: at(&self.edge_u, i),
+            edge_v: at(&self.edge_v, i),
+            normal: at(&self.normal, i),
+            radius: self.radius[i],
+            area: self.area[i],
+            error: self.error[i],
+            inward: self.inward[i] > 0.0,
+            emission: at(&self.emission, i),
+            way: self.tree.way(i),
+        })
+    }
+
+    /// The tree that chooses among the lights.
+    pub fn tree(&self) -> &LightTree {
+        &self.tree
     }
 
     /// The lanes whose light is a point.

@@ -22,7 +22,29 @@ pub struct LightTree {
     way: Vec<u32>,
 }
 
-const LEAF: u32 = 0x8000_0000;
+/// The bit of a link that leads to a light.
+pub const LEAF: u32 = 0x8000_0000;
+
+/// One node of a [`LightTree`], for workers that keep the tree in another form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightNode {
+    /// Centre of the bounds.
+    pub centre: [f32; 3],
+    /// Half the diagonal of the bounds.
+    pub radius: f32,
+    /// Share of the power.
+    pub power: f32,
+    /// Axis of the cone of normals.
+    pub axis: [f32; 3],
+    /// Cosine of the cone's half angle.
+    pub cos_o: f32,
+    /// Its sine.
+    pub sin_o: f32,
+    /// Cosine of the angle from a normal past which no light leaves.
+    pub cos_e: f32,
+    /// Index of the second child (the first comes right after its parent), or of the light with [`LEAF`] set.
+    pub link: u32,
+}
 
 /// From this depth on lights are split in halves, so that the way to each fits into a word.
 fn balanced_from(lights: usize) -> u32 {
@@ -87,6 +109,26 @@ impl LightTree {
         self.cos_o[node] = bounds.cos_o;
         self.sin_o[node] = (1.0 - bounds.cos_o * bounds.cos_o).max(0.0).sqrt();
         self.cos_e[node] = bounds.cos_e;
+    }
+
+    /// The nodes, the root first.
+    pub fn nodes(&self) -> impl Iterator<Item = LightNode> + '_ {
+        let at = |columns: &[Vec<f32>; 3], i: usize| [0, 1, 2].map(|c: usize| columns[c][i]);
+        (0..self.link.len()).map(move |i| LightNode {
+            centre: at(&self.centre, i),
+            radius: self.radius[i],
+            power: self.power[i],
+            axis: at(&self.axis, i),
+            cos_o: self.cos_o[i],
+            sin_o: self.sin_o[i],
+            cos_e: self.cos_e[i],
+            link: self.link[i],
+        })
+    }
+
+    /// The way down to a light: bit i is set where step i goes to the second child.
+    pub fn way(&self, light: usize) -> u32 {
+        self.way[light]
     }
 
     /// What a node's lights may contribute to a point `p` on a surface with normal `n`, up to a common
@@ -185,7 +227,7 @@ impl LightTree {
 }
 
 /// The largest f32 below one.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+pub const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// Cosine and sine of max(0, a − b), from those of a and b in [0, π].
 #[inline(always)]

@@ -33,7 +33,7 @@ impl Sampler for Sobol {
 }
 
 /// Stands where [`Independent`](super::Independent) hashes the sample's index.
-const SALT: u32 = 0x736f_626f;
+pub const SALT: u32 = 0x736f_626f;
 
 /// A pair of the sample whose index is given mirrored, in an order and with scrambles of these two keys.
 #[inline(always)]

@@ -10,9 +10,7 @@
 //! one-sided, so that a small error of one sign everywhere, which no tile shows, gathers on one side.
 
 use super::statistics::{sidak, student, uniformity};
-use super::tracers::{Method, Numbers, trace, tracer};
 use std::fmt;
-use stride::scene::Scene;
 
 /// The probability that any comparison of a test rejects two estimators of the same mean.
 pub const LEVEL: f64 = 0.01;
@@ -24,32 +22,28 @@ const LEAST_REPLICATES: usize = 16;
 /// evidence.
 pub struct Replicates(Vec<Vec<f64>>);
 
-/// Pictures of a scene with the seeds `first_seed`, `first_seed + 1`, …
-pub fn replicates(
-    method: Method,
-    numbers: Numbers,
-    scene: &Scene,
-    samples: u32,
-    first_seed: u32,
-) -> Replicates {
-    let (width, height) = (scene.film.width, scene.film.height);
-    assert!(width.is_multiple_of(SIDE) && height.is_multiple_of(SIDE), "tiles are whole");
-    let columns = width / SIDE;
-    let scale = 1.0 / f64::from(SIDE * SIDE * samples);
-    let picture = |replicate: u32| {
-        let mut tiles = vec![0.0; (columns * height / SIDE) as usize];
-        let tracer = tracer(method, numbers, scene, first_seed + replicate);
-        trace(tracer.as_ref(), scene, samples, |pixel, radiance| {
-            let (x, y) = (pixel % width, pixel / width);
-            let sum: f64 = radiance.map(f64::from).iter().sum();
-            tiles[(y / SIDE * columns + x / SIDE) as usize] += sum * scale;
-        });
-        tiles
-    };
-    Replicates((0..LEAST_REPLICATES as u32).map(picture).collect())
-}
-
 impl Replicates {
+    /// Replicates of a picture of `width` × `height` pixels. `make` makes one, given its number: it tells the
+    /// sum of the `samples` of each pixel, in parts and in any order.
+    pub fn of(
+        [width, height]: [u32; 2],
+        samples: u32,
+        mut make: impl FnMut(u32, &mut dyn FnMut(u32, [f64; 3])),
+    ) -> Replicates {
+        assert!(width.is_multiple_of(SIDE) && height.is_multiple_of(SIDE), "tiles are whole");
+        let columns = width / SIDE;
+        let scale = 1.0 / f64::from(SIDE * SIDE * samples);
+        let mut picture = |replicate: u32| {
+            let mut tiles = vec![0.0; (columns * height / SIDE) as usize];
+            make(replicate, &mut |pixel, radiance| {
+                let (x, y) = (pixel % width, pixel / width);
+                tiles[(y / SIDE * columns + x / SIDE) as usize] += radiance.iter().sum::<f64>() * scale;
+            });
+            tiles
+        };
+        Replicates((0..LEAST_REPLICATES as u32).map(&mut picture).collect())
+    }
+
     /// Each tile's mean, and the variance of that mean.
     fn moments(&self) -> Vec<[f64; 2]> {
         let n = self.0.len() as f64;
@@ -70,6 +64,9 @@ impl Replicates {
     }
 }
 
+/// Two means without any noise are the same if they differ by rounding alone.
+const ROUNDING: f64 = 1e-5;
+
 /// What comes of a comparison.
 #[derive(Clone, Debug)]
 pub struct Verdict {
@@ -77,6 +74,7 @@ pub struct Verdict {
     pub least: f64,
     /// The p-value of the uniformity of all.
     pub uniformity: f64,
+    /// The tiles that chance touches.
     pub tiles: usize,
 }
 
@@ -98,20 +96,22 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Compares two estimators, whose seeds must differ.
+/// Compares two estimators, whose seeds must differ. Where neither has any noise a t-test has nothing to say:
+/// there they must agree to rounding.
 pub fn welch(a: &Replicates, b: &Replicates) -> Verdict {
     let (n, m) = (a.0.len() as f64, b.0.len() as f64);
-    let p: Vec<f64> = a
-        .moments()
-        .iter()
-        .zip(b.moments())
-        .map(|([mean_a, var_a], [mean_b, var_b])| {
-            let variance = var_a + var_b;
-            assert!(variance > 0.0, "a tile without noise: a t-test has nothing to say");
+    let mut p = Vec::new();
+    for ([mean_a, var_a], [mean_b, var_b]) in a.moments().into_iter().zip(b.moments()) {
+        let variance = var_a + var_b;
+        let rounding = ROUNDING * mean_a.abs().max(mean_b.abs());
+        if variance.sqrt() > rounding {
             let degrees = variance * variance / (var_a * var_a / (n - 1.0) + var_b * var_b / (m - 1.0));
-            student((mean_a - mean_b) / variance.sqrt(), degrees)
-        })
-        .collect();
+            p.push(student((mean_a - mean_b) / variance.sqrt(), degrees));
+        } else if (mean_a - mean_b).abs() > rounding {
+            return Verdict { least: 0.0, uniformity: 0.0, tiles: 1 };
+        }
+    }
     let least = p.iter().map(|p| 2.0 * p.min(1.0 - p)).fold(1.0, f64::min);
-    Verdict { least, uniformity: uniformity(&p), tiles: p.len() }
+    let uniformity = if p.is_empty() { 1.0 } else { uniformity(&p) };
+    Verdict { least, uniformity, tiles: p.len() }
 }

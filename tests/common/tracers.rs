@@ -1,5 +1,6 @@
 //! What follows light in a scene: every path integrator with every sampler.
 
+use super::tiles::Replicates;
 use std::sync::Arc;
 use stride::film::film_offset;
 use stride::integrator::{Finished, Integrator, Naive, NextEvent, PathTracer, Paths, Settings};
@@ -62,4 +63,18 @@ pub fn trace(tracer: &dyn Integrator, scene: &Scene, samples: u32, mut take: imp
             take(f.sample.pixel, f.sample.radiance);
         }
     }
+}
+
+/// Replicates of a scene's picture, with the seeds `first_seed`, `first_seed + 1`, …
+pub fn replicates(
+    method: Method,
+    numbers: Numbers,
+    scene: &Scene,
+    samples: u32,
+    first_seed: u32,
+) -> Replicates {
+    Replicates::of([scene.film.width, scene.film.height], samples, |replicate, take| {
+        let tracer = tracer(method, numbers, scene, first_seed + replicate);
+        trace(tracer.as_ref(), scene, samples, |pixel, radiance| take(pixel, radiance.map(f64::from)));
+    })
 }

@@ -5,7 +5,7 @@ use crossbeam_channel::{Receiver, bounded};
 use std::sync::Arc;
 
 /// Storage buffers that the shaders bind.
-const STORAGE_BUFFERS: u32 = 5;
+const STORAGE_BUFFERS: u32 = 7;
 
 /// A GPU, open for work. Clones are the same device.
 #[derive(Clone, Debug)]

@@ -2,10 +2,14 @@
 
 use crate::film::Reject;
 use crate::film::sums::{FRACTION_BITS, MAX_RADIANCE};
+use crate::integrator::{ROULETTE_FROM, ROULETTE_KEEPS};
+use crate::light;
 use crate::material::Kind;
 use crate::math::lanes::scalar::Wrapping;
-use crate::sampling::Block;
+use crate::sampling::{Block, sobol};
+use crate::scene::{Integrator, Sampler};
 use crate::shape::POSITION_ERROR;
+use crate::world::NO_LIGHT;
 use bytemuck::{Pod, Zeroable};
 use std::fmt::Write;
 
@@ -52,14 +56,16 @@ shared! {
         focus_distance: f32,
         environment: [f32; 3],
         seed: u32,
+        ambient: [f32; 3],
+        max_depth: u32,
         centre: [f32; 2],
         offset_kind: u32,
         offset_radius: f32,
         planes_end: u32,
         spheres_end: u32,
         quads_end: u32,
+        lights: u32,
         point_lights: u32,
-        max_depth: u32,
         film_width: u32,
         region_x: u32,
         region_y: u32,
@@ -90,8 +96,8 @@ shared! {
         error: f32,
         orientation: f32,
         material: u32,
+        light: u32,
         row: u32,
-        _end: u32,
     }
 
     /// A row of the material table.
@@ -104,11 +110,41 @@ shared! {
         checks_per_unit: [f32; 2],
     }
 
-    /// A point light.
-    struct PointLight {
-        position: [f32; 3],
+    /// A row of the light table.
+    struct Light {
+        origin: [f32; 3],
+        kind: u32,
+        edge_u: [f32; 3],
+        radius: f32,
+        edge_v: [f32; 3],
+        area: f32,
+        normal: [f32; 3],
+        error: f32,
+        emission: [f32; 3],
+        inward: u32,
+        way: u32,
+        _end: [u32; 3],
+    }
+
+    /// A node of the light tree.
+    struct LightNode {
+        centre: [f32; 3],
+        radius: f32,
+        axis: [f32; 3],
+        power: f32,
+        cos_o: f32,
+        sin_o: f32,
+        cos_e: f32,
+        link: u32,
+    }
+
+    /// A branch of `whitted` that waits.
+    struct Branch {
+        o: [f32; 3],
+        depth: u32,
+        d: [f32; 3],
         _middle: u32,
-        intensity: [f32; 3],
+        beta: [f32; 3],
         _end: u32,
     }
 
@@ -157,12 +193,36 @@ fn broken_kind() -> u32 {
     return u32::MAX;
 }
 
+/// What is decided when a program is compiled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Variant {
+    pub(super) integrator: Integrator,
+    pub(super) sampler: Sampler,
+    /// Invocations in a workgroup.
+    pub(super) workgroup_size: u32,
+}
+
+/// Branches of `whitted` that may wait for one invocation; from then on chance chooses among them.
+pub(super) const MOST_BRANCHES: u32 = 16;
+
+/// How [`Integrator`] and [`Sampler`] are told to the device.
+const INTEGRATORS: [(&str, Integrator); 3] = [
+    ("INTEGRATOR_PATH", Integrator::Path),
+    ("INTEGRATOR_PATH_NAIVE", Integrator::PathNaive),
+    ("INTEGRATOR_WHITTED", Integrator::Whitted),
+];
+const SAMPLERS: [(&str, Sampler); 2] =
+    [("SAMPLER_INDEPENDENT", Sampler::Independent), ("SAMPLER_SOBOL", Sampler::Sobol)];
+
 /// The constants that WGSL takes from here, as WGSL.
-pub(super) fn constants(workgroup_size: u32) -> String {
+pub(super) fn constants(variant: Variant) -> String {
     let block = |block: Block| block.at::<f32>(Wrapping(0)).0;
     let code = |reject: Reject| REJECTS.iter().find(|(_, r)| *r == reject).map_or(0, |(code, _)| *code);
     let whole = [
-        ("WORKGROUP_SIZE", workgroup_size),
+        ("WORKGROUP_SIZE", variant.workgroup_size),
+        ("INTEGRATOR", variant.integrator as u32),
+        ("SAMPLER", variant.sampler as u32),
+        ("SOBOL_SALT", sobol::SALT),
         ("BLOCK_CAMERA", block(Block::CAMERA)),
         ("BLOCK_SCATTER", block(Block::SCATTER)),
         ("BLOCK_LIGHT", block(Block::LIGHT)),
@@ -172,6 +232,13 @@ pub(super) fn constants(workgroup_size: u32) -> String {
         ("KIND_GLASS", Kind::Glass as u32),
         ("KIND_CHECKERBOARD", Kind::Checkerboard as u32),
         ("KIND_BROKEN", broken_kind()),
+        ("NO_LIGHT", NO_LIGHT),
+        ("LIGHT_POINT", light::POINT),
+        ("LIGHT_SPHERE", light::SPHERE),
+        ("LIGHT_QUAD", light::QUAD),
+        ("LEAF", light::LEAF),
+        ("ROULETTE_FROM", ROULETTE_FROM),
+        ("MOST_BRANCHES", MOST_BRANCHES),
         ("OFFSET_CENTRE", OFFSET_CENTRE),
         ("OFFSET_UNIFORM", OFFSET_UNIFORM),
         ("OFFSET_TENT", OFFSET_TENT),
@@ -184,13 +251,19 @@ pub(super) fn constants(workgroup_size: u32) -> String {
         ("REJECT_SHIFT", REJECT_SHIFT),
     ];
     let real = [
+        ("PI", std::f32::consts::PI),
         ("FRAC_1_PI", std::f32::consts::FRAC_1_PI),
+        ("EPSILON", f32::EPSILON),
+        ("BELOW_ONE", light::BELOW_ONE),
+        ("ROULETTE_KEEPS", ROULETTE_KEEPS),
         ("NOTHING", NOTHING),
         ("POSITION_ERROR", POSITION_ERROR),
         ("SMALLEST_NORMAL", f32::MIN_POSITIVE),
     ];
     let mut text = String::new();
-    for (name, value) in whole {
+    let named = INTEGRATORS.map(|(name, integrator)| (name, integrator as u32));
+    let named = named.into_iter().chain(SAMPLERS.map(|(name, sampler)| (name, sampler as u32)));
+    for (name, value) in whole.into_iter().chain(named) {
         writeln!(text, "const {name}: u32 = {value}u;").expect("a string takes all");
     }
     for (name, value) in real {

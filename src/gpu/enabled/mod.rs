@@ -4,6 +4,7 @@ mod device;
 mod layout;
 mod pace;
 mod pipeline;
+mod program;
 mod readback;
 mod tables;
 mod worker;

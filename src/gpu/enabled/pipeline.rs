@@ -1,75 +1,32 @@
-//! The program that runs on the device, and the buffers that it works on.
+//! The program over a scene's tables, and the buffers that dispatches work on.
 
 use super::device::Device;
-use super::layout::{self, Dispatch, SampleWords, SlotSums};
+use super::layout::{Branch, Dispatch, MOST_BRANCHES, SampleWords, SlotSums};
 use super::pace::Task;
+use super::program::Program;
 use super::tables::Tables;
 use crate::gpu::{GpuError, Job};
+use crate::scene::Integrator;
 use bytemuck::Pod;
 use crossbeam_channel::{Receiver, bounded};
 use wgpu::util::DeviceExt;
 
-/// The WGSL, in the order of the CPU's rooms.
-const SOURCES: [&str; 10] = [
-    include_str!("../layout.wgsl"),
-    include_str!("../math.wgsl"),
-    include_str!("../sampling.wgsl"),
-    include_str!("../shapes.wgsl"),
-    include_str!("../world.wgsl"),
-    include_str!("../materials.wgsl"),
-    include_str!("../lights.wgsl"),
-    include_str!("../camera.wgsl"),
-    include_str!("../path_naive.wgsl"),
-    include_str!("../sums.wgsl"),
-];
+/// The most bytes that waiting branches of `whitted` get.
+const BRANCH_BYTES: u64 = 64 << 20;
 
-/// What only rendering needs.
-pub(super) const MAIN: &str = include_str!("../main.wgsl");
-
-/// Invocations in a workgroup, where the adapter takes that many.
-const WORKGROUP_SIZE: u32 = 64;
-
-/// The library of functions, without an entry point.
-pub(super) fn library(workgroup_size: u32) -> String {
-    let mut text = layout::constants(workgroup_size);
-    for source in SOURCES {
-        text.push_str(source);
-    }
-    text
-}
-
-/// How a device is to be used.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shape {
-    pub(super) workgroup_size: u32,
-    /// The most workgroups in a dispatch.
-    pub(super) workgroups: u32,
-}
-
-impl Shape {
-    pub(super) fn of(device: &Device) -> Shape {
-        let info = device.description();
-        Shape {
-            workgroup_size: WORKGROUP_SIZE.min(info.max_workgroup_size),
-            workgroups: device.device.limits().max_compute_workgroups_per_dimension,
-        }
-    }
-}
-
-/// The program with its tables.
+/// A program with its tables.
 pub(super) struct Pipeline {
-    pipeline: wgpu::ComputePipeline,
+    program: Program,
     tables: wgpu::BindGroup,
-    tasks: wgpu::BindGroupLayout,
-    shape: Shape,
+    /// The most workgroups in a dispatch.
+    workgroups: u32,
 }
 
-fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
-    let ty = wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
-}
-
-fn bind(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+pub(super) fn bind(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    buffers: &[&wgpu::Buffer],
+) -> wgpu::BindGroup {
     let entries: Vec<_> = (0..)
         .zip(buffers)
         .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
@@ -92,18 +49,8 @@ fn table<T: Pod>(device: &Device, what: &'static str, rows: &[T]) -> Result<wgpu
 }
 
 impl Pipeline {
-    /// The program for a job.
-    pub(super) fn new(device: &Device, job: &Job<'_>, shape: Shape) -> Result<Pipeline, GpuError> {
-        Pipeline::from_source(device, job, shape, &(library(shape.workgroup_size) + MAIN))
-    }
-
-    /// The same with another program text.
-    pub(super) fn from_source(
-        device: &Device,
-        job: &Job<'_>,
-        shape: Shape,
-        source: &str,
-    ) -> Result<Pipeline, GpuError> {
+    /// A program over a job's scene.
+    pub(super) fn new(device: &Device, job: &Job<'_>, program: Program) -> Result<Pipeline, GpuError> {
         let tables = Tables::new(job)?;
         let scene = device.checked(|device| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -114,39 +61,27 @@ impl Pipeline {
         })?;
         let surfaces = table(device, "the scene's surfaces", &tables.surfaces)?;
         let materials = table(device, "the scene's materials", &tables.materials)?;
-        let point_lights = table(device, "the scene's point lights", &tables.point_lights)?;
+        let lights = table(device, "the scene's lights", &tables.lights)?;
+        let light_nodes = table(device, "the nodes of the light tree", &tables.light_nodes)?;
+        let shape = program.shape;
+        let mut workgroups = shape.workgroups;
+        let mut branches = 1;
+        if job.render.integrator == Integrator::Whitted {
+            let a_group = u64::from(shape.workgroup_size * MOST_BRANCHES) * size_of::<Branch>() as u64;
+            let most = BRANCH_BYTES.min(device.description().max_binding) / a_group;
+            workgroups = workgroups.min(most as u32).max(1);
+            branches = u64::from(workgroups * shape.workgroup_size * MOST_BRANCHES);
+        }
         device.checked(|device| {
-            let read = wgpu::BufferBindingType::Storage { read_only: true };
-            let write = wgpu::BufferBindingType::Storage { read_only: false };
-            let uniform = wgpu::BufferBindingType::Uniform;
-            let layout = |kinds: &[wgpu::BufferBindingType]| {
-                let entries: Vec<_> = (0..).zip(kinds).map(|(i, kind)| buffer_entry(i, *kind)).collect();
-                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                    label: None,
-                    entries: &entries,
-                })
-            };
-            let tables_layout = layout(&[uniform, read, read, read]);
-            let tasks = layout(&[uniform, write, write]);
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("path-naive"),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
+            let branches = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("branches"),
+                size: branches * size_of::<Branch>() as u64,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
             });
-            let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: None,
-                bind_group_layouts: &[Some(&tables_layout), Some(&tasks)],
-                immediate_size: 0,
-            });
-            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("path-naive"),
-                layout: Some(&pipeline_layout),
-                module: &module,
-                entry_point: Some("trace_slots"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            });
-            let tables = bind(device, &tables_layout, &[&scene, &surfaces, &materials, &point_lights]);
-            Pipeline { pipeline, tables, tasks, shape }
+            let buffers = [&scene, &surfaces, &materials, &lights, &light_nodes, &branches];
+            let tables = bind(device, &program.tables, &buffers);
+            Pipeline { program, tables, workgroups }
         })
     }
 }
@@ -234,19 +169,20 @@ impl Pipeline {
             });
             let sums = Output::new(device, "sums", u64::from(slots.max(1)) * SUMS_BYTES);
             let samples = Output::new(device, "samples", u64::from(samples.max(1)) * SAMPLE_BYTES);
-            let group = bind(device, &self.tasks, &[&dispatch, &sums.written, &samples.written]);
+            let group = bind(device, &self.program.tasks, &[&dispatch, &sums.written, &samples.written]);
             Berth { dispatch, sums, samples, group }
         })
     }
 
     /// Sends a task on its way.
     pub(super) fn submit(&self, device: &Device, berth: &Berth, task: Task, sends_samples: bool) -> Flight {
-        let groups = task.slots.div_ceil(self.shape.workgroup_size).min(self.shape.workgroups);
+        let workgroup_size = self.program.shape.workgroup_size;
+        let groups = task.slots.div_ceil(workgroup_size).min(self.workgroups);
         let dispatch = Dispatch {
             first_place: task.stride.place(task.first_slot),
             place_step: task.stride.step,
             slots: task.slots,
-            invocations: groups * self.shape.workgroup_size,
+            invocations: groups * workgroup_size,
             first_sample: task.first_sample,
             samples: task.samples,
             sends_samples: u32::from(sends_samples),
@@ -255,7 +191,7 @@ impl Pipeline {
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&self.pipeline);
+            pass.set_pipeline(&self.program.pipeline);
             pass.set_bind_group(0, &self.tables, &[]);
             pass.set_bind_group(1, &berth.group, &[]);
             pass.dispatch_workgroups(groups, 1, 1);

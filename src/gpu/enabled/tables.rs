@@ -1,11 +1,12 @@
 //! From the compiled scene to the device's tables.
 
-use super::layout::{self, Material, PointLight, Scene, Surface};
+use super::layout::{self, Light, LightNode, Material, Scene, Surface};
 use crate::gpu::{GpuError, Job};
-use crate::light;
+use crate::light::{self, LightRow};
 use crate::material::{Kind, Row};
 use crate::sampling::warp::FilmOffset;
-use crate::world::SurfaceTable;
+use crate::shape;
+use crate::world::{CompiledScene, SurfaceTable};
 
 /// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
 /// long.
@@ -20,27 +21,28 @@ pub(super) struct Tables {
     pub(super) scene: Scene,
     pub(super) surfaces: Vec<Surface>,
     pub(super) materials: Vec<Material>,
-    pub(super) point_lights: Vec<PointLight>,
+    pub(super) lights: Vec<Light>,
+    pub(super) light_nodes: Vec<LightNode>,
 }
 
 impl Tables {
     pub(super) fn new(job: &Job<'_>) -> Result<Tables, GpuError> {
-        if job.settings.max_depth > MAX_DEPTH {
+        let CompiledScene { camera, surfaces: table, materials, lights, environment, ambient, .. } =
+            job.scene;
+        if job.render.max_depth > MAX_DEPTH {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
         }
-        let worlds = [&job.geometry.first, &job.geometry.second];
-        let mut surfaces = Vec::new();
-        let mut take = |rows: &mut dyn Iterator<Item = u32>| {
-            surfaces.extend(rows.map(|row| surface(&job.scene.surfaces, row)));
+        // Sorted by shape, so that neighbouring invocations ask the same one.
+        let mut surfaces = Vec::with_capacity(table.len());
+        let mut take = |wanted: Form| {
+            let rows =
+                (0..table.len() as u32).filter(|&row| Form::of(&table.rows()[row as usize].0) == wanted);
+            surfaces.extend(rows.map(|row| surface(table, row)));
             surfaces.len() as u32
         };
-        let planes_end = take(&mut worlds.iter().flat_map(|w| w.planes.iter().map(|(_, row)| *row)));
-        let spheres_end = take(&mut worlds.iter().flat_map(|w| w.spheres.iter().map(|(_, row)| *row)));
-        let quads_end = take(&mut worlds.iter().flat_map(|w| w.quads.iter().map(|(_, row)| *row)));
-        let point_lights: Vec<_> = job.scene.point_lights.iter().map(point_light).collect();
-
-        let camera = &job.scene.camera;
-        let (offset_kind, offset_radius) = match job.settings.offset {
+        let [planes_end, spheres_end, quads_end] = [Form::Plane, Form::Sphere, Form::Quad].map(&mut take);
+        let point_lights = lights.rows().take_while(|light| light.kind == light::POINT).count();
+        let (offset_kind, offset_radius) = match job.offset {
             FilmOffset::Centre => (layout::OFFSET_CENTRE, 0.0),
             FilmOffset::Uniform(radius) => (layout::OFFSET_UNIFORM, radius),
             FilmOffset::Tent(radius) => (layout::OFFSET_TENT, radius),
@@ -54,24 +56,51 @@ impl Tables {
             aperture_radius: camera.aperture_radius,
             forward: camera.forward,
             focus_distance: camera.focus_distance,
-            environment: job.scene.environment,
-            seed: job.settings.sampler.seed,
+            environment: *environment,
+            seed: job.render.seed,
+            ambient: *ambient,
+            max_depth: job.render.max_depth,
             centre: camera.centre,
             offset_kind,
             offset_radius,
             planes_end,
             spheres_end,
             quads_end,
-            point_lights: point_lights.len() as u32,
-            max_depth: job.settings.max_depth,
+            lights: lights.len() as u32,
+            point_lights: point_lights as u32,
             film_width: job.region.film_width,
             region_x: job.region.x,
             region_y: job.region.y,
             region_width: job.region.width,
             ..Scene::default()
         };
-        let materials = job.scene.materials.rows().iter().map(material).collect();
-        Ok(Tables { scene, surfaces, materials, point_lights })
+        Ok(Tables {
+            scene,
+            surfaces,
+            materials: materials.rows().iter().map(material).collect(),
+            lights: lights.rows().map(light_row).collect(),
+            light_nodes: lights.tree().nodes().map(light_node).collect(),
+        })
+    }
+}
+
+/// Which shape a row of the surface table has.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Plane,
+    Sphere,
+    Quad,
+}
+
+impl Form {
+    fn of(surface: &shape::Surface) -> Form {
+        if surface.radius > 0.0 {
+            Form::Sphere
+        } else if surface.area.is_infinite() {
+            Form::Plane
+        } else {
+            Form::Quad
+        }
     }
 }
 
@@ -90,8 +119,8 @@ pub(super) fn surface(table: &SurfaceTable, row: u32) -> Surface {
         error,
         orientation: if look.flip_normal { -1.0 } else { 1.0 },
         material: look.material,
+        light: look.light,
         row,
-        ..Surface::default()
     }
 }
 
@@ -112,6 +141,24 @@ pub(super) fn material(row: &Row) -> Material {
     }
 }
 
-fn point_light(light: light::PointLight) -> PointLight {
-    PointLight { position: light.position, intensity: light.intensity, ..PointLight::default() }
+pub(super) fn light_row(light: LightRow) -> Light {
+    Light {
+        origin: light.origin,
+        kind: light.kind,
+        edge_u: light.edge_u,
+        radius: light.radius,
+        edge_v: light.edge_v,
+        area: light.area,
+        normal: light.normal,
+        error: light.error,
+        emission: light.emission,
+        inward: u32::from(light.inward),
+        way: light.way,
+        ..Light::default()
+    }
+}
+
+pub(super) fn light_node(node: light::LightNode) -> LightNode {
+    let light::LightNode { centre, radius, power, axis, cos_o, sin_o, cos_e, link } = node;
+    LightNode { centre, radius, axis, power, cos_o, sin_o, cos_e, link }
 }

@@ -2,7 +2,8 @@
 
 use super::device::Device;
 use super::pace::{MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Task};
-use super::pipeline::{Berth, Flight, Pipeline, Shape};
+use super::pipeline::{Berth, Flight, Pipeline};
+use super::program::{Program, Shape};
 use super::readback;
 use crate::gpu::{GpuError, Job};
 use crate::render::{Order, Payload, Region, SampleBatch, Stride, Traced};
@@ -38,15 +39,15 @@ impl GpuWorker {
     /// Fails, naming the reason, when the GPU does not take something in the job, when the scene is too
     /// large for the device, or when the driver refuses the program or the memory.
     pub fn new(device: &Device, job: &Job<'_>) -> Result<GpuWorker, GpuError> {
-        let pipeline = Pipeline::new(device, job, Shape::of(device))?;
-        GpuWorker::with_pipeline(device, job, pipeline)
+        GpuWorker::with_program(device, job, Program::new(device, job.render, Shape::of(device))?)
     }
 
-    pub(super) fn with_pipeline(
+    pub(super) fn with_program(
         device: &Device,
         job: &Job<'_>,
-        pipeline: Pipeline,
+        program: Program,
     ) -> Result<GpuWorker, GpuError> {
+        let pipeline = Pipeline::new(device, job, program)?;
         let slots = job.region.len().min(MOST_SLOTS);
         let samples = if job.sends_samples { MOST_SAMPLES } else { 0 };
         let berths =

@@ -1,8 +1,17 @@
 //! The WGSL as naga reads it, against the host's layouts. No GPU is asked.
 
-use super::super::layout::structures;
-use super::super::pipeline::library;
+use super::super::layout::{Variant, structures};
+use super::super::program::{self, MAIN};
+use crate::scene::{Integrator, Sampler};
 use wgpu::naga;
+
+fn variant(workgroup_size: u32) -> Variant {
+    Variant { integrator: Integrator::Path, sampler: Sampler::Sobol, workgroup_size }
+}
+
+fn library() -> String {
+    program::library(variant(64))
+}
 
 fn parse(source: &str) -> naga::Module {
     naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)))
@@ -44,12 +53,12 @@ fn differences(source: &str) -> Vec<String> {
 
 #[test]
 fn structures_lie_in_memory_as_the_host_lays_them() {
-    assert_eq!(differences(&library(64)), Vec::<String>::new());
+    assert_eq!(differences(&library()), Vec::<String>::new());
 }
 
 #[test]
 fn a_moved_a_renamed_and_a_missing_field_are_noticed() {
-    let source = library(64);
+    let source = library();
     for (right, wrong) in [
         // WGSL would align the vector to the next 16 bytes.
         ("    anchor: vec3f,\n    radius: f32,", "    radius: f32,\n    anchor: vec3f,"),
@@ -65,9 +74,14 @@ fn a_moved_a_renamed_and_a_missing_field_are_noticed() {
 }
 
 #[test]
-fn the_program_is_valid_for_every_workgroup_size() {
-    for size in [1, 64, 256] {
-        let source = library(size) + include_str!("../../main.wgsl");
+fn the_program_is_valid_for_every_workgroup_size_integrator_and_sampler() {
+    let usual = variant(64);
+    let integrators = [Integrator::Path, Integrator::PathNaive, Integrator::Whitted];
+    let variants = integrators.into_iter().flat_map(|integrator| {
+        [Sampler::Independent, Sampler::Sobol].map(|sampler| Variant { integrator, sampler, ..usual })
+    });
+    for variant in variants.chain([1, 256].map(variant)) {
+        let source = program::library(variant) + MAIN;
         let mut validator = naga::valid::Validator::new(
             naga::valid::ValidationFlags::all(),
             naga::valid::Capabilities::empty(),

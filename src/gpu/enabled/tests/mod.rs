@@ -1,21 +1,29 @@
 //! The GPU against the CPU, on whatever adapter this machine has: in CI, Mesa's software renderer.
 
-mod blocks;
 mod layouts;
+mod pictures;
 mod probes;
 mod protocol;
 mod scenes;
 mod words;
 
+// The verdicts that integrators are held to, from the tests of the whole.
+#[path = "../../../../tests/common/statistics.rs"]
+#[allow(dead_code, unreachable_pub, reason = "a kit of which each test uses its own part")]
+mod statistics;
+#[path = "../../../../tests/common/tiles.rs"]
+#[allow(dead_code, unreachable_pub, reason = "a kit of which each test uses its own part")]
+mod tiles;
+
 use super::device::Device;
-use super::pipeline::{Pipeline, Shape};
+use super::program::{Program, Shape};
 use super::worker::GpuWorker;
 use crate::film::film_offset;
 use crate::gpu::{GpuError, Job};
-use crate::integrator::{Naive, PathTracer, Settings};
+use crate::integrator::{self, Integrator};
 use crate::render::{Order, Payload, Region, SampleBatch};
-use crate::sampling::Independent;
-use crate::scene::Scene;
+use crate::sampling::warp::FilmOffset;
+use crate::scene::{RenderSettings, Scene};
 use crate::world::{CompiledScene, Geometry, compile};
 use crossbeam_channel::{bounded, unbounded};
 
@@ -35,7 +43,8 @@ fn device() -> Option<Device> {
 struct Prepared {
     scene: CompiledScene,
     geometry: Geometry,
-    settings: Settings<Independent>,
+    render: RenderSettings,
+    offset: FilmOffset,
     whole: Region,
 }
 
@@ -43,25 +52,21 @@ impl Prepared {
     fn new(scene: &Scene, seed: u32) -> Prepared {
         let (width, height) = (scene.film.width, scene.film.height);
         let (compiled, geometry) = compile(scene, width, height);
-        let settings = Settings {
-            sampler: Independent { seed },
-            offset: film_offset(scene.film.filter),
-            max_depth: scene.render.max_depth,
-        };
-        Prepared { scene: compiled, geometry, settings, whole: Region::whole(width, height) }
+        let render = RenderSettings { seed, ..scene.render.clone() };
+        let offset = film_offset(scene.film.filter);
+        Prepared { scene: compiled, geometry, render, offset, whole: Region::whole(width, height) }
     }
 
     /// What the GPU renders, on the CPU.
-    fn on_cpu(&self) -> PathTracer<Naive, Geometry, Independent> {
-        let (scene, world) = (self.scene.clone().into(), self.geometry.clone().into());
-        PathTracer { transport: Naive, scene, world, settings: self.settings }
+    fn on_cpu(&self) -> Box<dyn Integrator> {
+        integrator::build(&self.render, self.offset, self.scene.clone().into(), self.geometry.clone())
     }
 
     fn job(&self) -> Job<'_> {
         Job {
             scene: &self.scene,
-            geometry: &self.geometry,
-            settings: self.settings,
+            render: &self.render,
+            offset: self.offset,
             region: self.whole,
             index: 0,
             sends_samples: false,

@@ -1,17 +1,20 @@
 //! Function by function: the WGSL against the CPU's scalar code, over thousands of inputs.
 
-use super::super::layout::{Material, PointLight, Scene, Surface};
-use super::super::pipeline::library;
-use super::super::tables::{material, surface};
+use super::super::layout::{Branch, Light, LightNode, Material, Scene, Surface, Variant};
+use super::super::program::library;
+use super::super::tables::{Tables, light_node, light_row, material, surface};
 use super::{Device, device};
 use crate::film::sums::{MAX_RADIANCE, PixelSums, check};
+use crate::light::{AreaLight, LightTable, PointLight};
 use crate::material::{Bxdf, Dielectric, Kind, MaterialTable, Row};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Frame, Ray, Rgb, Vec3, trig};
-use crate::sampling::{random, warp};
+use crate::sampling::{Sobol, Stream, random, warp};
+use crate::scene::{Integrator, Sampler};
 use crate::shape::{self, Plane, Quad, Shape, Sphere, offset_origin};
 use crate::world::SurfaceTable;
 use glam::DVec3;
+use rand::RngExt;
 use wgpu::util::DeviceExt;
 
 /// Runs a few lines of WGSL on the device for each input. They read words with `word(i)`, floats with
@@ -20,8 +23,7 @@ fn probe<const IN: usize, const OUT: usize>(
     device: &Device,
     lines: &str,
     inputs: &[[u32; IN]],
-    rows: &[Surface],
-    materials: &[Material],
+    tables: &Tables,
 ) -> Vec<[u32; OUT]> {
     let source = format!(
         "{}
@@ -39,12 +41,13 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {{
     at = id.x;
     if at < {count}u {{
         // Every table is named, so that the layout has them all.
-        let all = scene.seed + arrayLength(&surfaces) + arrayLength(&materials) + arrayLength(&point_lights);
+        let all = scene.seed + arrayLength(&surfaces) + arrayLength(&materials) + arrayLength(&lights)
+            + arrayLength(&light_nodes) + arrayLength(&branches);
         if all == 0u {{ return; }}
         {lines}
     }}
 }}",
-        library(64),
+        library(Variant { integrator: Integrator::Path, sampler: Sampler::Sobol, workgroup_size: 64 }),
         count = inputs.len(),
     );
     let gpu = &device.device;
@@ -57,12 +60,13 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {{
         let empty = |usage| {
             gpu.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
         };
-        let scene = Scene { seed: 7, ..Scene::default() };
         let tables = [
-            init(bytemuck::bytes_of(&scene), wgpu::BufferUsages::UNIFORM),
-            init(bytemuck::cast_slice(rows), storage),
-            init(bytemuck::cast_slice(materials), storage),
-            init(bytemuck::bytes_of(&PointLight::default()), storage),
+            init(bytemuck::bytes_of(&tables.scene), wgpu::BufferUsages::UNIFORM),
+            init(bytemuck::cast_slice(&tables.surfaces), storage),
+            init(bytemuck::cast_slice(&tables.materials), storage),
+            init(bytemuck::cast_slice(&tables.lights), storage),
+            init(bytemuck::cast_slice(&tables.light_nodes), storage),
+            init(bytemuck::bytes_of(&Branch::default()), storage),
         ];
         let written = empty(storage | wgpu::BufferUsages::COPY_SRC);
         let read = empty(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
@@ -110,12 +114,23 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {{
     words.chunks_exact(OUT).map(|chunk| chunk.try_into().unwrap()).collect()
 }
 
+/// One row of nothing in each table.
+fn nothing() -> Tables {
+    Tables {
+        scene: Scene { seed: 7, ..Scene::default() },
+        surfaces: vec![Surface::default()],
+        materials: vec![Material::default()],
+        lights: vec![Light::default()],
+        light_nodes: vec![LightNode::default()],
+    }
+}
+
 fn simple<const IN: usize, const OUT: usize>(
     device: &Device,
     lines: &str,
     inputs: &[[u32; IN]],
 ) -> Vec<[u32; OUT]> {
-    probe(device, lines, inputs, &[Surface::default()], &[Material::default()])
+    probe(device, lines, inputs, &nothing())
 }
 
 /// Words that look random and are the same in every run.
@@ -151,14 +166,25 @@ fn random_numbers_have_the_same_bits() {
     let inputs = words::<4>(20_000);
     let lines = "let v = pcg4d(vec4u(word(0u), word(1u), word(2u), word(3u)));
         put(0u, v.x); put(1u, v.y); put(2u, v.z); put(3u, v.w);
-        let u = draw(PathId(word(0u), word(1u)), block_at(BLOCK_LIGHT, 3u));
-        put_float(4u, u.x); put_float(5u, u.y); put_float(6u, u.z); put_float(7u, u.w);";
-    for (input, output) in inputs.iter().zip(simple::<4, 8>(&device, lines, &inputs)) {
+        let id = PathId(word(0u), word(1u));
+        let u = draw_independent(id, block_at(BLOCK_LIGHT, 3u));
+        put_float(4u, u.x); put_float(5u, u.y); put_float(6u, u.z); put_float(7u, u.w);
+        let s = draw(id, block_at(BLOCK_SCATTER, word(2u) & 255u));
+        put_float(8u, s.x); put_float(9u, s.y); put_float(10u, s.z); put_float(11u, s.w);
+        var stream = fresh_stream();
+        for (var i = 12u; i < 22u; i++) { put_float(i, next_random(&stream, id)); }";
+    for (input, output) in inputs.iter().zip(simple::<4, 22>(&device, lines, &inputs)) {
         assert_eq!(output[..4], random::pcg4d(input.map(Wrapping)).map(|w| w.0));
         let path = random::PathId::<f32> { pixel: Wrapping(input[0]), sample: Wrapping(input[1]) };
         let block = random::Block::LIGHT.at::<f32>(Wrapping(3));
         let expected: [f32; 4] = random::Sampler::draw(&random::Independent { seed: 7 }, path, block);
-        assert_eq!(output[4..], expected.map(f32::to_bits));
+        assert_eq!(output[4..8], expected.map(f32::to_bits));
+        let block = random::Block::SCATTER.at::<f32>(Wrapping(input[2] & 255));
+        let expected: [f32; 4] = random::Sampler::draw(&Sobol { seed: 7 }, path, block);
+        assert_eq!(output[8..12], expected.map(f32::to_bits));
+        let mut stream = Stream::new(7, input[0], input[1]);
+        let expected: [f32; 10] = std::array::from_fn(|_| stream.random());
+        assert_eq!(output[12..], expected.map(f32::to_bits));
     }
 }
 
@@ -172,8 +198,9 @@ fn angles_and_warps_agree() {
         put_float(2u, tent(u.x));
         let d = disk(u); put_float(3u, d.x); put_float(4u, d.y);
         put_float3(5u, cosine_hemisphere(u));
-        let s = u * 2.0 - 1.0; put_float(8u, angle_turns(s.y, s.x));";
-    for (u, out) in inputs.iter().zip(simple::<2, 9>(&device, lines, &bits(&inputs))) {
+        let s = u * 2.0 - 1.0; put_float(8u, angle_turns(s.y, s.x));
+        put_float3(9u, uniform_sphere(u)); put_float(12u, cosine_hemisphere_pdf(s.x));";
+    for (u, out) in inputs.iter().zip(simple::<2, 13>(&device, lines, &bits(&inputs))) {
         let (sin, cos) = trig::sin_cos_turns(u[1]);
         close(out[0], sin, 4.0 * ULP, u);
         close(out[1], cos, 4.0 * ULP, u);
@@ -185,6 +212,9 @@ fn angles_and_warps_agree() {
         (0..3).for_each(|i| close(out[5 + i], [w.x, w.y, w.z][i], 8.0 * ULP, u));
         let [x, y] = u.map(|u| u * 2.0 - 1.0);
         close(out[8], trig::angle_turns(y, x), 4.0 * ULP, u);
+        let w = warp::uniform_sphere(*u);
+        (0..3).for_each(|i| close(out[9 + i], [w.x, w.y, w.z][i], 8.0 * ULP, u));
+        close(out[12], warp::cosine_hemisphere_pdf(x), 2.0 * ULP, u);
     }
 }
 
@@ -258,7 +288,7 @@ fn shapes_are_met_where_the_cpu_meets_them() {
                 let uv = surface_uv(point); put_float(10u + 9u * i, uv.x); put_float(11u + 9u * i, uv.y);
             }
         }";
-    let outputs = probe::<6, 30>(&device, lines, &bits(&inputs), &rows, &[Material::default()]);
+    let outputs = probe::<6, 30>(&device, lines, &bits(&inputs), &Tables { surfaces: rows, ..nothing() });
     let (mut met, mut doubtful) = ([0; 3], 0);
     for (input, out) in inputs.iter().zip(outputs) {
         let [ox, oy, oz, dx, dy, dz] = *input;
@@ -322,7 +352,7 @@ fn checkerboards_choose_the_same_materials() {
     let inputs: Vec<[f32; 2]> = units::<2>(20_000).into_iter().map(|u| u.map(|u| u * 16.0 - 8.0)).collect();
     let lines =
         "for (var row = 0u; row < 5u; row++) { put(row, resolve(row, vec2f(float(0u), float(1u)))); }";
-    let outputs = probe::<2, 5>(&device, lines, &bits(&inputs), &[Surface::default()], &materials);
+    let outputs = probe::<2, 5>(&device, lines, &bits(&inputs), &Tables { materials, ..nothing() });
     for (uv, out) in inputs.iter().zip(outputs) {
         let expected = [0, 1, 2, 3, 4].map(|row| table.resolve::<f32>(Wrapping(row), uv[0], uv[1]).0);
         assert_eq!(out, expected, "at {uv:?}");
@@ -347,8 +377,13 @@ fn glass_parts_light_as_on_the_cpu() {
         })
         .collect();
     let lines = "let s = bsdf_sample(materials[0], float3(0u), vec2f(0.5), float(3u));
-        put_float3(0u, s.wi); put_float3(3u, s.weight);";
-    let outputs = probe::<4, 6>(&device, lines, &bits(&inputs), &[Surface::default()], &[material(&row)]);
+        put_float3(0u, s.wi); put_float3(3u, s.weight);
+        put_float(6u, s.pdf); put(7u, u32(s.delta));
+        put_float(8u, bsdf_squeeze(materials[0], float3(0u), true));
+        let ways = dielectric_branches(materials[0], float3(0u));
+        put_float(9u, ways.fresnel); put_float(10u, ways.squeezed);";
+    let tables = Tables { materials: vec![material(&row)], ..nothing() };
+    let outputs = probe::<4, 11>(&device, lines, &bits(&inputs), &tables);
     let mut doubtful = 0;
     for (input, out) in inputs.iter().zip(outputs) {
         let wo = vec3([input[0], input[1], input[2]]);
@@ -363,8 +398,186 @@ fn glass_parts_light_as_on_the_cpu() {
         [wi.x, wi.y, wi.z].iter().zip(&out).for_each(|(e, o)| close(*o, *e, bound, input));
         let w = expected.weight;
         [w.r, w.g, w.b].iter().zip(&out[3..]).for_each(|(e, o)| close(*o, *e, 1e-5, input));
+        close(out[6], expected.pdf, 1e-5, input);
+        assert_eq!(out[7], 1);
+        let eta = if wo.z >= 0.0 { 1.5 } else { 1.0 / 1.5 };
+        close(out[8], eta * eta, 1e-6, input);
+        let [(_, reflected, fresnel), (_, refracted, _)] = glass.branches(wo);
+        close(out[9], fresnel, 1e-5, input);
+        close(out[9], reflected.r / reflectance[0], 1e-5, input);
+        close(out[10], refracted.r / transmittance[0], 1e-5, input);
     }
     assert!(doubtful <= 3, "{doubtful} samples take different branches");
+}
+
+/// Two points, three spheres of which one shines inwards, two quads of which one is turned round.
+fn lights() -> LightTable {
+    let mut lights = LightTable::default();
+    lights.push_point(PointLight { position: [3.0, 1.0, 2.0], intensity: [4.0, 5.0, 6.0] });
+    lights.push_point(PointLight { position: [-2.0, -2.5, 0.5], intensity: [1.0, 0.5, 0.25] });
+    let sphere = |x: f64, y: f64, z: f64, r| AreaLight::Sphere(Sphere::new(DVec3::new(x, y, z), r));
+    lights.push_area(sphere(1.0, -3.0, 2.0, 0.5), false, [3.0, 2.0, 1.0]);
+    lights.push_area(sphere(-40.0, 30.0, 10.0, 2.0), false, [100.0; 3]);
+    lights.push_area(sphere(0.0, 0.0, 0.0, 12.0), true, [0.5, 0.4, 0.3]);
+    let quad =
+        |z| AreaLight::Quad(Quad::new(DVec3::new(-1.0, -1.0, z), DVec3::Y * 2.0, DVec3::new(1.5, 0.0, 0.5)));
+    lights.push_area(quad(3.0), false, [2.0; 3]);
+    lights.push_area(quad(-3.0), true, [7.0, 0.0, 0.0]);
+    lights.plant();
+    lights
+}
+
+fn tables_of(lights: &LightTable) -> Tables {
+    Tables {
+        lights: lights.rows().map(light_row).collect(),
+        light_nodes: lights.tree().nodes().map(light_node).collect(),
+        ..nothing()
+    }
+}
+
+/// Points within ±4, normals, and four numbers.
+fn places() -> Vec<[f32; 9]> {
+    let place = |u: [f32; 7]| {
+        let [x, y, z] = [u[0], u[1], u[2]].map(|u| u * 8.0 - 4.0);
+        let n = warp::uniform_sphere([u[3], u[4]]);
+        [x, y, z, n.x, n.y, n.z, u[5], u[6], u[3]]
+    };
+    units::<7>(20_000).into_iter().map(place).collect()
+}
+
+#[test]
+fn the_light_tree_gives_the_same_chances() {
+    let Some(device) = device() else { return };
+    let table = lights();
+    let count = table.len() as u32;
+    let lines = "let choice = choose_light(float3(0u), float3(3u), float(8u));
+        put(0u, choice.light); put_float(1u, choice.chance);
+        for (var i = 0u; i < 7u; i++) { put_float(2u + i, light_chance(float3(0u), float3(3u), i)); }";
+    let inputs = places();
+    let mut doubtful = 0;
+    for (input, out) in inputs.iter().zip(probe::<9, 9>(&device, lines, &bits(&inputs), &tables_of(&table))) {
+        let [x, y, z, nx, ny, nz, .., u] = *input;
+        let (p, n) = (vec3([x, y, z]), vec3([nx, ny, nz]));
+        for light in 0..count {
+            // Cosines and sines of sums of angles cancel: a rounding of each may show as a part of the whole.
+            let expected = table.chance(p, n, Wrapping(light));
+            close(out[2 + light as usize], expected, 2e-5, input);
+        }
+        let (light, chance) = table.choose(p, n, u);
+        if out[0] == light.0 {
+            close(out[1], chance, 2e-5, input);
+        } else {
+            doubtful += 1;
+        }
+    }
+    assert!(doubtful <= 20, "{doubtful} choices differ");
+}
+
+#[test]
+fn lights_are_sampled_as_on_the_cpu() {
+    let Some(device) = device() else { return };
+    let table = lights();
+    let lines = "for (var i = 0u; i < 7u; i++) {
+            let s = sample_light(lights[i], float3(0u), vec2f(float(6u), float(7u)));
+            put_float3(10u * i, s.wi); put_float3(10u * i + 3u, s.target_point);
+            put_float3(10u * i + 6u, s.radiance); put_float(10u * i + 9u, s.pdf);
+            put_float(70u + i, light_pdf(lights[i], float3(0u), 2.5, 0.5 + 0.5 * float(6u)));
+        }";
+    let inputs = places();
+    let outputs = probe::<9, 77>(&device, lines, &bits(&inputs), &tables_of(&table));
+    let (mut lit, mut doubtful) = ([0; 7], 0);
+    for (input, out) in inputs.iter().zip(outputs) {
+        let [x, y, z, _, _, _, u, v, _] = *input;
+        let p = vec3([x, y, z]);
+        for light in 0..7 {
+            let expected = table.sample(Wrapping(light as u32), p, [u, v]);
+            let out = &out[10 * light..];
+            let pdf = f32::from_bits(out[9]);
+            if (pdf > 0.0) != (expected.pdf > 0.0) {
+                doubtful += 1;
+                continue;
+            }
+            if expected.pdf == 0.0 {
+                assert_eq!(out[6..9], [0; 3], "the dark has no radiance");
+                continue;
+            }
+            lit[light] += 1;
+            // Towards the rim of a sphere the cosine is a root of what is left after cancellation; seen from
+            // the rim of a quad its cosine is.
+            let length = (expected.target - p).length();
+            let grazing = 1.0 + expected.pdf.max(1.0);
+            let (w, t, l) = (expected.wi, expected.target, expected.radiance);
+            [w.x, w.y, w.z].iter().zip(out).for_each(|(e, o)| close(*o, *e, 2e-5 / length.min(1.0), input));
+            [t.x, t.y, t.z].iter().zip(&out[3..]).for_each(|(e, o)| close(*o, *e, 2e-3 * length, input));
+            [l.r, l.g, l.b]
+                .iter()
+                .zip(&out[6..])
+                .for_each(|(e, o)| close(*o, *e, 1e-5 * l.r.max(l.b).max(1.0), input));
+            close(out[9], expected.pdf, 2e-5 * expected.pdf * grazing, input);
+        }
+        for light in 2..7 {
+            let expected = table.pdf(Wrapping(light), p, 2.5, 0.5 + 0.5 * u);
+            // By solid angle within a cone whose rim may be near, else by area.
+            close(out[70 + light as usize], expected, 1e-3 * expected, input);
+        }
+    }
+    assert!(lit.iter().all(|&n| n > 5000), "too few points see them: {lit:?}");
+    assert!(doubtful <= 5, "{doubtful} lights are seen by one side only");
+}
+
+#[test]
+fn matte_scatters_as_on_the_cpu() {
+    let Some(device) = device() else { return };
+    let row = Row::matte([0.75, 0.5, 0.25]);
+    let matte = crate::material::Lambertian { reflectance: Rgb::<f32>::splat(row.reflectance) };
+    let lines = "let s = bsdf_sample(materials[0], float3(0u), vec2f(float(6u), float(7u)), 0.5);
+        put_float3(0u, s.wi); put_float3(3u, s.weight); put_float(6u, s.pdf); put(7u, u32(s.delta));
+        put_float3(8u, bsdf_eval(materials[0], float3(0u), float3(3u)));
+        put_float(11u, bsdf_pdf(materials[0], float3(0u), float3(3u)));
+        put_float(12u, power_heuristic(float(6u), float(7u)));";
+    // The first three are a direction here.
+    let inputs: Vec<_> = places()
+        .into_iter()
+        .map(|[x, y, z, nx, ny, nz, u, v, w]| {
+            let d = vec3([x, y, z]).normalized();
+            [d.x, d.y, d.z, nx, ny, nz, u, v, w]
+        })
+        .collect();
+    let tables = Tables { materials: vec![material(&row)], ..nothing() };
+    for (input, out) in inputs.iter().zip(probe::<9, 13>(&device, lines, &bits(&inputs), &tables)) {
+        let [x, y, z, nx, ny, nz, u, v, _] = *input;
+        let (wo, wi) = (vec3([x, y, z]), vec3([nx, ny, nz]));
+        let s = matte.sample(wo, [u, v], 0.5);
+        [s.wi.x, s.wi.y, s.wi.z].iter().zip(&out).for_each(|(e, o)| close(*o, *e, 8.0 * ULP, input));
+        assert_eq!(out[3..6], row.reflectance.map(f32::to_bits));
+        close(out[6], s.pdf, 4.0 * ULP, input);
+        assert_eq!(out[7], 0);
+        let f = matte.eval(wo, wi);
+        [f.r, f.g, f.b].iter().zip(&out[8..]).for_each(|(e, o)| close(*o, *e, 2.0 * ULP, input));
+        close(out[11], matte.pdf(wo, wi), 2.0 * ULP, input);
+        let ratio = f64::from(v) / f64::from(u);
+        close(out[12], (1.0 / (ratio * ratio + 1.0)) as f32, 16.0 * ULP, input);
+    }
+}
+
+#[test]
+fn cameras_send_the_same_rays() {
+    let Some(device) = device() else { return };
+    let scene = super::scenes::bazaar(80, 60);
+    let prepared = super::Prepared::new(&scene, 7);
+    let tables = Tables::new(&prepared.job()).unwrap();
+    let lines = "let ray = camera_ray(vec2f(float(0u), float(1u)), vec2f(float(2u), float(3u)));
+        put_float3(0u, ray.o); put_float3(3u, ray.d);
+        put_float(6u, film_offset(float(2u)));";
+    let inputs: Vec<_> =
+        units::<4>(20_000).into_iter().map(|u| [u[0] * 80.0, u[1] * 60.0, u[2], u[3]]).collect();
+    for (input, out) in inputs.iter().zip(probe::<4, 7>(&device, lines, &bits(&inputs), &tables)) {
+        let [x, y, u, v] = *input;
+        let ray = prepared.scene.camera.ray(x, y, [u, v]);
+        [ray.o.x, ray.o.y, ray.o.z].iter().zip(&out).for_each(|(e, o)| close(*o, *e, 16.0 * ULP, input));
+        [ray.d.x, ray.d.y, ray.d.z].iter().zip(&out[3..]).for_each(|(e, o)| close(*o, *e, 8.0 * ULP, input));
+        close(out[6], prepared.offset.sample(u), 2.0 * ULP, input);
+    }
 }
 
 #[test]

@@ -65,10 +65,9 @@ fn a_lost_device_is_an_error_and_not_a_panic() {
 #[test]
 fn a_broken_program_is_an_error_that_says_where() {
     let Some(device) = device() else { return };
-    let prepared = Prepared::new(&scenes::cover(8, 6), 0);
     let shape = super::Shape::of(&device);
     let source = "@compute @workgroup_size(1) fn trace_slots() { let x: u32 = 1.5; }";
-    let result = super::Pipeline::from_source(&device, &prepared.job(), shape, source);
+    let result = super::Program::from_source(&device, source, shape);
     let Err(GpuError::Failed { message, .. }) = result else { panic!("the program was taken") };
     assert!(message.contains("1.5"), "{message}");
 }
@@ -77,7 +76,7 @@ fn a_broken_program_is_an_error_that_says_where() {
 fn paths_without_end_are_refused() {
     let Some(device) = device() else { return };
     let mut prepared = Prepared::new(&scenes::cover(8, 6), 0);
-    prepared.settings.max_depth = u32::MAX;
+    prepared.render.max_depth = u32::MAX;
     let Err(error) = GpuWorker::new(&device, &prepared.job()) else { panic!("the job was taken") };
     assert!(error.to_string().contains("bounces"), "{error}");
 }

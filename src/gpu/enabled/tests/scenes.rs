@@ -64,6 +64,12 @@ fn scene(width: u32, height: u32, materials: Vec<Material>, entities: Vec<Entity
     }
 }
 
+/// A scene as another integrator and another sampler see it.
+pub(super) fn with(mut scene: Scene, integrator: Integrator, sampler: Sampler) -> Scene {
+    (scene.render.integrator, scene.render.sampler) = (integrator, sampler);
+    scene
+}
+
 /// The report's cover.
 pub(super) fn cover(width: u32, height: u32) -> Scene {
     let materials = vec![
@@ -153,6 +159,39 @@ pub(super) fn large_spheres(width: u32, height: u32) -> Scene {
         Entity { emission: [6.0; 3], ..sphere([40.0, 0.0, 45.0], 20.0, 2) },
     ];
     scene(width, height, materials, entities)
+}
+
+/// Lights of every kind, many and different, in a bright room: a quad, spheres, points, a sky that is the inside
+/// of a sphere, glass and a mirror; paths are long enough for roulette.
+pub(super) fn lamps(width: u32, height: u32) -> Scene {
+    let materials = vec![
+        matte([0.85, 0.8, 0.75]),
+        mirror([0.95; 3]),
+        material(MaterialKind::Glass { ior: 1.5, reflectance: [1.0; 3], transmittance: [1.0; 3] }),
+        matte([0.3, 0.4, 0.5]),
+    ];
+    let emitting = |emission: f64, entity| Entity { emission: [emission; 3], ..entity };
+    let mut entities = vec![
+        plane([0.0, 0.0, 1.0], -1.5, 0),
+        plane([0.0, 1.0, 0.0], -4.0, 0),
+        Entity { flip_normal: true, ..emitting(0.3, sphere([0.0, 0.0, 0.0], 30.0, 3)) },
+        emitting(3.0, quad([3.0, -1.0, 2.5], [0.0, 1.5, 0.0], [1.5, 0.0, 0.0], 0)),
+        sphere([4.0, 1.4, -0.6], 0.9, 2),
+        sphere([5.5, -1.5, -0.5], 1.0, 1),
+        sphere([4.5, 0.0, -1.0], 0.5, 0),
+    ];
+    for i in 0..5 {
+        let x = f64::from(i);
+        entities.push(emitting(1.0 + 2.0 * x, sphere([3.0 + x * 0.7, 2.0 - x * 0.9, -1.1], 0.25, 3)));
+    }
+    let mut scene = scene(width, height, materials, entities);
+    let point =
+        |position: [f64; 3], intensity| Light::Point { position: DVec3::from_array(position), intensity };
+    scene.lights = vec![point([4.0, 2.5, 1.0], [2.0; 3]), point([6.0, -2.0, 1.5], [0.5, 1.0, 2.0])];
+    scene.environment = [0.1, 0.1, 0.2];
+    scene.render.max_depth = 12;
+    scene.render.ambient = [0.05, 0.06, 0.07];
+    scene
 }
 
 /// A sphere straight ahead that emits, and nothing else; its radiance is all that paths find.

@@ -1,11 +1,12 @@
 //! The same bits from run to run, and exact sums of whatever a film takes.
 
 use super::super::pace::Pace;
-use super::{Device, GpuWorker, Pipeline, Prepared, Shape, Total, carry_out, device, scenes, totals};
+use super::{Device, GpuWorker, Prepared, Program, Shape, Total, carry_out, device, scenes, totals};
 use crate::film::Film;
 use crate::film::sums::{PixelSums, Reject, check};
 use crate::gpu::Job;
 use crate::render::{Order, Payload, Stride};
+use crate::scene::{Integrator, Sampler};
 use std::time::Duration;
 
 fn orders(stride: Stride) -> [Order; 3] {
@@ -23,8 +24,8 @@ fn render_stride(
     took: Option<Duration>,
     stride: Stride,
 ) -> (Vec<Total>, u64) {
-    let pipeline = Pipeline::new(device, job, shape).unwrap();
-    let mut worker = GpuWorker::with_pipeline(device, job, pipeline).unwrap();
+    let program = Program::new(device, job.render, shape).unwrap();
+    let mut worker = GpuWorker::with_program(device, job, program).unwrap();
     if let Some(took) = took {
         // A pace learnt elsewhere: dispatches of another size.
         let mut pace = Pace::new(false);
@@ -39,7 +40,9 @@ fn render_stride(
 #[test]
 fn two_runs_agree_to_the_bit_for_any_workgroup_size_and_any_dispatches() {
     let Some(device) = device() else { return };
-    for scene in [scenes::cover(80, 60), scenes::bazaar(40, 30)] {
+    let whitted = scenes::with(scenes::bazaar(40, 30), Integrator::Whitted, Sampler::Sobol);
+    let path = scenes::with(scenes::bazaar(40, 30), Integrator::Path, Sampler::Sobol);
+    for scene in [scenes::cover(80, 60), path, whitted] {
         let prepared = Prepared::new(&scene, 0);
         let job = prepared.job();
         let usual = Shape::of(&device);
@@ -170,7 +173,7 @@ fn what_a_film_cannot_take_is_counted_and_named() {
 #[cfg(feature = "broken-material")]
 #[test]
 fn a_broken_material_is_rejected_as_on_the_cpu() {
-    use crate::integrator::{Integrator, Paths};
+    use crate::integrator::Paths;
     use crate::math::lanes::Level;
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::broken(40, 30), 0);

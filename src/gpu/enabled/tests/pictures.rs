@@ -1,0 +1,189 @@
+//! The same picture as the CPU's, by statistics: different seeds on the two sides.
+//!
+//! Verdicts fall as integrators' do among themselves, at the level stated in `tests/common/tiles.rs`, once for
+//! all comparisons of a test. As the seeds are fixed, a test that passes passes again on the same device.
+
+use super::tiles::{Replicates, Verdict, welch};
+use super::{Device, GpuWorker, Prepared, Program, Shape, carry_out, device, scenes};
+use crate::gpu::enabled::program;
+use crate::integrator::Paths;
+use crate::math::lanes::Level;
+use crate::render::{Order, Payload, Stride};
+use crate::scene::{self, Integrator, RenderSettings, Sampler, Scene};
+use std::path::Path;
+
+const INTEGRATORS: [Integrator; 3] = [Integrator::Path, Integrator::PathNaive, Integrator::Whitted];
+const SAMPLERS: [Sampler; 2] = [Sampler::Independent, Sampler::Sobol];
+
+/// A scene's seeds: its replicates on the CPU have those from its own on, those on the GPU lie so much farther.
+const APART: u32 = 100_000;
+
+fn on_cpu(scene: &Scene, samples: u32) -> Replicates {
+    let level = Level::from_environment().unwrap();
+    let mut out = Vec::new();
+    Replicates::of([scene.film.width, scene.film.height], samples, |replicate, take| {
+        let prepared = Prepared::new(scene, scene.render.seed + replicate);
+        let pixels: Vec<_> = (0..prepared.whole.len()).map(|place| prepared.whole.pixel(place)).collect();
+        out.clear();
+        prepared.on_cpu().trace(level, &Paths { pixels: &pixels, first_sample: 0, samples }, &mut out);
+        out.iter().for_each(|f| take(f.sample.pixel, f.sample.radiance.map(f64::from)));
+    })
+}
+
+fn on_gpu(device: &Device, program: &Program, scene: &Scene, samples: u32) -> Replicates {
+    Replicates::of([scene.film.width, scene.film.height], samples, |replicate, take| {
+        let prepared = Prepared::new(scene, scene.render.seed + APART + replicate);
+        let mut worker = GpuWorker::with_program(device, &prepared.job(), program.clone()).unwrap();
+        for batch in carry_out(&mut worker, &[Order { stride: Stride::ALL, first: 0, end: samples }]) {
+            let Payload::Sums { first_slot, sums, wide, .. } = batch.payload else { panic!("no sums") };
+            assert!(wide.is_empty(), "none of these is so bright");
+            for (slot, sums) in (first_slot..).zip(sums) {
+                take(slot, sums.rgb.map(|sum| sum as f64 / 4_294_967_296.0));
+            }
+        }
+    })
+}
+
+fn compiled(device: &Device, render: &RenderSettings) -> Program {
+    Program::new(device, render, Shape::of(device)).unwrap()
+}
+
+/// The program with `right` replaced by `wrong`.
+fn changed(device: &Device, render: &RenderSettings, right: &str, wrong: &str) -> Program {
+    let shape = Shape::of(device);
+    let text = program::text(render, shape.workgroup_size);
+    let changed = text.replacen(right, wrong, 1);
+    assert_ne!(changed, text, "the control changes nothing");
+    Program::from_source(device, &changed, shape).unwrap()
+}
+
+/// The scenes that come with the program, small.
+fn shipped() -> Vec<(String, Scene)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let files = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> = files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+    files.sort();
+    let small = |path: &Path| {
+        let mut scene = scene::load(path).unwrap().scene;
+        (scene.film.width, scene.film.height) = (48, 32);
+        (path.file_stem().unwrap().to_string_lossy().into_owned(), scene)
+    };
+    files.iter().map(|path| small(path)).collect()
+}
+
+/// Holds every scene × integrator × sampler against the CPU.
+fn hold_all(scenes: &[(String, Scene)], samples: u32) {
+    let Some(device) = device() else { return };
+    let comparisons = scenes.len() * INTEGRATORS.len() * SAMPLERS.len();
+    let mut refused = Vec::new();
+    let mut tiles = 0;
+    for integrator in INTEGRATORS {
+        for sampler in SAMPLERS {
+            let mut program = None;
+            for (seed, (name, scene)) in (0..).step_by(100).zip(scenes) {
+                let mut scene = scenes::with(scene.clone(), integrator, sampler);
+                scene.render.seed = seed;
+                let program = program.get_or_insert_with(|| compiled(&device, &scene.render));
+                let (ours, theirs) = (on_cpu(&scene, samples), on_gpu(&device, program, &scene, samples));
+                let verdict = welch(&ours, &theirs);
+                println!("{name}, {integrator:?}, {sampler:?}: {verdict}");
+                tiles += verdict.tiles;
+                if !verdict.agrees(comparisons) {
+                    refused.push(format!(
+                        "{name}, {integrator:?}, {sampler:?}: {verdict}; means {} and {}",
+                        ours.mean(),
+                        theirs.mean()
+                    ));
+                }
+            }
+        }
+    }
+    assert_eq!(refused, Vec::<String>::new());
+    // A scene that shows nothing would agree with anything.
+    assert!(tiles > 12 * comparisons, "only {tiles} tiles have anything in them");
+}
+
+#[test]
+fn every_scene_is_the_same_picture_with_every_integrator_and_sampler() {
+    let scenes = shipped();
+    assert!(scenes.len() >= 12);
+    hold_all(&scenes, 4);
+}
+
+#[test]
+fn what_no_scene_has_is_the_same_picture() {
+    // Large spheres: an offset of nothing would let rays meet the wall that they leave.
+    let scenes = [
+        ("bazaar", scenes::bazaar(48, 32)),
+        ("large spheres", scenes::large_spheres(48, 32)),
+        ("lamps", scenes::lamps(48, 32)),
+    ];
+    hold_all(&scenes.map(|(name, scene)| (name.to_owned(), scene)), 16);
+}
+
+/// The verdict on a program with `right` replaced by `wrong`.
+fn verdict_on(scene: &Scene, right: &str, wrong: &str) -> Option<Verdict> {
+    let device = device()?;
+    let samples = 16;
+    let program = changed(&device, &scene.render, right, wrong);
+    let verdict = welch(&on_cpu(scene, samples), &on_gpu(&device, &program, scene, samples));
+    println!("{right:?} → {wrong:?}: {verdict}");
+    Some(verdict)
+}
+
+#[test]
+fn one_changed_constant_is_noticed() {
+    use Integrator::{Path, PathNaive, Whitted};
+    use Sampler::{Independent, Sobol};
+    let mut unnoticed = Vec::new();
+    let (cover, bazaar) = (scenes::cover(48, 32), scenes::bazaar(48, 32));
+    let (large, lamps) = (scenes::large_spheres(48, 32), scenes::lamps(48, 32));
+    for (scene, integrator, sampler, right, wrong) in [
+        (
+            &cover,
+            PathNaive,
+            Independent,
+            "wo.z)), material.reflectance",
+            "wo.z)), material.reflectance * 0.95",
+        ),
+        // An offset of nothing lets rays meet the wall that they leave.
+        (&large, PathNaive, Sobol, "copysign(error, dot(n, d))", "copysign(error * 0.0, dot(n, d))"),
+        (&cover, Whitted, Sobol, "material.reflectance * FRAC_1_PI", "material.reflectance * 0.3"),
+        (
+            &bazaar,
+            Whitted,
+            Independent,
+            "distance2 / (cos * light.area)",
+            "distance2 / (cos * light.area * 0.8)",
+        ),
+        // A light is asked with one density and weighed with another.
+        (&cover, Path, Sobol, "light.emission, cone.pdf", "light.emission, cone.pdf * 0.9"),
+        (&lamps, Path, Independent, "chance *= select(share, 1.0 - share, goes_right)", "chance *= 0.5"),
+        (&lamps, Path, Sobol, "*= 1.0 / chance", "*= 0.8 / chance"),
+        (&cover, Path, Independent, "1.0 / 16777216.0", "0.8 / 16777216.0"),
+    ] {
+        let scene = scenes::with(scene.clone(), integrator, sampler);
+        let Some(verdict) = verdict_on(&scene, right, wrong) else { return };
+        if verdict.agrees(1) {
+            unnoticed.push(format!("{right:?} → {wrong:?}: {verdict}"));
+        }
+    }
+    assert_eq!(unnoticed, Vec::<String>::new());
+}
+
+#[test]
+fn branches_that_cannot_wait_are_drawn_by_chance_without_a_bias() {
+    let Some(device) = device() else { return };
+    let scene = scenes::with(scenes::bazaar(48, 32), Integrator::Whitted, Sampler::Sobol);
+    let ours = on_cpu(&scene, 32);
+    let program = changed(&device, &scene.render, "< MOST_BRANCHES", "< 1u");
+    let verdict = welch(&ours, &on_gpu(&device, &program, &scene, 32));
+    assert!(verdict.agrees(1), "{verdict}");
+    // Negative control: drawn by another chance than it is weighted for.
+    let wrong = program::text(&scene.render, Shape::of(&device).workgroup_size)
+        .replacen("< MOST_BRANCHES", "< 1u", 1)
+        .replacen("lobe >= ways.fresnel;", "lobe >= 0.5;", 1);
+    let program = Program::from_source(&device, &wrong, Shape::of(&device)).unwrap();
+    let verdict = welch(&ours, &on_gpu(&device, &program, &scene, 32));
+    assert!(!verdict.agrees(1), "{verdict}");
+}

@@ -1,0 +1,93 @@
+// Twin of `light::tree`: which light to ask.
+
+struct LightChoice {
+    light: u32,
+    // The probability of the choice; zero where no light can matter.
+    chance: f32,
+}
+
+// Cosine and sine of max(0, a − b), from (cosine, sine) of a and b in [0, π].
+fn less(a: vec2f, b: vec2f) -> vec2f {
+    return select(vec2f(a.x * b.x + a.y * b.y, a.y * b.x - a.x * b.y), vec2f(1.0, 0.0), a.x > b.x);
+}
+
+// The sine of an angle in [0, π], from its cosine.
+fn sine_of(cos: f32) -> f32 {
+    return sqrt(float_max(1.0 - cos * cos, 0.0));
+}
+
+// What a node's lights may contribute to a point `p` on a surface with normal `n`, up to a common factor.
+fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
+    let from_centre = p - node.centre;
+    let distance2 = dot(from_centre, from_centre);
+    let near2 = node.radius * node.radius;
+    // Inside the bounds the distance says little: it counts as the bounds' own size.
+    let falloff = float_max(float_max(distance2, near2), SMALLEST_NORMAL);
+    let w = from_centre * (1.0 / sqrt(float_max(distance2, SMALLEST_NORMAL)));
+
+    // θ_b: half the angle that the bounds fill as seen from p; π inside them.
+    let sin2_b = near2 / float_max(distance2, SMALLEST_NORMAL);
+    let outside = vec2f(sqrt(float_max(1.0 - sin2_b, 0.0)), sqrt(sin2_b));
+    let b = select(outside, vec2f(-1.0, 0.0), distance2 <= near2);
+
+    // θ' = max(0, θ_w − θ_o − θ_b): the least angle between p and a normal.
+    let cos_w = dot(node.axis, w);
+    let x = less(vec2f(cos_w, sine_of(cos_w)), vec2f(node.cos_o, node.sin_o));
+    let cos_p = less(x, b).x;
+
+    // The same for the receiver, which scatters on both sides.
+    let cos_i = abs(dot(w, n));
+    let cos_r = less(vec2f(cos_i, sine_of(cos_i)), b).x;
+    let importance = node.power * cos_p * float_max(cos_r, 0.0) / falloff;
+    return select(0.0, float_max(importance, 0.0), cos_p > node.cos_e);
+}
+
+// The chance of going left at a node: its children's shares of importance, or half where both have none.
+fn left_share(left: u32, right: u32, p: vec3f, n: vec3f) -> f32 {
+    let a = light_importance(light_nodes[left], p, n);
+    let b = light_importance(light_nodes[right], p, n);
+    let sum = a + b;
+    let share = select(0.5, a / float_max(sum, SMALLEST_NORMAL), sum > 0.0);
+    // Where both have some, neither share rounds to nothing.
+    let between = float_min(float_max(share, 1.0 - BELOW_ONE), BELOW_ONE);
+    return select(share, between, a > 0.0 && b > 0.0);
+}
+
+// Chooses a light for a point `p` on a surface with normal `n`.
+fn choose_light(p: vec3f, n: vec3f, choice: f32) -> LightChoice {
+    var node = 0u;
+    var chance = 1.0;
+    var u = choice;
+    var link = light_nodes[0].link;
+    while link < LEAF {
+        let left = node + 1u;
+        let share = left_share(left, link, p, n);
+        let goes_left = u < share;
+        let taken = select(1.0 - share, share, goes_left);
+        // What is left of u is uniform again.
+        let rest = select(u - share, u, goes_left) / float_max(taken, SMALLEST_NORMAL);
+        u = float_min(rest, BELOW_ONE);
+        chance *= taken;
+        node = select(link, left, goes_left);
+        link = light_nodes[node].link;
+    }
+    return LightChoice(link & ~LEAF, chance);
+}
+
+// The probability with which `choose_light` chooses a light.
+fn light_chance(p: vec3f, n: vec3f, light: u32) -> f32 {
+    var node = 0u;
+    var chance = 1.0;
+    var way = lights[light].way;
+    var link = light_nodes[0].link;
+    while link < LEAF {
+        let left = node + 1u;
+        let share = left_share(left, link, p, n);
+        let goes_right = (way & 1u) == 1u;
+        chance *= select(share, 1.0 - share, goes_right);
+        node = select(left, link, goes_right);
+        way >>= 1u;
+        link = light_nodes[node].link;
+    }
+    return chance;
+}

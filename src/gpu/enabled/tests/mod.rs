@@ -59,7 +59,13 @@ impl Prepared {
 
     /// What the GPU renders, on the CPU.
     fn on_cpu(&self) -> Box<dyn Integrator> {
-        integrator::build(&self.render, self.offset, self.scene.clone().into(), self.geometry.clone())
+        integrator::build(
+            &self.render,
+            self.offset,
+            self.scene.clone().into(),
+            self.geometry.clone(),
+            crate::world::Finder::Simple,
+        )
     }
 
     fn job(&self) -> Job<'_> {

@@ -80,6 +80,9 @@ refuses! {
     an_empty_crop: ["render", "scene.toml", "--crop", "0,0,0,4"] => 2, ["--crop"];
     a_crop_in_words: ["render", "scene.toml", "--crop", "all"] => 2, ["X,Y,WIDTH,HEIGHT"];
     an_unknown_integrator: ["render", "scene.toml", "--integrator", "bidir"] => 2, ["path-naive", "whitted"];
+    no_number_of_bounces: ["render", "scene.toml", "--max-depth", "endless"] => 2, ["10000", "unlimited"];
+    endless_without_roulette: ["render", "scene.toml", "--integrator", "path-naive", "--max-depth", "unlimited"]
+        => 2, ["unlimited", "path"];
     an_unknown_sampler: ["render", "scene.toml", "--sampler", "halton"] => 2, ["sobol", "independent"];
     an_unknown_filter: ["render", "scene.toml", "--filter", "tnet"] => 2, ["tent"];
     a_later_filter: ["render", "scene.toml", "--filter", "mitchell"] => 2, ["later"];

@@ -9,12 +9,12 @@ mod common;
 use common::scenes::{checkerboard, emitting, flipped, glass, matte, mirror, plane, quad, scene, sphere, v};
 use common::tracers::{Method, NUMBERS, trace, tracer};
 use glam::DVec3;
-use stride::scene::Scene;
+use stride::scene::{Scene, UNLIMITED};
 
 const METHODS: [Method; 3] = [Method::PathNaive, Method::Path, Method::PathWithoutRoulette];
 
-/// Deep enough that no path sees the limit, but those that Russian roulette would have ended long before.
-const UNLIMITED: u32 = 10_000;
+/// Deep enough that no path sees the limit, for methods that need one.
+const NO_LIMIT: u32 = 10_000;
 
 /// How many standard errors a mean may be off.
 const ERRORS: f64 = 5.0;
@@ -103,6 +103,19 @@ fn radiance_in_a_closed_sphere_is_emission_over_one_minus_albedo() {
 }
 
 #[test]
+fn paths_that_lose_little_or_nothing_come_to_an_end() {
+    // A hundred bounces and more: what ends long paths for good must not darken them.
+    shows(&inside(0.01, 0.99, UNLIMITED), &[Method::Path], 64, 1.0);
+    // Between perfect mirrors, and in clear glass all around, nothing else would end a path.
+    for material in [matte([1.0; 3]), mirror([1.0; 3]), glass(1.5)] {
+        let mut hall = inside(0.0, 0.5, UNLIMITED);
+        hall.materials = vec![material];
+        hall.entities.push(sphere(v(1.2, 0.2, 0.0), 0.4, 0));
+        assert_eq!(mean(&hall, Method::Path, NUMBERS[0], 4).mean, 0.0);
+    }
+}
+
+#[test]
 fn a_ball_in_the_glowing_sphere_of_the_same_albedo_cannot_be_told_from_it() {
     // Every surface emits ½ and reflects ½: one closed furnace of several lights and shapes.
     let glowing = |entity| emitting(entity, 0.5);
@@ -129,7 +142,7 @@ fn white_sky(materials: Vec<stride::scene::Material>, last: usize) -> Scene {
     ];
     let mut scene = scene(materials, entities);
     scene.environment = [1.0; 3];
-    scene.render.max_depth = UNLIMITED;
+    scene.render.max_depth = NO_LIMIT;
     scene
 }
 

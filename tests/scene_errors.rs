@@ -501,6 +501,16 @@ broken!(
     ["2:13: max_depth must be from 0 to 10000, not 10001"]
 );
 broken!(
+    depth_misspelt,
+    "[render]\nmax_depth = \"unlimted\"\n",
+    ["2:13: max_depth must be an integer or \"unlimited\", not a string"]
+);
+broken!(
+    depth_unlimited_without_roulette,
+    "[render]\nintegrator = \"path-naive\"\nmax_depth = \"unlimited\"\n",
+    ["3:13: max_depth can be \"unlimited\" only with integrator \"path\": no other plays Russian roulette"]
+);
+broken!(
     ambient_negative,
     r#"
 [render]

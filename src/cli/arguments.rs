@@ -24,8 +24,8 @@ pub(super) struct SceneArguments {
     /// Where random numbers come from, instead of the scene's source: sobol or independent
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<Sampler>,
-    /// Largest number of bounces, instead of the scene's; 0 sees emitters only
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    /// Largest number of bounces, instead of the scene's; 0 sees emitters only; or unlimited
+    #[arg(long, value_name = "N", value_parser = max_depth)]
     pub max_depth: Option<u32>,
     /// Reconstruction filter, instead of the scene's: none, box or tent
     #[arg(long, value_name = "NAME")]
@@ -60,6 +60,9 @@ impl SceneArguments {
         if let Some(max_depth) = self.max_depth {
             scene.render.max_depth = max_depth;
         }
+        if let Some(problem) = scene::endless(scene.render.integrator, scene.render.max_depth) {
+            return Err(usage(problem));
+        }
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         if pixels > MOST_PIXELS {
             let needed = crate::film::Film::memory(scene.film.width, scene.film.height);
@@ -88,6 +91,13 @@ pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
     let (width, height) = text.split_once(['x', '×']).ok_or_else(error)?;
     let side = |text: &str| text.parse().ok().filter(|side| (1..=65_536).contains(side)).ok_or_else(error);
     Ok((side(width)?, side(height)?))
+}
+
+/// "12" or "unlimited" as a number of bounces.
+pub(super) fn max_depth(text: &str) -> Result<u32, String> {
+    let number = || text.parse().ok().filter(|depth| *depth <= 10_000);
+    let depth = if text == "unlimited" { Some(scene::UNLIMITED) } else { number() };
+    depth.ok_or_else(|| "a number of bounces is 0 to 10000, or unlimited".to_owned())
 }
 
 /// "10,20,64,48" as a part of the film.
@@ -141,6 +151,10 @@ mod tests {
         assert_eq!(size("640x480"), Ok((640, 480)));
         for bad in ["", "640", "0x480", "640x", "-1x5", "1e3x5", "65537x1", "640x480x2"] {
             assert!(size(bad).is_err(), "{bad}");
+        }
+        assert_eq!((max_depth("0"), max_depth("unlimited")), (Ok(0), Ok(scene::UNLIMITED)));
+        for bad in ["", "-1", "10001", "4294967295", "endless"] {
+            assert!(max_depth(bad).is_err(), "{bad}");
         }
         assert_eq!(crop("1,2,3,4"), Ok([1, 2, 3, 4]));
         for bad in ["", "1,2,3", "1,2,3,4,5", "a,b,c,d", "-1,0,1,1"] {

@@ -45,7 +45,10 @@ fn next_event_step(state: ptr<function, State>) -> bool {
 
 // Russian roulette, from some depth on: paths that are worth little end, or are worth more.
 fn survives(state: ptr<function, State>, survival: f32) -> bool {
-    let chance = max_channel((*state).beta) * (*state).departure.eta_scale * ROULETTE_KEEPS;
+    var chance = max_channel((*state).beta) * (*state).departure.eta_scale * ROULETTE_KEEPS;
+    if (*state).depth >= ROULETTE_AT_MOST_FROM && chance > ROULETTE_AT_MOST {
+        chance = ROULETTE_AT_MOST;
+    }
     // NaN survives to be counted.
     if (*state).depth < ROULETTE_FROM || is_nan(chance) || chance >= 1.0 {
         return true;

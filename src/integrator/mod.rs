@@ -9,7 +9,7 @@ mod tracer;
 mod whitted;
 
 pub use naive::Naive;
-pub use next_event::{NextEvent, ROULETTE_FROM, ROULETTE_KEEPS};
+pub use next_event::{NextEvent, ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 pub use observe::{Event, Observer, Record, Silent};
 pub use tracer::PathTracer;
 pub use whitted::Whitted;
@@ -99,7 +99,7 @@ pub struct Settings<S> {
     pub sampler: S,
     /// How samples are spread around a pixel's centre.
     pub offset: FilmOffset,
-    /// The largest number of bounces.
+    /// The largest number of bounces; [`scene::UNLIMITED`] with an integrator whose paths end all the same.
     pub max_depth: u32,
 }
 

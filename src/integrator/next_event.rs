@@ -16,6 +16,14 @@ pub const ROULETTE_FROM: u32 = 2;
 /// loss, as the report does, variance falls more than time grows.
 pub const ROULETTE_KEEPS: f32 = 2.0;
 
+/// From this depth on no path survives with more than [`ROULETTE_AT_MOST`], so that even one that loses
+/// nothing, between perfect mirrors say, comes to an end.
+pub const ROULETTE_AT_MOST_FROM: u32 = 256;
+
+/// See [`ROULETTE_AT_MOST_FROM`]. The nearer to one the better: among surfaces that lose a smaller share of
+/// light at a bounce than the square root of this, a few survivors would have to stand for all the others.
+pub const ROULETTE_AT_MOST: f32 = 0.999;
+
 /// Path tracing with next-event estimation: at each vertex a light is chosen by what it may contribute and
 /// asked directly, and the BxDF's own direction may find it too; multiple importance sampling weighs the
 /// two (Veach 1997, ch. 9, the power heuristic). Russian roulette ends paths whose throughput is low
@@ -103,6 +111,9 @@ impl Transport for NextEvent {
             Departure { p: point.p, n: point.n, pdf: scattered.pdf.only(!scattered.delta), eta_scale: scale };
         if self.roulette {
             let chance = state.beta.max_channel() * scale * ROULETTE_KEEPS;
+            let long = !state.depth.lt(F::Uint::splat(ROULETTE_AT_MOST_FROM));
+            let at_most = F::splat(ROULETTE_AT_MOST);
+            let chance = F::select(long & at_most.lt(chance), at_most, chance);
             let plays = going & !state.depth.lt(F::Uint::splat(ROULETTE_FROM)) & chance.lt(F::splat(1.0));
             // NaN is never less than anything: it survives to be counted.
             let ends = plays & chance.le(survival);

@@ -58,6 +58,16 @@ pub enum Filter {
     },
 }
 
+/// What is wrong with following paths to any depth with this integrator, if it has no roulette to end them.
+pub fn endless(integrator: Integrator, max_depth: u32) -> Option<&'static str> {
+    (max_depth == UNLIMITED && integrator != Integrator::Path).then_some(
+        "max_depth can be \"unlimited\" only with integrator \"path\": no other plays Russian roulette",
+    )
+}
+
+/// As [`RenderSettings::max_depth`]: only Russian roulette ends paths.
+pub const UNLIMITED: u32 = u32::MAX;
+
 /// How light is followed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderSettings {
@@ -65,7 +75,7 @@ pub struct RenderSettings {
     pub integrator: Integrator,
     /// Where its random numbers come from.
     pub sampler: Sampler,
-    /// The largest number of bounces: 0 sees emitters only.
+    /// The largest number of bounces: 0 sees emitters only, [`UNLIMITED`] sees all.
     pub max_depth: u32,
     /// Samples a pixel, at least one.
     pub samples: u32,

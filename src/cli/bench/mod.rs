@@ -11,7 +11,7 @@ use crate::math::lanes::Level;
 use crate::output::atomic::{check_place, write_atomically};
 use crate::output::plot::Chart;
 use crate::render::Region;
-use crate::scene::{Integrator, Sampler, Scene};
+use crate::scene::{Integrator, Sampler, Scene, UNLIMITED};
 use crate::session::{self, DeviceChoice, Report, Settings, View};
 use crate::world::Finder;
 use crossbeam_channel::Receiver;
@@ -184,7 +184,10 @@ impl<'a> Bench<'a> {
     }
 
     fn depth(&self) -> String {
-        format!("depth {}", self.scene.render.max_depth)
+        match self.scene.render.max_depth {
+            UNLIMITED => "depth unlimited".to_owned(),
+            depth => format!("depth {depth}"),
+        }
     }
 
     fn spp(&self) -> String {

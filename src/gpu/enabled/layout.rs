@@ -2,7 +2,7 @@
 
 use crate::film::Reject;
 use crate::film::sums::{FRACTION_BITS, MAX_RADIANCE};
-use crate::integrator::{ROULETTE_FROM, ROULETTE_KEEPS};
+use crate::integrator::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 use crate::light;
 use crate::material::Kind;
 use crate::math::lanes::scalar::Wrapping;
@@ -238,6 +238,7 @@ pub(super) fn constants(variant: Variant) -> String {
         ("LIGHT_QUAD", light::QUAD),
         ("LEAF", light::LEAF),
         ("ROULETTE_FROM", ROULETTE_FROM),
+        ("ROULETTE_AT_MOST_FROM", ROULETTE_AT_MOST_FROM),
         ("MOST_BRANCHES", MOST_BRANCHES),
         ("OFFSET_CENTRE", OFFSET_CENTRE),
         ("OFFSET_UNIFORM", OFFSET_UNIFORM),
@@ -256,6 +257,7 @@ pub(super) fn constants(variant: Variant) -> String {
         ("EPSILON", f32::EPSILON),
         ("BELOW_ONE", light::BELOW_ONE),
         ("ROULETTE_KEEPS", ROULETTE_KEEPS),
+        ("ROULETTE_AT_MOST", ROULETTE_AT_MOST),
         ("NOTHING", NOTHING),
         ("POSITION_ERROR", POSITION_ERROR),
         ("SMALLEST_NORMAL", f32::MIN_POSITIVE),

@@ -5,6 +5,7 @@ use crate::gpu::{GpuError, Job};
 use crate::light::{self, LightRow};
 use crate::material::{Kind, Row};
 use crate::sampling::warp::FilmOffset;
+use crate::scene::UNLIMITED;
 use crate::shape;
 use crate::world::{CompiledScene, SurfaceTable};
 
@@ -29,7 +30,7 @@ impl Tables {
     pub(super) fn new(job: &Job<'_>) -> Result<Tables, GpuError> {
         let CompiledScene { camera, surfaces: table, materials, lights, environment, ambient, .. } =
             job.scene;
-        if job.render.max_depth > MAX_DEPTH {
+        if job.render.max_depth > MAX_DEPTH && job.render.max_depth != UNLIMITED {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
         }
         // Sorted by shape, so that neighbouring invocations ask the same one.

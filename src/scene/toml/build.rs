@@ -12,7 +12,7 @@ use super::report::{Reported, Reports, quote};
 use super::value::unit;
 use crate::scene::description::{
     CameraSettings, Colour, Entity, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene,
-    Shape,
+    Shape, endless,
 };
 
 /// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would
@@ -215,7 +215,10 @@ pub(super) fn render(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
     let samples = fields.get(&keys::SAMPLES, reports);
     let seed = fields.get(&keys::SEED, reports);
     let ambient = fields.get(&keys::AMBIENT, reports);
-    let (integrator, ambient) = (integrator?, ambient?);
+    let (integrator, max_depth, ambient) = (integrator?, max_depth?, ambient?);
+    if let Some(problem) = endless(integrator, max_depth) {
+        return Err(reports.error(fields.place_of(&keys::MAX_DEPTH), problem));
+    }
     if integrator != Integrator::Whitted && ambient.value != [0.0; 3] {
         let message = "ambient has no effect: only integrator \"whitted\" has an ambient term";
         reports.warn(Some(ambient.at), message, "light the scene with an [environment] instead");
@@ -223,7 +226,7 @@ pub(super) fn render(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
     Ok(RenderSettings {
         integrator,
         sampler: sampler?,
-        max_depth: max_depth?,
+        max_depth,
         samples: samples?,
         seed: seed?,
         ambient: ambient.value,

@@ -4,9 +4,11 @@
 use super::build::{self, RawEntity};
 use super::form::{At, Block, Key, ListOf, MapOf, OneOf, Table, Variant, WordOr};
 use super::materials::Raw;
-use super::value::{Choice, Colour, Direction, Flag, Integer, NonZero, Number, Pair, Vector, Word};
+use super::value::{
+    Choice, Colour, Direction, Flag, Integer, IntegerOr, NonZero, Number, Pair, Vector, Word,
+};
 use crate::scene::description::{
-    CameraSettings, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene, Shape,
+    CameraSettings, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene, Shape, UNLIMITED,
 };
 
 // Lengths whose squares, and the squares of whose inverses, fit 32 bits.
@@ -190,12 +192,14 @@ pub(super) static SAMPLER: Key<Choice<Sampler>> = Key::default(
 );
 pub(super) const SAMPLERS: Choice<Sampler> =
     Choice { what: "sampler", options: &[("sobol", Sampler::Sobol), ("independent", Sampler::Independent)] };
-pub(super) static MAX_DEPTH: Key<Integer> = Key::default(
+pub(super) static MAX_DEPTH: Key<IntegerOr> = Key::default(
     "max_depth",
-    Integer { least: 0, most: 10_000 },
+    IntegerOr { integer: Integer { least: 0, most: MOST_BOUNCES }, word: "unlimited", means: UNLIMITED },
     "5",
-    "The largest number of bounces: 0 sees emitters only.",
+    "The largest number of bounces: 0 sees emitters only; \"unlimited\" leaves it to Russian roulette (path).",
 );
+/// The largest limit that may be asked for.
+const MOST_BOUNCES: u32 = 10_000;
 pub(super) static SAMPLES: Key<Integer> =
     Key::default("samples", Integer { least: 1, most: u32::MAX }, "500", "Samples for each pixel.");
 pub(super) static SEED: Key<Integer> =

@@ -89,6 +89,29 @@ impl Form for Integer {
     }
 }
 
+/// A whole number, or a word that stands for one.
+pub(super) struct IntegerOr {
+    pub(super) integer: Integer,
+    pub(super) word: &'static str,
+    pub(super) means: u32,
+}
+
+impl Form for IntegerOr {
+    type Output = u32;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<u32, Reported> {
+        match value.get_ref() {
+            DeValue::String(word) if *word == self.word => Ok(self.means),
+            DeValue::Integer(_) => self.integer.read(key, value, reports),
+            _ => Err(wrong_type(key, &format!("an integer or {}", quote(self.word)), value, reports)),
+        }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "anyOf": [self.integer.schema(), { "const": self.word }] })
+    }
+}
+
 /// A number that 32 bits can hold, within limits. Integers are accepted.
 #[derive(Clone, Copy)]
 pub(super) struct Number {

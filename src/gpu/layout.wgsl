@@ -33,8 +33,11 @@ struct Scene {
 
 // One dispatch: the same samples for each of some slots of a stride.
 struct Dispatch {
-    first_place: u32,
-    place_step: u32,
+    // The stride: every nth place, or every nth run of places.
+    stride_first: u32,
+    stride_step: u32,
+    stride_run: u32,
+    first_slot: u32,
     slots: u32,
     invocations: u32,
     first_sample: u32,
@@ -90,6 +93,8 @@ struct Light {
     inward: u32,
     // The way down the tree to it: bit i is set where step i goes to the second child.
     way: u32,
+    // 1 where a quad's sides meet at right angles.
+    square: u32,
 }
 
 // A node of the light tree.

@@ -75,8 +75,10 @@ shared! {
 
     /// One dispatch: the same samples for each of some slots of a stride.
     struct Dispatch {
-        first_place: u32,
-        place_step: u32,
+        stride_first: u32,
+        stride_step: u32,
+        stride_run: u32,
+        first_slot: u32,
         slots: u32,
         invocations: u32,
         first_sample: u32,
@@ -123,7 +125,8 @@ shared! {
         emission: [f32; 3],
         inward: u32,
         way: u32,
-        _end: [u32; 3],
+        square: u32,
+        _end: [u32; 2],
     }
 
     /// A node of the light tree.
@@ -256,6 +259,7 @@ pub(super) fn constants(variant: Variant) -> String {
         ("FRAC_1_PI", std::f32::consts::FRAC_1_PI),
         ("EPSILON", f32::EPSILON),
         ("BELOW_ONE", light::BELOW_ONE),
+        ("LEAST_SOLID_ANGLE", light::LEAST_SOLID_ANGLE),
         ("ROULETTE_KEEPS", ROULETTE_KEEPS),
         ("ROULETTE_AT_MOST", ROULETTE_AT_MOST),
         ("NOTHING", NOTHING),

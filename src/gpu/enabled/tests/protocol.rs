@@ -27,7 +27,7 @@ fn every_order_ends_with_the_batch_that_completes_it() {
 fn a_worker_without_pixels_completes_its_orders() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::beacon([1.0; 3]), 0);
-    let stride = Stride { first: 1000, step: 2000 };
+    let stride = Stride::every(2000, 1000);
     let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
     let batches = carry_out(&mut worker, &[Order { stride, first: 0, end: 4 }]);
     assert_eq!(batches.len(), 1);
@@ -70,6 +70,20 @@ fn a_broken_program_is_an_error_that_says_where() {
     let result = super::Program::from_source(&device, source, shape);
     let Err(GpuError::Failed { message, .. }) = result else { panic!("the program was taken") };
     assert!(message.contains("1.5"), "{message}");
+}
+
+#[test]
+fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(8, 6), 0);
+    let name = device.description().name.clone();
+    // Eight surfaces take 96 bytes each.
+    assert!(GpuWorker::new(&device.clone().with_max_binding(8 * 96), &prepared.job()).is_ok());
+    let result = GpuWorker::new(&device.with_max_binding(8 * 96 - 1), &prepared.job()).map(|_| ());
+    let error =
+        GpuError::TooLarge { what: "the scene's surfaces", needed: 8 * 96, adapter: name, limit: 8 * 96 - 1 };
+    assert_eq!(result, Err(error.clone()));
+    assert!(error.to_string().contains("768 bytes") && error.to_string().contains("--device cpu"), "{error}");
 }
 
 #[test]

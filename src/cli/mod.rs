@@ -4,6 +4,7 @@ mod arguments;
 mod bench;
 mod check;
 mod compare;
+mod info;
 mod render;
 mod stats;
 mod stop;
@@ -33,6 +34,8 @@ enum Command {
     Bench(bench::BenchArguments),
     /// Say how far apart two pictures are
     Compare(compare::CompareArguments),
+    /// Say what there is to render with
+    Info(info::InfoArguments),
 }
 
 /// Why a command ends without success.
@@ -65,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Trace(arguments) => trace::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
     };
     let (error, code) = match result {
         Ok(()) => return ExitCode::SUCCESS,

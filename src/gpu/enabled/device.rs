@@ -104,6 +104,13 @@ impl Device {
         Ok(Device { device, queue, info, reports })
     }
 
+    /// The same device, as if shaders saw no more than this of a buffer.
+    #[cfg(test)]
+    pub(super) fn with_max_binding(mut self, bytes: u64) -> Device {
+        self.info.max_binding = bytes;
+        self
+    }
+
     /// What the device is.
     pub fn description(&self) -> &AdapterInfo {
         &self.info

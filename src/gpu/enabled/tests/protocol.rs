@@ -73,6 +73,24 @@ fn a_broken_program_is_an_error_that_says_where() {
 }
 
 #[test]
+fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(8, 6), 0);
+    let name = device.description().name.clone();
+    // Eight surfaces take 112 bytes each.
+    assert!(GpuWorker::new(&device.clone().with_max_binding(8 * 112), &prepared.job()).is_ok());
+    let result = GpuWorker::new(&device.with_max_binding(8 * 112 - 1), &prepared.job()).map(|_| ());
+    let error = GpuError::TooLarge {
+        what: "the scene's surfaces",
+        needed: 8 * 112,
+        adapter: name,
+        limit: 8 * 112 - 1,
+    };
+    assert_eq!(result, Err(error.clone()));
+    assert!(error.to_string().contains("896 bytes") && error.to_string().contains("--device cpu"), "{error}");
+}
+
+#[test]
 fn paths_without_end_are_refused() {
     let Some(device) = device() else { return };
     let mut prepared = Prepared::new(&scenes::cover(8, 6), 0);

@@ -492,7 +492,7 @@ fn schedules_pass_every_stop_without_gap_or_overlap() {
         let ranges = |orders: &[Order]| orders.iter().map(|o| (o.first, o.end)).collect::<Vec<_>>();
         for (share, orders) in (0..).zip(&given) {
             assert_eq!(ranges(orders), ranges(&given[0]), "all shares pass the same barriers");
-            let stride = Stride { first: share, step: given.len() as u32 };
+            let stride = Stride::every(given.len() as u32, share);
             let mut at = 0;
             for order in orders {
                 assert_eq!((order.stride, order.first), (stride, at));

@@ -33,8 +33,11 @@ struct Scene {
 
 // One dispatch: the same samples for each of some slots of a stride.
 struct Dispatch {
-    first_place: u32,
-    place_step: u32,
+    // The stride: every nth place, or every nth run of places.
+    stride_first: u32,
+    stride_step: u32,
+    stride_run: u32,
+    first_slot: u32,
     slots: u32,
     invocations: u32,
     first_sample: u32,

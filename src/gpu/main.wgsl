@@ -1,5 +1,11 @@
 // Strides dealt to invocations (report §3.2, figure 3.1): invocation i of m takes slots i, i + m, i + 2m, …
 
+// The `slot`th place of the stride.
+fn stride_place(slot: u32) -> u32 {
+    let run = dispatch.stride_run;
+    return dispatch.stride_first + slot / run * dispatch.stride_step + slot % run;
+}
+
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= dispatch.invocations {
@@ -7,7 +13,7 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
     }
     let lane = Lane(id.x, dispatch.invocations);
     for (var slot = id.x; slot < dispatch.slots; slot += dispatch.invocations) {
-        let place = dispatch.first_place + slot * dispatch.place_step;
+        let place = stride_place(dispatch.first_slot + slot);
         let x = scene.region_x + place % scene.region_width;
         let y = scene.region_y + place / scene.region_width;
         let pixel = y * scene.film_width + x;

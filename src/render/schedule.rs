@@ -174,7 +174,7 @@ impl Schedule {
         share.ordered += 1;
         share.holder = Some(worker);
         share.under_way += 1;
-        Order { stride: Stride { first: index as u32, step }, first, end }
+        Order { stride: Stride::every(step, index as u32), first, end }
     }
 
     fn is_over(&self, pace: Option<Duration>) -> bool {

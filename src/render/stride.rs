@@ -46,32 +46,49 @@ impl Region {
     }
 }
 
-/// Every Nth place of a region: {first, first + step, first + 2·step, …}.
+/// Every Nth place of a region, {first, first + step, first + 2·step, …}; or every Nth run of so many places, for a
+/// worker that is as fast as many others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stride {
     /// The first place.
     pub first: u32,
-    /// The distance between places, at least one.
+    /// The distance between places, or from the first of one run to the first of the next: at least one.
     pub step: u32,
+    /// Places in a run: at most as many as a step, and one for a plain stride. A stride whose runs are empty holds
+    /// nothing.
+    pub run: u32,
 }
 
 impl Stride {
     /// All places.
-    pub const ALL: Stride = Stride { first: 0, step: 1 };
+    pub const ALL: Stride = Stride::every(1, 0);
 
-    /// Part `i` of `m`, which is again a stride: together the m parts hold each place once.
+    /// The places first, first + step, first + 2·step, …
+    pub const fn every(step: u32, first: u32) -> Stride {
+        Stride { first, step, run: 1 }
+    }
+
+    /// Part `i` of `m`, which is again a stride: together the m parts hold each place once. Runs are cut into m.
     pub fn split(self, i: u32, m: u32) -> Stride {
-        Stride { first: self.first + i * self.step, step: self.step * m }
+        if self.run == 1 {
+            return Stride { first: self.first + i * self.step, step: self.step * m, run: 1 };
+        }
+        let cut = |i: u32| (u64::from(self.run) * u64::from(i) / u64::from(m)) as u32;
+        Stride { first: self.first + cut(i), step: self.step, run: cut(i + 1) - cut(i) }
     }
 
     /// How many of a region's `len` places the stride holds.
     pub fn len(self, len: u32) -> u32 {
-        len.saturating_sub(self.first).div_ceil(self.step)
+        let reach = len.saturating_sub(self.first);
+        reach / self.step * self.run + (reach % self.step).min(self.run)
     }
 
     /// Its `slot`th place.
     pub fn place(self, slot: u32) -> u32 {
-        self.first + slot * self.step
+        match self.run {
+            1 => self.first + slot * self.step,
+            run => self.first + slot / run * self.step + slot % run,
+        }
     }
 }
 
@@ -94,6 +111,22 @@ mod tests {
                 assert!(parts.iter().all(|place| place % n == s));
             }
         }
+    }
+
+    #[test]
+    fn runs_and_parts_of_them_hold_each_place_once() {
+        for (len, step, cuts) in
+            [(1000, 10, vec![0, 7, 10]), (1000, 17, vec![0, 1, 2, 17]), (5, 9, vec![0, 4, 9])]
+        {
+            let wide = cuts.windows(2).map(|cut| Stride { first: cut[0], step, run: cut[1] - cut[0] });
+            for m in [1, 3, 8] {
+                let parts = wide.clone().flat_map(|stride| (0..m).map(move |i| stride.split(i, m)));
+                let mut all: Vec<u32> = parts.flat_map(|part| places(part, len)).collect();
+                all.sort_unstable();
+                assert_eq!(all, (0..len).collect::<Vec<_>>());
+            }
+        }
+        assert_eq!(places(Stride { first: 2, step: 10, run: 3 }, 24), [2, 3, 4, 12, 13, 14, 22, 23]);
     }
 
     #[test]

@@ -179,8 +179,10 @@ impl Pipeline {
         let workgroup_size = self.program.shape.workgroup_size;
         let groups = task.slots.div_ceil(workgroup_size).min(self.workgroups);
         let dispatch = Dispatch {
-            first_place: task.stride.place(task.first_slot),
-            place_step: task.stride.step,
+            stride_first: task.stride.first,
+            stride_step: task.stride.step,
+            stride_run: task.stride.run,
+            first_slot: task.first_slot,
             slots: task.slots,
             invocations: groups * workgroup_size,
             first_sample: task.first_sample,

@@ -27,7 +27,7 @@ fn every_order_ends_with_the_batch_that_completes_it() {
 fn a_worker_without_pixels_completes_its_orders() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::beacon([1.0; 3]), 0);
-    let stride = Stride { first: 1000, step: 2000 };
+    let stride = Stride::every(2000, 1000);
     let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
     let batches = carry_out(&mut worker, &[Order { stride, first: 0, end: 4 }]);
     assert_eq!(batches.len(), 1);

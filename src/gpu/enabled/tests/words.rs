@@ -69,12 +69,13 @@ fn strides_hold_together_what_one_worker_holds_alone() {
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
     let shape = Shape::of(&device);
     let (expected, _) = render(&device, &prepared.job(), shape, None);
-    for first in 0..3 {
-        let stride = Stride::ALL.split(first, 3);
+    let wide = Stride { first: 2, step: 7, run: 4 };
+    for stride in [0, 1, 2].map(|first| Stride::ALL.split(first, 3)).into_iter().chain([wide]) {
         let (part, _) = render_stride(&device, &prepared.job(), shape, None, stride);
-        for (place, total) in (0..).zip(&part) {
-            let owned = place % 3 == first as usize;
-            assert_eq!(*total, if owned { expected[place] } else { Total::default() });
+        let mut owned = vec![false; part.len()];
+        (0..stride.len(80 * 60)).for_each(|slot| owned[stride.place(slot) as usize] = true);
+        for (place, total) in part.iter().enumerate() {
+            assert_eq!(*total, if owned[place] { expected[place] } else { Total::default() }, "{stride:?}");
         }
     }
 }

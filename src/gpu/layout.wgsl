@@ -93,6 +93,8 @@ struct Light {
     inward: u32,
     // The way down the tree to it: bit i is set where step i goes to the second child.
     way: u32,
+    // 1 where a quad's sides meet at right angles.
+    square: u32,
 }
 
 // A node of the light tree.

@@ -85,9 +85,18 @@ fn sample_sphere(light: Light, p: vec3f, u: vec2f) -> LightSample {
     return LightSample(wi, on_sphere(light, normal), light.emission, cone.pdf);
 }
 
-// A quad, uniformly by area.
+// A quad: a rectangle uniformly by the solid angle that it fills, unless that is small; others uniformly by area.
 fn sample_quad(light: Light, p: vec3f, u: vec2f) -> LightSample {
-    let on_light = light.origin + light.edge_u * u.x + light.edge_v * u.y;
+    var at = u;
+    var by_angle = 0.0;
+    if light.square == 1u {
+        let seen = rectangle_seen(light.origin - p, light.edge_u, light.edge_v);
+        if seen.solid_angle >= LEAST_SOLID_ANGLE {
+            at = rectangle_sample(seen, u);
+            by_angle = 1.0 / seen.solid_angle;
+        }
+    }
+    let on_light = light.origin + light.edge_u * at.x + light.edge_v * at.y;
     let to_light = on_light - p;
     let distance2 = dot(to_light, to_light);
     let wi = to_light * (1.0 / sqrt(distance2));
@@ -96,7 +105,8 @@ fn sample_quad(light: Light, p: vec3f, u: vec2f) -> LightSample {
         return dark();
     }
     let off = max_abs(on_light) * POSITION_ERROR + light.error;
-    return LightSample(wi, on_light + light.normal * off, light.emission, distance2 / (cos * light.area));
+    let pdf = select(distance2 / (cos * light.area), by_angle, by_angle > 0.0);
+    return LightSample(wi, on_light + light.normal * off, light.emission, pdf);
 }
 
 // A point on a light as seen from `p`.
@@ -121,6 +131,12 @@ fn light_pdf(light: Light, p: vec3f, t: f32, cos_light: f32) -> f32 {
         let cone = cone_of(light.origin - p, light.radius);
         if cone.outside {
             return cone.pdf;
+        }
+    }
+    if light.square == 1u {
+        let seen = rectangle_seen(light.origin - p, light.edge_u, light.edge_v);
+        if seen.solid_angle >= LEAST_SOLID_ANGLE {
+            return 1.0 / seen.solid_angle;
         }
     }
     return t * t / (cos_light * light.area);

@@ -39,6 +39,8 @@ pub struct LightRow {
     pub inward: bool,
     /// Radiance; intensity of a point.
     pub emission: [f32; 3],
+    /// Whether a quad's sides meet at right angles.
+    pub square: bool,
     /// The way down the tree to it (see [`LightTree::way`]).
     pub way: u32,
 }
@@ -80,7 +82,7 @@ pub struct LightTable {
 
 /// From this solid angle on, in steradians, rectangles are sampled by it: of smaller ones the sum of angles that
 /// it is made of has lost too many digits, and by area they are sampled about as well.
-const LEAST_SOLID_ANGLE: f32 = 0.03;
+pub const LEAST_SOLID_ANGLE: f32 = 0.03;
 
 /// Cosine between the sides of a quad up to which it counts as a rectangle.
 const SQUARE: f32 = 1e-6;
@@ -179,6 +181,7 @@ impl LightTable {
             area: self.area[i],
             error: self.error[i],
             inward: self.inward[i] > 0.0,
+            square: self.square[i] > 0.0,
             emission: at(&self.emission, i),
             way: self.tree.way(i),
         })

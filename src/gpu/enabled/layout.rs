@@ -125,7 +125,8 @@ shared! {
         emission: [f32; 3],
         inward: u32,
         way: u32,
-        _end: [u32; 3],
+        square: u32,
+        _end: [u32; 2],
     }
 
     /// A node of the light tree.
@@ -257,6 +258,7 @@ pub(super) fn constants(variant: Variant) -> String {
         ("FRAC_1_PI", std::f32::consts::FRAC_1_PI),
         ("EPSILON", f32::EPSILON),
         ("BELOW_ONE", light::BELOW_ONE),
+        ("LEAST_SOLID_ANGLE", light::LEAST_SOLID_ANGLE),
         ("ROULETTE_KEEPS", ROULETTE_KEEPS),
         ("NOTHING", NOTHING),
         ("POSITION_ERROR", POSITION_ERROR),

@@ -6,12 +6,13 @@ use crate::gpu::GpuError;
 use crate::scene::RenderSettings;
 
 /// The WGSL, in the order of the CPU's rooms.
-const SOURCES: [&str; 14] = [
+const SOURCES: [&str; 15] = [
     include_str!("../layout.wgsl"),
     include_str!("../math.wgsl"),
     include_str!("../sampling.wgsl"),
     include_str!("../shapes.wgsl"),
     include_str!("../materials.wgsl"),
+    include_str!("../rectangle.wgsl"),
     include_str!("../lights.wgsl"),
     include_str!("../light_tree.wgsl"),
     include_str!("../camera.wgsl"),

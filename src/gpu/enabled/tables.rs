@@ -154,6 +154,7 @@ pub(super) fn light_row(light: LightRow) -> Light {
         emission: light.emission,
         inward: u32::from(light.inward),
         way: light.way,
+        square: u32::from(light.square),
         ..Light::default()
     }
 }

@@ -24,7 +24,7 @@ use crate::integrator::{self, Integrator};
 use crate::render::{Order, Payload, Region, SampleBatch};
 use crate::sampling::warp::FilmOffset;
 use crate::scene::{RenderSettings, Scene};
-use crate::world::{CompiledScene, Geometry, compile};
+use crate::world::{CompiledScene, Finder, Geometry, compile};
 use crossbeam_channel::{bounded, unbounded};
 
 /// A device, or none on a machine without one, where that is allowed.
@@ -59,7 +59,8 @@ impl Prepared {
 
     /// What the GPU renders, on the CPU.
     fn on_cpu(&self) -> Box<dyn Integrator> {
-        integrator::build(&self.render, self.offset, self.scene.clone().into(), self.geometry.clone())
+        let (scene, geometry) = (self.scene.clone().into(), self.geometry.clone());
+        integrator::build(&self.render, self.offset, scene, geometry, Finder::Fastest)
     }
 
     fn job(&self) -> Job<'_> {

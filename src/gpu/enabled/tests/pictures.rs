@@ -153,8 +153,8 @@ fn one_changed_constant_is_noticed() {
             &bazaar,
             Whitted,
             Independent,
-            "distance2 / (cos * light.area)",
-            "distance2 / (cos * light.area * 0.8)",
+            "by_angle = 1.0 / seen.solid_angle",
+            "by_angle = 1.25 / seen.solid_angle",
         ),
         // A light is asked with one density and weighed with another.
         (&cover, Path, Sobol, "light.emission, cone.pdf", "light.emission, cone.pdf * 0.9"),

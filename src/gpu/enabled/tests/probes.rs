@@ -410,7 +410,7 @@ fn glass_parts_light_as_on_the_cpu() {
     assert!(doubtful <= 3, "{doubtful} samples take different branches");
 }
 
-/// Two points, three spheres of which one shines inwards, two quads of which one is turned round.
+/// Two points, three spheres of which one shines inwards, a rectangle, and a quad that is none and turned round.
 fn lights() -> LightTable {
     let mut lights = LightTable::default();
     lights.push_point(PointLight { position: [3.0, 1.0, 2.0], intensity: [4.0, 5.0, 6.0] });
@@ -419,10 +419,9 @@ fn lights() -> LightTable {
     lights.push_area(sphere(1.0, -3.0, 2.0, 0.5), false, [3.0, 2.0, 1.0]);
     lights.push_area(sphere(-40.0, 30.0, 10.0, 2.0), false, [100.0; 3]);
     lights.push_area(sphere(0.0, 0.0, 0.0, 12.0), true, [0.5, 0.4, 0.3]);
-    let quad =
-        |z| AreaLight::Quad(Quad::new(DVec3::new(-1.0, -1.0, z), DVec3::Y * 2.0, DVec3::new(1.5, 0.0, 0.5)));
-    lights.push_area(quad(3.0), false, [2.0; 3]);
-    lights.push_area(quad(-3.0), true, [7.0, 0.0, 0.0]);
+    let quad = |z, v| AreaLight::Quad(Quad::new(DVec3::new(-1.0, -1.0, z), DVec3::Y * 2.0, v));
+    lights.push_area(quad(3.0, DVec3::new(1.5, 0.0, 0.5)), false, [2.0; 3]);
+    lights.push_area(quad(-3.0, DVec3::new(1.5, 0.7, 0.5)), true, [7.0, 0.0, 0.0]);
     lights.plant();
     lights
 }

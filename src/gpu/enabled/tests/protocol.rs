@@ -77,17 +77,13 @@ fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(8, 6), 0);
     let name = device.description().name.clone();
-    // Eight surfaces take 112 bytes each.
-    assert!(GpuWorker::new(&device.clone().with_max_binding(8 * 112), &prepared.job()).is_ok());
-    let result = GpuWorker::new(&device.with_max_binding(8 * 112 - 1), &prepared.job()).map(|_| ());
-    let error = GpuError::TooLarge {
-        what: "the scene's surfaces",
-        needed: 8 * 112,
-        adapter: name,
-        limit: 8 * 112 - 1,
-    };
+    // Eight surfaces take 96 bytes each.
+    assert!(GpuWorker::new(&device.clone().with_max_binding(8 * 96), &prepared.job()).is_ok());
+    let result = GpuWorker::new(&device.with_max_binding(8 * 96 - 1), &prepared.job()).map(|_| ());
+    let error =
+        GpuError::TooLarge { what: "the scene's surfaces", needed: 8 * 96, adapter: name, limit: 8 * 96 - 1 };
     assert_eq!(result, Err(error.clone()));
-    assert!(error.to_string().contains("896 bytes") && error.to_string().contains("--device cpu"), "{error}");
+    assert!(error.to_string().contains("768 bytes") && error.to_string().contains("--device cpu"), "{error}");
 }
 
 #[test]

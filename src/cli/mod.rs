@@ -4,6 +4,8 @@ mod arguments;
 mod bench;
 mod check;
 mod compare;
+mod info;
+mod merge;
 mod render;
 mod stats;
 mod stop;
@@ -31,8 +33,12 @@ enum Command {
     Trace(trace::TraceArguments),
     /// Measure time against threads, time against depth, or error against samples
     Bench(bench::BenchArguments),
+    /// Add films of different samples of one render up, exactly
+    Merge(merge::MergeArguments),
     /// Say how far apart two pictures are
     Compare(compare::CompareArguments),
+    /// Say what a film or a picture is
+    Info(info::InfoArguments),
 }
 
 /// Why a command ends without success.
@@ -64,7 +70,9 @@ pub fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Trace(arguments) => trace::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
     };
     let (error, code) = match result {
         Ok(()) => return ExitCode::SUCCESS,

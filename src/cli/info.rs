@@ -1,0 +1,66 @@
+//! `stride info`: what a file says of itself.
+
+use super::{Failure, print, usage};
+use crate::film::Ranges;
+use crate::output::{FilmError, Format, open_film, read_picture};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct InfoArguments {
+    /// Film or picture: .film, .png, .exr or .hdr
+    file: PathBuf,
+}
+
+pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
+    let path = &arguments.file;
+    let text = if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("film")) {
+        film(path)?
+    } else if Format::of(path).is_ok() {
+        picture(path)?
+    } else {
+        return Err(usage(format!("{} does not end in .film, .png, .exr or .hdr", path.display())));
+    };
+    Ok(print(&text)?)
+}
+
+/// A film, read to its end: damage is found.
+fn film(path: &Path) -> Result<String, Failure> {
+    let file = open_film(path)?;
+    let (head, holding) = (file.head().clone(), file.holding().clone());
+    let film = file.read().map_err(|reason| FilmError { path: path.to_path_buf(), reason })?;
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        // Writing to a string can't fail.
+        let _ = writeln!(text, "{name:<12}{value}");
+    };
+    line("film", format!("{}×{} pixels", head.width, head.height));
+    head.identity.facts().chain(head.notes.facts()).for_each(|(name, value)| line(name, value.to_owned()));
+    line("samples", holding.to_string());
+    if holding.open().is_some() {
+        let [least, most] = film.seen_range();
+        line("a pixel", format!("{least} to {most} samples"));
+    }
+    let missing = holding.missing();
+    if !missing.is_empty() {
+        line("missing", Ranges(&missing).to_string());
+    }
+    line("left out", format!("{} samples", film.rejected()));
+    line("mean", mean(&film.picture().rgb));
+    Ok(text)
+}
+
+fn picture(path: &Path) -> Result<String, Failure> {
+    let (_, picture) = read_picture(path)?;
+    let mut text = String::new();
+    let _ = writeln!(text, "{:<12}{}×{} pixels", "picture", picture.width, picture.height);
+    let _ = writeln!(text, "{:<12}{}", "mean", mean(&picture.rgb));
+    Ok(text)
+}
+
+/// Mean radiance of all pixels: red, green, blue.
+fn mean(rgb: &[[f32; 3]]) -> String {
+    let sum = |channel: usize| rgb.iter().map(|rgb| f64::from(rgb[channel])).sum::<f64>();
+    let [r, g, b] = [0, 1, 2].map(|channel| sum(channel) / rgb.len().max(1) as f64);
+    format!("{r:.6} {g:.6} {b:.6}")
+}

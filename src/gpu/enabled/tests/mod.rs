@@ -1,6 +1,7 @@
 //! The GPU against the CPU, on whatever adapter this machine has: in CI, Mesa's software renderer.
 
 mod blocks;
+mod held;
 mod layouts;
 mod probes;
 mod protocol;

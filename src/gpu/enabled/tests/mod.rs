@@ -1,5 +1,6 @@
 //! The GPU against the CPU, on whatever adapter this machine has: in CI, Mesa's software renderer.
 
+mod held;
 mod layouts;
 mod pictures;
 mod probes;

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //!  workers ──SampleBatch──▶ accumulator ──samples──▶ dump        (without loss)
-//!     ▲                        │  │  └────barriers─▶ pictures    (without loss)
+//!     ▲                        │  │ │├────pieces───▶ film file   (when it is due)
+//!     │                        │  │ └┴───barriers─▶ pictures    (without loss)
 //!     └────────orders──────────┘  ├────snapshots──▶ window      (frames may drop)
 //!                                 └────progress───▶ terminal    (frames may drop)
 //! ```
@@ -10,29 +11,30 @@
 //! Every arrow is a bounded channel. Ctrl-C closes the `stop` channel, a viewer or a sink that goes away
 //! closes its own, and either makes the accumulator stop; it closes the orders, and the workers end.
 
-use crate::film::{Film, MemoryError, Picture, film_offset};
+use crate::film::{MemoryError, Picture, film_offset};
 use crate::gpu;
 use crate::integrator::{self, Integrator};
 use crate::math::lanes::Level;
-use crate::output::window::{self, Closed, Request, Window, WindowOptions};
-use crate::output::{
-    OutputError, PictureOptions, Progress, Reporter, SampleDump, numbered_path, write_owner_overlay,
-    write_picture,
-};
+use crate::output::window::{self, Closed, Window, WindowOptions};
+use crate::output::{FilmError, FilmSink, OutputError, Progress, Reporter, SampleDump};
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::worker::Worker;
-use crate::render::{Accumulator, Barrier, Order, Region, SampleBatch, Schedule};
+use crate::render::{Accumulator, Barrier, Held, Order, Region, SampleBatch, Schedule};
 use crate::scene::Scene;
 use crate::world::{self, Finder};
-use crossbeam_channel::{Receiver, Sender, bounded};
+use crossbeam_channel::{Receiver, Sender, bounded, select};
+use keeping::Written;
 use std::convert::Infallible;
 use std::io::Write;
 use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::Scope;
 use std::time::{Duration, Instant};
+
+mod keeping;
 
 /// Everything that a render is asked for, checked.
 #[derive(Clone, Debug)]
@@ -43,6 +45,8 @@ pub struct Settings {
     pub scene: Arc<Scene>,
     /// The part of the film that is rendered.
     pub region: Region,
+    /// The index of each pixel's first sample.
+    pub first: u32,
     /// Samples a pixel, unless the time is up before.
     pub spp: u32,
     /// Stop at the first whole sample after this long.
@@ -61,11 +65,26 @@ pub struct Settings {
     pub dump_at: Vec<u32>,
     /// Where every sample goes, if anywhere.
     pub samples: Option<PathBuf>,
+    /// A film file to write, for going on and merging, if any.
+    pub film: Option<PathBuf>,
+    /// How often it is written while the render runs.
+    pub checkpoint: Duration,
+    /// The film file of a run that this one goes on with.
+    pub resume: Option<PathBuf>,
+    /// What tells the scene from others, where a film is written or gone on with.
+    pub fingerprint: Option<String>,
     /// Show which worker owns each pixel instead of what it saw: in the pictures, which then have to be PNG
     /// files, and at first in the window.
     pub overlay: bool,
     /// What people see of it.
     pub view: View,
+}
+
+impl Settings {
+    /// The indices of each pixel's samples.
+    pub fn range(&self) -> Range<u32> {
+        self.first..self.first.saturating_add(self.spp)
+    }
 }
 
 /// Who renders.
@@ -122,6 +141,17 @@ pub enum SessionError {
     /// A file can't be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// A film can't be read.
+    #[error(transparent)]
+    Film(#[from] FilmError),
+    /// A film is not one of this render.
+    #[error("cannot go on with {path:?}: {reason}")]
+    Resume {
+        /// The film.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
     /// A worker failed.
     #[error("{0}; the picture so far has been written")]
     Worker(WorkerFailure),
@@ -135,12 +165,15 @@ pub enum SessionError {
 /// Must run on the main thread if a window may open.
 pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, SessionError> {
     let region = settings.region;
-    let film = Film::new(region.width, region.height)?;
-    let window = open_window(settings)?;
     let build_start = Instant::now();
     let crew = Crew::new(settings)?;
     let build = build_start.elapsed();
     let device = crew.description();
+    let head = keeping::head(settings, &device);
+    let film = keeping::first_film(settings, &head)?;
+    let held = Held::of(&film, region, settings.first).map(Arc::new);
+    let sink = settings.film.clone().map(|path| FilmSink { path, head, range: settings.range() });
+    let window = open_window(settings)?;
     let dump = settings.samples.as_deref().map(SampleDump::create).transpose()?;
     let workers = crew.workers();
     let owners: Arc<Vec<u32>> = Arc::new((0..region.len()).map(|place| place % workers as u32).collect());
@@ -148,20 +181,26 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let result = std::thread::scope(|scope| {
         let (batches_out, batches) = bounded(2 * workers);
         let (failures_out, failures) = bounded(workers);
-        let orders = crew.start(scope, settings, &batches_out, &failures_out);
+        let orders = crew.start(scope, settings, held, &batches_out, &failures_out);
         drop((batches_out, failures_out));
+        let (notes_out, notes) = bounded(16);
 
         let (samples_out, dumper) = match dump {
             Some(dump) => {
                 let (sender, samples) = bounded(4);
-                (Some(sender), Some(scope.spawn(move || keep_samples(dump, &samples))))
+                (Some(sender), Some(scope.spawn(move || keeping::keep_samples(dump, &samples))))
             }
             None => (None, None),
         };
         let (barriers_out, barriers) = bounded::<Barrier>(1);
         let painter = scope.spawn({
-            let owners = Arc::clone(&owners);
-            move || write_barriers(settings, &owners, &barriers)
+            let (owners, notes) = (Arc::clone(&owners), notes_out.clone());
+            move || keeping::write_barriers(settings, &owners, &barriers, &notes)
+        });
+        let (film_out, pieces) = bounded(2);
+        let keeper = sink.as_ref().map(|sink| {
+            let notes = notes_out.clone();
+            scope.spawn(move || keeping::keep_film(sink, &pieces, &notes))
         });
         let (progress_out, progress) = bounded(1);
         let (snapshots_out, snapshots) = bounded(1);
@@ -170,40 +209,52 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
             orders,
             samples: samples_out,
             barriers: Some(barriers_out),
+            film: sink.is_some().then_some(film_out),
             snapshots: watched.then_some(snapshots_out),
             progress: (!watched).then_some(progress_out),
         };
         let deadline = settings.time.and_then(|time| Instant::now().checked_add(time));
-        let schedule = Schedule::new(workers, region.len(), settings.spp, deadline, settings.dump_at.clone());
+        let stops: Vec<u32> = settings.dump_at.iter().map(|at| settings.first + at).collect();
+        let least = film.seen_range()[0].min(u64::from(settings.spp)) as u32;
+        let schedule = Schedule::new(workers, region.len(), settings.range().end, deadline, stops.clone())
+            .starting_at(settings.first + least);
         let target = (settings.spp < u32::MAX).then_some(settings.spp);
-        let accumulator = Accumulator::new(film, region, schedule, &settings.dump_at, target, outbox)
-            .with_owners(Arc::clone(&owners));
+        let accumulator = Accumulator::new(film, region, schedule, &stops, target, outbox)
+            .with_owners(Arc::clone(&owners))
+            .with_checkpoints(settings.checkpoint)
+            .going_on(settings.first);
         let inbox = Inbox { batches, failures, stop: stop.clone() };
         // One thread from the film to the files, so that they are written while the window stays open.
         let finisher = scope.spawn({
-            let owners = Arc::clone(&owners);
+            let (owners, sink) = (Arc::clone(&owners), sink.as_ref());
             move || {
                 let outcome = accumulator.run(inbox);
                 let picture = outcome.film.picture();
+                // A checkpoint that is still on its way must not replace the end.
+                let kept = keeper.is_none_or(|keeper| keeper.join().is_ok());
                 // A black picture is no replacement for whatever is there.
-                let exposure = settings.scene.film.exposure;
                 let written = match outcome.totals.samples {
                     0 => Ok(()),
-                    _ => write_outputs(settings, &settings.outputs, &picture, &owners, exposure),
+                    _ => keeping::write_end(settings, sink, &outcome.film, &picture, &owners, &notes_out),
                 };
-                (outcome, picture, written)
+                (outcome, picture, written, kept)
             }
         });
         match window {
             Some(window) => {
                 let (requests_out, requests) = bounded(1);
                 let owners = &owners;
-                scope.spawn(move || save_on_request(settings, owners, &requests));
+                scope.spawn(move || keeping::save_on_request(settings, owners, &requests));
+                scope.spawn(move || show_notes(&notes));
                 let Closed { .. } = window.run(snapshots, requests_out, stop.clone());
             }
-            None => show_progress(settings, &progress),
+            None => show_progress(settings, &progress, &notes),
         }
         let finished = finisher.join().map_err(|_| SessionError::Process("accumulator"));
+        let finished = finished.and_then(|(outcome, picture, written, kept)| match kept {
+            true => Ok((outcome, picture, written)),
+            false => Err(SessionError::Process("film writer")),
+        });
         let dumped =
             dumper.map_or(Ok(Ok(())), |d| d.join().map_err(|_| SessionError::Process("sample dump")));
         let painted = painter.join().map_err(|_| SessionError::Process("picture writer"));
@@ -217,8 +268,6 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let Outcome { totals, whole, .. } = outcome;
     Ok(Report { totals, whole, device, threads: workers, build, picture })
 }
-
-type Written = Result<(), OutputError>;
 
 /// The outcome, or the first thing that went wrong.
 fn combine(
@@ -313,6 +362,7 @@ impl Crew {
         self,
         scope: &'scope Scope<'scope, '_>,
         settings: &'scope Settings,
+        held: Option<Arc<Held>>,
         batches: &Sender<SampleBatch>,
         failures: &Sender<WorkerFailure>,
     ) -> Vec<Option<Sender<Order>>> {
@@ -336,12 +386,12 @@ impl Crew {
         match self {
             Crew::Cpu { integrator, .. } => {
                 for index in 0..workers {
-                    let integrator = Arc::clone(&integrator);
+                    let (integrator, held) = (Arc::clone(&integrator), held.clone());
                     let (level, region) = (settings.level, settings.region);
                     let sends_samples = settings.samples.is_some();
                     let work = move |mail: Mailbox| {
-                        let integrator = &*integrator;
-                        let worker = Worker { index, integrator, level, region, sends_samples };
+                        let (integrator, held) = (&*integrator, held.as_deref());
+                        let worker = Worker { index, integrator, level, region, sends_samples, held };
                         worker.run(&mail.orders, &mail.batches);
                         Ok(())
                     };
@@ -349,6 +399,7 @@ impl Crew {
                 }
             }
             Crew::Gpu(mut worker, description) => {
+                worker.holds(held);
                 let work = move |mail: Mailbox| worker.run(&mail.orders, &mail.batches);
                 hire(format!("the GPU worker ({description})"), Box::new(work));
             }
@@ -369,60 +420,12 @@ fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
     text.unwrap_or_else(|| "it panicked without a word".to_owned())
 }
 
-fn keep_samples(mut dump: SampleDump, samples: &Receiver<Vec<crate::integrator::Sample>>) -> Written {
-    for samples in samples {
-        dump.write(&samples)?;
-    }
-    dump.finish().map(drop)
-}
-
-fn write_barriers(settings: &Settings, owners: &[u32], barriers: &Receiver<Barrier>) -> Written {
-    for Barrier { spp, picture } in barriers {
-        let paths: Vec<PathBuf> = settings.outputs.iter().map(|path| numbered_path(path, spp)).collect();
-        write_outputs(settings, &paths, &picture, owners, settings.scene.film.exposure)?;
-    }
-    Ok(())
-}
-
-/// Writes the picture to every path, going on after an error, and returns the first error.
-fn write_outputs(
-    settings: &Settings,
-    paths: &[PathBuf],
-    picture: &Picture,
-    owners: &[u32],
-    exposure: f64,
-) -> Written {
-    let mut first_error = Ok(());
-    for path in paths {
-        let written = if settings.overlay {
-            write_owner_overlay(path, owners, picture.width, picture.height)
-        } else {
-            write_picture(path, picture, &PictureOptions { exposure })
-        };
-        first_error = first_error.and(written);
-    }
-    first_error
-}
-
-/// Writes the outputs whenever the window asks for it.
-fn save_on_request(settings: &Settings, owners: &[u32], requests: &Receiver<Request>) {
-    for Request::Save { snapshot, exposure, reply } in requests {
-        let saved = write_outputs(settings, &settings.outputs, &snapshot.picture, owners, exposure);
-        let names: Vec<String> = settings.outputs.iter().map(|path| path.display().to_string()).collect();
-        let line = match saved {
-            Ok(()) => format!("saved {}", names.join(", ")),
-            Err(error) => error.to_string(),
-        };
-        // The window may have closed meanwhile.
-        let _ = reply.send(line);
-    }
-}
-
 /// Says where the pictures are, and what a user would not expect: samples that were left out and how to look at one of them, pictures
 /// that were not reached, nothing at all.
 fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io::Result<()> {
     if outcome.totals.samples > 0 && !settings.outputs.is_empty() {
-        let names: Vec<String> = settings.outputs.iter().map(|path| path.display().to_string()).collect();
+        let files = settings.outputs.iter().chain(&settings.film);
+        let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
         let spp = outcome.totals.spp;
         let early = settings.time.is_none() && spp < settings.spp;
         let note =
@@ -436,7 +439,8 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
     for (traced, reject) in &outcome.rejects {
         writeln!(out, "  pixel {} sample {}: {reject}", traced.pixel, traced.sample)?;
     }
-    for spp in &outcome.unreached {
+    for &spp in &outcome.unreached {
+        let spp = spp - settings.first;
         writeln!(out, "the render ended before {spp} samples a pixel: there is no picture of them")?;
     }
     if outcome.totals.samples == 0 {
@@ -445,22 +449,46 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
     Ok(())
 }
 
-fn show_progress(settings: &Settings, totals: &Receiver<Totals>) {
+fn show_progress(settings: &Settings, totals: &Receiver<Totals>, notes: &Receiver<String>) {
     let mut reporter = Reporter::stderr(settings.view == View::Quiet);
     let mut last = Totals::default();
-    for totals in totals {
-        reporter.update(&progress(settings, &totals));
-        last = totals;
+    loop {
+        select! {
+            recv(totals) -> totals => match totals {
+                Ok(totals) => {
+                    reporter.update(&progress(settings, &totals));
+                    last = totals;
+                }
+                Err(_) => break,
+            },
+            recv(notes) -> note => match note {
+                // Also for those who want quiet: a note is of what went wrong.
+                Ok(note) if settings.view == View::Quiet => show_note(&note),
+                Ok(note) => reporter.note(&note),
+                Err(_) => break,
+            },
+        }
     }
     reporter.finish(&progress(settings, &last));
+    show_notes(notes);
+}
+
+fn show_notes(notes: &Receiver<String>) {
+    notes.iter().for_each(|note| show_note(&note));
+}
+
+fn show_note(note: &str) {
+    let _ = writeln!(std::io::stderr(), "{note}");
 }
 
 fn progress(settings: &Settings, totals: &Totals) -> Progress {
+    let len = f64::from(settings.region.len());
     Progress {
-        spp_done: totals.samples as f64 / f64::from(settings.region.len()),
+        spp_done: totals.samples as f64 / len,
+        spp_before: totals.before as f64 / len,
         spp_target: (settings.spp < u32::MAX).then_some(settings.spp),
         seconds: totals.elapsed.as_secs_f64(),
-        samples: totals.samples,
+        samples: totals.made(),
         time_limit: settings.time.map(|time| time.as_secs_f64()),
     }
 }

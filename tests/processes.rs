@@ -9,12 +9,16 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use stride::film::{Film, Picture, Reject, Snapshot};
+use stride::film::file::Head;
+use stride::film::{Film, Identity, Picture, Reject, Snapshot};
 use stride::integrator::{Event, Finished, Integrator, Paths, Pixel, Sample};
 use stride::math::lanes::Level;
+use stride::output::{FilmSink, open_film};
 use stride::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use stride::render::worker::Worker;
-use stride::render::{Accumulator, Barrier, Deal, Order, Region, SampleBatch, Schedule, Stride, Traced};
+use stride::render::{
+    Accumulator, Barrier, Deal, Held, Order, Region, SampleBatch, Schedule, Stride, Traced,
+};
 use stride::sampling::Stream;
 use stride::scene::Scene;
 
@@ -64,6 +68,12 @@ struct Wiring {
     sends_samples: bool,
     deadline: Option<Instant>,
     stop: Option<Receiver<Infallible>>,
+    /// The index of each pixel's first sample.
+    first: u32,
+    /// A film to go on with.
+    film: Option<Film>,
+    /// What writes the film, all the time.
+    keeper: Option<FilmSink>,
     /// How long the sample sink takes for each delivery.
     sink_takes: Duration,
 }
@@ -78,6 +88,9 @@ impl Default for Wiring {
             sends_samples: false,
             deadline: None,
             stop: None,
+            first: 0,
+            film: None,
+            keeper: None,
             sink_takes: Duration::ZERO,
         }
     }
@@ -95,9 +108,11 @@ struct Rendered {
 impl Wiring {
     fn render(self, integrator: &dyn Integrator) -> Rendered {
         let workers = self.workers;
-        let schedule =
-            Schedule::new(workers, self.region.len(), self.spp, self.deadline, self.dump_at.clone());
-        let film = Film::new(self.region.width, self.region.height).unwrap();
+        let end = self.first.saturating_add(self.spp);
+        let film = self.film.unwrap_or_else(|| Film::new(self.region.width, self.region.height).unwrap());
+        let held = Held::of(&film, self.region, self.first);
+        let schedule = Schedule::new(workers, self.region.len(), end, self.deadline, self.dump_at.clone())
+            .starting_at(self.first + film.seen_range()[0] as u32);
         let (never_sent, never) = bounded(1);
         let stop = self.stop.unwrap_or(never);
         let rendered = std::thread::scope(|scope| {
@@ -113,6 +128,7 @@ impl Wiring {
                     level: level(),
                     region: self.region,
                     sends_samples: self.sends_samples,
+                    held: held.as_ref(),
                 };
                 let (batches_out, failures_out) = (batches_out.clone(), failures_out.clone());
                 let thread = std::thread::Builder::new().name(format!("worker {index}"));
@@ -142,15 +158,22 @@ impl Wiring {
             });
             let viewer = scope.spawn(move || snapshots.iter().collect());
             let teller = scope.spawn(move || progress.iter().collect());
+            let (film_out, pieces) = bounded(1);
+            if let Some(keeper) = &self.keeper {
+                scope.spawn(move || keeper.keep(&pieces, |said| panic!("{said}")));
+            }
             let outbox = Outbox {
                 orders,
                 samples: Some(samples_out),
                 barriers: Some(barriers_out),
+                film: self.keeper.is_some().then_some(film_out),
                 snapshots: Some(snapshots_out),
                 progress: Some(progress_out),
             };
             let spp = Some(self.spp);
-            let accumulator = Accumulator::new(film, self.region, schedule, &self.dump_at, spp, outbox);
+            let accumulator = Accumulator::new(film, self.region, schedule, &self.dump_at, spp, outbox)
+                .with_checkpoints(Duration::ZERO)
+                .going_on(self.first);
             let outcome = accumulator.run(Inbox { batches, failures, stop });
             Rendered {
                 outcome,
@@ -167,12 +190,22 @@ impl Wiring {
 
 /// The film of the first samples of each place, as many as `count` says, without any process.
 fn plain_film(integrator: &dyn Integrator, region: Region, count: impl Fn(u32) -> u32) -> Film {
+    plain_film_from(integrator, region, 0, count)
+}
+
+/// The same, of samples from `first_sample` on.
+fn plain_film_from(
+    integrator: &dyn Integrator,
+    region: Region,
+    first_sample: u32,
+    count: impl Fn(u32) -> u32,
+) -> Film {
     let mut film = Film::new(region.width, region.height).unwrap();
     let mut finished = Vec::new();
     for place in 0..region.len() {
         finished.clear();
         let pixels = [region.pixel(place)];
-        let paths = Paths { pixels: &pixels, first_sample: 0, samples: count(place) };
+        let paths = Paths { pixels: &pixels, first_sample, samples: count(place) };
         integrator.trace(level(), &paths, &mut finished);
         for f in &finished {
             let _ = film.add_sample(place as usize, f.sample.radiance);
@@ -223,7 +256,7 @@ fn a_slow_worker_changes_nothing_but_the_time() {
         assert!(outcome.film == plain_film(&*common::integrator(&scene()), WHOLE, |_| 16));
         assert_eq!(barriers.len(), 2);
         for barrier in barriers {
-            assert!(barrier.picture == plain_picture(barrier.spp), "at {}", barrier.spp);
+            assert!(barrier.picture == plain_picture(barrier.end), "at {}", barrier.end);
         }
     }
 }
@@ -250,10 +283,10 @@ fn pictures_at_barriers_are_those_of_shorter_renders() {
         let dump_at = vec![10, 1, 3, 16, 99];
         let wiring = Wiring { workers, sends_samples, dump_at, ..Wiring::default() };
         let mut barriers = wiring.render(&*common::integrator(&scene())).barriers;
-        barriers.sort_by_key(|barrier| barrier.spp);
-        assert_eq!(barriers.iter().map(|b| b.spp).collect::<Vec<_>>(), [1, 3, 10, 16]);
+        barriers.sort_by_key(|barrier| barrier.end);
+        assert_eq!(barriers.iter().map(|b| b.end).collect::<Vec<_>>(), [1, 3, 10, 16]);
         for barrier in barriers {
-            assert!(barrier.picture == plain_picture(barrier.spp), "{workers} workers at {}", barrier.spp);
+            assert!(barrier.picture == plain_picture(barrier.end), "{workers} workers at {}", barrier.end);
         }
     }
 }
@@ -321,6 +354,84 @@ fn stopped_at_any_time_each_pixel_has_its_first_samples() {
         cut_short += u32::from(outcome.totals.samples < 1000 * 1200);
     }
     assert!(cut_short >= 30, "only {cut_short} of 40 were stopped before the end");
+}
+
+#[test]
+fn gone_on_with_a_film_of_any_raggedness_it_ends_as_if_it_had_never_stopped() {
+    let integrator = common::integrator(&scene());
+    let stream = &mut Stream::new(5, 0, 0);
+    for round in 0..12_u32 {
+        let first = [0, 1, 7][round as usize % 3];
+        // As many threads leave it, one interrupted in an order; or as nobody ever left one.
+        let (threads, cut) = (stream.random_range(1..6_u32), stream.random_range(0..WHOLE.len()));
+        let (many, few) = (stream.random_range(0..24), stream.random_range(0..24));
+        let mut chaos: Vec<u32> = (0..WHOLE.len()).map(|_| stream.random_range(0..=24)).collect();
+        if round < 8 {
+            chaos = (0..WHOLE.len())
+                .map(|place| if place % threads == 0 && place < cut { many } else { few })
+                .collect();
+        }
+        let begun = plain_film_from(&*integrator, WHOLE, first, |place| chaos[place as usize]);
+        let most = *chaos.iter().max().unwrap();
+        let expected = plain_film_from(&*integrator, WHOLE, first, |_| 24);
+        let before: u64 = chaos.iter().map(|&n| u64::from(n)).sum();
+        let dump_at = if most < 24 { vec![first + most + 1] } else { vec![] };
+        for sends_samples in [false, true] {
+            let workers = stream.random_range(1..5);
+            let film = Some(begun.clone());
+            let wiring = Wiring { workers, spp: 24, first, film, sends_samples, ..Wiring::default() };
+            let Rendered { outcome, barriers, samples, .. } =
+                Wiring { dump_at: dump_at.clone(), ..wiring }.render(&*integrator);
+            assert!(outcome.film == expected && outcome.whole, "round {round}, {workers} workers");
+            let totals = outcome.totals;
+            assert_eq!((totals.spp, totals.samples, totals.before), (24, 24 * 1200, before));
+            assert_eq!(totals.made(), 24 * 1200 - before, "nothing is traced twice");
+            if sends_samples {
+                assert_eq!(samples.len() as u64, totals.made());
+            }
+            assert_eq!(barriers.len(), dump_at.len());
+            for barrier in barriers {
+                let film = plain_film_from(&*integrator, WHOLE, first, |_| barrier.end - first);
+                assert!(barrier.picture == film.picture(), "round {round} at {}", barrier.end);
+            }
+        }
+    }
+}
+
+#[test]
+fn films_written_on_the_way_hold_the_first_samples_of_each_pixel() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.film");
+    let mut under_way = 0;
+    for i in 0..30_u32 {
+        let (stop_out, stop) = bounded(0);
+        let stop_out = std::sync::Mutex::new(Some(stop_out));
+        let from = [1, 3, 20, 100][i as usize % 4];
+        let integrator = hooked(move |paths| {
+            if paths.first_sample >= from && paths.pixels[0].index > i * 37 {
+                stop_out.lock().unwrap().take();
+            }
+        });
+        let head = Head {
+            width: WIDTH,
+            height: HEIGHT,
+            identity: Identity::default().with("a", "b"),
+            notes: Identity::default(),
+        };
+        let keeper = Some(FilmSink { path: path.clone(), head, range: 0..1000 });
+        let wiring = Wiring { workers: 1 + i as usize % 4, spp: 1000, keeper, ..Wiring::default() };
+        Wiring { stop: Some(stop), ..wiring }.render(&integrator);
+        let file = open_film(&path).unwrap();
+        under_way += u32::from(file.holding().open().is_some());
+        let film = file.read().unwrap();
+        let expected =
+            plain_film(&*common::integrator(&scene()), WHOLE, |place| film.seen(place as usize) as u32);
+        assert!(film == expected, "round {i}");
+        assert!(film.seen_range()[1] > 0);
+    }
+    assert!(under_way >= 5, "only {under_way} of 30 films were written in the middle of an order");
+    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left, ["a.film"]);
 }
 
 #[test]
@@ -400,7 +511,7 @@ fn samples_that_no_film_takes_are_counted_and_named_and_bright_ones_are_kept() {
 }
 
 fn lone_worker(integrator: &dyn Integrator) -> Worker<'_> {
-    Worker { index: 0, integrator, level: level(), region: WHOLE, sends_samples: false }
+    Worker { index: 0, integrator, level: level(), region: WHOLE, sends_samples: false, held: None }
 }
 
 #[test]

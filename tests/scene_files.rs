@@ -114,7 +114,7 @@ fn the_cover_is_the_reports_program() {
 
 #[test]
 fn an_empty_file_has_the_defaults_of_the_design() {
-    let Loaded { scene, warnings } = read("");
+    let Loaded { scene, warnings, .. } = read("");
     let expected = Scene {
         film: FilmSettings { width: 640, height: 480, exposure: 0.0, filter: Filter::Tent { radius: 1.0 } },
         camera: CameraSettings {
@@ -146,7 +146,7 @@ fn an_empty_file_has_the_defaults_of_the_design() {
 
 #[test]
 fn every_key_reaches_the_scene() {
-    let Loaded { scene, warnings } = read(
+    let Loaded { scene, warnings, .. } = read(
         r#"
         [film]
         width = 1

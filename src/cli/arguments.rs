@@ -2,8 +2,9 @@
 
 use super::{Failure, usage};
 use crate::render::Region;
-use crate::scene::{self, Filter, Integrator, Sampler, Scene};
+use crate::scene::{self, Filter, Integrator, Sampler, Scene, Sources};
 use std::io::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -35,6 +36,11 @@ pub(super) struct SceneArguments {
 impl SceneArguments {
     /// Reads the scene, says what is dubious about it, and makes the changes.
     pub(super) fn load(&self, quiet: bool) -> Result<Scene, Failure> {
+        Ok(self.load_with_sources(quiet)?.0)
+    }
+
+    /// The same, with what the scene was read from.
+    pub(super) fn load_with_sources(&self, quiet: bool) -> Result<(Scene, Sources), Failure> {
         let loaded = scene::load(&self.scene)?;
         if !quiet {
             for warning in &loaded.warnings {
@@ -73,7 +79,7 @@ impl SceneArguments {
                 needed as f64 / 1e9
             )));
         }
-        Ok(scene)
+        Ok((scene, loaded.sources))
     }
 
     /// What people call the scene: the file's name.
@@ -137,6 +143,16 @@ pub(super) fn duration(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(number * seconds).ok().filter(|d| !d.is_zero()).ok_or_else(error)
 }
 
+/// "16..32": sample indices from the first to one past the last.
+pub(super) fn range(text: &str) -> Result<Range<u32>, String> {
+    let error =
+        || "a range of samples is written FIRST..END, like 16..32 for the samples 16 to 31".to_owned();
+    let (first, end) = text.split_once("..").ok_or_else(error)?;
+    let number = |text: &str| text.trim().parse::<u32>().map_err(|_| error());
+    let range = number(first)?..number(end)?;
+    if range.is_empty() { Err(format!("there is no sample in {text}: {}", error())) } else { Ok(range) }
+}
+
 /// A path as messages show it.
 pub(super) fn shown(path: &Path) -> String {
     path.display().to_string()
@@ -159,6 +175,10 @@ mod tests {
         assert_eq!(crop("1,2,3,4"), Ok([1, 2, 3, 4]));
         for bad in ["", "1,2,3", "1,2,3,4,5", "a,b,c,d", "-1,0,1,1"] {
             assert!(crop(bad).is_err(), "{bad}");
+        }
+        assert_eq!(range("16..32"), Ok(16..32));
+        for bad in ["", "16", "16..", "..32", "3..3", "4..3", "-1..3", "1...3", "1..=3", "0..4294967296"] {
+            assert!(range(bad).is_err(), "{bad}");
         }
         assert_eq!(duration("30s"), Ok(Duration::from_secs(30)));
         assert_eq!(duration("1.5m"), Ok(Duration::from_secs(90)));

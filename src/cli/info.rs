@@ -1,65 +1,70 @@
-//! `stride info`: what there is to render with.
+//! `stride info`: what a file says of itself, or what there is to render with.
 
-use super::{Failure, print};
-use crate::gpu;
-use crate::math::lanes::Level;
+use super::{Failure, devices, print, usage};
+use crate::film::Ranges;
+use crate::output::{FilmError, Format, open_film, read_picture};
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct InfoArguments {
+    /// Film or picture: .film, .png, .exr or .hdr
+    #[arg(required_unless_present = "devices", conflicts_with = "devices")]
+    file: Option<PathBuf>,
     /// List the devices that can render, and their limits
-    #[arg(long, required = true)]
+    #[arg(long)]
     devices: bool,
 }
 
-pub(super) fn run(InfoArguments { devices: _ }: &InfoArguments) -> Result<(), Failure> {
-    Ok(print(&devices())?)
+pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
+    let Some(path) = &arguments.file else { return Ok(print(&devices::list())?) };
+    let text = if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("film")) {
+        film(path)?
+    } else if Format::of(path).is_ok() {
+        picture(path)?
+    } else {
+        return Err(usage(format!("{} does not end in .film, .png, .exr or .hdr", path.display())));
+    };
+    Ok(print(&text)?)
 }
 
-/// The CPU, and each adapter with what `--device gpu:NAME` looks into as its first line.
-pub(super) fn devices() -> String {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let lanes = Level::from_environment().map_or_else(|error| error.to_string(), |level| level.to_string());
-    let mut text = format!("cpu\n  threads     {cores}\n  lanes       {lanes}\n");
-    let adapters = gpu::adapters();
-    for adapter in &adapters {
+/// A film, read to its end: damage is found.
+fn film(path: &Path) -> Result<String, Failure> {
+    let file = open_film(path)?;
+    let (head, holding) = (file.head().clone(), file.holding().clone());
+    let film = file.read().map_err(|reason| FilmError { path: path.to_path_buf(), reason })?;
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
         // Writing to a string can't fail.
-        let _ = write!(
-            text,
-            "{}\n  kind        {}\n  interface   {}\n  driver      {}\n  table       at most {} MiB\n  \
-             workgroup   at most {} invocations\n",
-            adapter.name,
-            adapter.kind,
-            adapter.backend,
-            adapter.driver,
-            adapter.max_binding >> 20,
-            adapter.max_workgroup_size
-        );
+        let _ = writeln!(text, "{name:<12}{value}");
+    };
+    line("film", format!("{}×{} pixels", head.width, head.height));
+    head.identity.facts().chain(head.notes.facts()).for_each(|(name, value)| line(name, value.to_owned()));
+    line("samples", holding.to_string());
+    if holding.open().is_some() {
+        let [least, most] = film.seen_range();
+        line("a pixel", format!("{least} to {most} samples"));
     }
-    if adapters.is_empty()
-        && let Err(error) = gpu::Device::open(None)
-    {
-        let _ = writeln!(text, "{error}");
+    let missing = holding.missing();
+    if !missing.is_empty() {
+        line("missing", Ranges(&missing).to_string());
     }
-    text
+    line("left out", format!("{} samples", film.rejected()));
+    line("mean", mean(&film.picture().rgb));
+    Ok(text)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+fn picture(path: &Path) -> Result<String, Failure> {
+    let (_, picture) = read_picture(path)?;
+    let mut text = String::new();
+    let _ = writeln!(text, "{:<12}{}×{} pixels", "picture", picture.width, picture.height);
+    let _ = writeln!(text, "{:<12}{}", "mean", mean(&picture.rgb));
+    Ok(text)
+}
 
-    #[test]
-    fn devices_are_listed_with_their_limits_or_with_what_to_do() {
-        let text = devices();
-        assert!(text.starts_with("cpu\n  threads "), "{text}");
-        match &gpu::adapters()[..] {
-            [] => assert!(text.contains("GPU") && text.contains("--device cpu"), "{text}"),
-            adapters => {
-                for adapter in adapters {
-                    assert!(text.contains(&format!("\n{}\n  kind ", adapter.name)), "{text}");
-                }
-                assert_eq!(text.matches("  table       at most ").count(), adapters.len());
-            }
-        }
-    }
+/// Mean radiance of all pixels: red, green, blue.
+fn mean(rgb: &[[f32; 3]]) -> String {
+    let sum = |channel: usize| rgb.iter().map(|rgb| f64::from(rgb[channel])).sum::<f64>();
+    let [r, g, b] = [0, 1, 2].map(|channel| sum(channel) / rgb.len().max(1) as f64);
+    format!("{r:.6} {g:.6} {b:.6}")
 }

@@ -4,7 +4,9 @@ mod arguments;
 mod bench;
 mod check;
 mod compare;
+mod devices;
 mod info;
+mod merge;
 mod render;
 mod stats;
 mod stop;
@@ -32,9 +34,11 @@ enum Command {
     Trace(trace::TraceArguments),
     /// Measure time against threads, time against depth, or error against samples
     Bench(bench::BenchArguments),
+    /// Add films of different samples of one render up, exactly
+    Merge(merge::MergeArguments),
     /// Say how far apart two pictures are
     Compare(compare::CompareArguments),
-    /// Say what there is to render with
+    /// Say what a film or a picture is, or what there is to render with
     Info(info::InfoArguments),
 }
 
@@ -67,6 +71,7 @@ pub fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Trace(arguments) => trace::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
     };

@@ -1,15 +1,17 @@
 //! `stride render`: arguments → checked settings → session → exit code.
 
-use super::arguments::{SceneArguments, crop, duration, region};
+use super::arguments::{SceneArguments, crop, duration, range, region};
 use super::stats::Stats;
 use super::{Failure, stop, usage};
 use crate::math::lanes::Level;
 use crate::output::{self, atomic};
-use crate::scene::Scene;
+use crate::scene::{Scene, Sources};
 use crate::session::{self, DeviceChoice, Settings, View};
 use crate::world::Finder;
 use clap::ValueEnum;
+use std::io::Write;
 use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -25,6 +27,9 @@ pub(super) struct RenderArguments {
     /// Samples a pixel, instead of the scene's
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
+    /// Render these samples only, for merging: 16..32 are the samples 16 to 31 of each pixel
+    #[arg(long, value_name = "FIRST..END", value_parser = range, conflicts_with = "spp")]
+    range: Option<Range<u32>>,
     /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h) or at --spp, not at the scene's samples
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time: Option<Duration>,
@@ -59,6 +64,15 @@ pub(super) struct RenderArguments {
     /// Dump every sample to a NumPy file
     #[arg(long, value_name = "FILE.npy")]
     samples: Option<PathBuf>,
+    /// Write a film file, which can be gone on with (--resume) and merged (stride merge)
+    #[arg(long, value_name = "FILE.film")]
+    film: Option<PathBuf>,
+    /// How often the film file is written while the render runs
+    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "60s")]
+    checkpoint: Duration,
+    /// Go on where a film stopped, and write the same film [unless --film names another]
+    #[arg(long, value_name = "FILE.film")]
+    resume: Option<PathBuf>,
     /// Write the figures of the run as JSON
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
@@ -93,7 +107,7 @@ fn device(text: &str) -> Result<DeviceChoice, String> {
     }
 }
 
-fn exposure(text: &str) -> Result<f64, String> {
+pub(super) fn exposure(text: &str) -> Result<f64, String> {
     let error = || "an exposure is a number of stops between −100 and 100".to_owned();
     text.parse().ok().filter(|stops: &f64| stops.abs() <= 100.0).ok_or_else(error)
 }
@@ -101,13 +115,23 @@ fn exposure(text: &str) -> Result<f64, String> {
 pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
     let level = Level::from_environment().map_err(usage)?;
     let load_start = Instant::now();
-    let mut scene = arguments.scene.load(arguments.quiet)?;
+    let (mut scene, sources) = arguments.scene.load_with_sources(arguments.quiet)?;
     let load = load_start.elapsed();
     if let Some(exposure) = arguments.exposure {
         scene.film.exposure = exposure;
     }
-    let settings = settings(&arguments, scene, level)?;
+    let mut settings = settings(&arguments, scene, level)?;
     check_places(&arguments, &settings)?;
+    if let Some(film) = &settings.film {
+        settings.fingerprint = Some(fingerprint(&sources)?);
+        if arguments.resume.is_none() && film.exists() && !arguments.quiet {
+            let _ = writeln!(
+                std::io::stderr(),
+                "warning: {} will be replaced; --resume goes on with it instead",
+                film.display()
+            );
+        }
+    }
 
     let stop = stop::on_interrupt().map_err(|error| anyhow::anyhow!("Ctrl-C can't be caught: {error}"))?;
     let report = session::run(&settings, &stop)?;
@@ -115,7 +139,7 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
         let stats = Stats::new(&report, load, level.to_string());
         atomic::write_atomically(path, |out| {
             serde_json::to_writer_pretty(&mut *out, &stats)?;
-            std::io::Write::write_all(out, b"\n")
+            out.write_all(b"\n")
         })?;
     }
     Ok(())
@@ -128,11 +152,18 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         Some(WorldName::Bvh) => Finder::Bvh,
     };
     let region = region(arguments.crop, scene.film.width, scene.film.height)?;
-    let spp = match (arguments.spp, arguments.time) {
-        (Some(spp), _) => spp,
+    let resumed = arguments.resume.as_deref().map(resumed).transpose()?;
+    let (first, asked) = match (&arguments.range, resumed) {
+        (Some(range), _) => (range.start, Some(range.end - range.start)),
+        (None, Some((first, asked))) => (first, asked),
+        (None, None) => (0, None),
+    };
+    let spp = match (arguments.spp, arguments.time, asked) {
+        (Some(spp), ..) => spp,
         // With a time limit alone, the time decides.
-        (None, Some(_)) => u32::MAX,
-        (None, None) => scene.render.samples,
+        (None, Some(_), None) => u32::MAX,
+        (None, _, Some(asked)) => asked,
+        (None, None, None) => scene.render.samples,
     };
     if let Some(late) = arguments.dump_at.iter().find(|&&at| at > spp) {
         return Err(usage(format!(
@@ -164,6 +195,7 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         name: arguments.scene.name(),
         scene: Arc::new(scene),
         region,
+        first,
         spp,
         time: arguments.time,
         threads,
@@ -173,8 +205,28 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         outputs,
         dump_at,
         samples: arguments.samples.clone(),
+        film: arguments.film.clone().or_else(|| arguments.resume.clone()),
+        checkpoint: arguments.checkpoint,
+        resume: arguments.resume.clone(),
+        fingerprint: None,
         overlay: arguments.overlay.is_some(),
         view,
+    })
+}
+
+/// The first sample of a film that is gone on with, and how many it was to have, where that is known.
+fn resumed(path: &Path) -> Result<(u32, Option<u32>), Failure> {
+    let film = output::open_film(path)?;
+    let asked = film.head().asked();
+    let first = film.holding().start().or(asked.as_ref().map(|asked| asked.start)).unwrap_or(0);
+    let end = asked.map(|asked| asked.end).filter(|&end| end > first && end < u32::MAX);
+    Ok((first, end.map(|end| end - first)))
+}
+
+fn fingerprint(sources: &Sources) -> Result<String, Failure> {
+    let read = sources.fingerprint();
+    read.map_err(|(path, error)| {
+        anyhow::anyhow!("cannot read {path:?}, which the scene names: {error}").into()
     })
 }
 
@@ -198,7 +250,7 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
     }
     let scene = &arguments.scene.scene;
     let mut taken = vec![place(scene)];
-    for path in pictures.iter().chain(&settings.samples).chain(&arguments.stats) {
+    for path in pictures.iter().chain(&settings.samples).chain(&settings.film).chain(&arguments.stats) {
         let place = place(path);
         if taken.contains(&place) {
             return Err(usage(format!(
@@ -213,6 +265,9 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
     }
     if let Some(path) = &settings.samples {
         output::npy::check_writable(path)?;
+    }
+    if let Some(path) = &settings.film {
+        output::film::check_writable(path)?;
     }
     if let Some(path) = &arguments.stats {
         atomic::check_place(path)?;

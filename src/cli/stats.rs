@@ -8,6 +8,7 @@ use std::time::Duration;
 #[derive(Debug, Serialize)]
 pub(super) struct Stats {
     samples: u64,
+    resumed_samples: u64,
     spp: f64,
     seconds: f64,
     samples_per_second: f64,
@@ -29,9 +30,10 @@ impl Stats {
         let pixels = f64::from(report.picture.width) * f64::from(report.picture.height);
         Stats {
             samples: totals.samples,
+            resumed_samples: totals.before,
             spp: if report.whole { f64::from(totals.spp) } else { totals.samples as f64 / pixels },
             seconds,
-            samples_per_second: totals.samples as f64 / seconds.max(1e-9),
+            samples_per_second: totals.made() as f64 / seconds.max(1e-9),
             rays: totals.rays,
             threads: report.threads,
             device: report.device.clone(),

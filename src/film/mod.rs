@@ -1,8 +1,11 @@
 //! The film: exact sums of samples, reconstruction filters, and the pictures made of them.
 
 pub mod compare;
+pub mod file;
 mod filter;
 pub mod flip;
+pub mod holding;
+pub mod identity;
 pub mod picture;
 mod plane;
 pub mod snapshot;
@@ -10,6 +13,8 @@ pub mod sums;
 pub mod tone;
 
 pub use filter::film_offset;
+pub use holding::{Holding, Ranges};
+pub use identity::Identity;
 pub use picture::Picture;
 pub use snapshot::Snapshot;
 pub use sums::{Film, MemoryError, PixelSums, Reject, WideSums};

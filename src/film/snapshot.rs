@@ -13,9 +13,11 @@ pub struct Snapshot {
     pub owners: Arc<Vec<u32>>,
     /// Samples per pixel so far, the mean over the picture.
     pub spp_done: f64,
+    /// Samples per pixel of those that an earlier run had made.
+    pub spp_before: f64,
     /// Samples per pixel the run is to reach, where it has such an end.
     pub spp_target: Option<u32>,
-    /// Samples added since the run began, all pixels together.
+    /// Samples added since this run began, all pixels together.
     pub samples: u64,
     /// Seconds since the first ray.
     pub seconds: f64,

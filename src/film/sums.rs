@@ -140,6 +140,52 @@ impl FilmPixel {
         self.squares = [sum as u64, (sum >> 64) as u64];
     }
 
+    fn seen(&self) -> u64 {
+        self.count.saturating_add(u64::from(self.rejected))
+    }
+
+    /// The words as a film file has them: in the order of the fields, little-endian.
+    fn to_bytes(self) -> [u8; 64] {
+        let mut bytes = [0; 64];
+        let [a, b, c] = self.rgb_low;
+        let [low, high] = self.squares;
+        for (to, word) in bytes.chunks_exact_mut(8).zip([a, b, c, low, high, self.count]) {
+            to.copy_from_slice(&word.to_le_bytes());
+        }
+        let [a, b, c] = self.rgb_high;
+        for (to, word) in bytes[48..].chunks_exact_mut(4).zip([a as u32, b as u32, c as u32, self.rejected]) {
+            to.copy_from_slice(&word.to_le_bytes());
+        }
+        bytes
+    }
+
+    fn from_bytes(bytes: &[u8; 64]) -> FilmPixel {
+        let (longs, _) = bytes[..48].as_chunks();
+        let (shorts, _) = bytes[48..].as_chunks();
+        let long = |i: usize| u64::from_le_bytes(longs[i]);
+        let short = |i: usize| u32::from_le_bytes(shorts[i]);
+        FilmPixel {
+            rgb_low: [0, 1, 2].map(long),
+            squares: [long(3), long(4)],
+            count: long(5),
+            rgb_high: [0, 1, 2].map(|i| short(i) as i32),
+            rejected: short(3),
+        }
+    }
+
+    /// Adds the words of another film's pixel. What wraps around was no sum of samples.
+    fn merge(&mut self, other: &FilmPixel) {
+        for channel in 0..3 {
+            let sum = self.radiance_words(channel).wrapping_add(other.radiance_words(channel));
+            (self.rgb_low[channel], self.rgb_high[channel]) = (sum as u64, (sum >> 64) as i32);
+        }
+        let words = |[low, high]: [u64; 2]| u128::from(high) << 64 | u128::from(low);
+        let squares = words(self.squares).wrapping_add(words(other.squares));
+        self.squares = [squares as u64, (squares >> 64) as u64];
+        self.count = self.count.wrapping_add(other.count);
+        self.rejected = self.rejected.wrapping_add(other.rejected);
+    }
+
     fn radiance_words(&self, channel: usize) -> i128 {
         i128::from(self.rgb_high[channel]) << 64 | i128::from(self.rgb_low[channel])
     }
@@ -271,7 +317,32 @@ impl Film {
 
     /// Samples that were made for a pixel, those left out included.
     pub fn seen(&self, pixel: usize) -> u64 {
-        self.pixels[pixel].count + u64::from(self.pixels[pixel].rejected)
+        self.pixels[pixel].seen()
+    }
+
+    /// The fewest and the most samples that were made for a pixel.
+    pub fn seen_range(&self) -> [u64; 2] {
+        let seen = self.pixels.iter().map(FilmPixel::seen);
+        seen.fold([u64::MAX, 0], |[least, most], seen| [least.min(seen), most.max(seen)])
+    }
+
+    /// The words of some pixels as a film file has them: 64 bytes each.
+    pub fn bytes(&self, pixels: std::ops::Range<usize>) -> Vec<u8> {
+        self.pixels[pixels].iter().flat_map(|pixel| pixel.to_bytes()).collect()
+    }
+
+    /// Adds the words of another film's pixels, from the pixel `first` on, as a film file has them. Returns
+    /// the fewest and the most samples that were made for one of those.
+    pub(super) fn add_bytes(&mut self, first: usize, bytes: &[u8]) -> [u64; 2] {
+        let (pixels, rest) = bytes.as_chunks();
+        debug_assert!(rest.is_empty(), "part of a pixel");
+        let mut range = [u64::MAX, 0];
+        for (to, bytes) in self.pixels[first..].iter_mut().zip(pixels) {
+            let pixel = FilmPixel::from_bytes(bytes);
+            to.merge(&pixel);
+            range = [range[0].min(pixel.seen()), range[1].max(pixel.seen())];
+        }
+        range
     }
 
     /// Samples left out, over all pixels.

@@ -1,8 +1,9 @@
 //! The room without a GPU: the same signatures, and nothing behind them.
 
 use super::{AdapterInfo, GpuError, Job};
-use crate::render::{Order, SampleBatch};
+use crate::render::{Held, Order, SampleBatch};
 use crossbeam_channel::{Receiver, Sender};
+use std::sync::Arc;
 
 /// A GPU, of which there is none in this build.
 #[derive(Clone, Debug)]
@@ -33,6 +34,11 @@ impl GpuWorker {
     /// A worker needs a device, of which there is none.
     pub fn new(device: &Device, _job: &Job<'_>) -> Result<GpuWorker, GpuError> {
         match *device {}
+    }
+
+    /// A worker that cannot be there has nothing to know.
+    pub fn holds(&mut self, _held: Option<Arc<Held>>) {
+        match *self {}
     }
 
     /// A worker that cannot be there cannot run.

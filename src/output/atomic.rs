@@ -17,6 +17,7 @@ use super::error::{OutputError, folder_of};
 const MAX_LINKS: u32 = 40;
 
 /// Where a file will stand, once symbolic links are followed.
+#[derive(Debug)]
 struct Place {
     path: PathBuf,
     folder: PathBuf,
@@ -51,6 +52,50 @@ pub fn write_atomically(
         .map_err(|error| OutputError::from_io(path, error))?;
     drop(writer);
     put_in_place(path, &place, file).map(drop)
+}
+
+/// A file that is written bit by bit under a temporary name, and put in place when it is whole. Dropped
+/// before that, it leaves nothing behind.
+pub(super) struct Draft {
+    path: PathBuf,
+    place: Place,
+    file: NamedTempFile,
+}
+
+impl Draft {
+    /// Begins a file for `path`, and removes those that earlier runs began for the same one and were killed
+    /// over.
+    pub(super) fn begin(path: &Path) -> Result<Draft, OutputError> {
+        let place = Place::find(path)?;
+        let name = place.path.file_name().unwrap_or_default().to_string_lossy();
+        let prefix = format!(".stride-{name}-");
+        sweep(&place.folder, &prefix);
+        let file = temporary_called(&prefix, path, &place)?;
+        Ok(Draft { path: path.to_path_buf(), place, file })
+    }
+
+    /// The file, to write to.
+    pub(super) fn file(&self) -> io::Result<File> {
+        self.file.as_file().try_clone()
+    }
+
+    /// Puts the file on the disk and into its place.
+    pub(super) fn commit(self) -> Result<(), OutputError> {
+        let synced = self.file.as_file().sync_all();
+        synced.map_err(|error| OutputError::from_io(&self.path, error))?;
+        put_in_place(&self.path, &self.place, self.file).map(drop)
+    }
+}
+
+/// Removes temporary files that nobody will finish. It is a courtesy: what can't be removed stays.
+fn sweep(folder: &Path, prefix: &str) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(prefix) && name.ends_with(SUFFIX) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Creates a file that is filled while others may already read it, with `start` as its first bytes.
@@ -111,9 +156,16 @@ impl Place {
     }
 }
 
+/// What temporary names end in.
+const SUFFIX: &str = ".tmp";
+
 fn temporary(path: &Path, place: &Place) -> Result<NamedTempFile, OutputError> {
+    temporary_called(".stride-", path, place)
+}
+
+fn temporary_called(prefix: &str, path: &Path, place: &Place) -> Result<NamedTempFile, OutputError> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".stride-").suffix(".tmp");
+    builder.prefix(prefix).suffix(SUFFIX);
     // The crate's own choice, readable by the owner alone, is for secrets; a picture follows the umask.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));

@@ -4,20 +4,23 @@
 //! |---|---|---|
 //! | [`picture`]: [`png`], [`exr`], [`hdr`] | a finished [`Picture`](crate::film::Picture) | keeping and showing |
 //! | [`npy`] | every sample | studying them in NumPy |
+//! | [`film`] | the film's own words | going on, and merging |
 //! | [`progress`] | numbers | the terminal, or a log |
 //! | [`window`] | snapshots | watching |
 //! | [`plot`] | measurements | charts |
 //!
-//! [`atomic`] puts files in place whole, [`human`] turns numbers into words, [`overlay`] colours pixels by
-//! worker, [`read`] gets pictures back from files.
+//! [`atomic`] puts files in place whole, [`patience`] insists, [`human`] turns numbers into words, [`overlay`]
+//! colours pixels by worker, [`read`] gets pictures back from files.
 
 pub mod atomic;
 pub mod error;
 pub mod exr;
+pub mod film;
 pub mod hdr;
 pub mod human;
 pub mod npy;
 pub mod overlay;
+pub mod patience;
 pub mod picture;
 pub mod plot;
 pub mod png;
@@ -26,8 +29,10 @@ pub mod read;
 pub mod window;
 
 pub use error::OutputError;
+pub use film::{FilmError, FilmFile, FilmSink, open_film, write_film};
 pub use npy::SampleDump;
 pub use overlay::{owner_overlay, write_owner_overlay};
+pub use patience::Patience;
 pub use picture::{Format, PictureOptions, check_writable, numbered_path, write_picture};
 pub use progress::{Progress, Reporter};
 pub use read::{ReadError, read_picture};

@@ -16,6 +16,8 @@ use crate::film::Snapshot;
 pub struct Progress {
     /// Samples per pixel so far, the mean over the picture.
     pub spp_done: f64,
+    /// Samples per pixel of those that an earlier run had made.
+    pub spp_before: f64,
     /// Samples per pixel the run is to reach, where it has such an end.
     pub spp_target: Option<u32>,
     /// Seconds since the first ray.
@@ -31,6 +33,7 @@ impl Progress {
     pub fn of(snapshot: &Snapshot, time_limit: Option<f64>) -> Self {
         Self {
             spp_done: snapshot.spp_done,
+            spp_before: snapshot.spp_before,
             spp_target: snapshot.spp_target,
             seconds: snapshot.seconds,
             samples: snapshot.samples,
@@ -56,8 +59,9 @@ impl Progress {
     pub fn seconds_left(&self) -> Option<f64> {
         let by_samples = self
             .spp_target
-            .filter(|_| self.spp_done > 0.0)
-            .map(|target| self.seconds * (f64::from(target) - self.spp_done) / self.spp_done);
+            .filter(|_| self.spp_done > self.spp_before)
+            .map(|target| f64::from(target) - self.spp_done)
+            .map(|to_do| self.seconds * to_do / (self.spp_done - self.spp_before));
         let by_time = self.time_limit.map(|limit| limit - self.seconds);
         by_samples.into_iter().chain(by_time).reduce(f64::min).map(|left| left.max(0.0))
     }
@@ -208,7 +212,7 @@ mod tests {
 
     fn at(spp_done: f64, seconds: f64) -> Progress {
         let samples = (spp_done * 307_200.0) as u64;
-        Progress { spp_done, spp_target: Some(500), seconds, samples, time_limit: None }
+        Progress { spp_done, spp_before: 0.0, spp_target: Some(500), seconds, samples, time_limit: None }
     }
 
     /// What a run over `seconds` writes when it is updated ten times a second.
@@ -251,6 +255,8 @@ mod tests {
         let samples = Progress { time_limit: Some(1000.0), ..both };
         assert_eq!(samples.fraction(), Some(0.2));
         assert_eq!(samples.seconds_left(), Some(20.0));
+        let gone_on_with = Progress { spp_before: 50.0, ..samples };
+        assert_eq!(gone_on_with.seconds_left(), Some(40.0));
         let neither = Progress { spp_target: None, time_limit: None, ..both };
         assert_eq!((neither.fraction(), neither.seconds_left()), (None, None));
         let late = Progress { time_limit: Some(4.0), ..both };

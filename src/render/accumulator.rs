@@ -13,6 +13,9 @@ use std::time::{Duration, Instant};
 /// Snapshots come at most this often.
 const FRAME: Duration = Duration::from_millis(33);
 
+/// Pixels of a checkpoint that are sent at a time: 2 MiB.
+const PIECE: u32 = 1 << 15;
+
 /// Making snapshots takes at most one part in this many of the time.
 const SNAPSHOT_SHARE: u32 = 20;
 
@@ -32,8 +35,8 @@ pub struct WorkerFailure {
 /// A picture of which every pixel has exactly the same number of samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Barrier {
-    /// Samples a pixel.
-    pub spp: u32,
+    /// One past the index of each pixel's last sample.
+    pub end: u32,
     /// The picture.
     pub picture: Picture,
 }
@@ -41,8 +44,10 @@ pub struct Barrier {
 /// How far a render is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals {
-    /// Samples in the film.
+    /// Samples in the film, and those left out.
     pub samples: u64,
+    /// How many of them were there before this run.
+    pub before: u64,
     /// Samples left out.
     pub rejected: u64,
     /// Rays traced.
@@ -53,6 +58,13 @@ pub struct Totals {
     pub adding: Duration,
     /// Samples that every pixel has.
     pub spp: u32,
+}
+
+impl Totals {
+    /// Samples that this run made.
+    pub fn made(&self) -> u64 {
+        self.samples - self.before
+    }
 }
 
 /// The channels that the accumulator listens to.
@@ -73,6 +85,9 @@ pub struct Outbox {
     pub samples: Option<Sender<Vec<Sample>>>,
     /// Pictures at the barriers that were asked for.
     pub barriers: Option<Sender<Barrier>>,
+    /// The film's words, in pieces, for a file that the render can be gone on with. Pieces that make a film are
+    /// taken as they are sent: each pixel counts its own samples.
+    pub film: Option<Sender<Vec<u8>>>,
     /// Views of the unfinished picture, which may be dropped, except for the last. The render stops when
     /// the viewer goes away.
     pub snapshots: Option<Sender<Arc<Snapshot>>>,
@@ -90,7 +105,7 @@ pub struct Outcome {
     pub whole: bool,
     /// The worker that failed, if one did.
     pub failure: Option<WorkerFailure>,
-    /// The sample counts of pictures that were asked for and not reached.
+    /// The ends of pictures that were asked for and not reached.
     pub unreached: Vec<u32>,
     /// Some of the samples that were left out.
     pub rejects: Vec<(Traced, Reject)>,
@@ -102,10 +117,17 @@ pub struct Accumulator {
     region: Region,
     schedule: Schedule,
     outbox: Outbox,
+    /// The index of each pixel's first sample.
+    first: u32,
     /// Orders that each worker has and has not completed.
     outstanding: Vec<usize>,
     gathering: Vec<Gathering>,
     owners: Option<Arc<Vec<u32>>>,
+    /// How often the film is to be sent.
+    checkpoint: Duration,
+    last_checkpoint: Instant,
+    /// The next place to send, of a film that is under way.
+    sending: Option<u32>,
     totals: Totals,
     rejects: Vec<(Traced, Reject)>,
     started: Instant,
@@ -134,19 +156,23 @@ impl Accumulator {
         outbox: Outbox,
     ) -> Accumulator {
         let (workers, shares) = (outbox.orders.len(), schedule.shares());
-        let gather = |&spp: &u32| {
+        let gather = |&end: &u32| {
             // There is no memory for it yet: many counts may be asked for, and few be gathered at a time.
             let picture = Picture { width: region.width, height: region.height, rgb: Vec::new() };
-            Gathering { barrier: Barrier { spp, picture }, missing: shares }
+            Gathering { barrier: Barrier { end, picture }, missing: shares }
         };
         Accumulator {
             film,
             region,
             schedule,
             outbox,
+            first: 0,
             outstanding: vec![0; workers],
             gathering: barriers.iter().map(gather).collect(),
             owners: None,
+            checkpoint: Duration::MAX,
+            last_checkpoint: Instant::now(),
+            sending: None,
             totals: Totals::default(),
             rejects: Vec::new(),
             started: Instant::now(),
@@ -163,10 +189,27 @@ impl Accumulator {
         self
     }
 
+    /// Says that samples begin at this index, and that the film has some from there on already.
+    pub fn going_on(mut self, first: u32) -> Accumulator {
+        let len = self.region.len() as usize;
+        let held = (0..len).map(|place| self.film.seen(place)).sum();
+        let least = self.film.seen_range()[0].min(u64::from(u32::MAX - first)) as u32;
+        self.first = first;
+        (self.totals.samples, self.totals.before, self.totals.spp) = (held, held, least);
+        self
+    }
+
+    /// Says how often the film is to be sent.
+    pub fn with_checkpoints(mut self, every: Duration) -> Accumulator {
+        self.checkpoint = every;
+        self
+    }
+
     /// Gives out work and adds up what comes back, until all is done, somebody asks to stop, or a worker
     /// fails. What has arrived by then is in the film.
     pub fn run(mut self, inbox: Inbox) -> Outcome {
         self.started = Instant::now();
+        self.last_checkpoint = self.started;
         let mut failure = None;
         self.give_orders();
         while !self.deserted {
@@ -185,6 +228,7 @@ impl Accumulator {
         }
         // What has arrived by now counts; closing orders and batches tells the workers to end.
         self.outbox.orders.clear();
+        self.outbox.film = None;
         let arrived = inbox.batches.len();
         for batch in inbox.batches.try_iter().take(arrived) {
             self.take(batch);
@@ -204,7 +248,7 @@ impl Accumulator {
         }
         let spp = self.totals.spp;
         let whole = (0..self.region.len() as usize).all(|place| self.film.seen(place) == u64::from(spp));
-        let unreached = self.gathering.iter().map(|g| g.barrier.spp).collect();
+        let unreached = self.gathering.iter().map(|g| g.barrier.end).collect();
         Outcome { film: self.film, totals: self.totals, whole, failure, unreached, rejects: self.rejects }
     }
 
@@ -222,7 +266,7 @@ impl Accumulator {
 
     /// The time that one sample of every pixel takes, as far as that is known.
     fn pace(&self) -> Option<Duration> {
-        let spp = self.totals.samples as f64 / f64::from(self.region.len());
+        let spp = self.totals.made() as f64 / f64::from(self.region.len());
         (spp > 0.0).then(|| self.started.elapsed().div_f64(spp))
     }
 
@@ -272,9 +316,10 @@ impl Accumulator {
             }
         }
         self.totals.adding += start.elapsed();
-        if let Some(spp) = completes {
-            self.complete(worker, stride, spp);
+        if let Some(end) = completes {
+            self.complete(worker, stride, end);
         }
+        self.send_film();
         self.report();
     }
 
@@ -299,10 +344,10 @@ impl Accumulator {
         }
     }
 
-    fn complete(&mut self, worker: usize, stride: Stride, spp: u32) {
-        self.schedule.complete(stride, spp);
-        self.totals.spp = self.schedule.completed();
-        if let Some(index) = self.gathering.iter().position(|g| g.barrier.spp == spp) {
+    fn complete(&mut self, worker: usize, stride: Stride, end: u32) {
+        self.schedule.complete(stride, end);
+        self.totals.spp = self.schedule.completed().saturating_sub(self.first);
+        if let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) {
             let gathering = &mut self.gathering[index];
             gathering.barrier.picture.rgb.resize(self.region.len() as usize, [0.0; 3]);
             for slot in 0..stride.len(self.region.len()) {
@@ -322,6 +367,28 @@ impl Accumulator {
         }
         self.outstanding[worker] -= 1;
         self.give_orders();
+    }
+
+    /// Sends as much of a film as is taken without waiting, if one is under way or due.
+    fn send_film(&mut self) {
+        let Some(film) = &self.outbox.film else { return };
+        if self.sending.is_none() && self.last_checkpoint.elapsed() < self.checkpoint {
+            return;
+        }
+        let mut place = self.sending.unwrap_or(0);
+        while place < self.region.len() && !film.is_full() {
+            let end = self.region.len().min(place + PIECE);
+            // Whoever keeps the film has gone only if all is over.
+            if film.send(self.film.bytes(place as usize..end as usize)).is_err() {
+                self.outbox.film = None;
+                return;
+            }
+            place = end;
+        }
+        self.sending = (place < self.region.len()).then_some(place);
+        if self.sending.is_none() {
+            self.last_checkpoint = Instant::now();
+        }
     }
 
     /// Tells those who watch, if they have taken the last news.
@@ -351,8 +418,9 @@ impl Accumulator {
             picture: self.film.picture(),
             owners: self.owners.clone().unwrap_or_default(),
             spp_done: self.totals.samples as f64 / f64::from(self.region.len()),
+            spp_before: self.totals.before as f64 / f64::from(self.region.len()),
             spp_target: self.target,
-            samples: self.totals.samples,
+            samples: self.totals.made(),
             seconds: self.totals.elapsed.as_secs_f64(),
             finished,
         }

@@ -5,11 +5,13 @@
 
 pub mod accumulator;
 pub mod batch;
+pub mod held;
 pub mod schedule;
 pub mod stride;
 pub mod worker;
 
 pub use accumulator::{Accumulator, Barrier};
 pub use batch::{Payload, SampleBatch, Traced};
+pub use held::Held;
 pub use schedule::{Deal, Order, Schedule};
 pub use stride::{Region, Stride};

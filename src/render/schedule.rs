@@ -59,6 +59,8 @@ pub struct Schedule {
     workers: usize,
     /// Share i is the stride of places i, i + n, i + 2n, … for n shares in all; worker i mod `workers` owns it.
     shares: Vec<Share>,
+    /// Where everything begins.
+    start: u32,
     /// Where everything ends.
     target: u32,
     deadline: Option<Instant>,
@@ -100,7 +102,14 @@ impl Schedule {
             _ => (pixels / workers as u32 / FEWEST_PIXELS).clamp(1, SHARES),
         };
         let shares = vec![Share::default(); workers * a_worker as usize];
-        Schedule { barriers: Vec::new(), workers, shares, target, deadline, stops }
+        Schedule { barriers: Vec::new(), workers, shares, start: 0, target, deadline, stops }
+    }
+
+    /// The same, beginning with this sample index: what comes before is there, or somebody else's.
+    pub fn starting_at(mut self, start: u32) -> Schedule {
+        self.start = start;
+        self.shares.iter_mut().for_each(|share| share.completed = start);
+        self
     }
 
     /// How many shares the work is cut into.
@@ -169,7 +178,7 @@ impl Schedule {
     fn order(&mut self, index: usize, worker: usize) -> Order {
         let step = self.shares.len() as u32;
         let share = &mut self.shares[index];
-        let first = share.ordered.checked_sub(1).map_or(0, |last| self.barriers[last]);
+        let first = share.ordered.checked_sub(1).map_or(self.start, |last| self.barriers[last]);
         let end = self.barriers[share.ordered];
         share.ordered += 1;
         share.holder = Some(worker);
@@ -183,9 +192,9 @@ impl Schedule {
     }
 
     fn next_barrier(&self, pace: Option<Duration>) -> Option<u32> {
-        let from = self.barriers.last().copied().unwrap_or(0);
+        let from = self.barriers.last().copied().unwrap_or(self.start);
         let late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
-        if from >= self.target || (late && from > 0) {
+        if from >= self.target || (late && from > self.start) {
             return None;
         }
         // The first samples come one by one, so that there is something to see; then orders double until
@@ -237,6 +246,18 @@ mod tests {
         let mut fast = Schedule::new(1, 100, 100_000, None, vec![]);
         let longest = orders(&mut fast, 0, Some(Duration::ZERO)).iter().map(|o| o.end - o.first).max();
         assert_eq!(longest, Some(LONGEST_ORDER));
+    }
+
+    #[test]
+    fn a_schedule_may_begin_anywhere() {
+        let quick = Some(Duration::from_micros(1));
+        let mut schedule = Schedule::new(1, 100, 50, None, vec![42, 3]).starting_at(40);
+        assert_eq!(schedule.completed(), 40);
+        assert_eq!(ranges(&orders(&mut schedule, 0, quick)), [(40, 42), (42, 50)]);
+        let mut finished = Schedule::new(1, 100, 50, None, vec![]).starting_at(50);
+        assert_eq!((finished.next(0, quick), finished.completed()), (Deal::Done, 50));
+        let mut late = Schedule::new(1, 100, 50, Some(Instant::now()), vec![]).starting_at(7);
+        assert_eq!(ranges(&orders(&mut late, 0, None)), [(7, 8)]);
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! A CPU worker: a thread that traces the paths of its orders.
 
 use super::batch::{Payload, SampleBatch, Traced};
+use super::held::Held;
 use super::schedule::Order;
 use super::stride::{Region, Stride};
 use crate::film::sums::{PixelSums, Reject, check, fits};
 use crate::integrator::{Finished, Integrator, Paths, Pixel, Sample};
 use crate::math::lanes::Level;
 use crossbeam_channel::{Receiver, Sender};
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// How many paths are traced at a time, where they are quick: enough that the lanes' last stragglers don't
@@ -41,6 +43,8 @@ pub struct Worker<'a> {
     pub region: Region,
     /// Whether a sink wants every sample.
     pub sends_samples: bool,
+    /// What pixels have already, where not all have the same.
+    pub held: Option<&'a Held>,
 }
 
 impl Worker<'_> {
@@ -57,15 +61,25 @@ impl Worker<'_> {
     /// Traces an order block by block. Returns `None` when nobody wants the batches any more.
     fn carry_out(&self, order: Order, scratch: &mut Scratch, batches: &Sender<SampleBatch>) -> Option<()> {
         let slots = order.stride.len(self.region.len());
-        let samples = order.end - order.first;
+        let held = self.held.filter(|held| !held.is_behind(order));
         let mut since = Instant::now();
         let mut batch = self.empty_batch(order.stride, 0);
         let mut slot = 0;
         while slot < slots {
-            let slots_per_block = (scratch.block / samples as usize).max(1) as u32;
-            let block = slot..slots.min(slot.saturating_add(slots_per_block));
+            let rest = |slot| match held {
+                None => order.first..order.end,
+                Some(held) => held.rest(order.stride.place(slot), order),
+            };
+            let samples = rest(slot);
+            let slots_per_block = (scratch.block / samples.len().max(1)).max(1) as u32;
+            let mut block = slot..slots.min(slot.saturating_add(slots_per_block));
+            if held.is_some() {
+                // A block has the same samples for each of its pixels.
+                block.end = block.clone().find(|&slot| rest(slot) != samples).unwrap_or(block.end);
+            }
             let start = Instant::now();
-            self.trace_block(block.start, block.end, order, scratch, &mut batch);
+            let pixels = block.clone().map(|slot| self.region.pixel(order.stride.place(slot)));
+            self.trace_block(pixels, &samples, scratch, &mut batch);
             slot = block.end;
             scratch.adapt(start.elapsed());
             let long = match &batch.payload {
@@ -91,12 +105,21 @@ impl Worker<'_> {
         SampleBatch { worker, stride, payload, paths: 0, rays: 0, rejects: Vec::new(), completes: None }
     }
 
-    fn trace_block(&self, from: u32, to: u32, order: Order, scratch: &mut Scratch, batch: &mut SampleBatch) {
+    fn trace_block(
+        &self,
+        pixels: impl Iterator<Item = Pixel>,
+        samples: &Range<u32>,
+        scratch: &mut Scratch,
+        batch: &mut SampleBatch,
+    ) {
         scratch.pixels.clear();
-        scratch.pixels.extend((from..to).map(|slot| self.region.pixel(order.stride.place(slot))));
+        scratch.pixels.extend(pixels);
         scratch.finished.clear();
-        let paths =
-            Paths { pixels: &scratch.pixels, first_sample: order.first, samples: order.end - order.first };
+        let paths = Paths {
+            pixels: &scratch.pixels,
+            first_sample: samples.start,
+            samples: samples.end - samples.start,
+        };
         batch.rays += self.integrator.trace(self.level, &paths, &mut scratch.finished);
         batch.paths += paths.len() as u64;
         match &mut batch.payload {

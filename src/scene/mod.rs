@@ -25,4 +25,4 @@ pub mod toml;
 
 pub use description::*;
 pub use diagnostic::{Diagnostic, Position, SceneErrors};
-pub use toml::{Loaded, load, parse};
+pub use toml::{Loaded, Sources, load, parse};

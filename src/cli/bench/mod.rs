@@ -20,6 +20,7 @@ use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 use table::Table;
 
 #[derive(Debug, clap::Args)]
@@ -106,6 +107,7 @@ impl<'a> Bench<'a> {
             name: self.arguments.scene.name(),
             scene: Arc::new(scene),
             region,
+            first: 0,
             spp,
             time: None,
             threads,
@@ -115,6 +117,10 @@ impl<'a> Bench<'a> {
             outputs: Vec::new(),
             dump_at: Vec::new(),
             samples: None,
+            film: None,
+            checkpoint: Duration::MAX,
+            resume: None,
+            fingerprint: None,
             overlay: false,
             view: if self.arguments.quiet { View::Quiet } else { view },
         };

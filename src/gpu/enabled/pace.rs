@@ -5,6 +5,8 @@
 
 use crate::film::sums::MAX_COUNT;
 use crate::render::{Order, Stride};
+use std::collections::VecDeque;
+use std::ops::Range;
 use std::time::Duration;
 
 /// How long a dispatch should take: a frame. Beside it a launch of some tens of microseconds is nothing, and the
@@ -79,45 +81,65 @@ impl Pace {
     }
 }
 
+/// Slots that get the same samples.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Run {
+    pub(super) slots: Range<u32>,
+    pub(super) samples: Range<u32>,
+}
+
 /// What is left of an order: all its samples for a few slots, then for the next.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Remaining {
     order: Order,
-    all_slots: u32,
-    first_slot: u32,
+    /// None is empty.
+    runs: VecDeque<Run>,
     /// Slots that are being worked at; zero before they are chosen.
     slots: u32,
     sample: u32,
 }
 
 impl Remaining {
+    /// An order over some slots, all of which get all of its samples.
     pub(super) fn new(order: Order, all_slots: u32) -> Remaining {
-        Remaining { order, all_slots, first_slot: 0, slots: 0, sample: order.first }
+        Remaining::of(order, [Run { slots: 0..all_slots, samples: order.first..order.end }])
+    }
+
+    /// What is left of an order for slots that have some of it already.
+    pub(super) fn of(order: Order, runs: impl IntoIterator<Item = Run>) -> Remaining {
+        let runs = runs.into_iter().filter(|run| !run.slots.is_empty() && !run.samples.is_empty()).collect();
+        Remaining { order, runs, slots: 0, sample: 0 }
+    }
+
+    /// Whether nothing is left of it.
+    pub(super) fn is_done(&self) -> bool {
+        self.runs.is_empty()
     }
 
     /// The next task, or none when the order is done.
     pub(super) fn next(&mut self, pace: &Pace) -> Option<Task> {
-        if self.first_slot >= self.all_slots {
-            return None;
-        }
-        let left = self.order.end - self.sample;
+        let run = self.runs.front_mut()?;
         if self.slots == 0 {
-            self.slots = pace.tile(self.all_slots - self.first_slot, left).0;
+            self.sample = run.samples.start;
+            self.slots = pace.tile(run.slots.len() as u32, run.samples.len() as u32).0;
         }
-        let (_, samples) = pace.tile(self.slots, left);
+        let (_, samples) = pace.tile(self.slots, run.samples.end - self.sample);
         let mut task = Task {
             stride: self.order.stride,
-            first_slot: self.first_slot,
+            first_slot: run.slots.start,
             slots: self.slots,
             first_sample: self.sample,
             samples,
             completes: None,
         };
         self.sample += samples;
-        if self.sample == self.order.end {
-            self.first_slot += self.slots;
-            (self.slots, self.sample) = (0, self.order.first);
-            task.completes = (self.first_slot == self.all_slots).then_some(self.order.end);
+        if self.sample == run.samples.end {
+            run.slots.start += self.slots;
+            self.slots = 0;
+            if run.slots.is_empty() {
+                self.runs.pop_front();
+            }
+            task.completes = self.runs.is_empty().then_some(self.order.end);
         }
         Some(task)
     }
@@ -157,6 +179,33 @@ mod tests {
                 assert_eq!((completing, tasks.last().unwrap().completes), (1, Some(end)));
             }
         }
+    }
+
+    #[test]
+    fn runs_get_their_own_samples_and_the_last_completes_the_order() {
+        let run = |slots, samples| Run { slots, samples };
+        let runs = [run(0..5, 3..3), run(5..300, 3..9), run(300..300, 0..9), run(300..1000, 7..9)];
+        let order = Order { stride: Stride::ALL, first: 3, end: 9 };
+        let mut remaining = Remaining::of(order, runs.clone());
+        let mut seen = vec![Vec::new(); 1000];
+        let mut completes = Vec::new();
+        while let Some(task) = remaining.next(&Pace { paths: 700.0, sends_samples: false }) {
+            for slot in task.first_slot..task.first_slot + task.slots {
+                seen[slot as usize].extend(task.first_sample..task.first_sample + task.samples);
+            }
+            completes.push(task.completes);
+        }
+        for run in runs {
+            assert!(
+                run.slots.clone().all(|slot| seen[slot as usize] == run.samples.clone().collect::<Vec<_>>())
+            );
+        }
+        assert_eq!(completes.pop(), Some(Some(9)));
+        assert!(completes.iter().all(Option::is_none));
+        assert!(
+            Remaining::of(order, [run(0..5, 9..9)]).is_done()
+                && !Remaining::of(order, [run(0..5, 8..9)]).is_done()
+        );
     }
 
     #[test]

@@ -1,14 +1,15 @@
 //! The worker itself: orders in, dispatches out, batches back.
 
 use super::device::Device;
-use super::pace::{MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Task};
+use super::pace::{MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Run, Task};
 use super::pipeline::{Berth, Flight, Pipeline};
 use super::program::{Program, Shape};
 use super::readback;
 use crate::gpu::{GpuError, Job};
-use crate::render::{Order, Payload, Region, SampleBatch, Stride, Traced};
+use crate::render::{Held, Order, Payload, Region, SampleBatch, Stride, Traced};
 use crossbeam_channel::{Receiver, Sender, TryRecvError};
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Dispatches that the device has at a time: one works while the other is read.
@@ -31,6 +32,7 @@ pub struct GpuWorker {
     index: usize,
     sends_samples: bool,
     pace: Pace,
+    held: Option<Arc<Held>>,
 }
 
 impl GpuWorker {
@@ -61,7 +63,13 @@ impl GpuWorker {
             index: job.index,
             sends_samples: job.sends_samples,
             pace: Pace::new(job.sends_samples),
+            held: None,
         })
+    }
+
+    /// Says what pixels have already, where not all have the same.
+    pub fn holds(&mut self, held: Option<Arc<Held>>) {
+        self.held = held;
     }
 
     /// Goes on at another pace.
@@ -95,16 +103,15 @@ impl GpuWorker {
                 };
                 match order {
                     Ok(order) => {
-                        let slots = order.stride.len(self.region.len());
-                        if slots > 0 && order.first < order.end {
-                            remaining = Some(Remaining::new(order, slots));
-                            continue;
+                        let to_do = self.to_do(order);
+                        if to_do.is_done() {
+                            let mut batch = self.empty_batch(order.stride, 0);
+                            batch.completes = Some(order.end);
+                            if batches.send(batch).is_err() {
+                                return self.wait_for_all(&flights);
+                            }
                         }
-                        let mut batch = self.empty_batch(order.stride, 0);
-                        batch.completes = Some(order.end);
-                        if batches.send(batch).is_err() {
-                            return self.wait_for_all(&flights);
-                        }
+                        remaining = Some(to_do);
                     }
                     Err(TryRecvError::Empty) => break,
                     Err(TryRecvError::Disconnected) => closed = true,
@@ -116,6 +123,18 @@ impl GpuWorker {
             if batches.send(batch).is_err() {
                 return self.wait_for_all(&flights);
             }
+        }
+    }
+
+    /// What an order asks of the slots, as far as they don't have it.
+    fn to_do(&self, order: Order) -> Remaining {
+        let slots = order.stride.len(self.region.len());
+        match &self.held {
+            Some(held) if !held.is_behind(order) => {
+                let runs = held.runs(order, slots);
+                Remaining::of(order, runs.into_iter().map(|(slots, samples)| Run { slots, samples }))
+            }
+            _ => Remaining::new(order, slots),
         }
     }
 

@@ -194,6 +194,7 @@ mod tests {
             owners: Arc::new(vec![0, 1]),
             spp_done,
             spp_target: Some(500),
+            spp_before: 0.0,
             samples: (spp_done * 1e6) as u64,
             seconds: spp_done / 10.0,
             finished,

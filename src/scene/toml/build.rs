@@ -1,6 +1,7 @@
 //! From tables whose keys are known to a [`Scene`]: what no single key can check.
 
 use std::collections::HashMap;
+use std::fmt;
 use std::str::FromStr;
 
 use glam::DVec3;
@@ -316,6 +317,31 @@ impl FromStr for Filter {
     /// The filter of this name with its usual radius, as in a scene file.
     fn from_str(name: &str) -> Result<Self, String> {
         word(|reports| keys::FILTERS.read_word(name, 0, reports), name)
+    }
+}
+
+/// "tent 1": the name and the radius.
+impl fmt::Display for Filter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Filter::None => f.write_str("none"),
+            Filter::Box { radius } => write!(f, "box {radius}"),
+            Filter::Tent { radius } => write!(f, "tent {radius}"),
+        }
+    }
+}
+
+/// The name, as in a scene file.
+impl fmt::Display for Sampler {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(keys::SAMPLERS.name(*self))
+    }
+}
+
+/// The name, as in a scene file.
+impl fmt::Display for Integrator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(keys::INTEGRATORS.name(*self))
     }
 }
 

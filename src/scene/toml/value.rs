@@ -405,6 +405,13 @@ impl<T: Copy + Sync> Choice<T> {
     }
 }
 
+impl<T: Copy + PartialEq> Choice<T> {
+    /// The word for a choice.
+    pub(super) fn name(&self, choice: T) -> &'static str {
+        self.options.iter().find(|(_, other)| *other == choice).map_or("?", |(name, _)| *name)
+    }
+}
+
 impl<T: Copy + Sync> Form for Choice<T> {
     type Output = T;
 

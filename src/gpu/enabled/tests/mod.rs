@@ -1,5 +1,6 @@
 //! The GPU against the CPU, on whatever adapter this machine has: in CI, Mesa's software renderer.
 
+mod held;
 mod layouts;
 mod pictures;
 mod probes;
@@ -24,7 +25,7 @@ use crate::integrator::{self, Integrator};
 use crate::render::{Order, Payload, Region, SampleBatch};
 use crate::sampling::warp::FilmOffset;
 use crate::scene::{RenderSettings, Scene};
-use crate::world::{CompiledScene, Geometry, compile};
+use crate::world::{CompiledScene, Finder, Geometry, compile};
 use crossbeam_channel::{bounded, unbounded};
 
 /// A device, or none on a machine without one, where that is allowed.
@@ -59,13 +60,8 @@ impl Prepared {
 
     /// What the GPU renders, on the CPU.
     fn on_cpu(&self) -> Box<dyn Integrator> {
-        integrator::build(
-            &self.render,
-            self.offset,
-            self.scene.clone().into(),
-            self.geometry.clone(),
-            crate::world::Finder::Simple,
-        )
+        let (scene, geometry) = (self.scene.clone().into(), self.geometry.clone());
+        integrator::build(&self.render, self.offset, scene, geometry, Finder::Fastest)
     }
 
     fn job(&self) -> Job<'_> {

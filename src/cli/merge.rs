@@ -1,0 +1,166 @@
+//! `stride merge`: films of disjoint samples add up to one, exactly.
+
+use super::{Failure, usage};
+use crate::film::file::Head;
+use crate::film::{Film, Holding, Identity, Ranges};
+use crate::output::{
+    self, FilmError, FilmFile, Format, OutputError, PictureOptions, film, open_film, write_film,
+    write_picture,
+};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct MergeArguments {
+    /// Films of one render, of different samples (render --range)
+    #[arg(required = true, value_name = "FILE.film")]
+    films: Vec<PathBuf>,
+    /// What to write: .film, .exr, .png or .hdr; may be given several times
+    #[arg(short, long = "output", value_name = "FILE", required = true)]
+    outputs: Vec<PathBuf>,
+    /// Exposure of PNG in stops, instead of the films'
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = super::render::exposure)]
+    exposure: Option<f64>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// A film whose pixels have not been read yet. The file is closed: there may be thousands.
+struct Part<'a> {
+    path: &'a Path,
+    head: Head,
+    holding: Holding,
+}
+
+impl<'a> Part<'a> {
+    fn read(path: &'a Path) -> Result<Part<'a>, FilmError> {
+        let file = open_film(path)?;
+        Ok(Part { path, head: file.head().clone(), holding: file.holding().clone() })
+    }
+
+    /// The file again, if it is still the same film.
+    fn open(&self) -> Result<FilmFile, Failure> {
+        let file = open_film(self.path)?;
+        if *file.head() == self.head && *file.holding() == self.holding {
+            return Ok(file);
+        }
+        Err(anyhow::anyhow!("{:?} changed while it was read; merge again when it is finished", self.path)
+            .into())
+    }
+}
+
+pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
+    check_outputs(&arguments.outputs)?;
+    let parts: Vec<Part<'_>> =
+        arguments.films.iter().map(|path| Part::read(path)).collect::<Result<_, _>>()?;
+    let Some(first) = parts.first() else { return Err(usage("there is no film to merge")) };
+    let holding = join(first, &parts, arguments.outputs.iter().any(|path| is_film(path)))?;
+
+    // One film's memory, however many there are.
+    let mut film = Film::new(first.head.width, first.head.height)?;
+    for part in &parts {
+        let path = part.path.to_path_buf();
+        part.open()?.add_to(&mut film).map_err(|reason| FilmError { path, reason })?;
+    }
+    let exposure = arguments.exposure.or_else(|| first.head.notes.get("exposure")?.parse().ok());
+    let head = merged_head(first, &holding, exposure.unwrap_or(0.0));
+    write_outputs(&arguments.outputs, &head, &film, &holding, exposure.unwrap_or(0.0))?;
+    if !arguments.quiet {
+        // Standard error may be closed: these are courtesies.
+        let _ = tell(arguments, &holding, &mut std::io::stderr().lock());
+    }
+    Ok(())
+}
+
+fn is_film(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("film"))
+}
+
+fn check_outputs(outputs: &[PathBuf]) -> Result<(), OutputError> {
+    for path in outputs {
+        if is_film(path) {
+            film::check_writable(path)?;
+        } else {
+            output::check_writable(path)?;
+        }
+    }
+    Ok(())
+}
+
+/// What all films hold together, if they are of one render and no sample is in two.
+fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, Failure> {
+    let mut all = Holding::default();
+    for (i, part) in parts.iter().enumerate() {
+        if let Some(difference) = first.head.identity.difference(&part.head.identity) {
+            let (path, other) = (part.path, first.path);
+            return Err(anyhow::anyhow!(
+                "{path:?} and {other:?} are of different renders: of the first, {difference}"
+            )
+            .into());
+        }
+        for before in &parts[..i] {
+            if let Some(both) = before.holding.overlap(&part.holding) {
+                let (path, other) = (before.path, part.path);
+                return Err(anyhow::anyhow!(
+                    "{path:?} and {other:?} both hold the samples {}; leave one of them out",
+                    Ranges(&[both])
+                )
+                .into());
+            }
+            if to_film && !before.holding.can_join(&part.holding) {
+                let (path, other) = (before.path, part.path);
+                return Err(anyhow::anyhow!(
+                    "{path:?} and {other:?} were both interrupted, and a film can say of one range only how far each pixel has come; finish one with --resume, or write a picture (-o FILE.exr)"
+                )
+                .into());
+            }
+        }
+        all.join(&part.holding);
+    }
+    Ok(all)
+}
+
+fn merged_head(first: &Part<'_>, holding: &Holding, exposure: f64) -> Head {
+    let ranges = || holding.whole().iter().chain(holding.open());
+    let asked = ranges().map(|range| range.start).min().unwrap_or(0)
+        ..ranges().map(|range| range.end).max().unwrap_or(0);
+    let notes = Identity::default()
+        .with("exposure", exposure)
+        .with("asked", format_args!("{}..{}", asked.start, asked.end));
+    Head { notes, ..first.head.clone() }
+}
+
+/// Writes all of them, even if one fails, and returns the first error.
+fn write_outputs(
+    outputs: &[PathBuf],
+    head: &Head,
+    film: &Film,
+    holding: &Holding,
+    exposure: f64,
+) -> Result<(), OutputError> {
+    let mut first_error = Ok(());
+    let needs_picture = outputs.iter().any(|path| Format::of(path).is_ok());
+    let picture = needs_picture.then(|| film.picture());
+    for path in outputs {
+        let written = match &picture {
+            Some(picture) if !is_film(path) => write_picture(path, picture, &PictureOptions { exposure }),
+            _ => write_film(path, head, film, holding),
+        };
+        first_error = first_error.and(written);
+    }
+    first_error
+}
+
+fn tell(arguments: &MergeArguments, holding: &Holding, out: &mut impl Write) -> std::io::Result<()> {
+    let names: Vec<String> = arguments.outputs.iter().map(|path| path.display().to_string()).collect();
+    let count = arguments.films.len();
+    let films = if count == 1 { "film has" } else { "films have" };
+    writeln!(out, "{count} {films} the samples {holding}; wrote {}", names.join(", "))?;
+    let missing = holding.missing();
+    if !missing.is_empty() {
+        let hint = Ranges(&missing[..1]);
+        writeln!(out, "missing: {} (render --range {hint})", Ranges(&missing))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,310 @@
+//! The film file: exact sums, the samples that are in them, and what they are a film of, byte by byte.
+//!
+//! `docs/film-format.md` is the format's definition. It is written and read from its start to its end in
+//! pieces, so that neither takes a second film's memory, and ends with a digest of all that went before: a
+//! file of which anything is missing or changed is not a film.
+
+use super::holding::Holding;
+use super::identity::Identity;
+use super::sums::{Film, MemoryError};
+use sha2::{Digest, Sha256};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
+
+/// What every film file begins with. A program that takes it for text changes it.
+const MAGIC: [u8; 8] = *b"\x89FILM\r\n\x1a";
+/// The version of the format that this program writes, and the only one that it reads.
+pub const VERSION: u32 = 1;
+/// Bytes before the text: magic, version, text length, width, height.
+const START_BYTES: u64 = 24;
+/// Bytes of a pixel.
+const PIXEL_BYTES: u64 = Film::BYTES_PER_PIXEL;
+/// Bytes behind the pixels, before the ranges: their number and the open one.
+const TAIL_BYTES: u64 = 12;
+/// Bytes of the digest.
+const DIGEST_BYTES: u64 = 32;
+/// The longest text: far more than any facts need.
+const LONGEST_TEXT: u32 = 1 << 20;
+/// Pixels that are read or written at a time: 1 MiB.
+const PIECE: usize = 1 << 14;
+
+/// What a film file says beside its pixels and their samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Head {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// What determines the bits.
+    pub identity: Identity,
+    /// What does not: `exposure`, `asked` (the range of samples that the film is to have in the end).
+    pub notes: Identity,
+}
+
+impl Head {
+    fn text(&self) -> String {
+        format!("{}\n{}", self.identity, self.notes)
+    }
+
+    fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// The range of samples that the film was to have when it was written.
+    pub fn asked(&self) -> Option<Range<u32>> {
+        let (first, end) = self.notes.get("asked")?.split_once("..")?;
+        Some(first.parse().ok()?..end.parse().ok()?)
+    }
+}
+
+/// Why a file is not taken for a film.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FilmFileError {
+    /// It begins with something else.
+    #[error("it is no film")]
+    NotAFilm,
+    /// It is of another version of the format.
+    #[error("it is a film of version {0}, and this program reads version {VERSION} only")]
+    Version(u32),
+    /// It is too short or too long for what it says.
+    #[error(
+        "it has {found} bytes where a film like this has {expected}: a part of it is missing, or too much"
+    )]
+    Length {
+        /// Bytes that there are.
+        found: u64,
+        /// Bytes that there should be.
+        expected: u64,
+    },
+    /// Its digest is not that of its bytes.
+    #[error("it is damaged: its bytes are not those that were written")]
+    Damaged,
+    /// What it says can't be.
+    #[error("it contradicts itself ({0}): whatever wrote it made a mistake")]
+    Contradiction(&'static str),
+    /// It has not the size of the film that it is to be added to.
+    #[error("it has {}×{} pixels, not {}×{}", .found[0], .found[1], .expected[0], .expected[1])]
+    Size {
+        /// Width and height that it has.
+        found: [u32; 2],
+        /// Width and height that it should have.
+        expected: [u32; 2],
+    },
+    /// There is no memory for it.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
+    /// It can't be read.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+}
+
+/// Writes a film file piece by piece.
+pub struct FilmWriter<W> {
+    out: W,
+    digest: Sha256,
+    pixels_left: u64,
+    seen: [u64; 2],
+}
+
+impl<W: Write> FilmWriter<W> {
+    /// Begins a film.
+    pub fn new(out: W, head: &Head) -> io::Result<FilmWriter<W>> {
+        let text = head.text();
+        let mut writer =
+            FilmWriter { out, digest: Sha256::new(), pixels_left: head.pixels(), seen: [u64::MAX, 0] };
+        writer.put(&MAGIC)?;
+        for word in [VERSION, text.len() as u32, head.width, head.height] {
+            writer.put(&word.to_le_bytes())?;
+        }
+        writer.put(text.as_bytes())?;
+        Ok(writer)
+    }
+
+    /// Writes the next pixels, as [`Film::bytes`] gives them. Whether these were the last.
+    pub fn pixels(&mut self, bytes: &[u8]) -> io::Result<bool> {
+        for pixel in bytes.chunks_exact(PIXEL_BYTES as usize) {
+            let seen = seen(pixel);
+            self.seen = [self.seen[0].min(seen), self.seen[1].max(seen)];
+        }
+        self.pixels_left = self
+            .pixels_left
+            .checked_sub(bytes.len() as u64 / PIXEL_BYTES)
+            .ok_or_else(|| io::Error::other("more pixels than the film has"))?;
+        self.put(bytes)?;
+        Ok(self.pixels_left == 0)
+    }
+
+    /// The fewest and the most samples that were made for a pixel so far.
+    pub fn seen(&self) -> [u64; 2] {
+        self.seen
+    }
+
+    /// Ends the film, whose pixels are all written, and returns what it was written to.
+    pub fn finish(mut self, holding: &Holding) -> io::Result<W> {
+        if self.pixels_left > 0 || !holding.allows(self.seen) {
+            return Err(io::Error::other("a film that contradicts itself"));
+        }
+        let open = holding.open().cloned().unwrap_or(0..0);
+        for word in [holding.whole().len() as u32, open.start, open.end] {
+            self.put(&word.to_le_bytes())?;
+        }
+        for range in holding.whole() {
+            self.put(&range.start.to_le_bytes())?;
+            self.put(&range.end.to_le_bytes())?;
+        }
+        let digest = std::mem::take(&mut self.digest).finalize();
+        self.out.write_all(&digest)?;
+        Ok(self.out)
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.digest.update(bytes);
+        self.out.write_all(bytes)
+    }
+}
+
+/// Samples that were made for a pixel, from its bytes: its count and those left out.
+fn seen(pixel: &[u8]) -> u64 {
+    let word = |at: usize, len: usize| {
+        pixel[at..at + len].iter().rev().fold(0_u64, |word, &byte| word << 8 | u64::from(byte))
+    };
+    word(40, 8).saturating_add(word(60, 4))
+}
+
+/// Writes a whole film at once.
+pub fn write<W: Write>(out: W, head: &Head, film: &Film, holding: &Holding) -> io::Result<W> {
+    let mut writer = FilmWriter::new(out, head)?;
+    let len = head.pixels() as usize;
+    for first in (0..len).step_by(PIECE) {
+        writer.pixels(&film.bytes(first..len.min(first + PIECE)))?;
+    }
+    writer.finish(holding)
+}
+
+/// A film file of which all but the pixels has been read. None of it is to be believed before
+/// [`FilmReader::add_to`] has seen the rest.
+pub struct FilmReader<R> {
+    input: R,
+    head: Head,
+    holding: Holding,
+    /// The digest of what stands before the pixels.
+    digest: Sha256,
+    /// What stands behind them: ranges, then the digest.
+    tail: Vec<u8>,
+}
+
+impl<R: Read + Seek> FilmReader<R> {
+    /// Reads all but the pixels.
+    pub fn open(mut input: R) -> Result<FilmReader<R>, FilmFileError> {
+        let found = input.seek(SeekFrom::End(0))?;
+        input.rewind()?;
+        let mut start = [0; START_BYTES as usize];
+        read_exactly(&mut input, &mut start[..8], found)?;
+        if start[..8] != MAGIC {
+            return Err(FilmFileError::NotAFilm);
+        }
+        read_exactly(&mut input, &mut start[8..], found)?;
+        let [version, text_length, width, height] = [8, 12, 16, 20].map(|at| word(&start, at));
+        if version != VERSION {
+            return Err(FilmFileError::Version(version));
+        }
+        if text_length > LONGEST_TEXT {
+            return Err(FilmFileError::Damaged);
+        }
+        // Nothing is allocated for what the file doesn't have.
+        let pixels = (u64::from(width) * u64::from(height)).saturating_mul(PIXEL_BYTES);
+        let before_tail = pixels.saturating_add(START_BYTES + u64::from(text_length));
+        let length = |ranges: u64| before_tail.saturating_add(TAIL_BYTES + 8 * ranges + DIGEST_BYTES);
+        if found < length(0) {
+            return Err(FilmFileError::Length { found, expected: length(0) });
+        }
+        let mut text = vec![0; text_length as usize];
+        input.read_exact(&mut text)?;
+        input.seek(SeekFrom::Start(before_tail))?;
+        let mut tail = vec![0; TAIL_BYTES as usize];
+        input.read_exact(&mut tail)?;
+        let ranges = u64::from(word(&tail, 0));
+        if found != length(ranges) {
+            return Err(FilmFileError::Length { found, expected: length(ranges) });
+        }
+        input.by_ref().take(8 * ranges + DIGEST_BYTES).read_to_end(&mut tail)?;
+        input.seek(SeekFrom::Start(START_BYTES + u64::from(text_length)))?;
+
+        let text_str = std::str::from_utf8(&text).map_err(|_| FilmFileError::Damaged)?;
+        let (identity, notes) = text_str.split_once("\n\n").ok_or(FilmFileError::Damaged)?;
+        let identity = Identity::parse(identity).ok_or(FilmFileError::Damaged)?;
+        let notes = Identity::parse(notes).ok_or(FilmFileError::Damaged)?;
+        let open = word(&tail, 4)..word(&tail, 8);
+        let whole = (0..ranges as usize).map(|i| word(&tail, 12 + 8 * i)..word(&tail, 16 + 8 * i));
+        let holding = Holding::new(whole.collect(), (open != (0..0)).then_some(open))
+            .ok_or(FilmFileError::Contradiction("its ranges of samples are out of order"))?;
+        let mut digest = Sha256::new();
+        digest.update(start);
+        digest.update(&text);
+        let head = Head { width, height, identity, notes };
+        Ok(FilmReader { input, head, holding, digest, tail })
+    }
+
+    /// What it says of itself.
+    pub fn head(&self) -> &Head {
+        &self.head
+    }
+
+    /// The samples that it holds.
+    pub fn holding(&self) -> &Holding {
+        &self.holding
+    }
+
+    /// Reads the whole film.
+    pub fn read(self) -> Result<Film, FilmFileError> {
+        let mut film = Film::new(self.head.width, self.head.height)?;
+        self.add_to(&mut film)?;
+        Ok(film)
+    }
+
+    /// Adds the pixels to a film, a piece at a time. After an error what the film holds is worth nothing.
+    pub fn add_to(mut self, film: &mut Film) -> Result<(), FilmFileError> {
+        let (found, expected) = ([self.head.width, self.head.height], [film.width(), film.height()]);
+        if found != expected {
+            return Err(FilmFileError::Size { found, expected });
+        }
+        let len = self.head.pixels() as usize;
+        let mut piece = vec![0; len.min(PIECE) * PIXEL_BYTES as usize];
+        let mut range = [u64::MAX, 0];
+        for first in (0..len).step_by(PIECE) {
+            let piece = &mut piece[..(len - first).min(PIECE) * PIXEL_BYTES as usize];
+            self.input.read_exact(piece)?;
+            self.digest.update(&piece);
+            let [least, most] = film.add_bytes(first, piece);
+            range = [range[0].min(least), range[1].max(most)];
+        }
+        let (ranges, digest) = self.tail.split_at(self.tail.len() - DIGEST_BYTES as usize);
+        self.digest.update(ranges);
+        if self.digest.finalize()[..] != *digest {
+            return Err(FilmFileError::Damaged);
+        }
+        if !self.holding.allows(range) {
+            return Err(FilmFileError::Contradiction("its pixels count other samples than it says it holds"));
+        }
+        Ok(())
+    }
+}
+
+/// Reads a file's first bytes, which it may not have.
+fn read_exactly(input: &mut impl Read, bytes: &mut [u8], found: u64) -> Result<(), FilmFileError> {
+    input.read_exact(bytes).map_err(|error| match error.kind() {
+        ErrorKind::UnexpectedEof if found < 8 => FilmFileError::NotAFilm,
+        ErrorKind::UnexpectedEof => {
+            FilmFileError::Length { found, expected: START_BYTES + TAIL_BYTES + DIGEST_BYTES }
+        }
+        _ => error.into(),
+    })
+}
+
+fn word(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,203 @@
+use super::*;
+use crate::film::sums::{MAX_RADIANCE, PixelSums};
+use std::io::Cursor;
+
+fn head(width: u32, height: u32) -> Head {
+    let identity = Identity::default().with("scene", "5eed").with("seed", 7);
+    let notes = Identity::default().with("exposure", 1.5).with("asked", "10..20");
+    Head { width, height, identity, notes }
+}
+
+/// A film whose pixels have between `least` and `most` samples, bright ones and ones left out among them.
+fn film(width: u32, height: u32, least: u32, most: u32) -> Film {
+    let mut film = Film::new(width, height).unwrap();
+    for pixel in 0..(width * height) as usize {
+        for i in 0..least + (pixel as u32) % (most - least + 1) {
+            let x = (i + 1) as f32;
+            let radiance = match i % 4 {
+                0 => [x, 0.1 / x, 1e-9],
+                1 => [MAX_RADIANCE, x * 1e6, 0.0],
+                2 => [-1.0, 0.0, 0.0],
+                _ => [f32::MIN_POSITIVE; 3],
+            };
+            let _ = film.add_sample(pixel, radiance);
+        }
+    }
+    film
+}
+
+fn file(head: &Head, film: &Film) -> Vec<u8> {
+    let [least, most] = film.seen_range();
+    write(Vec::new(), head, film, &Holding::prefix(10..20, least, most)).unwrap()
+}
+
+fn read(bytes: &[u8]) -> Result<(Head, Holding, Film), FilmFileError> {
+    let reader = FilmReader::open(Cursor::new(bytes))?;
+    let (head, holding) = (reader.head().clone(), reader.holding().clone());
+    Ok((head, holding, reader.read()?))
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    for (width, height, least, most) in [(1, 1, 0, 0), (3, 2, 4, 4), (7, 5, 2, 9), (300, 200, 1, 3)] {
+        let (head, film) = (head(width, height), film(width, height, least, most));
+        let (read_head, holding, read_film) = read(&file(&head, &film)).unwrap();
+        assert!(read_head == head && read_film == film);
+        assert_eq!(holding, Holding::prefix(10..20, least.into(), film.seen_range()[1]));
+        assert_eq!(read_head.asked(), Some(10..20));
+    }
+}
+
+#[test]
+fn the_layout_is_the_documented_one() {
+    let (head, mut film) = (head(2, 1), Film::new(2, 1).unwrap());
+    film.add_sample(1, [2.0, 0.5, 1.0]).unwrap();
+    film.add_sample(1, [f32::NAN, 0.0, 0.0]).unwrap_err();
+    let file = file(&head, &film);
+    let text = "scene: 5eed\nseed: 7\n\nexposure: 1.5\nasked: 10..20\n";
+    let mut expected = b"\x89FILM\r\n\x1a".to_vec();
+    for word in [1, text.len() as u32, 2, 1] {
+        expected.extend(word.to_le_bytes());
+    }
+    expected.extend(text.as_bytes());
+    expected.extend([0; 64]);
+    let squares = (4.0 + 0.25 + 1.0) * 4_294_967_296.0;
+    for word in [2 << 32, 1 << 31, 1 << 32, squares as u64, 0, 1_u64] {
+        expected.extend(word.to_le_bytes());
+    }
+    expected.extend([0; 12]);
+    expected.extend(1_u32.to_le_bytes());
+    for word in [0_u32, 10, 20] {
+        expected.extend(word.to_le_bytes());
+    }
+    assert_eq!(file[..file.len() - 32], expected);
+    assert_eq!(file[file.len() - 32..], Sha256::digest(&expected)[..]);
+}
+
+#[test]
+fn any_flipped_bit_is_refused() {
+    let good = file(&head(3, 2), &film(3, 2, 3, 6));
+    assert!(read(&good).is_ok());
+    let mut bad = good.clone();
+    for bit in 0..8 * good.len() {
+        bad[bit / 8] ^= 1 << (bit % 8);
+        assert!(read(&bad).is_err(), "bit {bit} of {}", 8 * good.len());
+        bad[bit / 8] ^= 1 << (bit % 8);
+    }
+    assert_eq!(bad, good);
+}
+
+#[test]
+fn any_other_length_is_refused() {
+    let good = file(&head(3, 2), &film(3, 2, 3, 6));
+    for length in 0..good.len() {
+        let error = read(&good[..length]).err().unwrap_or_else(|| panic!("{length} bytes are taken"));
+        let known = matches!(error, FilmFileError::NotAFilm | FilmFileError::Length { .. });
+        assert!(known, "{length} bytes: {error}");
+    }
+    for more in [1, 8, 1000] {
+        let long = [&good[..], &vec![0; more]].concat();
+        assert!(matches!(read(&long), Err(FilmFileError::Length { .. })), "{more} bytes more");
+    }
+}
+
+/// The bytes with their right digest.
+fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    let end = bytes.len() - 32;
+    let digest = Sha256::digest(&bytes[..end]);
+    bytes[end..].copy_from_slice(&digest);
+    bytes
+}
+
+#[test]
+fn sizes_that_no_machine_has_are_refused_before_memory_is_asked_for() {
+    let good = file(&head(3, 2), &film(3, 2, 1, 1));
+    for (width, height) in [(u32::MAX, u32::MAX), (1 << 31, 2), (65_536, 65_536)] {
+        let mut large = good.clone();
+        large[16..20].copy_from_slice(&u32::to_le_bytes(width));
+        large[20..24].copy_from_slice(&u32::to_le_bytes(height));
+        assert!(matches!(read(&sealed(large)), Err(FilmFileError::Length { .. })));
+    }
+    let mut many_ranges = good.clone();
+    let at = good.len() - 32 - 8 - 12;
+    many_ranges[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert!(matches!(read(&sealed(many_ranges)), Err(FilmFileError::Length { .. })));
+    let mut long_text = good.clone();
+    long_text[12..16].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert!(read(&sealed(long_text)).is_err());
+}
+
+#[test]
+fn what_other_programs_write_is_told_apart() {
+    let good = file(&head(3, 2), &film(3, 2, 1, 1));
+    let mut newer = good.clone();
+    newer[8] = 2;
+    let said = read(&sealed(newer)).unwrap_err().to_string();
+    assert!(said.contains("version 2") && said.contains("version 1"), "{said}");
+    assert!(matches!(read(b"\x89PNG\r\n\x1a\n and so on"), Err(FilmFileError::NotAFilm)));
+    // A right digest over a wrong count.
+    let mut liar = good.clone();
+    let count = good.len() - 32 - 8 - 12 - 64 + 40;
+    liar[count] += 1;
+    assert!(matches!(read(&sealed(liar)), Err(FilmFileError::Contradiction(_))));
+    assert!(read(&sealed(good)).is_ok());
+}
+
+#[test]
+fn films_of_disjoint_samples_add_up_to_the_whole() {
+    let size = (7, 5);
+    let parts: Vec<Film> = (0..5).map(|i| film(size.0, size.1, i, i + 3)).collect();
+    let mut whole = Film::new(size.0, size.1).unwrap();
+    for pixel in 0..35 {
+        // Once more by hand: what `film` adds.
+        for i in 0..5_u32 {
+            for n in 0..i + pixel % 4 {
+                let x = (n + 1) as f32;
+                let _ = whole.add_sample(
+                    pixel as usize,
+                    match n % 4 {
+                        0 => [x, 0.1 / x, 1e-9],
+                        1 => [MAX_RADIANCE, x * 1e6, 0.0],
+                        2 => [-1.0, 0.0, 0.0],
+                        _ => [f32::MIN_POSITIVE; 3],
+                    },
+                );
+            }
+        }
+    }
+    for turn in 0..5 {
+        let mut sum = Film::new(size.0, size.1).unwrap();
+        for part in parts.iter().cycle().skip(turn).take(5) {
+            let bytes = file(&head(size.0, size.1), part);
+            FilmReader::open(Cursor::new(bytes)).unwrap().add_to(&mut sum).unwrap();
+        }
+        assert!(sum == whole);
+    }
+    let mut other = Film::new(5, 7).unwrap();
+    let reader = FilmReader::open(Cursor::new(file(&head(7, 5), &parts[0]))).unwrap();
+    assert!(matches!(reader.add_to(&mut other), Err(FilmFileError::Size { .. })));
+}
+
+#[test]
+fn sums_below_zero_and_beyond_64_bits_survive() {
+    let mut film = Film::new(1, 1).unwrap();
+    let sums = PixelSums { rgb: [-5, i64::MIN, i64::MAX], squares: i64::MAX, count: 3, rejected: 0 };
+    (0..4).for_each(|_| film.add_sums(0, &sums));
+    let mut twice = film.clone();
+    (0..4).for_each(|_| twice.add_sums(0, &sums));
+    let bytes = write(Vec::new(), &head(1, 1), &film, &Holding::prefix(0..12, 12, 12)).unwrap();
+    assert!(read(&bytes).unwrap().2 == film);
+    FilmReader::open(Cursor::new(bytes)).unwrap().add_to(&mut film).unwrap();
+    assert!(film == twice);
+}
+
+#[test]
+fn a_film_that_would_contradict_itself_is_not_written() {
+    let film = film(3, 2, 1, 4);
+    assert!(write(Vec::new(), &head(3, 2), &film, &Holding::prefix(0..9, 4, 4)).is_err());
+    let mut writer = FilmWriter::new(Vec::new(), &head(3, 2)).unwrap();
+    assert!(!writer.pixels(&film.bytes(0..5)).unwrap());
+    let holding = Holding::prefix(0..9, 1, 4);
+    assert!(writer.pixels(&film.bytes(0..2)).is_err(), "one pixel too many");
+    assert!(writer.finish(&holding).is_err());
+}

@@ -1,0 +1,206 @@
+//! Which samples of its pixels a film holds, whoever made them.
+#![allow(clippy::single_range_in_vec_init, reason = "lists of ranges are what this is about")]
+
+use std::fmt;
+use std::ops::Range;
+
+/// The indices of the samples that a film holds: ranges that every pixel has whole, and at most one that is
+/// under way, of which each pixel has the first few.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Holding {
+    /// Ascending, none empty, with gaps between them.
+    whole: Vec<Range<u32>>,
+    /// Of these a pixel has as many, from the first on, as its counts say beyond the whole ranges.
+    open: Option<Range<u32>>,
+}
+
+impl Holding {
+    /// What pixels hold that have been given `range` from its first sample on, and have between `least` and
+    /// `most` samples of it.
+    pub fn prefix(range: Range<u32>, least: u64, most: u64) -> Holding {
+        let held = |n: u64| u32::try_from(n).unwrap_or(u32::MAX).min(range.end - range.start);
+        let (least, most) = (held(least), held(most));
+        let begun = range.start + least;
+        let whole = if least > 0 { vec![range.start..begun] } else { Vec::new() };
+        Holding { whole, open: (most > least).then_some(begun..range.end) }
+    }
+
+    /// From the ranges of a file; none where they are out of order, empty, or overlap.
+    pub(super) fn new(whole: Vec<Range<u32>>, open: Option<Range<u32>>) -> Option<Holding> {
+        let ordered = whole.windows(2).all(|pair| pair[0].end < pair[1].start);
+        let filled = whole.iter().chain(&open).all(|range| range.start < range.end);
+        let apart = |open: &Range<u32>| whole.iter().all(|range| common(range, open).is_empty());
+        (ordered && filled && open.as_ref().is_none_or(apart)).then_some(Holding { whole, open })
+    }
+
+    /// The ranges that every pixel holds whole, in ascending order.
+    pub fn whole(&self) -> &[Range<u32>] {
+        &self.whole
+    }
+
+    /// The range that is under way, if there is one.
+    pub fn open(&self) -> Option<&Range<u32>> {
+        self.open.as_ref()
+    }
+
+    /// How many samples every pixel holds.
+    pub fn least(&self) -> u64 {
+        self.whole.iter().map(|range| u64::from(range.end - range.start)).sum()
+    }
+
+    /// The first index, if the film is what a render from there on has, without a gap.
+    pub fn start(&self) -> Option<u32> {
+        match (&self.whole[..], &self.open) {
+            ([only], None) => Some(only.start),
+            ([only], Some(open)) if only.end == open.start => Some(only.start),
+            ([], Some(open)) => Some(open.start),
+            _ => None,
+        }
+    }
+
+    /// Whether pixels may have so many samples, at least and at most.
+    pub(super) fn allows(&self, [least, most]: [u64; 2]) -> bool {
+        let open = self.open.as_ref().map_or(0, |range| u64::from(range.end - range.start));
+        let whole = self.least();
+        (whole..=whole + open).contains(&least) && (whole..=whole + open).contains(&most)
+    }
+
+    /// Samples that another film holds too, or may hold: all of a range under way counts.
+    pub fn overlap(&self, other: &Holding) -> Option<Range<u32>> {
+        let theirs = || other.whole.iter().chain(&other.open);
+        let all =
+            self.whole.iter().chain(&self.open).flat_map(|mine| theirs().map(|theirs| common(mine, theirs)));
+        all.into_iter().find(|both| !both.is_empty())
+    }
+
+    /// Adds what another film holds, of which it holds nothing yet. Where of both a range is under way, the
+    /// other's is forgotten: see [`Holding::can_join`].
+    pub fn join(&mut self, other: &Holding) {
+        self.whole.extend_from_slice(&other.whole);
+        self.whole.sort_unstable_by_key(|range| range.start);
+        self.whole.dedup_by(|next, range| {
+            let touch = range.end == next.start;
+            if touch {
+                range.end = next.end;
+            }
+            touch
+        });
+        self.open = self.open.take().or_else(|| other.open.clone());
+    }
+
+    /// Whether one film file can say what both hold: a pixel's counts tell of one range how much of it there
+    /// is, not of two.
+    pub fn can_join(&self, other: &Holding) -> bool {
+        self.open.is_none() || other.open.is_none()
+    }
+
+    /// What lacks between the first sample of all, number 0, and the last that is held or under way.
+    pub fn missing(&self) -> Vec<Range<u32>> {
+        let end = self.whole.iter().chain(&self.open).map(|range| range.end).max().unwrap_or(0);
+        let mut missing = Vec::new();
+        let mut at = 0;
+        for range in &self.whole {
+            if at < range.start {
+                missing.push(at..range.start);
+            }
+            at = range.end;
+        }
+        if at < end {
+            missing.push(at..end);
+        }
+        missing
+    }
+}
+
+fn common(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
+    a.start.max(b.start)..a.end.min(b.end)
+}
+
+/// "0..16, 32..48, and some of 48..64", as `--range` writes ranges.
+impl fmt::Display for Holding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.whole[..], &self.open) {
+            ([], None) => f.write_str("none"),
+            ([], Some(open)) => write!(f, "some of {}", Ranges(std::slice::from_ref(open))),
+            (whole, None) => write!(f, "{}", Ranges(whole)),
+            (whole, Some(open)) => {
+                write!(f, "{}, and some of {}", Ranges(whole), Ranges(std::slice::from_ref(open)))
+            }
+        }
+    }
+}
+
+/// "0..16, 32..48": ranges as `--range` writes them.
+pub struct Ranges<'a>(pub &'a [Range<u32>]);
+
+impl fmt::Display for Ranges<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, range) in self.0.iter().enumerate() {
+            let comma = if i > 0 { ", " } else { "" };
+            write!(f, "{comma}{}..{}", range.start, range.end)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn whole(first: u32, end: u32) -> Holding {
+        Holding::prefix(first..end, u64::from(end - first), u64::from(end - first))
+    }
+
+    #[test]
+    fn a_prefix_is_whole_as_far_as_every_pixel_has_it() {
+        assert_eq!(whole(3, 9), Holding { whole: vec![3..9], open: None });
+        let begun = Holding::prefix(3..9, 0, 1);
+        assert_eq!((begun.to_string(), begun.least(), begun.start()), ("some of 3..9".into(), 0, Some(3)));
+        let ragged = Holding::prefix(3..9, 2, 4);
+        assert_eq!(ragged.to_string(), "3..5, and some of 5..9");
+        assert_eq!((ragged.least(), ragged.start()), (2, Some(3)));
+        assert!(ragged.allows([2, 6]) && !ragged.allows([1, 6]) && !ragged.allows([2, 7]));
+        assert_eq!(Holding::prefix(0..4, 0, 0).to_string(), "none");
+    }
+
+    #[test]
+    fn ranges_join_where_they_touch_whatever_their_order() {
+        let parts = [whole(4, 8), whole(0, 4), whole(12, 16), whole(8, 9)];
+        for turn in 0..4 {
+            let mut all = Holding::default();
+            parts.iter().cycle().skip(turn).take(4).for_each(|part| all.join(part));
+            assert_eq!((all.to_string(), all.missing()), ("0..9, 12..16".into(), vec![9..12]));
+            assert_eq!((all.start(), all.least()), (None, 13));
+            all.join(&whole(9, 12));
+            assert_eq!((all.start(), all.missing()), (Some(0), vec![]));
+        }
+    }
+
+    #[test]
+    fn what_both_hold_is_named() {
+        let first = whole(0, 10);
+        assert_eq!(first.overlap(&whole(9, 12)), Some(9..10));
+        assert_eq!(first.overlap(&whole(10, 12)), None);
+        // Nobody knows how far a pixel's samples of an open range reach: all of it counts.
+        let mut open = Holding::prefix(10..20, 3, 5);
+        assert_eq!(open.overlap(&whole(19, 30)), Some(19..20));
+        open.join(&first);
+        assert_eq!((open.to_string(), open.missing()), ("0..13, and some of 13..20".into(), vec![13..20]));
+        assert!(!open.can_join(&Holding::prefix(40..50, 0, 1)) && open.can_join(&whole(40, 50)));
+    }
+
+    #[test]
+    fn ranges_of_a_file_must_be_in_order() {
+        assert_eq!(Holding::new(vec![0..2, 4..5], Some(2..4)).unwrap().start(), None);
+        assert!(Holding::new(vec![], None).is_some());
+        for (whole, open) in [
+            (vec![2..3, 0..1], None),
+            (vec![0..1, 1..2], None),
+            (vec![1..1], None),
+            (vec![0..4], Some(3..5)),
+            (vec![], Some(7..7)),
+        ] {
+            assert_eq!(Holding::new(whole.clone(), open.clone()), None, "{whole:?} {open:?}");
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! Going on with a film whose pixels don't all have the same.
+
+use super::{GpuWorker, Prepared, carry_out, device, scenes};
+use crate::film::Film;
+use crate::render::{Held, Order, Payload, Region, SampleBatch, Stride};
+use std::sync::Arc;
+
+fn add(film: &mut Film, batches: &[SampleBatch]) {
+    for batch in batches {
+        let Payload::Sums { first_slot, sums, wide, .. } = &batch.payload else { panic!("no sums") };
+        for (slot, sums) in (*first_slot..).zip(sums) {
+            film.add_sums(batch.stride.place(slot) as usize, sums);
+        }
+        for (slot, sums) in wide {
+            film.add_wide(batch.stride.place(*slot) as usize, sums);
+        }
+    }
+}
+
+#[test]
+fn pixels_get_what_they_lack_and_the_film_is_that_of_one_run() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(40, 30), 0);
+    let order = |stride, first, end| Order { stride, first, end };
+    let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
+    let mut whole = Film::new(40, 30).unwrap();
+    add(&mut whole, &carry_out(&mut worker, &[order(Stride::ALL, 0, 21)]));
+
+    let mut film = Film::new(40, 30).unwrap();
+    let third = Stride::ALL.split(1, 3);
+    let (ninth, fifth) = (third.split(2, 3), Stride::every(1, 1000));
+    let begun = [order(Stride::ALL, 0, 2), order(third, 2, 9), order(ninth, 9, 21), order(fifth, 2, 2)];
+    add(&mut film, &carry_out(&mut worker, &begun));
+    assert!(film != whole);
+    worker.holds(Held::of(&film, Region::whole(40, 30), 0).map(Arc::new));
+    let orders = [order(ninth, 0, 21), order(Stride::ALL, 2, 11), order(Stride::ALL, 11, 21)];
+    let batches = carry_out(&mut worker, &orders);
+    assert_eq!(batches.iter().filter_map(|batch| batch.completes).collect::<Vec<_>>(), [21, 11, 21]);
+    add(&mut film, &batches);
+    assert!(film == whole);
+}

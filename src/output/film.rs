@@ -1,0 +1,150 @@
+//! Film files on disk: checkpoints while a render runs, the whole film at its end, and back again.
+
+use std::fs::File;
+use std::io::{BufReader, BufWriter, ErrorKind, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use crossbeam_channel::Receiver;
+use thiserror::Error;
+
+use super::atomic::{self, Draft};
+use super::error::OutputError;
+use crate::film::file::{self, FilmFileError, FilmReader, FilmWriter, Head};
+use crate::film::{Film, Holding};
+
+/// A film file that can't be read, or is none.
+#[derive(Debug, Error)]
+#[error("cannot read {path:?}: {}", said(.reason))]
+pub struct FilmError {
+    /// The file asked for.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub reason: FilmFileError,
+}
+
+fn said(reason: &FilmFileError) -> String {
+    match reason {
+        FilmFileError::Io(error) if error.kind() == ErrorKind::NotFound => {
+            "there is no such file; --film begins one".to_owned()
+        }
+        FilmFileError::Io(error) if error.kind() == ErrorKind::IsADirectory => "it is a folder".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+/// A film file on its way in.
+pub type FilmFile = FilmReader<BufReader<File>>;
+
+/// Opens a film file: all but its pixels is read.
+pub fn open_film(path: &Path) -> Result<FilmFile, FilmError> {
+    let open = || -> Result<FilmFile, FilmFileError> {
+        let file = File::open(path)?;
+        FilmReader::open(BufReader::with_capacity(1 << 16, file))
+    };
+    open().map_err(|reason| FilmError { path: path.to_path_buf(), reason })
+}
+
+/// Finds out, before hours of rendering, whether a film can be written to `path`. Leaves nothing behind.
+pub fn check_writable(path: &Path) -> Result<(), OutputError> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    if !extension.eq_ignore_ascii_case("film") {
+        let (path, extension) = (path.to_path_buf(), extension.to_string());
+        return Err(OutputError::UnknownFormat { path, extension, known: ".film".into() });
+    }
+    atomic::check_place(path)
+}
+
+/// Writes a film file, whole or not at all.
+pub fn write_film(path: &Path, head: &Head, film: &Film, holding: &Holding) -> Result<(), OutputError> {
+    let draft = Draft::begin(path)?;
+    let write = |out: File| file::write(BufWriter::with_capacity(1 << 20, out), head, film, holding)?.flush();
+    draft.file().and_then(write).map_err(|error| OutputError::from_io(path, error))?;
+    draft.commit()
+}
+
+/// The sink that keeps a run: a film file that is written anew from time to time.
+#[derive(Clone, Debug)]
+pub struct FilmSink {
+    /// Where it stands.
+    pub path: PathBuf,
+    /// What it says of itself.
+    pub head: Head,
+    /// The samples that the run is to give every pixel, from the first on.
+    pub range: Range<u32>,
+}
+
+impl FilmSink {
+    /// Writes the film to a path.
+    pub fn write(&self, path: &Path, film: &Film) -> Result<(), OutputError> {
+        write_film(path, &self.head, film, &self.holding(film.seen_range()))
+    }
+
+    fn holding(&self, [least, most]: [u64; 2]) -> Holding {
+        Holding::prefix(self.range.clone(), least, most)
+    }
+
+    /// Writes films whose pixels come in pieces, one film after the other, until the channel closes. Pieces
+    /// of one film may be taken at different times: each pixel counts its own samples. A film that can't be
+    /// written is told of and given up; the next one is another attempt.
+    pub fn keep(&self, pieces: &Receiver<Vec<u8>>, tell: impl Fn(String)) {
+        let len = self.head.width as usize * self.head.height as usize;
+        let (mut draft, mut received, mut failing) = (None, 0, false);
+        for piece in pieces {
+            let first = received == 0;
+            received += piece.len() / Film::BYTES_PER_PIXEL as usize;
+            let last = received == len;
+            received %= len;
+            let begun = if first { Some(self.begin()) } else { draft.take().map(Ok) };
+            // Given up already: its other pieces still come.
+            let Some(checkpoint) = begun else { continue };
+            let added = checkpoint.and_then(|checkpoint| checkpoint.add(&piece, self));
+            let ended = added.and_then(|checkpoint| match last {
+                true => checkpoint.end(self).map(|()| None),
+                false => Ok(Some(checkpoint)),
+            });
+            match ended {
+                Ok(under_way @ Some(_)) => draft = under_way,
+                Ok(None) => {
+                    if std::mem::take(&mut failing) {
+                        tell(format!("{:?} is written again", self.path));
+                    }
+                }
+                Err(error) => {
+                    failing = true;
+                    tell(format!("{error}; the render goes on, and the film is tried again"));
+                }
+            }
+        }
+    }
+
+    fn begin(&self) -> Result<Checkpoint, OutputError> {
+        let draft = Draft::begin(&self.path)?;
+        let out = draft.file().map(|file| BufWriter::with_capacity(1 << 20, file));
+        let writer = out.and_then(|out| FilmWriter::new(out, &self.head));
+        let writer = writer.map_err(|error| OutputError::from_io(&self.path, error))?;
+        Ok(Checkpoint { draft, writer })
+    }
+}
+
+/// A film that is being written.
+struct Checkpoint {
+    draft: Draft,
+    writer: FilmWriter<BufWriter<File>>,
+}
+
+impl Checkpoint {
+    fn add(mut self, piece: &[u8], sink: &FilmSink) -> Result<Checkpoint, OutputError> {
+        match self.writer.pixels(piece) {
+            Ok(_) => Ok(self),
+            Err(error) => Err(OutputError::from_io(&sink.path, error)),
+        }
+    }
+
+    fn end(self, sink: &FilmSink) -> Result<(), OutputError> {
+        let holding = sink.holding(self.writer.seen());
+        let written = self.writer.finish(&holding).and_then(|mut out| out.flush());
+        written.map_err(|error| OutputError::from_io(&sink.path, error))?;
+        self.draft.commit()
+    }
+}

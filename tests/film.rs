@@ -1,0 +1,475 @@
+//! Film files as users meet them: renders that are killed and gone on with, shards, damage, and disks that fail.
+
+use rand::RngExt;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use stride::sampling::Stream;
+
+fn cover() -> String {
+    format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn stride(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    stride(folder, arguments).output().expect("the program starts")
+}
+
+/// Runs and demands success; returns what was said on standard output and standard error.
+fn succeed(folder: &Path, arguments: &[&str]) -> (String, String) {
+    let output = run(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {said}");
+    (String::from_utf8_lossy(&output.stdout).into_owned(), said)
+}
+
+/// Runs and demands a refusal with this exit code; returns what was said.
+fn refused(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    said
+}
+
+/// The arguments of a render of the cover without a window or a word, and more of them.
+fn render<'a>(scene: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["render", scene, "--headless", "-q", "--size", "40x30"][..], more].concat()
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn bytes(folder: &Path, name: &str) -> Vec<u8> {
+    fs::read(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// How often to do what a quick test does a few times: more with `STRIDE_KILLS=100`.
+fn kills() -> usize {
+    std::env::var("STRIDE_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(8)
+}
+
+#[test]
+fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
+    let dir = folder();
+    let scene = cover();
+    let spp = &(500 * kills().max(8)).to_string();
+    succeed(dir.path(), &render(&scene, &["--spp", spp, "--film", "whole.film", "-o", "whole.exr"]));
+    let stream = &mut Stream::new(u32::try_from(kills()).unwrap(), 0, 0);
+    let (mut killed, mut rounds) = (0, 0);
+    while killed < kills() {
+        rounds += 1;
+        assert!(rounds < 10 * kills(), "only {killed} of {rounds} renders were killed before their end");
+        for name in ["part.film", "part.exr"] {
+            let _ = fs::remove_file(dir.path().join(name));
+        }
+        // One render, killed again and again.
+        for attempt in 0.. {
+            assert!(attempt < 100, "it does not come on");
+            let threads = stream.random_range(1..=3).to_string();
+            let begins = !dir.path().join("part.film").exists();
+            let film: &[&str] =
+                if begins { &["--film", "part.film", "--spp", spp] } else { &["--resume", "part.film"] };
+            let common = ["--threads", &threads, "--checkpoint", "10ms", "-o", "part.exr"];
+            let arguments = render(&scene, &[film, &common].concat());
+            let mut child = stride(dir.path(), &arguments).spawn().expect("the program starts");
+            let moment = Duration::from_micros(stream.random_range(5_000..400_000));
+            let start = Instant::now();
+            let ended = loop {
+                if let Some(status) = child.try_wait().expect("a child") {
+                    break Some(status);
+                }
+                if start.elapsed() >= moment && killed < kills() {
+                    break None;
+                }
+                std::thread::sleep(Duration::from_micros(300));
+            };
+            match ended {
+                Some(status) => {
+                    assert!(status.success());
+                    break;
+                }
+                None => {
+                    child.kill().expect("it can be killed");
+                    child.wait().expect("it ends");
+                    killed += 1;
+                }
+            }
+        }
+        assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
+        assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
+    }
+    println!("{killed} kills in {rounds} renders");
+    // What was begun when a render was killed has been swept up.
+    let mut left: Vec<_> =
+        fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    left.retain(|name| name.contains(".film-"));
+    assert!(left.len() <= 1, "{left:?}");
+    // Negative control: another seed's files are others.
+    succeed(dir.path(), &render(&scene, &["--spp", spp, "--seed", "9", "--film", "n.film", "-o", "n.exr"]));
+    assert!(bytes(dir.path(), "n.exr") != bytes(dir.path(), "whole.exr"));
+    assert!(bytes(dir.path(), "n.film") != bytes(dir.path(), "whole.film"));
+}
+
+#[cfg(unix)]
+fn interrupt(child: &Child) {
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    assert!(kill.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_and_gone_on_with_to_more_samples_than_were_asked_for_at_first() {
+    let dir = folder();
+    let scene = cover();
+    let first = ["--spp", "4000000", "--film", "a.film", "--checkpoint", "20ms", "-o", "a.exr"];
+    let child = stride(dir.path(), &render(&scene, &first)).spawn().expect("the program starts");
+    wait_for(&dir.path().join("a.film"));
+    interrupt(&child);
+    assert!(child.wait_with_output().expect("it ends").status.success());
+    let (told, _) = succeed(dir.path(), &["info", "a.film"]);
+    assert!(told.contains("asked       0..4000000"), "{told}");
+    let least: u32 = told
+        .lines()
+        .find_map(|line| line.strip_prefix("samples")?.trim().strip_prefix("0.."))
+        .map_or(0, |rest| rest.split(',').next().unwrap().parse().unwrap());
+    let spp = (least + 700).to_string();
+    let out = ["--spp", &spp, "-o", "b.exr", "--threads", "1"];
+    succeed(dir.path(), &render(&scene, &[&["--resume", "a.film", "--film", "b.film"], &out[..]].concat()));
+    succeed(dir.path(), &render(&scene, &["--spp", &spp, "--film", "c.film", "-o", "c.exr"]));
+    assert!(bytes(dir.path(), "b.exr") == bytes(dir.path(), "c.exr"));
+    assert!(bytes(dir.path(), "b.film") == bytes(dir.path(), "c.film"));
+    // Nothing is left to do: the outputs are written all the same.
+    succeed(dir.path(), &render(&scene, &["--resume", "b.film", "-o", "d.exr", "--stats", "d.json"]));
+    assert!(bytes(dir.path(), "d.exr") == bytes(dir.path(), "c.exr"));
+    let stats: serde_json::Value = serde_json::from_slice(&bytes(dir.path(), "d.json")).expect("JSON");
+    assert_eq!(stats["samples"], stats["resumed_samples"]);
+    assert_eq!(stats["spp"], f64::from(least + 700));
+}
+
+fn wait_for(path: &Path) {
+    let start = Instant::now();
+    while !path.exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "no {}", path.display());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn shards_rendered_and_merged_in_any_order_are_the_whole() {
+    let dir = folder();
+    let scene = cover();
+    let small = |more: &[&str]| -> Vec<String> {
+        let base = ["render", &scene, "--headless", "-q", "--size", "12x9"];
+        base.iter().chain(more).map(|&word| word.to_owned()).collect()
+    };
+    let go = |arguments: Vec<String>| {
+        succeed(dir.path(), &arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    };
+    let outputs = ["whole.film", "whole.exr", "whole.png", "whole.hdr"];
+    go(small(&[
+        "--spp",
+        "128",
+        "--film",
+        "whole.film",
+        "-o",
+        "whole.exr",
+        "-o",
+        "whole.png",
+        "-o",
+        "whole.hdr",
+    ]));
+    let stream = &mut Stream::new(64, 0, 0);
+    let shuffle = |list: &mut Vec<usize>, stream: &mut Stream| {
+        (1..list.len()).rev().for_each(|i| list.swap(i, stream.random_range(0..=i)));
+    };
+    let mut order: Vec<usize> = (0..64).collect();
+    shuffle(&mut order, stream);
+    for &shard in &order {
+        let threads = stream.random_range(1..=3).to_string();
+        let range = format!("{}..{}", 2 * shard, 2 * shard + 2);
+        let film = format!("{shard}.film");
+        go(small(&["--range", &range, "--threads", &threads, "--film", &film, "-o", "shard.exr"]));
+    }
+    let merge = |order: &[usize], outputs: &[&str]| {
+        let films: Vec<String> = order.iter().map(|shard| format!("{shard}.film")).collect();
+        let mut arguments = vec!["merge"];
+        arguments.extend(films.iter().map(String::as_str));
+        outputs.iter().for_each(|output| arguments.extend(["-o", output]));
+        run(dir.path(), &arguments)
+    };
+    for _ in 0..2 {
+        shuffle(&mut order, stream);
+        let output = merge(&order, &["m.film", "m.exr", "m.png", "m.hdr"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        for whole in outputs {
+            let merged = whole.replace("whole", "m");
+            assert!(bytes(dir.path(), &merged) == bytes(dir.path(), whole), "{whole} differs");
+        }
+    }
+    // In two steps.
+    let (a, b) = order.split_at(17);
+    assert!(merge(a, &["a.film"]).status.success() && merge(b, &["b.film"]).status.success());
+    succeed(dir.path(), &["merge", "b.film", "a.film", "-o", "m.film", "-q"]);
+    assert!(bytes(dir.path(), "m.film") == bytes(dir.path(), "whole.film"));
+    // Negative control, and what is missing is told.
+    order.retain(|&shard| shard != 30 && shard != 31);
+    let output = merge(&order, &["m.film", "m.exr"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && said.contains("missing: 60..64"), "{said}");
+    assert!(bytes(dir.path(), "m.exr") != bytes(dir.path(), "whole.exr"));
+    let (told, _) = succeed(dir.path(), &["info", "m.film"]);
+    assert!(told.contains("samples     0..60, 64..128") && told.contains("missing     60..64"), "{told}");
+    // It can't be gone on with; what is missing can be rendered.
+    let gap = small(&["--resume", "m.film", "--spp", "200"]);
+    let said = refused(dir.path(), 1, &gap.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(said.contains("--range"), "{said}");
+    go(small(&["--range", "60..64", "--film", "gap.film", "-o", "shard.exr"]));
+    succeed(dir.path(), &["merge", "m.film", "gap.film", "-o", "m.film", "-o", "m.exr"]);
+    assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "whole.exr"));
+    assert!(bytes(dir.path(), "m.film") == bytes(dir.path(), "whole.film"));
+    // And what is whole can be gone on with.
+    go(small(&["--resume", "m.film", "--spp", "130", "-o", "m.exr"]));
+    go(small(&["--spp", "130", "-o", "longer.exr"]));
+    assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "longer.exr"));
+}
+
+#[test]
+fn films_that_do_not_belong_together_are_refused_with_the_reason() {
+    let dir = folder();
+    fs::copy(cover(), dir.path().join("scene.toml")).unwrap();
+    let base = |more: &[&'static str]| render("scene.toml", &[&["-o", "a.exr", "--spp", "6"], more].concat());
+    succeed(dir.path(), &base(&["--film", "a.film"]));
+    let before = bytes(dir.path(), "a.film");
+    let resume = |more: &[&'static str]| {
+        let said = refused(dir.path(), 1, &base(&[&["--resume", "a.film"], more].concat()));
+        assert!(bytes(dir.path(), "a.film") == before, "a refused film is changed");
+        said
+    };
+    for (more, reason) in [
+        (&["--seed", "2"][..], "its seed is 0, not 2"),
+        (&["--integrator", "path-naive"], "its integrator is path, not path-naive"),
+        (&["--sampler", "independent"], "its sampler is sobol, not independent"),
+        (&["--max-depth", "2"], "its max depth is 5, not 2"),
+        (&["--filter", "box"], "its filter is tent 1, not box 0.5"),
+        (&["--crop", "1,1,5,5"], "its crop is 0,0,40,30, not 1,1,5,5"),
+        (&["--dump-at", "5"], "it has 6 samples a pixel already"),
+    ] {
+        let said = resume(more);
+        assert!(said.contains(reason), "{more:?}: {said}");
+    }
+    let fewer = render("scene.toml", &["--resume", "a.film", "--spp", "5"]);
+    let said = refused(dir.path(), 1, &fewer);
+    assert!(said.contains("6 samples a pixel already, and 5 are asked for"), "{said}");
+    let size = ["render", "scene.toml", "--headless", "-q", "--size", "30x40", "--resume", "a.film"];
+    assert!(refused(dir.path(), 1, &size).contains("its size is 40x30, not 30x40"));
+    let shifted = render("scene.toml", &["--resume", "a.film", "--range", "3..9"]);
+    assert!(refused(dir.path(), 1, &shifted).contains("goes on without a gap from sample 3"));
+    let missing = render("scene.toml", &["--resume", "no.film"]);
+    assert!(refused(dir.path(), 1, &missing).contains("there is no such file"));
+    let both = render("scene.toml", &["--spp", "4", "--range", "0..4"]);
+    assert!(refused(dir.path(), 2, &both).contains("--range"));
+    let named = render("scene.toml", &["--spp", "4", "--film", "a.exr2"]);
+    assert!(refused(dir.path(), 1, &named).contains(".film"));
+
+    // Merging: the same samples twice, another seed, another format.
+    succeed(dir.path(), &render("scene.toml", &["--film", "b.film", "--range", "5..9", "-o", "b.exr"]));
+    let said = refused(dir.path(), 1, &["merge", "a.film", "b.film", "-o", "m.film"]);
+    assert!(said.contains("a.film") && said.contains("b.film") && said.contains("5..6"), "{said}");
+    let other = ["--film", "c.film", "--range", "6..9", "--seed", "2", "-o", "c.exr"];
+    succeed(dir.path(), &render("scene.toml", &other));
+    let said = refused(dir.path(), 1, &["merge", "a.film", "c.film", "-o", "m.exr"]);
+    assert!(said.contains("different renders") && said.contains("seed"), "{said}");
+    assert!(refused(dir.path(), 1, &["merge", "a.film", "a.exr", "-o", "m.exr"]).contains("no film"));
+    refused(dir.path(), 1, &["merge", "a.film", "-o", "m.jpg"]);
+    refused(dir.path(), 2, &["merge", "a.film"]);
+    assert!(!dir.path().join("m.film").exists() && !dir.path().join("m.exr").exists());
+
+    // What changes no sample may differ: threads, exposure, comments.
+    let text = fs::read_to_string(dir.path().join("scene.toml")).unwrap();
+    fs::write(dir.path().join("scene.toml"), format!("# The same scene.\n{text}")).unwrap();
+    succeed(dir.path(), &base(&["--resume", "a.film", "--threads", "3", "--exposure", "2"]));
+    let text = text.replacen("radius = 2", "radius = 1.9", 1);
+    fs::write(dir.path().join("scene.toml"), text).unwrap();
+    let said = refused(dir.path(), 1, &base(&["--resume", "a.film"]));
+    assert!(said.contains("its scene is ") && said.contains("is not what it was"), "{said}");
+}
+
+#[test]
+fn a_damaged_film_is_never_read_as_good() {
+    let dir = folder();
+    let scene = cover();
+    succeed(dir.path(), &render(&scene, &["--spp", "2", "--film", "a.film", "-o", "a.exr"]));
+    let good = bytes(dir.path(), "a.film");
+    let stream = &mut Stream::new(7, 0, 0);
+    for round in 0..24_u32 {
+        let mut bad = good.clone();
+        match round {
+            0 => bad.clear(),
+            1..6 => bad.truncate(stream.random_range(1..good.len())),
+            6 => bad.push(0),
+            7..12 => bad[stream.random_range(0..700)] ^= 1 << (round % 8),
+            _ => bad[stream.random_range(0..good.len())] ^= 1 << (round % 8),
+        }
+        fs::write(dir.path().join("bad.film"), &bad).unwrap();
+        let commands = [
+            render(&scene, &["--resume", "bad.film", "--spp", "3", "-o", "bad.exr"]),
+            vec!["merge", "bad.film", "-o", "bad.exr"],
+            vec!["info", "bad.film"],
+        ];
+        for arguments in commands {
+            let said = refused(dir.path(), 1, &arguments);
+            assert!(said.contains("bad.film") && !said.contains("panicked"), "round {round}: {said}");
+        }
+        assert!(!dir.path().join("bad.exr").exists() && bytes(dir.path(), "bad.film") == bad);
+    }
+    // Negative control: nothing is wrong with the film itself.
+    succeed(dir.path(), &["info", "a.film"]);
+}
+
+/// A render that is told of: lines of standard error come as they are written.
+#[cfg(unix)]
+struct Watched {
+    child: Child,
+    lines: std::sync::mpsc::Receiver<String>,
+    said: String,
+}
+
+#[cfg(unix)]
+impl Watched {
+    fn start(mut command: Command) -> Watched {
+        let mut child = command.stderr(Stdio::piped()).spawn().expect("the program starts");
+        let stderr = BufReader::new(child.stderr.take().expect("a pipe"));
+        let (sender, lines) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            stderr.lines().map_while(Result::ok).all(|line| sender.send(line).is_ok())
+        });
+        Watched { child, lines, said: String::new() }
+    }
+
+    /// Waits until a line with these words comes.
+    fn hear(&mut self, words: &str) {
+        let deadline = Instant::now() + Duration::from_secs(60);
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let Ok(line) = self.lines.recv_timeout(left) else { panic!("no {words:?} in: {}", self.said) };
+            self.said += &(line.clone() + "\n");
+            if line.contains(words) {
+                return;
+            }
+        }
+    }
+
+    fn end(mut self) -> (Option<i32>, String) {
+        interrupt(&self.child);
+        let code = self.child.wait().expect("it ends").code();
+        self.lines.iter().for_each(|line| self.said += &(line + "\n"));
+        (code, self.said)
+    }
+}
+
+#[cfg(unix)]
+const ENDLESS: [&str; 5] = ["--spp", "4000000000", "--checkpoint", "20ms", "-o"];
+
+/// The film at a path is good, and the picture is that of its samples.
+#[cfg(unix)]
+fn film_shows(dir: &Path, film: &str, picture: &str) {
+    succeed(dir, &["merge", film, "-o", "check.exr"]);
+    assert!(bytes(dir, "check.exr") == bytes(dir, picture), "the picture is not the film's");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_vanishes_and_comes_back_loses_nothing() {
+    let dir = folder();
+    let scene = cover();
+    fs::create_dir(dir.path().join("out")).unwrap();
+    let files = ["out/a.exr", "--dump-at", "2000", "--film", "out/a.film"];
+    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())));
+    wait_for(&dir.path().join("out/a.film"));
+    fs::rename(dir.path().join("out"), dir.path().join("away")).unwrap();
+    run.hear("the film is tried again");
+    run.hear("the picture is tried again");
+    fs::rename(dir.path().join("away"), dir.path().join("out")).unwrap();
+    run.hear("is written again");
+    let (code, said) = run.end();
+    assert_eq!(code, Some(0), "{said}");
+    film_shows(dir.path(), "out/a.film", "out/a.exr");
+    // The picture on the way is there too, and is what it should be.
+    succeed(dir.path(), &render(&scene, &["--spp", "2000", "-o", "b.exr"]));
+    assert!(bytes(dir.path(), "out/a-2000.exr") == bytes(dir.path(), "b.exr"));
+}
+
+#[cfg(unix)]
+#[test]
+fn what_has_no_place_at_the_end_is_put_elsewhere() {
+    let dir = folder();
+    let scene = cover();
+    fs::create_dir(dir.path().join("out")).unwrap();
+    let files = ["out/a.exr", "-o", "out/a.png", "--film", "out/a.film"];
+    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())));
+    wait_for(&dir.path().join("out/a.film"));
+    fs::rename(dir.path().join("out"), dir.path().join("away")).unwrap();
+    run.hear("the film is tried again");
+    let (code, said) = run.end();
+    assert_eq!(code, Some(1));
+    for words in
+        ["trying again", "is \"./a.film\" instead", "is \"./a.exr\" instead", "is \"./a.png\" instead"]
+    {
+        assert!(said.contains(words), "{said}");
+    }
+    assert!(dir.path().join("a.png").exists());
+    film_shows(dir.path(), "a.film", "a.exr");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_disk_without_room_for_the_film_still_takes_the_picture() {
+    let dir = folder();
+    // A limit on the size of files stands in for a full disk: the film has 77 kB, a small PNG fewer than 20.
+    let scene = cover();
+    let arguments = render(&scene, &[&ENDLESS[..], &["a.png", "--film", "a.film"]].concat());
+    let mut command = Command::new("bash");
+    command.args(["-c", "trap '' XFSZ; ulimit -f 40; exec \"$@\"", "bash", env!("CARGO_BIN_EXE_stride")]);
+    command.args(arguments).current_dir(dir.path());
+    let mut run = Watched::start(command);
+    run.hear("the film is tried again");
+    run.hear("the film is tried again");
+    let (code, said) = run.end();
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("cannot write \"a.film\""), "{said}");
+    image::open(dir.path().join("a.png")).expect("a picture");
+    let names: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(names, ["a.png"], "nothing half-written is left");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_locked_folder_is_told_of_and_written_when_it_opens() {
+    use std::os::unix::fs::PermissionsExt;
+    let dir = folder();
+    let scene = cover();
+    let out = dir.path().join("out");
+    fs::create_dir(&out).unwrap();
+    let files = ["out/a.exr", "--film", "out/a.film"];
+    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())));
+    wait_for(&out.join("a.film"));
+    fs::set_permissions(&out, fs::Permissions::from_mode(0o555)).unwrap();
+    if fs::write(out.join("probe"), "").is_ok() {
+        println!("skipped: this user may write into a read-only folder");
+    } else {
+        run.hear("no permission");
+        fs::set_permissions(&out, fs::Permissions::from_mode(0o755)).unwrap();
+        run.hear("is written again");
+    }
+    let (code, said) = run.end();
+    assert_eq!(code, Some(0), "{said}");
+    film_shows(dir.path(), "out/a.film", "out/a.exr");
+}

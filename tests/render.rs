@@ -212,7 +212,16 @@ fn a_second_interrupt_ends_at_once() {
     );
     fs::write(dir.path().join("slow.toml"), scene).expect("a writable folder");
     let mut child = Command::new(env!("CARGO_BIN_EXE_stride"))
-        .args(["render", "slow.toml", "--headless", "-q", "--time", "9999999999999999999s"])
+        .args([
+            "render",
+            "slow.toml",
+            "--headless",
+            "-q",
+            "--time",
+            "9999999999999999999s",
+            "--world",
+            "simple",
+        ])
         .current_dir(dir.path())
         .spawn()
         .expect("the program starts");

@@ -158,6 +158,15 @@ impl LightTable {
         self.tree = LightTree::new(&self.bounds);
     }
 
+    /// Builds a tree that chooses every light with the same chance, wherever it is asked from: what the other one
+    /// is measured against.
+    pub fn plant_evenly(&mut self) {
+        // Of equal powers, and so large that every place is within: nothing tells them apart.
+        let alike = LightBounds::point([0.0; 3], [1.0; 3]);
+        let everywhere = LightBounds { lo: [-1e6; 3], hi: [1e6; 3], ..alike };
+        self.tree = LightTree::new(&vec![everywhere; self.len()]);
+    }
+
     /// How many lights there are.
     pub fn len(&self) -> usize {
         self.kind.len()

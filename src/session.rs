@@ -371,6 +371,7 @@ impl Crew {
         let mut hire =
             |name: String, mut work: Box<dyn FnMut(Mailbox) -> Result<(), gpu::GpuError> + Send>| {
                 let (orders_out, orders) = bounded(2);
+                let index = all_orders.len();
                 all_orders.push(Some(orders_out));
                 let (batches, failures) = (batches.clone(), failures.clone());
                 scope.spawn(move || {
@@ -380,7 +381,7 @@ impl Crew {
                         Err(panic) => panic_message(&*panic),
                     };
                     // Nobody listens any more only if the run has ended already.
-                    let _ = failures.send(WorkerFailure { worker: name, message: problem });
+                    let _ = failures.send(WorkerFailure { index, worker: name, message: problem });
                 });
             };
         match self {

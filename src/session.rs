@@ -8,32 +8,33 @@
 //!                                 └────progress───▶ terminal    (frames may drop)
 //! ```
 //!
+//! Workers are CPU threads, a GPU, or both (`crew.rs`). If a GPU is lost beside threads, these hear what pixels have and
+//! get its orders.
+//!
 //! Every arrow is a bounded channel. Ctrl-C closes the `stop` channel, a viewer or a sink that goes away
 //! closes its own, and either makes the accumulator stop; it closes the orders, and the workers end.
 
-use crate::film::{MemoryError, Picture, film_offset};
+use crate::film::{MemoryError, Picture};
 use crate::gpu;
-use crate::integrator::{self, Integrator};
 use crate::math::lanes::Level;
 use crate::output::window::{self, Closed, Window, WindowOptions};
 use crate::output::{FilmError, FilmSink, OutputError, Progress, Reporter, SampleDump};
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
-use crate::render::worker::Worker;
-use crate::render::{Accumulator, Barrier, Held, Order, Region, SampleBatch, Schedule};
+use crate::render::{Accumulator, Barrier, Held, Region, Schedule};
 use crate::scene::Scene;
-use crate::world::{self, Finder};
-use crossbeam_channel::{Receiver, Sender, bounded, select};
+use crate::world::Finder;
+use crew::Crew;
+use crossbeam_channel::{Receiver, bounded, select};
 use keeping::Written;
 use std::convert::Infallible;
 use std::io::Write;
 use std::num::NonZeroUsize;
 use std::ops::Range;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::thread::Scope;
 use std::time::{Duration, Instant};
 
+mod crew;
 mod keeping;
 
 /// Everything that a render is asked for, checked.
@@ -94,6 +95,8 @@ pub enum DeviceChoice {
     Cpu,
     /// A GPU, of this name if one is given.
     Gpu(Option<String>),
+    /// The CPU and a GPU, likewise.
+    All(Option<String>),
 }
 
 /// What people see of a render.
@@ -118,6 +121,10 @@ pub struct Report {
     pub whole: bool,
     /// What rendered.
     pub device: String,
+    /// Each device, and how many samples it made.
+    pub devices: Vec<(String, u64)>,
+    /// What became of a device that was lost on the way.
+    pub lost: Option<String>,
     /// Threads that rendered.
     pub threads: usize,
     /// Time to compile the scene.
@@ -176,12 +183,19 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let window = open_window(settings)?;
     let dump = settings.samples.as_deref().map(SampleDump::create).transpose()?;
     let workers = crew.workers();
-    let owners: Arc<Vec<u32>> = Arc::new((0..region.len()).map(|place| place % workers as u32).collect());
+    let deadline = settings.time.and_then(|time| Instant::now().checked_add(time));
+    let stops: Vec<u32> = settings.dump_at.iter().map(|at| settings.first + at).collect();
+    let least = film.seen_range()[0].min(u64::from(settings.spp)) as u32;
+    let schedule = Schedule::new(workers, region.len(), settings.range().end, deadline, stops.clone())
+        .starting_at(settings.first + least);
+    let schedule = crew.deal(region.len(), schedule);
+    let owners = Arc::new(schedule.owners(region.len()));
+    let (spare, devices) = (crew.spare(), crew.devices());
 
     let result = std::thread::scope(|scope| {
         let (batches_out, batches) = bounded(2 * workers);
         let (failures_out, failures) = bounded(workers);
-        let orders = crew.start(scope, settings, held, &batches_out, &failures_out);
+        let crew::Lines { orders, news } = crew.start(scope, settings, held, &batches_out, &failures_out);
         drop((batches_out, failures_out));
         let (notes_out, notes) = bounded(16);
 
@@ -213,22 +227,21 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
             snapshots: watched.then_some(snapshots_out),
             progress: (!watched).then_some(progress_out),
         };
-        let deadline = settings.time.and_then(|time| Instant::now().checked_add(time));
-        let stops: Vec<u32> = settings.dump_at.iter().map(|at| settings.first + at).collect();
-        let least = film.seen_range()[0].min(u64::from(settings.spp)) as u32;
-        let schedule = Schedule::new(workers, region.len(), settings.range().end, deadline, stops.clone())
-            .starting_at(settings.first + least);
         let target = (settings.spp < u32::MAX).then_some(settings.spp);
-        let accumulator = Accumulator::new(film, region, schedule, &stops, target, outbox)
+        let mut accumulator = Accumulator::new(film, region, schedule, &stops, target, outbox)
             .with_owners(Arc::clone(&owners))
             .with_checkpoints(settings.checkpoint)
             .going_on(settings.first);
+        if let Some(spare) = spare {
+            accumulator = accumulator.with_spare(spare, news);
+        }
         let inbox = Inbox { batches, failures, stop: stop.clone() };
         // One thread from the film to the files, so that they are written while the window stays open.
         let finisher = scope.spawn({
             let (owners, sink) = (Arc::clone(&owners), sink.as_ref());
             move || {
                 let outcome = accumulator.run(inbox);
+                let owners = outcome.owners.clone().unwrap_or(owners);
                 let picture = outcome.film.picture();
                 // A checkpoint that is still on its way must not replace the end.
                 let kept = keeper.is_none_or(|keeper| keeper.join().is_ok());
@@ -265,8 +278,11 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
         // Standard error may be closed: these are courtesies.
         let _ = tell(settings, &outcome, &mut std::io::stderr().lock());
     }
-    let Outcome { totals, whole, .. } = outcome;
-    Ok(Report { totals, whole, device, threads: workers, build, picture })
+    let Outcome { totals, whole, lost, made, .. } = outcome;
+    let made = |workers: Range<usize>| made[workers].iter().sum();
+    let devices = devices.into_iter().map(|(name, workers)| (name, made(workers))).collect();
+    let lost = lost.map(|lost| lost.to_string());
+    Ok(Report { totals, whole, device, devices, lost, threads: workers, build, picture })
 }
 
 /// The outcome, or the first thing that went wrong.
@@ -304,122 +320,6 @@ fn open_window(settings: &Settings) -> Result<Option<Window>, SessionError> {
     }
 }
 
-/// Those who render.
-enum Crew {
-    Cpu { integrator: Arc<dyn Integrator>, threads: usize },
-    Gpu(Box<gpu::GpuWorker>, String),
-}
-
-impl Crew {
-    fn new(settings: &Settings) -> Result<Crew, SessionError> {
-        let Scene { film, render, .. } = &*settings.scene;
-        let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
-        let offset = film_offset(film.filter);
-        match &settings.device {
-            DeviceChoice::Cpu => {
-                let compiled = Arc::new(compiled);
-                let integrator =
-                    integrator::build(render, offset, compiled, geometry, settings.finder).into();
-                // A worker without a pixel would have nothing to do.
-                let threads = settings.threads.get().min(settings.region.len() as usize);
-                Ok(Crew::Cpu { integrator, threads })
-            }
-            DeviceChoice::Gpu(name) => {
-                let device = gpu::Device::open(name.as_deref())?;
-                let description = device.description().to_string();
-                let worker = gpu::GpuWorker::new(
-                    &device,
-                    &gpu::Job {
-                        scene: &compiled,
-                        render,
-                        offset,
-                        region: settings.region,
-                        index: 0,
-                        sends_samples: settings.samples.is_some(),
-                    },
-                )?;
-                Ok(Crew::Gpu(Box::new(worker), description))
-            }
-        }
-    }
-
-    fn workers(&self) -> usize {
-        match self {
-            Crew::Cpu { threads, .. } => *threads,
-            Crew::Gpu(..) => 1,
-        }
-    }
-
-    fn description(&self) -> String {
-        match self {
-            Crew::Cpu { .. } => "cpu".to_owned(),
-            Crew::Gpu(_, description) => format!("gpu: {description}"),
-        }
-    }
-
-    /// Starts a thread for each worker and returns where to send their orders.
-    fn start<'scope>(
-        self,
-        scope: &'scope Scope<'scope, '_>,
-        settings: &'scope Settings,
-        held: Option<Arc<Held>>,
-        batches: &Sender<SampleBatch>,
-        failures: &Sender<WorkerFailure>,
-    ) -> Vec<Option<Sender<Order>>> {
-        let workers = self.workers();
-        let mut all_orders = Vec::new();
-        let mut hire =
-            |name: String, mut work: Box<dyn FnMut(Mailbox) -> Result<(), gpu::GpuError> + Send>| {
-                let (orders_out, orders) = bounded(2);
-                all_orders.push(Some(orders_out));
-                let (batches, failures) = (batches.clone(), failures.clone());
-                scope.spawn(move || {
-                    let problem = match catch_unwind(AssertUnwindSafe(|| work(Mailbox { orders, batches }))) {
-                        Ok(Ok(())) => return,
-                        Ok(Err(error)) => error.to_string(),
-                        Err(panic) => panic_message(&*panic),
-                    };
-                    // Nobody listens any more only if the run has ended already.
-                    let _ = failures.send(WorkerFailure { worker: name, message: problem });
-                });
-            };
-        match self {
-            Crew::Cpu { integrator, .. } => {
-                for index in 0..workers {
-                    let (integrator, held) = (Arc::clone(&integrator), held.clone());
-                    let (level, region) = (settings.level, settings.region);
-                    let sends_samples = settings.samples.is_some();
-                    let work = move |mail: Mailbox| {
-                        let (integrator, held) = (&*integrator, held.as_deref());
-                        let worker = Worker { index, integrator, level, region, sends_samples, held };
-                        worker.run(&mail.orders, &mail.batches);
-                        Ok(())
-                    };
-                    hire(format!("worker {index}"), Box::new(work));
-                }
-            }
-            Crew::Gpu(mut worker, description) => {
-                worker.holds(held);
-                let work = move |mail: Mailbox| worker.run(&mail.orders, &mail.batches);
-                hire(format!("the GPU worker ({description})"), Box::new(work));
-            }
-        }
-        all_orders
-    }
-}
-
-/// A worker's ends of its channels.
-struct Mailbox {
-    orders: Receiver<Order>,
-    batches: Sender<SampleBatch>,
-}
-
-fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
-    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
-    text.unwrap_or_else(|| "it panicked without a word".to_owned())
-}
-
 /// Says where the pictures are, and what a user would not expect: samples that were left out and how to look at one of them, pictures
 /// that were not reached, nothing at all.
 fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io::Result<()> {
@@ -431,6 +331,9 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
         let note =
             if early { format!(" (stopped early, before {} spp)", settings.spp) } else { String::new() };
         writeln!(out, "wrote {}{note}", names.join(", "))?;
+    }
+    if let Some(lost) = &outcome.lost {
+        writeln!(out, "warning: {lost}; the CPU went on, and nothing is missing")?;
     }
     let rejected = outcome.totals.rejected;
     if rejected > 0 {

@@ -3,6 +3,10 @@
 
 use crossbeam_channel::bounded;
 use glam::DVec3;
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 use stride::camera::CameraSettings;
 use stride::film::{Film, film_offset};
 use stride::gpu::{self, GpuError, GpuWorker, Job};
@@ -125,4 +129,127 @@ fn adapters_describe_themselves() {
         assert!(!adapter.name.is_empty() && adapter.max_binding > 0 && adapter.max_workgroup_size > 0);
         assert!(adapter.to_string().contains(&adapter.name));
     }
+}
+
+/// Runs the program in a folder with a device; `None` where there is no GPU and that is allowed.
+fn program(folder: &Path, device: &str, more: &[&str]) -> Option<Value> {
+    if gpu::adapters().is_empty() && std::env::var("STRIDE_REQUIRE_ALL").as_deref() != Ok("1") {
+        println!("skipped: no GPU adapter");
+        return None;
+    }
+    let cover = format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"));
+    let output = Command::new(env!("CARGO_BIN_EXE_stride"))
+        .args(["render", &cover, "--headless", "-q", "--size", "64x48", "--threads", "2", "--device", device])
+        .args(["--stats", "s.json"])
+        .args(more)
+        .current_dir(folder)
+        .output()
+        .expect("the program starts");
+    assert!(output.status.success(), "{more:?}: {}", String::from_utf8_lossy(&output.stderr));
+    let stats = std::fs::read(folder.join("s.json")).expect("statistics");
+    Some(serde_json::from_slice(&stats).expect("JSON"))
+}
+
+#[test]
+fn both_devices_together_make_the_whole_picture_and_say_what_they_promise() {
+    let dir = tempfile::tempdir().unwrap();
+    let Some(stats) = program(dir.path(), "all", &["--spp", "64", "-o", "a.exr"]) else { return };
+    let devices = stats["devices"].as_array().expect("a list");
+    let made: Vec<_> = devices.iter().map(|device| device["samples"].as_u64().expect("a number")).collect();
+    assert!(made.len() == 2 && made.iter().all(|&n| n > 0), "{made:?}");
+    assert_eq!(made.iter().sum::<u64>(), 64 * 48 * 64);
+    assert_eq!((&stats["spp"], &stats["samples"]), (&64.0.into(), &(64 * 48 * 64).into()));
+    assert!(stats["promise"].as_str().expect("words").contains("statistically"), "{stats}");
+    assert!(stats["lost"].is_null());
+    // The same numbers on both devices: what differs from the CPU's picture is rounding.
+    program(dir.path(), "cpu", &["--spp", "64", "-o", "b.exr"]);
+    let [all, cpu] = ["a.exr", "b.exr"]
+        .map(|name| stride::output::read_picture(&dir.path().join(name)).expect("a picture").1.rgb);
+    let differs = |a: &[f32; 3], b: &[f32; 3]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 0.02 * (a + b));
+    let different = all.iter().zip(&cpu).filter(|(a, b)| differs(a, b)).count();
+    assert!(different < all.len() / 100, "{different} pixels differ");
+    assert!(all != cpu, "the GPU has had no part in it");
+}
+
+#[test]
+fn the_owner_overlay_shows_the_gpu_beside_the_threads() {
+    let dir = tempfile::tempdir().unwrap();
+    if program(dir.path(), "all", &["--spp", "1", "--overlay", "owner", "-o", "o.png"]).is_none() {
+        return;
+    }
+    let picture = image::open(dir.path().join("o.png")).expect("a picture").to_rgb8();
+    let colours: std::collections::BTreeSet<_> = picture.pixels().map(|pixel| pixel.0).collect();
+    assert_eq!(colours.len(), 3);
+}
+
+#[test]
+fn two_runs_on_the_gpu_write_the_same_files() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in ["a.exr", "b.exr"] {
+        if program(dir.path(), "gpu", &["--spp", "9", "-o", name]).is_none() {
+            return;
+        }
+    }
+    let [a, b] = ["a.exr", "b.exr"].map(|name| std::fs::read(dir.path().join(name)).unwrap());
+    assert!(a == b);
+    program(dir.path(), "gpu", &["--spp", "9", "--seed", "1", "-o", "b.exr"]);
+    assert!(a != std::fs::read(dir.path().join("b.exr")).unwrap(), "another seed");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_a_gpu_render_with_what_there_is() {
+    for device in ["gpu", "all"] {
+        let dir = tempfile::tempdir().unwrap();
+        if program(dir.path(), device, &["--spp", "1", "-o", "o.exr"]).is_none() {
+            return;
+        }
+        let cover = format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"));
+        let mut child = Command::new(env!("CARGO_BIN_EXE_stride"))
+            .args(["render", &cover, "--headless", "--spp", "4000000000", "--size", "64x48", "-o", "a.exr"])
+            .args(["--samples", "a.npy", "--device", device])
+            .current_dir(dir.path())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the program starts");
+        // Until some samples are there: the dump has a header from the start.
+        let start = Instant::now();
+        while std::fs::metadata(dir.path().join("a.npy")).map_or(0, |m| m.len()) < 4096 {
+            assert!(start.elapsed() < Duration::from_secs(60), "no sample arrives");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+        assert!(kill.success());
+        assert_eq!(child.wait().expect("it ends").code(), Some(0));
+        assert!(dir.path().join("a.exr").exists());
+    }
+}
+
+#[test]
+fn without_any_adapter_all_is_the_cpu_alone_and_gpu_an_error_that_helps() {
+    // Loaders look for drivers where these say.
+    let run = |device: &str| {
+        let cover = format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"));
+        let dir = tempfile::tempdir().unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_stride"))
+            .args(["render", &cover, "--headless", "--size", "32x24", "--spp", "2", "--device", device])
+            .args(["-o", "a.exr"])
+            .envs(["VK_ICD_FILENAMES", "VK_DRIVER_FILES"].map(|name| (name, "/nonexistent")))
+            .current_dir(dir.path())
+            .output()
+            .expect("the program starts");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned(), dir)
+    };
+    if !cfg!(target_os = "linux") {
+        println!("skipped: only Vulkan's loader can be told that there is no driver");
+        return;
+    }
+    let (code, said, dir) = run("all");
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("warning: no GPU was found") && said.contains("the CPU renders alone"), "{said}");
+    assert!(dir.path().join("a.exr").exists());
+    let (code, said, dir) = run("gpu");
+    assert_eq!(code, Some(1));
+    assert!(said.contains("mesa-vulkan-drivers") && said.contains("--device cpu"), "{said}");
+    assert!(!dir.path().join("a.exr").exists());
 }

@@ -8,6 +8,7 @@ use rand::RngExt;
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 use stride::film::file::Head;
 use stride::film::{Film, Identity, Picture, Reject, Snapshot};
@@ -76,6 +77,8 @@ struct Wiring {
     keeper: Option<FilmSink>,
     /// How long the sample sink takes for each delivery.
     sink_takes: Duration,
+    /// How much faster the last worker is held to be, where the others can do without it.
+    spare: Option<f64>,
 }
 
 impl Default for Wiring {
@@ -92,6 +95,7 @@ impl Default for Wiring {
             film: None,
             keeper: None,
             sink_takes: Duration::ZERO,
+            spare: None,
         }
     }
 }
@@ -113,15 +117,21 @@ impl Wiring {
         let held = Held::of(&film, self.region, self.first);
         let schedule = Schedule::new(workers, self.region.len(), end, self.deadline, self.dump_at.clone())
             .starting_at(self.first + film.seen_range()[0] as u32);
+        let schedule = match self.spare {
+            Some(times) => schedule.with_faster(self.region.len(), times),
+            None => schedule,
+        };
         let (never_sent, never) = bounded(1);
         let stop = self.stop.unwrap_or(never);
         let rendered = std::thread::scope(|scope| {
             let (batches_out, batches) = bounded(2 * workers);
             let (failures_out, failures) = bounded(workers);
-            let mut orders = Vec::new();
+            let (mut orders, mut news) = (Vec::new(), Vec::new());
             for index in 0..workers {
                 let (orders_out, orders_in) = bounded(2);
                 orders.push(Some(orders_out));
+                let (news_out, news_in) = bounded(1);
+                news.push(news_out);
                 let worker = Worker {
                     index,
                     integrator,
@@ -133,10 +143,12 @@ impl Wiring {
                 let (batches_out, failures_out) = (batches_out.clone(), failures_out.clone());
                 let thread = std::thread::Builder::new().name(format!("worker {index}"));
                 let work = move || {
-                    let run = std::panic::AssertUnwindSafe(|| worker.run(&orders_in, &batches_out));
+                    let run = std::panic::AssertUnwindSafe(|| {
+                        worker.run_hearing(&orders_in, &news_in, &batches_out);
+                    });
                     if let Err(panic) = std::panic::catch_unwind(run) {
                         let message = panic.downcast_ref::<String>().cloned().unwrap_or_default();
-                        let failure = WorkerFailure { worker: format!("worker {index}"), message };
+                        let failure = WorkerFailure { index, worker: format!("worker {index}"), message };
                         let _ = failures_out.send(failure);
                     }
                 };
@@ -171,9 +183,12 @@ impl Wiring {
                 progress: Some(progress_out),
             };
             let spp = Some(self.spp);
-            let accumulator = Accumulator::new(film, self.region, schedule, &self.dump_at, spp, outbox)
+            let mut accumulator = Accumulator::new(film, self.region, schedule, &self.dump_at, spp, outbox)
                 .with_checkpoints(Duration::ZERO)
                 .going_on(self.first);
+            if self.spare.is_some() {
+                accumulator = accumulator.with_spare(workers - 1, news);
+            }
             let outcome = accumulator.run(Inbox { batches, failures, stop });
             Rendered {
                 outcome,
@@ -461,6 +476,58 @@ fn a_worker_that_panics_ends_the_run_by_name_and_the_rest_is_kept() {
         assert!(outcome.totals.spp < 2000);
         is_a_prefix(&outcome);
         assert!(from == 0 || outcome.totals.samples > 0, "what had been sent before is there");
+    }
+}
+
+#[test]
+fn what_a_lost_worker_leaves_is_made_by_the_others_and_the_film_is_the_same() {
+    let expected = plain_film(&*common::integrator(&scene()), WHOLE, |_| 30);
+    for (workers, times, blocks) in [(2, 1.0, 0), (2, 9.0, 7), (3, 40.0, 5), (4, 0.3, 3)] {
+        for sends_samples in [false, true] {
+            // The last worker sends every block by itself, and fails in the middle of an order.
+            let (lost, begun) = (format!("worker {}", workers - 1), AtomicU32::new(0));
+            let name = lost.clone();
+            let integrator = hooked(move |_| {
+                if std::thread::current().name() == Some(&name) {
+                    std::thread::sleep(Duration::from_millis(51));
+                    assert!(begun.fetch_add(1, Ordering::Relaxed) < blocks, "the device is gone");
+                }
+            });
+            let spare = Some(times);
+            let wiring =
+                Wiring { workers, spp: 30, dump_at: vec![7, 20], sends_samples, spare, ..Wiring::default() };
+            let Rendered { outcome, barriers, samples, .. } = wiring.render(&integrator);
+            assert_eq!(outcome.lost.as_ref().expect("a lost worker").worker, lost);
+            assert!(outcome.failure.is_none() && outcome.whole);
+            assert_eq!((outcome.totals.samples, outcome.totals.spp), (1200 * 30, 30));
+            assert_eq!(outcome.made.iter().sum::<u64>(), 1200 * 30);
+            assert!((outcome.made[workers - 1] > 0) == (blocks > 1), "{:?}", outcome.made);
+            assert!(outcome.film == expected, "{workers} workers, the last {times} times as fast");
+            assert_eq!(barriers.len(), 2);
+            for barrier in barriers {
+                assert!(barrier.picture == plain_picture(barrier.end), "at {}", barrier.end);
+            }
+            if sends_samples {
+                let mut seen: Vec<_> = samples.iter().map(|s| (s.pixel, s.sample)).collect();
+                seen.sort_unstable();
+                seen.dedup();
+                assert_eq!((seen.len(), samples.len()), (1200 * 30, 1200 * 30), "each sample once");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_fast_worker_owns_as_much_as_it_is_faster() {
+    for (workers, times) in [(2, 1.0), (3, 7.5), (17, 100.0), (3, 0.25)] {
+        let schedule = Schedule::new(workers, 1_000_000, 1, None, vec![]).with_faster(1_000_000, times);
+        let owners = schedule.owners(1_000_000);
+        let share = |worker: usize| owners.iter().filter(|&&owner| owner as usize == worker).count() as f64;
+        for other in 0..workers - 1 {
+            let ratio = share(workers - 1) / share(other);
+            // Eighths of what one of the others has.
+            assert!((ratio - times).abs() <= 0.063, "{ratio} is not {times}");
+        }
     }
 }
 

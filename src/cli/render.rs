@@ -43,7 +43,7 @@ pub(super) struct RenderArguments {
     /// as many surfaces as there are]
     #[arg(long, value_enum, value_name = "NAME")]
     world: Option<WorldName>,
-    /// Who renders: cpu, gpu, or gpu:NAME for a GPU whose name contains NAME
+    /// Who renders: cpu, gpu, all for both, or gpu:NAME and all:NAME with a GPU whose name contains NAME
     #[arg(long, value_name = "DEVICE", value_parser = device, default_value = "cpu")]
     device: DeviceChoice,
     /// Show the render in a window, or fail without a display
@@ -96,14 +96,16 @@ enum Overlay {
 }
 
 fn device(text: &str) -> Result<DeviceChoice, String> {
-    match text.split_once(':') {
-        None if text == "cpu" => Ok(DeviceChoice::Cpu),
-        None if text == "gpu" => Ok(DeviceChoice::Gpu(None)),
-        Some(("gpu", name)) if !name.is_empty() => Ok(DeviceChoice::Gpu(Some(name.to_owned()))),
-        _ if text == "all" => {
-            Err("CPU and GPU together come in a later version; choose cpu or gpu".to_owned())
-        }
-        _ => Err("the devices are cpu, gpu and gpu:NAME".to_owned()),
+    let (kind, name) = match text.split_once(':') {
+        Some((kind, name)) if !name.is_empty() => (kind, Some(name.to_owned())),
+        Some(_) => ("", None),
+        None => (text, None),
+    };
+    match (kind, name) {
+        ("cpu", None) => Ok(DeviceChoice::Cpu),
+        ("gpu", name) => Ok(DeviceChoice::Gpu(name)),
+        ("all", name) => Ok(DeviceChoice::All(name)),
+        _ => Err("the devices are cpu, gpu, all, gpu:NAME and all:NAME".to_owned()),
     }
 }
 
@@ -136,7 +138,7 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
     let stop = stop::on_interrupt().map_err(|error| anyhow::anyhow!("Ctrl-C can't be caught: {error}"))?;
     let report = session::run(&settings, &stop)?;
     if let Some(path) = &arguments.stats {
-        let stats = Stats::new(&report, load, level.to_string());
+        let stats = Stats::new(&report, load, level.to_string(), &settings.device);
         atomic::write_atomically(path, |out| {
             serde_json::to_writer_pretty(&mut *out, &stats)?;
             out.write_all(b"\n")

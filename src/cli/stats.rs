@@ -1,6 +1,6 @@
 //! `--stats`: the figures of a run as one JSON object.
 
-use crate::session::Report;
+use crate::session::{DeviceChoice, Report};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -15,6 +15,10 @@ pub(super) struct Stats {
     rays: u64,
     threads: usize,
     device: String,
+    devices: Vec<Device>,
+    /// What another run like this one gives.
+    promise: &'static str,
+    lost: Option<String>,
     simd: String,
     rejected: u64,
     load_seconds: f64,
@@ -23,8 +27,20 @@ pub(super) struct Stats {
     peak_memory_bytes: Option<u64>,
 }
 
+/// A device, and how many samples it made.
+#[derive(Debug, Serialize)]
+struct Device {
+    name: String,
+    samples: u64,
+}
+
 impl Stats {
-    pub(super) fn new(report: &Report, load: Duration, simd: String) -> Stats {
+    pub(super) fn new(report: &Report, load: Duration, simd: String, device: &DeviceChoice) -> Stats {
+        let promise = match device {
+            DeviceChoice::Cpu => "the same bits, on every machine",
+            DeviceChoice::Gpu(_) => "the same bits on this device, the same picture statistically on others",
+            DeviceChoice::All(_) => "the same picture statistically: who renders which pixel is not fixed",
+        };
         let totals = report.totals;
         let seconds = totals.elapsed.as_secs_f64();
         let pixels = f64::from(report.picture.width) * f64::from(report.picture.height);
@@ -37,6 +53,9 @@ impl Stats {
             rays: totals.rays,
             threads: report.threads,
             device: report.device.clone(),
+            devices: report.devices.iter().cloned().map(|(name, samples)| Device { name, samples }).collect(),
+            promise,
+            lost: report.lost.clone(),
             simd,
             rejected: totals.rejected,
             load_seconds: load.as_secs_f64(),

@@ -1,6 +1,7 @@
 //! The accumulator: sole owner of the film.
 
 use super::batch::{Payload, SampleBatch, Traced};
+use super::held::Held;
 use super::schedule::{Deal, Order, Schedule};
 use super::stride::{Region, Stride};
 use crate::film::{Film, Picture, Reject, Snapshot};
@@ -26,6 +27,8 @@ const NAMED_REJECTS: usize = 8;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{worker} failed: {message}")]
 pub struct WorkerFailure {
+    /// Its number.
+    pub index: usize,
     /// Which worker, as a user knows it.
     pub worker: String,
     /// What it said.
@@ -105,6 +108,12 @@ pub struct Outcome {
     pub whole: bool,
     /// The worker that failed, if one did.
     pub failure: Option<WorkerFailure>,
+    /// A worker that was lost, and whose work the others took over.
+    pub lost: Option<WorkerFailure>,
+    /// Samples that each worker made.
+    pub made: Vec<u64>,
+    /// The worker that owns each pixel in the end, if anybody was told.
+    pub owners: Option<Arc<Vec<u32>>>,
     /// The ends of pictures that were asked for and not reached.
     pub unreached: Vec<u32>,
     /// Some of the samples that were left out.
@@ -123,6 +132,9 @@ pub struct Accumulator {
     outstanding: Vec<usize>,
     gathering: Vec<Gathering>,
     owners: Option<Arc<Vec<u32>>>,
+    /// A worker that may be lost, and where the others hear what pixels have then.
+    spare: Option<(usize, Vec<Sender<Arc<Held>>>)>,
+    made: Vec<u64>,
     /// How often the film is to be sent.
     checkpoint: Duration,
     last_checkpoint: Instant,
@@ -170,6 +182,8 @@ impl Accumulator {
             outstanding: vec![0; workers],
             gathering: barriers.iter().map(gather).collect(),
             owners: None,
+            spare: None,
+            made: vec![0; workers],
             checkpoint: Duration::MAX,
             last_checkpoint: Instant::now(),
             sending: None,
@@ -186,6 +200,13 @@ impl Accumulator {
     /// Says which worker made each pixel, for viewers that show it.
     pub fn with_owners(mut self, owners: Arc<Vec<u32>>) -> Accumulator {
         self.owners = Some(owners);
+        self
+    }
+
+    /// Says that the render goes on without this worker if it fails. The others hear from these channels what
+    /// pixels have by then, before they get its orders.
+    pub fn with_spare(mut self, worker: usize, news: Vec<Sender<Arc<Held>>>) -> Accumulator {
+        self.spare = Some((worker, news));
         self
     }
 
@@ -210,7 +231,7 @@ impl Accumulator {
     pub fn run(mut self, inbox: Inbox) -> Outcome {
         self.started = Instant::now();
         self.last_checkpoint = self.started;
-        let mut failure = None;
+        let (mut failure, mut lost) = (None, None);
         self.give_orders();
         while !self.deserted {
             select! {
@@ -220,8 +241,14 @@ impl Accumulator {
                     Err(_) => break,
                 },
                 recv(inbox.failures) -> sent => if let Ok(sent) = sent {
-                    failure = Some(sent);
-                    break;
+                    if !self.can_lose(sent.index) {
+                        failure = Some(sent);
+                        break;
+                    }
+                    // What it sent before it failed is good, and lies in its channel by now.
+                    self.take_arrived(&inbox.batches);
+                    self.lose(sent.index);
+                    lost = Some(sent);
                 },
                 recv(inbox.stop) -> _ => break,
             }
@@ -229,10 +256,7 @@ impl Accumulator {
         // What has arrived by now counts; closing orders and batches tells the workers to end.
         self.outbox.orders.clear();
         self.outbox.film = None;
-        let arrived = inbox.batches.len();
-        for batch in inbox.batches.try_iter().take(arrived) {
-            self.take(batch);
-        }
+        self.take_arrived(&inbox.batches);
         // The last worker's failure may lie behind the end of its batches.
         failure = failure.or_else(|| inbox.failures.try_recv().ok());
         self.totals.elapsed = self.started.elapsed();
@@ -249,7 +273,37 @@ impl Accumulator {
         let spp = self.totals.spp;
         let whole = (0..self.region.len() as usize).all(|place| self.film.seen(place) == u64::from(spp));
         let unreached = self.gathering.iter().map(|g| g.barrier.end).collect();
-        Outcome { film: self.film, totals: self.totals, whole, failure, unreached, rejects: self.rejects }
+        let Accumulator { film, totals, made, owners, rejects, .. } = self;
+        Outcome { film, totals, whole, failure, lost, made, owners, unreached, rejects }
+    }
+
+    fn take_arrived(&mut self, batches: &Receiver<SampleBatch>) {
+        let arrived = batches.len();
+        for batch in batches.try_iter().take(arrived) {
+            self.take(batch);
+        }
+    }
+
+    fn can_lose(&self, worker: usize) -> bool {
+        self.spare.as_ref().is_some_and(|(spare, _)| *spare == worker)
+    }
+
+    /// Goes on without a worker.
+    fn lose(&mut self, worker: usize) {
+        self.outbox.orders[worker] = None;
+        self.outstanding[worker] = 0;
+        self.schedule.lose(worker);
+        let held = Held::of(&self.film, self.region, self.first).map(Arc::new);
+        if let (Some(held), Some((_, news))) = (held, self.spare.take()) {
+            for other in news {
+                // A worker that has ended has nothing to hear.
+                let _ = other.send(Arc::clone(&held));
+            }
+        }
+        if self.owners.is_some() {
+            self.owners = Some(Arc::new(self.schedule.owners(self.region.len())));
+        }
+        self.give_orders();
     }
 
     /// Gives workers orders until each has as many as it should: two, so that nobody waits for the post,
@@ -290,6 +344,7 @@ impl Accumulator {
         let SampleBatch { worker, stride, payload, paths, rays, rejects, completes } = batch;
         self.totals.rays += rays;
         self.totals.samples += paths;
+        self.made[worker] += paths;
         for reject in rejects {
             self.remember(reject);
         }

@@ -51,13 +51,20 @@ const FEWEST_PIXELS: u32 = 64;
 /// other's shares all the time.
 const AHEAD: usize = 2;
 
+/// How much wider than a share of another worker's the stride of a fast one may be.
+const MOST_TIMES: f64 = 65_536.0;
+
+/// Shares of a stride of so many pixels.
+fn shares_each(pixels: f64) -> u32 {
+    ((pixels / f64::from(FEWEST_PIXELS)) as u32).clamp(1, SHARES)
+}
+
 /// Decides the barriers, one after the other, and deals the work in between.
 #[derive(Debug)]
 pub struct Schedule {
     /// Sample counts that pixels reach together, ascending.
     barriers: Vec<u32>,
     workers: usize,
-    /// Share i is the stride of places i, i + n, i + 2n, … for n shares in all; worker i mod `workers` owns it.
     shares: Vec<Share>,
     /// Where everything begins.
     start: u32,
@@ -68,8 +75,11 @@ pub struct Schedule {
     stops: Vec<u32>,
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Share {
+    stride: Stride,
+    /// Whose stride it is a part of.
+    owner: usize,
     /// How many barriers it has been ordered to pass.
     ordered: usize,
     /// Samples that each of its pixels has.
@@ -80,6 +90,10 @@ struct Share {
 }
 
 impl Share {
+    fn new(stride: Stride, owner: usize) -> Share {
+        Share { stride, owner, ordered: 0, completed: 0, holder: None, under_way: 0 }
+    }
+
     fn is_open_to(&self, worker: usize) -> bool {
         self.holder.is_none_or(|holder| holder == worker)
     }
@@ -99,9 +113,11 @@ impl Schedule {
         let a_worker = match workers {
             // There is nobody to help.
             0 | 1 => 1,
-            _ => (pixels / workers as u32 / FEWEST_PIXELS).clamp(1, SHARES),
+            _ => shares_each(f64::from(pixels) / workers as f64),
         };
-        let shares = vec![Share::default(); workers * a_worker as usize];
+        // Share i is the stride of places i, i + n, i + 2n, … for n shares in all.
+        let n = workers as u32 * a_worker;
+        let shares = (0..n).map(|i| Share::new(Stride::every(n, i), i as usize % workers)).collect();
         Schedule { barriers: Vec::new(), workers, shares, start: 0, target, deadline, stops }
     }
 
@@ -109,6 +125,25 @@ impl Schedule {
     pub fn starting_at(mut self, start: u32) -> Schedule {
         self.start = start;
         self.shares.iter_mut().for_each(|share| share.completed = start);
+        self
+    }
+
+    /// The same, where the last worker is as fast as so many of the others: its stride is as much wider.
+    pub fn with_faster(mut self, pixels: u32, times: f64) -> Schedule {
+        let others = self.workers.saturating_sub(1) as u32;
+        let a_worker = shares_each(f64::from(pixels) / (f64::from(others) + times));
+        // In units of which each share of the others has one.
+        let wide = (times * f64::from(a_worker)).round().clamp(1.0, MOST_TIMES) as u32;
+        let narrow = others * a_worker;
+        let step = narrow + wide;
+        self.shares = (0..narrow)
+            .map(|i| Share::new(Stride::every(step, i), (i % others) as usize))
+            .chain((0..SHARES.min(wide)).map(|i| {
+                let whole = Stride { first: narrow, step, run: wide };
+                let part = if wide == 1 { whole } else { whole.split(i, SHARES.min(wide)) };
+                Share::new(part, self.workers - 1)
+            }))
+            .collect();
         self
     }
 
@@ -120,9 +155,9 @@ impl Schedule {
     /// Deals a worker its next order. `pace` is the time that one sample of every pixel takes, as far as that
     /// is known.
     pub fn next(&mut self, worker: usize, pace: Option<Duration>) -> Deal {
-        let own = self.least_advanced(|index| index % self.workers == worker, worker);
+        let own = self.least_advanced(|share| share.owner == worker, worker);
         let own = own.filter(|&share| self.has_next(share, pace));
-        let others = self.least_advanced(|index| index % self.workers != worker, worker);
+        let others = self.least_advanced(|share| share.owner != worker, worker);
         let others = others.filter(|&share| self.shares[share].ordered < self.barriers.len());
         let advance = |share: usize| self.shares[share].ordered;
         let chosen = match (own, others) {
@@ -138,12 +173,42 @@ impl Schedule {
 
     /// Takes note that an order for a share has been carried out: its pixels have `spp` samples now.
     pub fn complete(&mut self, stride: Stride, spp: u32) {
-        let share = &mut self.shares[stride.first as usize];
+        // No two shares begin at the same place.
+        let Some(share) = self.shares.iter_mut().find(|share| share.stride.first == stride.first) else {
+            return;
+        };
         share.completed = spp;
         share.under_way -= 1;
         if share.under_way == 0 {
             share.holder = None;
         }
+    }
+
+    /// Takes everything from a worker that is lost: what it has not completed is dealt again, to the others, who
+    /// own its shares from now on.
+    pub fn lose(&mut self, worker: usize) {
+        let mut heirs = (0..self.workers).filter(|&heir| heir != worker).cycle();
+        for share in &mut self.shares {
+            if share.holder == Some(worker) {
+                share.ordered -= share.under_way as usize;
+                share.under_way = 0;
+                share.holder = None;
+            }
+            if share.owner == worker {
+                share.owner = heirs.next().unwrap_or(worker);
+            }
+        }
+    }
+
+    /// The worker that owns each of the first `len` places.
+    pub fn owners(&self, len: u32) -> Vec<u32> {
+        let mut owners = vec![0; len as usize];
+        for share in &self.shares {
+            for slot in 0..share.stride.len(len) {
+                owners[share.stride.place(slot) as usize] = share.owner as u32;
+            }
+        }
+        owners
     }
 
     /// The samples that every pixel has.
@@ -161,9 +226,9 @@ impl Schedule {
     }
 
     /// The share that has passed the fewest barriers, of those meant that a worker may have.
-    fn least_advanced(&self, is_meant: impl Fn(usize) -> bool, worker: usize) -> Option<usize> {
+    fn least_advanced(&self, is_meant: impl Fn(&Share) -> bool, worker: usize) -> Option<usize> {
         let shares = self.shares.iter().enumerate();
-        let open = shares.filter(|(index, share)| is_meant(*index) && share.is_open_to(worker));
+        let open = shares.filter(|(_, share)| is_meant(share) && share.is_open_to(worker));
         open.min_by_key(|(_, share)| share.ordered).map(|(index, _)| index)
     }
 
@@ -176,14 +241,13 @@ impl Schedule {
     }
 
     fn order(&mut self, index: usize, worker: usize) -> Order {
-        let step = self.shares.len() as u32;
         let share = &mut self.shares[index];
         let first = share.ordered.checked_sub(1).map_or(self.start, |last| self.barriers[last]);
         let end = self.barriers[share.ordered];
         share.ordered += 1;
         share.holder = Some(worker);
         share.under_way += 1;
-        Order { stride: Stride::every(step, index as u32), first, end }
+        Order { stride: share.stride, first, end }
     }
 
     fn is_over(&self, pace: Option<Duration>) -> bool {

@@ -7,8 +7,9 @@ use super::stride::{Region, Stride};
 use crate::film::sums::{PixelSums, Reject, check, fits};
 use crate::integrator::{Finished, Integrator, Paths, Pixel, Sample};
 use crate::math::lanes::Level;
-use crossbeam_channel::{Receiver, Sender};
+use crossbeam_channel::{Receiver, Sender, never};
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// How many paths are traced at a time, where they are quick: enough that the lanes' last stragglers don't
@@ -50,18 +51,37 @@ pub struct Worker<'a> {
 impl Worker<'_> {
     /// Carries out orders until their channel closes or nobody wants the batches any more.
     pub fn run(&self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) {
+        self.run_hearing(orders, &never(), batches);
+    }
+
+    /// The same, where another worker may be lost: what pixels have then comes as news before the first order that
+    /// it matters to.
+    pub fn run_hearing(
+        &self,
+        orders: &Receiver<Order>,
+        news: &Receiver<Arc<Held>>,
+        batches: &Sender<SampleBatch>,
+    ) {
         let mut scratch = Scratch::new();
+        let mut heard: Option<Arc<Held>> = None;
         for order in orders {
-            if self.carry_out(order, &mut scratch, batches).is_none() {
+            heard = news.try_iter().last().or(heard);
+            let held = heard.as_deref().or(self.held).filter(|held| !held.is_behind(order));
+            if self.carry_out(order, held, &mut scratch, batches).is_none() {
                 return;
             }
         }
     }
 
     /// Traces an order block by block. Returns `None` when nobody wants the batches any more.
-    fn carry_out(&self, order: Order, scratch: &mut Scratch, batches: &Sender<SampleBatch>) -> Option<()> {
+    fn carry_out(
+        &self,
+        order: Order,
+        held: Option<&Held>,
+        scratch: &mut Scratch,
+        batches: &Sender<SampleBatch>,
+    ) -> Option<()> {
         let slots = order.stride.len(self.region.len());
-        let held = self.held.filter(|held| !held.is_behind(order));
         let mut since = Instant::now();
         let mut batch = self.empty_batch(order.stride, 0);
         let mut slot = 0;

@@ -2,6 +2,7 @@
 
 mod held;
 mod layouts;
+mod lost;
 mod pictures;
 mod probes;
 mod protocol;

@@ -1,0 +1,79 @@
+//! A device that is lost while the CPU renders beside it.
+
+use super::{GpuWorker, Prepared, device, scenes};
+use crate::film::Film;
+use crate::gpu::Job;
+use crate::math::lanes::Level;
+use crate::render::Schedule;
+use crate::render::accumulator::{Accumulator, Inbox, Outbox, Outcome, Totals, WorkerFailure};
+use crate::render::worker::Worker;
+use crossbeam_channel::{bounded, never};
+
+const SPP: u32 = 300;
+
+/// Renders with a CPU worker and a GPU worker that own equal shares. The device is lost after so many samples.
+fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
+    let device = device()?;
+    let region = prepared.whole;
+    let integrator = prepared.on_cpu();
+    let mut gpu = GpuWorker::new(&device, &Job { index: 1, ..prepared.job() }).unwrap();
+    let outcome = std::thread::scope(|scope| {
+        let (batches_out, batches) = bounded(4);
+        let (failures_out, failures) = bounded(2);
+        let (cpu_orders_out, cpu_orders) = bounded(2);
+        let (gpu_orders_out, gpu_orders) = bounded(2);
+        let (news_out, news) = bounded(1);
+        let (progress_out, progress) = bounded::<Totals>(1);
+        scope.spawn({
+            let (batches_out, integrator) = (batches_out.clone(), &*integrator);
+            move || {
+                let level = Level::from_environment().unwrap();
+                let worker = Worker { index: 0, integrator, level, region, sends_samples: false, held: None };
+                worker.run_hearing(&cpu_orders, &news, &batches_out);
+            }
+        });
+        scope.spawn(move || {
+            if let Err(error) = gpu.run(&gpu_orders, &batches_out) {
+                let (worker, message) = ("the GPU".to_owned(), error.to_string());
+                failures_out.send(WorkerFailure { index: 1, worker, message }).unwrap();
+            }
+        });
+        scope.spawn(move || {
+            for totals in progress {
+                if totals.samples > lost_after {
+                    device.device.destroy();
+                }
+            }
+        });
+        let schedule = Schedule::new(2, region.len(), SPP, None, vec![]).with_faster(region.len(), 1.0);
+        let outbox = Outbox {
+            orders: vec![Some(cpu_orders_out), Some(gpu_orders_out)],
+            samples: None,
+            barriers: None,
+            film: None,
+            snapshots: None,
+            progress: Some(progress_out),
+        };
+        let film = Film::new(region.width, region.height).unwrap();
+        let accumulator = Accumulator::new(film, region, schedule, &[], Some(SPP), outbox);
+        accumulator.with_spare(1, vec![news_out]).run(Inbox { batches, failures, stop: never() })
+    });
+    Some(outcome)
+}
+
+#[test]
+fn the_cpu_carries_on_without_a_lost_device_and_nothing_is_missing() {
+    let prepared = Prepared::new(&scenes::cover(80, 60), 0);
+    let all = u64::from(80 * 60 * SPP);
+    for lost_after in [0, all / 10, all / 3] {
+        let Some(outcome) = render(&prepared, lost_after) else { return };
+        assert!(outcome.failure.is_none() && outcome.whole);
+        assert_eq!((outcome.totals.samples, outcome.totals.spp), (all, SPP));
+        assert!((0..80 * 60).all(|place| outcome.film.seen(place) == u64::from(SPP)), "none twice");
+        // With others the device may have been done before it was lost.
+        assert!(lost_after > 0 || outcome.lost.is_some());
+        assert_eq!(outcome.made.iter().sum::<u64>(), all);
+    }
+    let Some(outcome) = render(&prepared, u64::MAX) else { return };
+    assert!(outcome.lost.is_none() && outcome.whole && outcome.made[1] > 0);
+}

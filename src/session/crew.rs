@@ -1,0 +1,265 @@
+//! Those who render: CPU workers, a GPU worker, or both.
+
+use super::{DeviceChoice, SessionError, Settings, View};
+use crate::film::film_offset;
+use crate::gpu;
+use crate::integrator::{self, Integrator};
+use crate::render::accumulator::WorkerFailure;
+use crate::render::worker::Worker;
+use crate::render::{Held, Order, SampleBatch, Schedule, Stride};
+use crate::scene::Scene;
+use crate::world;
+use crossbeam_channel::{Receiver, Sender, bounded, never};
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread::Scope;
+use std::time::{Duration, Instant};
+
+/// How long devices are measured before strides are dealt to them.
+const MEASURED_FOR: Duration = Duration::from_millis(300);
+
+/// And at most, where the first results are long in coming.
+const MEASURED_AT_MOST: Duration = Duration::from_secs(2);
+
+/// Samples of an order by which devices are measured: more than they make in that time.
+const MEASURED_BY: u32 = 256;
+
+/// Those who render. The GPU worker, if there is one, has the last number.
+pub(super) struct Crew {
+    integrator: Option<Arc<dyn Integrator>>,
+    threads: usize,
+    gpu: Option<Gpu>,
+    /// The GPU's speed in those of a CPU worker, where there are both.
+    times: f64,
+}
+
+struct Gpu {
+    worker: Box<gpu::GpuWorker>,
+    name: String,
+}
+
+/// What a worker's thread does.
+type Work<'a> = Box<dyn FnMut(&Mailbox) -> Result<(), gpu::GpuError> + Send + 'a>;
+
+/// What a crew at work listens to.
+pub(super) struct Lines {
+    /// Work for each worker.
+    pub orders: Vec<Option<Sender<Order>>>,
+    /// Where CPU workers hear what pixels have when the GPU is lost.
+    pub news: Vec<Sender<Arc<Held>>>,
+}
+
+impl Crew {
+    pub(super) fn new(settings: &Settings) -> Result<Crew, SessionError> {
+        let Scene { film, render, .. } = &*settings.scene;
+        let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
+        let compiled = Arc::new(compiled);
+        let offset = film_offset(film.filter);
+        let open = |name: &Option<String>, index| {
+            let device = gpu::Device::open(name.as_deref())?;
+            let job = gpu::Job {
+                scene: &compiled,
+                render,
+                offset,
+                region: settings.region,
+                index,
+                sends_samples: settings.samples.is_some(),
+            };
+            let worker = Box::new(gpu::GpuWorker::new(&device, &job)?);
+            Ok::<_, gpu::GpuError>(Gpu { worker, name: device.description().to_string() })
+        };
+        if let DeviceChoice::Gpu(name) = &settings.device {
+            let gpu = Some(open(name, 0)?);
+            return Ok(Crew { integrator: None, threads: 0, gpu, times: 1.0 });
+        }
+        // A worker without a pixel would have nothing to do.
+        let threads = settings.threads.get().min(settings.region.len() as usize);
+        let build = || integrator::build(render, offset, Arc::clone(&compiled), geometry, settings.finder);
+        let integrator: Arc<dyn Integrator> = build().into();
+        let mut crew = Crew { integrator: Some(integrator), threads, gpu: None, times: 1.0 };
+        if let DeviceChoice::All(name) = &settings.device {
+            let measured = open(name, threads).and_then(|gpu| crew.measured_with(settings, gpu));
+            if let Err(error) = measured
+                && settings.view != View::Quiet
+            {
+                // Standard error may be closed: this is a courtesy.
+                let _ = writeln!(std::io::stderr(), "warning: {error}; the CPU renders alone");
+            }
+        }
+        Ok(crew)
+    }
+
+    /// Takes a GPU on, once both devices have shown how fast they are. They work side by side for it, as they will:
+    /// a GPU that is the CPU in disguise gets no more than it has.
+    fn measured_with(&mut self, settings: &Settings, mut gpu: Gpu) -> Result<(), gpu::GpuError> {
+        let crew = &*self;
+        let (batches_out, batches) = bounded(2 * (crew.threads + 1));
+        let speeds = std::thread::scope(|scope| {
+            let mut orders = Vec::new();
+            for index in 0..crew.threads {
+                let (orders_out, mailbox) = post(&batches_out);
+                orders.push(orders_out);
+                scope.spawn(move || crew.work(settings, index, None, &never(), &mailbox));
+            }
+            let (orders_out, mailbox) = post(&batches_out);
+            orders.push(orders_out);
+            let work = &mut gpu.worker;
+            let gpu = scope.spawn(move || work.run(&mailbox.orders, &mailbox.batches));
+            drop(batches_out);
+            let speeds = watch(&orders, &batches);
+            // Closing both ends ends them all.
+            drop((orders, batches));
+            gpu.join().map_or_else(|panic| std::panic::resume_unwind(panic), |end| end.map(|()| speeds))
+        })?;
+        let cpu = speeds[..self.threads].iter().sum::<f64>() / self.threads as f64;
+        self.times = if cpu > 0.0 { speeds[self.threads] / cpu } else { 1.0 };
+        self.gpu = Some(gpu);
+        Ok(())
+    }
+
+    pub(super) fn workers(&self) -> usize {
+        self.threads + usize::from(self.gpu.is_some())
+    }
+
+    /// The worker that the others can do without.
+    pub(super) fn spare(&self) -> Option<usize> {
+        (self.gpu.is_some() && self.threads > 0).then_some(self.threads)
+    }
+
+    /// Deals strides in proportion to speed.
+    pub(super) fn deal(&self, pixels: u32, schedule: Schedule) -> Schedule {
+        match self.spare() {
+            Some(_) => schedule.with_faster(pixels, self.times),
+            None => schedule,
+        }
+    }
+
+    pub(super) fn description(&self) -> String {
+        match (&self.gpu, self.threads) {
+            (None, _) => "cpu".to_owned(),
+            (Some(gpu), 0) => format!("gpu: {}", gpu.name),
+            (Some(gpu), _) => format!("all: cpu and {}", gpu.name),
+        }
+    }
+
+    /// What each device is called, and which workers are its.
+    pub(super) fn devices(&self) -> Vec<(String, std::ops::Range<usize>)> {
+        let cpu = (self.threads > 0).then(|| ("cpu".to_owned(), 0..self.threads));
+        let gpu = self.gpu.as_ref().map(|gpu| (gpu.name.clone(), self.threads..self.threads + 1));
+        cpu.into_iter().chain(gpu).collect()
+    }
+
+    /// A CPU worker's life.
+    fn work(
+        &self,
+        settings: &Settings,
+        index: usize,
+        held: Option<&Held>,
+        news: &Receiver<Arc<Held>>,
+        mail: &Mailbox,
+    ) {
+        let Some(integrator) = self.integrator.as_deref() else { return };
+        let (level, region, sends_samples) = (settings.level, settings.region, settings.samples.is_some());
+        let worker = Worker { index, integrator, level, region, sends_samples, held };
+        worker.run_hearing(&mail.orders, news, &mail.batches);
+    }
+
+    /// Starts a thread for each worker and returns where to send their orders.
+    pub(super) fn start<'scope>(
+        mut self,
+        scope: &'scope Scope<'scope, '_>,
+        settings: &'scope Settings,
+        held: Option<Arc<Held>>,
+        batches: &Sender<SampleBatch>,
+        failures: &Sender<WorkerFailure>,
+    ) -> Lines {
+        let mut lines = Lines { orders: Vec::new(), news: Vec::new() };
+        let mut hire = |index: usize, name: String, mut work: Work<'scope>| {
+            let (orders_out, mailbox) = post(batches);
+            lines.orders.push(Some(orders_out));
+            let failures = failures.clone();
+            scope.spawn(move || {
+                let problem = match catch_unwind(AssertUnwindSafe(|| work(&mailbox))) {
+                    Ok(Ok(())) => return,
+                    Ok(Err(error)) => error.to_string(),
+                    Err(panic) => panic_message(&*panic),
+                };
+                // Nobody listens any more only if the run has ended already.
+                let _ = failures.send(WorkerFailure { index, worker: name, message: problem });
+            });
+        };
+        let (threads, gpu) = (self.threads, self.gpu.take());
+        let crew = Arc::new(self);
+        for index in 0..threads {
+            let (crew, held) = (Arc::clone(&crew), held.clone());
+            let (news_out, news) = bounded(1);
+            lines.news.push(news_out);
+            let work = move |mail: &Mailbox| {
+                crew.work(settings, index, held.as_deref(), &news, mail);
+                Ok(())
+            };
+            hire(index, format!("worker {index}"), Box::new(work));
+        }
+        if let Some(Gpu { mut worker, name }) = gpu {
+            worker.holds(held);
+            let work = move |mail: &Mailbox| worker.run(&mail.orders, &mail.batches);
+            hire(threads, format!("the GPU worker ({name})"), Box::new(work));
+        }
+        lines
+    }
+}
+
+/// Samples a second of each worker, over some time from its first results on.
+fn watch(orders: &[Sender<Order>], batches: &Receiver<SampleBatch>) -> Vec<f64> {
+    let workers = orders.len();
+    let order = |index: usize, round: u32| Order {
+        stride: Stride::ALL.split(index as u32, workers as u32),
+        first: round * MEASURED_BY,
+        end: (round + 1) * MEASURED_BY,
+    };
+    for (index, orders) in orders.iter().enumerate() {
+        // A worker that does not take its order has failed, and says so elsewhere.
+        let _ = orders.send(order(index, 0));
+    }
+    let start = Instant::now();
+    // When each sent something first and last, and how many samples came after the first.
+    let mut seen: Vec<Option<(Instant, Instant, u64)>> = vec![None; workers];
+    let deadline = start + MEASURED_AT_MOST;
+    while let Ok(batch) = batches.recv_deadline(deadline) {
+        let now = Instant::now();
+        match &mut seen[batch.worker] {
+            Some((_, last, paths)) => (*last, *paths) = (now, *paths + batch.paths),
+            unseen => *unseen = Some((now, now, 0)),
+        }
+        if let Some(end) = batch.completes {
+            let _ = orders[batch.worker].try_send(order(batch.worker, end / MEASURED_BY));
+        }
+        let all = seen.iter().all(|seen| seen.is_some_and(|(.., paths)| paths > 0));
+        if all && start.elapsed() > MEASURED_FOR {
+            break;
+        }
+    }
+    let rate = |seen: &Option<(Instant, Instant, u64)>| {
+        seen.map_or(0.0, |(first, last, paths)| paths as f64 / (last - first).as_secs_f64().max(1e-6))
+    };
+    seen.iter().map(rate).collect()
+}
+
+/// A worker's mailbox, and where to send its orders.
+fn post(batches: &Sender<SampleBatch>) -> (Sender<Order>, Mailbox) {
+    let (orders_out, orders) = bounded(2);
+    (orders_out, Mailbox { orders, batches: batches.clone() })
+}
+
+/// A worker's ends of its channels.
+struct Mailbox {
+    orders: Receiver<Order>,
+    batches: Sender<SampleBatch>,
+}
+
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
+    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+    text.unwrap_or_else(|| "it panicked without a word".to_owned())
+}

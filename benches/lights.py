@@ -4,8 +4,8 @@
     cargo bench --bench lights -- --write lamps.toml
     PYTHON benches/lights.py lamps.toml [--peers stride,cycles] [--spp 64] [--threads 2]
 
-PYTHON has numpy, OpenEXR, and bpy for Cycles. Lamps are Cycles' own spheres, its best case. Prints seconds, relative
-variance without the worst 0.5% of pixels, and efficiency = 1/(variance × seconds).
+PYTHON has numpy, OpenEXR, and bpy for Cycles, which takes minutes. Lamps are Cycles' own spheres; they cast no shadows
+there, so its picture is a little brighter. Prints seconds, relative variance without the worst 0.5% of pixels, and efficiency = 1/(variance × seconds).
 """
 import argparse, json, os, subprocess, sys, tempfile, time, tomllib
 import numpy as np
@@ -107,6 +107,10 @@ def pose_cycles(bpy):
 def cycles(seed, folder):
     import bpy
     if not hasattr(cycles, "world"):
+        # Blender says a line for every object.
+        sys.stdout.flush()
+        sys.stdout = os.fdopen(os.dup(1), "w")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         cycles.world = pose_cycles(bpy)
     world = cycles.world
     world.cycles.samples, world.cycles.seed = arguments.spp, seed

@@ -57,6 +57,7 @@ impl Crew {
         let compiled = Arc::new(compiled);
         let offset = film_offset(film.filter);
         let open = |name: &Option<String>, index| {
+            gpu::check(&settings.scene)?;
             let device = gpu::Device::open(name.as_deref())?;
             let job = gpu::Job {
                 scene: &compiled,

@@ -9,7 +9,7 @@ use crate::gpu::enabled::program;
 use crate::integrator::Paths;
 use crate::math::lanes::Level;
 use crate::render::{Order, Payload, Stride};
-use crate::scene::{self, Integrator, RenderSettings, Sampler, Scene};
+use crate::scene::{self, Integrator, RenderSettings, Sampler, Scene, UNLIMITED};
 use std::path::Path;
 
 const INTEGRATORS: [Integrator; 3] = [Integrator::Path, Integrator::PathNaive, Integrator::Whitted];
@@ -119,6 +119,22 @@ fn what_no_scene_has_is_the_same_picture() {
         ("lamps", scenes::lamps(48, 32)),
     ];
     hold_all(&scenes.map(|(name, scene)| (name.to_owned(), scene)), 16);
+}
+
+#[test]
+fn paths_without_a_limit_are_the_same_picture() {
+    let Some(device) = device() else { return };
+    let mut scene = scenes::with(scenes::lamps(48, 32), Integrator::Path, Sampler::Sobol);
+    scene.render.max_depth = UNLIMITED;
+    let ours = on_cpu(&scene, 8);
+    let theirs = on_gpu(&device, &compiled(&device, &scene.render), &scene, 8);
+    let verdict = welch(&ours, &theirs);
+    assert!(verdict.agrees(1), "{verdict}");
+    // Negative control: two bounces and no more.
+    scene.render.max_depth = 2;
+    let short = on_gpu(&device, &compiled(&device, &scene.render), &scene, 8);
+    let verdict = welch(&ours, &short);
+    assert!(!verdict.agrees(1), "{verdict}");
 }
 
 /// The verdict on a program with `right` replaced by `wrong`.

@@ -51,6 +51,8 @@ pub struct Settings {
     pub spp: u32,
     /// Stop at the first whole sample after this long.
     pub time: Option<Duration>,
+    /// Stop when the estimated error, √relMSE without the worst 0.5% of pixels, is this small.
+    pub noise: Option<f64>,
     /// CPU workers.
     pub threads: NonZeroUsize,
     /// Which lanes they use.
@@ -170,7 +172,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let build = build_start.elapsed();
     let device = crew.description();
     let head = keeping::head(settings, &device);
-    let film = keeping::first_film(settings, &head)?;
+    let (film, milestone) = keeping::first_film(settings, &head)?;
     let held = Held::of(&film, region, settings.first).map(Arc::new);
     let sink = settings.film.clone().map(|path| FilmSink { path, head, range: settings.range() });
     let window = open_window(settings)?;
@@ -223,6 +225,10 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
             .with_owners(Arc::clone(&owners))
             .with_checkpoints(settings.checkpoint)
             .going_on(settings.first);
+        let accumulator = match settings.noise {
+            Some(noise) => accumulator.until_noise(noise, milestone),
+            None => accumulator,
+        };
         let inbox = Inbox { batches, failures, stop: stop.clone() };
         // One thread from the film to the files, so that they are written while the window stays open.
         let finisher = scope.spawn({
@@ -235,7 +241,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
                 // A black picture is no replacement for whatever is there.
                 let written = match outcome.totals.samples {
                     0 => Ok(()),
-                    _ => keeping::write_end(settings, sink, &outcome.film, &picture, &owners, &notes_out),
+                    _ => keeping::write_end(settings, sink, &outcome, &picture, &owners, &notes_out),
                 };
                 (outcome, picture, written, kept)
             }
@@ -427,10 +433,14 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
         let files = settings.outputs.iter().chain(&settings.film);
         let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
         let spp = outcome.totals.spp;
-        let early = settings.time.is_none() && spp < settings.spp;
+        let early = settings.time.is_none() && settings.noise.is_none() && spp < settings.spp;
         let note =
             if early { format!(" (stopped early, before {} spp)", settings.spp) } else { String::new() };
         writeln!(out, "wrote {}{note}", names.join(", "))?;
+    }
+    if let Some([now, asked]) = outcome.totals.noise {
+        let early = if now > asked { ": the render ended early" } else { "" };
+        writeln!(out, "the error is {now:.5} by estimate, and {asked} was asked for{early}")?;
     }
     let rejected = outcome.totals.rejected;
     if rejected > 0 {
@@ -490,5 +500,6 @@ fn progress(settings: &Settings, totals: &Totals) -> Progress {
         seconds: totals.elapsed.as_secs_f64(),
         samples: totals.made(),
         time_limit: settings.time.map(|time| time.as_secs_f64()),
+        noise: totals.noise,
     }
 }

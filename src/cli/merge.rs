@@ -145,7 +145,7 @@ fn write_outputs(
     for path in outputs {
         let written = match &picture {
             Some(picture) if !is_film(path) => write_picture(path, picture, &PictureOptions { exposure }),
-            _ => write_film(path, head, film, holding),
+            _ => write_film(path, head, film, holding, None),
         };
         first_error = first_error.and(written);
     }

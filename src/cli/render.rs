@@ -33,6 +33,10 @@ pub(super) struct RenderArguments {
     /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h) or at --spp, not at the scene's samples
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time: Option<Duration>,
+    /// Stop when the estimated error, √relMSE without the worst 0.5% of pixels, is this small: 0.05 is a preview,
+    /// 0.01 is clean; or at --spp, not at the scene's samples
+    #[arg(long, value_name = "ERROR", value_parser = noise, conflicts_with = "range")]
+    noise: Option<f64>,
     /// Threads that render, 1 to 1024 [default: one a core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -107,6 +111,11 @@ fn device(text: &str) -> Result<DeviceChoice, String> {
     }
 }
 
+fn noise(text: &str) -> Result<f64, String> {
+    let error = || "an error is a number above 0 and below 1, like 0.01".to_owned();
+    text.parse().ok().filter(|error: &f64| *error > 0.0 && *error < 1.0).ok_or_else(error)
+}
+
 pub(super) fn exposure(text: &str) -> Result<f64, String> {
     let error = || "an exposure is a number of stops between −100 and 100".to_owned();
     text.parse().ok().filter(|stops: &f64| stops.abs() <= 100.0).ok_or_else(error)
@@ -158,13 +167,17 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         (None, Some((first, asked))) => (first, asked),
         (None, None) => (0, None),
     };
-    let spp = match (arguments.spp, arguments.time, asked) {
+    let decides = arguments.time.is_some() || arguments.noise.is_some();
+    let spp = match (arguments.spp, decides, asked) {
         (Some(spp), ..) => spp,
-        // With a time limit alone, the time decides.
-        (None, Some(_), None) => u32::MAX,
+        // With a limit of time or error alone, that decides.
+        (None, true, None) => u32::MAX,
         (None, _, Some(asked)) => asked,
-        (None, None, None) => scene.render.samples,
+        (None, false, None) => scene.render.samples,
     };
+    if arguments.noise.is_some() && first > 0 {
+        return Err(usage("--noise tells the error of renders from sample 0 on, and this film begins later"));
+    }
     if let Some(late) = arguments.dump_at.iter().find(|&&at| at > spp) {
         return Err(usage(format!(
             "--dump-at {late} lies past the end of the render at {spp} samples a pixel"
@@ -198,6 +211,7 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         first,
         spp,
         time: arguments.time,
+        noise: arguments.noise,
         threads,
         level,
         finder,

@@ -1,14 +1,15 @@
 //! What a render leaves behind: pictures, and a film to go on with.
 
 use super::{SessionError, Settings};
-use crate::film::file::Head;
-use crate::film::{Film, Identity, Picture};
+use crate::film::file::{Head, Piece};
+use crate::film::{Film, Identity, Milestone, Picture};
 use crate::output::window::Request;
 use crate::output::{
     FilmSink, OutputError, Patience, PictureOptions, SampleDump, numbered_path, open_film,
     write_owner_overlay, write_picture,
 };
 use crate::render::Barrier;
+use crate::render::accumulator::Outcome;
 use crossbeam_channel::{Receiver, Sender};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -44,9 +45,12 @@ pub(super) fn head(settings: &Settings, device: &str) -> Head {
     Head { width, height, identity: identity(settings, device), notes }
 }
 
-/// The film to begin with: an empty one, or that of the run that is gone on with.
-pub(super) fn first_film(settings: &Settings, head: &Head) -> Result<Film, SessionError> {
-    let Some(path) = &settings.resume else { return Ok(Film::new(head.width, head.height)?) };
+/// The film to begin with: an empty one, or that of the run that is gone on with and its last milestone.
+pub(super) fn first_film(
+    settings: &Settings,
+    head: &Head,
+) -> Result<(Film, Option<Milestone>), SessionError> {
+    let Some(path) = &settings.resume else { return Ok((Film::new(head.width, head.height)?, None)) };
     let refuse = |reason: String| SessionError::Resume { path: path.clone(), reason };
     let file = open_film(path)?;
     if let Some(difference) = head.identity.difference(&file.head().identity) {
@@ -65,6 +69,7 @@ pub(super) fn first_film(settings: &Settings, head: &Head) -> Result<Film, Sessi
             "it holds the samples {holding}, and a render goes on without a gap from sample {from}; render what is missing with --range, and merge"
         )));
     }
+    let milestone = file.milestone().cloned();
     let film = file.read().map_err(|reason| crate::output::FilmError { path: path.clone(), reason })?;
     let most = film.seen_range()[1];
     if most > u64::from(settings.spp) {
@@ -76,11 +81,11 @@ pub(super) fn first_film(settings: &Settings, head: &Head) -> Result<Film, Sessi
             "it has {most} samples a pixel already: there is no picture of {early} to be had any more (--dump-at)"
         )));
     }
-    Ok(film)
+    Ok((film, milestone))
 }
 
 /// The process that writes the film while the render runs.
-pub(super) fn keep_film(sink: &FilmSink, pieces: &Receiver<Vec<u8>>, notes: &Sender<String>) {
+pub(super) fn keep_film(sink: &FilmSink, pieces: &Receiver<Piece>, notes: &Sender<String>) {
     sink.keep(pieces, |line| tell(notes, line));
 }
 
@@ -138,7 +143,7 @@ pub(super) fn write_barriers(
 pub(super) fn write_end(
     settings: &Settings,
     sink: Option<&FilmSink>,
-    film: &Film,
+    outcome: &Outcome,
     picture: &Picture,
     owners: &[u32],
     notes: &Sender<String>,
@@ -146,7 +151,8 @@ pub(super) fn write_end(
     let (mut patience, say) = (Patience::default(), |line| tell(notes, line));
     let mut first_error = Ok(());
     if let Some(sink) = sink {
-        let written = patience.write(&sink.path, &say, |path| sink.write(path, film));
+        let write = |path: &Path| sink.write(path, &outcome.film, outcome.milestone.as_ref());
+        let written = patience.write(&sink.path, &say, write);
         first_error = first_error.and(written);
     }
     let exposure = settings.scene.film.exposure;

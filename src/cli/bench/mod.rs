@@ -110,6 +110,7 @@ impl<'a> Bench<'a> {
             first: 0,
             spp,
             time: None,
+            noise: None,
             threads,
             level: self.level,
             finder: Finder::Fastest,

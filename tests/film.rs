@@ -351,6 +351,42 @@ fn films_that_do_not_belong_together_are_refused_with_the_reason() {
 }
 
 #[test]
+fn films_and_pictures_say_what_they_are() {
+    let dir = folder();
+    let scene = cover();
+    let common = ["--spp", "4", "--seed", "77", "--exposure", "1.5", "-o", "a.exr", "-o", "a.png"];
+    succeed(dir.path(), &render(&scene, &[&common[..], &["--film", "a.film"]].concat()));
+    let info = |file: &str| succeed(dir.path(), &["info", file]).0;
+    let facts = [
+        "program     stride ",
+        "size        40x30",
+        "filter      tent 1",
+        "integrator  path",
+        "sampler     sobol",
+        "max depth   5",
+        "seed        77",
+        "device      cpu",
+        "samples     0..4",
+    ];
+    for file in ["a.film", "a.exr"] {
+        let told = info(file);
+        for fact in facts {
+            assert!(told.lines().any(|line| line.starts_with(fact)), "no {fact:?} of {file} in {told}");
+        }
+        let scene = told.lines().find_map(|line| line.strip_prefix("scene       ")).expect("a scene");
+        assert!(scene.len() == 64 && scene.bytes().all(|c| c.is_ascii_hexdigit()), "{scene}");
+    }
+    assert!(info("a.film").contains("exposure    1.5"));
+    // The exposure changes no sample, and an EXR does not tell it: it is the same file without.
+    let before = bytes(dir.path(), "a.exr");
+    succeed(dir.path(), &render(&scene, &["--spp", "4", "--seed", "77", "--threads", "1", "-o", "a.exr"]));
+    assert!(bytes(dir.path(), "a.exr") == before);
+    assert!(info("a.png").starts_with("picture     40×30 pixels\nmean        "));
+    assert!(refused(dir.path(), 2, &["info", "a.txt"]).contains(".film"));
+    assert!(refused(dir.path(), 1, &["info", "no.exr"]).contains("no such file"));
+}
+
+#[test]
 fn a_damaged_film_is_never_read_as_good() {
     let dir = folder();
     let scene = cover();

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use stride::film::file::Head;
 use stride::film::{Film, Identity, Milestone, Picture, Reject, Snapshot};
-use stride::integrator::{Event, Finished, Integrator, Paths, Pixel, Sample};
+use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths, Pixel, Sample};
 use stride::math::lanes::Level;
 use stride::output::{FilmSink, open_film};
 use stride::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
@@ -48,6 +48,10 @@ impl<B: Fn(&Paths<'_>) + Send + Sync, A: Fn(&mut Sample) + Send + Sync> Integrat
         let rays = self.inner.trace(level, paths, out);
         out[from..].iter_mut().for_each(|finished| (self.after)(&mut finished.sample));
         rays
+    }
+
+    fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
+        self.inner.first_hits(level, paths, out);
     }
 
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {

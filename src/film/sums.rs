@@ -360,6 +360,20 @@ impl Film {
         [0, 1, 2].map(|channel| (from.radiance_sum(channel) / count) as f32)
     }
 
+    /// The variance of a pixel's mean radiance, of its channels together, by the spread of its samples: what it
+    /// is if they are independent, more than it is if they are spread evenly. Zero with fewer than two.
+    pub fn variance(&self, pixel: usize) -> f64 {
+        let from = &self.pixels[pixel];
+        if from.count < 2 {
+            return 0.0;
+        }
+        let [low, high] = from.squares;
+        let (count, squares) = (from.count as f64, (u128::from(high) << 64 | u128::from(low)) as f64 / SCALE);
+        let mean = [0, 1, 2].map(|channel| from.radiance_sum(channel) / count);
+        let spread = squares / count - mean.iter().map(|mean| mean * mean).sum::<f64>();
+        (spread / (count - 1.0)).max(0.0)
+    }
+
     /// The picture so far.
     pub fn picture(&self) -> Picture {
         let rgb = (0..self.pixels.len()).map(|pixel| self.mean(pixel)).collect();

@@ -117,6 +117,7 @@ impl<'a> Bench<'a> {
             device: DeviceChoice::Cpu,
             outputs: Vec::new(),
             dump_at: Vec::new(),
+            layers: Vec::new(),
             samples: None,
             film: None,
             checkpoint: Duration::MAX,

@@ -225,6 +225,20 @@ fn means_are_the_nearest_floats_to_the_quotient() {
 }
 
 #[test]
+fn the_variance_is_that_of_the_mean() {
+    let mut film = film();
+    assert_eq!(film.variance(0), 0.0);
+    film.add_sample(0, [1.0, 0.0, 0.5]).unwrap();
+    assert_eq!(film.variance(0), 0.0);
+    film.add_sample(0, [3.0, 0.0, 0.25]).unwrap();
+    film.add_sample(0, [5.0, 3.0, 0.75]).unwrap();
+    // Of red 4, of green 3, of blue 1/16; over three samples.
+    assert!((film.variance(0) - (4.0 + 3.0 + 0.0625) / 3.0).abs() < 1e-9, "{}", film.variance(0));
+    film.add_sample(0, [f32::NAN; 3]).unwrap_err();
+    assert!((film.variance(0) - (4.0 + 3.0 + 0.0625) / 3.0).abs() < 1e-9);
+}
+
+#[test]
 fn a_film_that_is_too_large_says_what_it_needs() {
     // 10⁹ pixels: sums of 64 bytes, 12 of a picture, 4 for the owner.
     let error = MemoryError { width: 40_000, height: 25_000, needed: 80_000_000_000, available: None };

@@ -10,6 +10,7 @@ use crate::output::{
 };
 use crate::render::Barrier;
 use crate::render::accumulator::Outcome;
+use crate::scene::UNLIMITED;
 use crossbeam_channel::{Receiver, Sender};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -23,6 +24,10 @@ const MOST_UNWRITTEN: usize = 4;
 /// What determines the bits of a render's samples, on a device.
 fn identity(settings: &Settings, device: &str) -> Identity {
     let (scene, region) = (&settings.scene, settings.region);
+    let max_depth = match scene.render.max_depth {
+        UNLIMITED => "unlimited".to_owned(),
+        bounces => bounces.to_string(),
+    };
     Identity::default()
         .with("program", concat!("stride ", env!("CARGO_PKG_VERSION")))
         .with("scene", settings.fingerprint.as_deref().unwrap_or("unknown"))
@@ -31,7 +36,7 @@ fn identity(settings: &Settings, device: &str) -> Identity {
         .with("filter", scene.film.filter)
         .with("integrator", scene.render.integrator)
         .with("sampler", scene.render.sampler)
-        .with("max depth", scene.render.max_depth)
+        .with("max depth", max_depth)
         .with("seed", scene.render.seed)
         .with("device", device)
 }

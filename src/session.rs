@@ -14,13 +14,14 @@
 //! Every arrow is a bounded channel. Ctrl-C closes the `stop` channel, a viewer or a sink that goes away
 //! closes its own, and either makes the accumulator stop; it closes the orders, and the workers end.
 
-use crate::film::{MemoryError, Picture};
+use crate::film::{Channel, Layer, MemoryError, Picture};
 use crate::gpu;
+use crate::integrator::Integrator;
 use crate::math::lanes::Level;
 use crate::output::window::{self, Closed, Window, WindowOptions};
 use crate::output::{FilmError, FilmSink, OutputError, Progress, Reporter, SampleDump};
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
-use crate::render::{Accumulator, Barrier, Held, Region, Schedule};
+use crate::render::{Accumulator, Barrier, Held, Region, Schedule, first_hit_layers, layer_samples};
 use crate::scene::Scene;
 use crate::world::Finder;
 use crew::Crew;
@@ -37,6 +38,8 @@ use std::time::{Duration, Instant};
 mod crew;
 mod keeping;
 
+pub(crate) use keeping::facts;
+
 /// Everything that a render is asked for, checked.
 #[derive(Clone, Debug)]
 pub struct Settings {
@@ -52,6 +55,8 @@ pub struct Settings {
     pub spp: u32,
     /// Stop at the first whole sample after this long.
     pub time: Option<Duration>,
+    /// Stop when the estimated error, √relMSE without the worst 0.5% of pixels, is this small.
+    pub noise: Option<f64>,
     /// CPU workers.
     pub threads: NonZeroUsize,
     /// Which lanes they use.
@@ -64,6 +69,8 @@ pub struct Settings {
     pub outputs: Vec<PathBuf>,
     /// Sample counts to write numbered pictures at.
     pub dump_at: Vec<u32>,
+    /// Layers that EXR files get beside colour, at the end.
+    pub layers: Vec<Layer>,
     /// Where every sample goes, if anywhere.
     pub samples: Option<PathBuf>,
     /// A film file to write, for going on and merging, if any.
@@ -72,7 +79,7 @@ pub struct Settings {
     pub checkpoint: Duration,
     /// The film file of a run that this one goes on with.
     pub resume: Option<PathBuf>,
-    /// What tells the scene from others, where a film is written or gone on with.
+    /// What tells the scene from others, where films or pictures are to say so.
     pub fingerprint: Option<String>,
     /// Show which worker owns each pixel instead of what it saw: in the pictures, which then have to be PNG
     /// files, and at first in the window.
@@ -177,9 +184,11 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let build = build_start.elapsed();
     let device = crew.description();
     let head = keeping::head(settings, &device);
-    let film = keeping::first_film(settings, &head)?;
+    let identity = head.identity.clone();
+    let (film, milestone) = keeping::first_film(settings, &head)?;
     let held = Held::of(&film, region, settings.first).map(Arc::new);
     let sink = settings.film.clone().map(|path| FilmSink { path, head, range: settings.range() });
+    let onlooker = crew.onlooker(settings);
     let window = open_window(settings)?;
     let dump = settings.samples.as_deref().map(SampleDump::create).transpose()?;
     let workers = crew.workers();
@@ -207,14 +216,17 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
             None => (None, None),
         };
         let (barriers_out, barriers) = bounded::<Barrier>(1);
-        let painter = scope.spawn({
-            let (owners, notes) = (Arc::clone(&owners), notes_out.clone());
-            move || keeping::write_barriers(settings, &owners, &barriers, &notes)
-        });
         let (film_out, pieces) = bounded(2);
         let keeper = sink.as_ref().map(|sink| {
             let notes = notes_out.clone();
             scope.spawn(move || keeping::keep_film(sink, &pieces, &notes))
+        });
+        // Notes end with the last of those who write.
+        let (identity, owned) = (&identity, Arc::clone(&owners));
+        let pictures = keeping::Pictures { settings, identity, owners: owned, notes: notes_out };
+        let painter = scope.spawn({
+            let pictures = pictures.clone();
+            move || pictures.write_barriers(&barriers)
         });
         let (progress_out, progress) = bounded(1);
         let (snapshots_out, snapshots) = bounded(1);
@@ -235,20 +247,26 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
         if let Some(spare) = spare {
             accumulator = accumulator.with_spare(spare, news);
         }
+        if let Some(noise) = settings.noise {
+            accumulator = accumulator.until_noise(noise, milestone);
+        }
         let inbox = Inbox { batches, failures, stop: stop.clone() };
         // One thread from the film to the files, so that they are written while the window stays open.
         let finisher = scope.spawn({
-            let (owners, sink) = (Arc::clone(&owners), sink.as_ref());
+            let (pictures, sink) = (pictures.clone(), sink.as_ref());
             move || {
                 let outcome = accumulator.run(inbox);
-                let owners = outcome.owners.clone().unwrap_or(owners);
+                // Whose pixels they are may have changed on the way.
+                let owners = outcome.owners.clone().unwrap_or_else(|| Arc::clone(&pictures.owners));
+                let pictures = keeping::Pictures { owners, ..pictures };
                 let picture = outcome.film.picture();
                 // A checkpoint that is still on its way must not replace the end.
                 let kept = keeper.is_none_or(|keeper| keeper.join().is_ok());
                 // A black picture is no replacement for whatever is there.
+                let layers = || layers(settings, onlooker.as_deref(), &outcome);
                 let written = match outcome.totals.samples {
                     0 => Ok(()),
-                    _ => keeping::write_end(settings, sink, &outcome.film, &picture, &owners, &notes_out),
+                    _ => pictures.write_end(sink, &outcome, &picture, layers),
                 };
                 (outcome, picture, written, kept)
             }
@@ -256,12 +274,14 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
         match window {
             Some(window) => {
                 let (requests_out, requests) = bounded(1);
-                let owners = &owners;
-                scope.spawn(move || keeping::save_on_request(settings, owners, &requests));
+                scope.spawn(move || pictures.save_on_request(&requests));
                 scope.spawn(move || show_notes(&notes));
                 let Closed { .. } = window.run(snapshots, requests_out, stop.clone());
             }
-            None => show_progress(settings, &progress, &notes),
+            None => {
+                drop(pictures);
+                show_progress(settings, &progress, &notes);
+            }
         }
         let finished = finisher.join().map_err(|_| SessionError::Process("accumulator"));
         let finished = finished.and_then(|(outcome, picture, written, kept)| match kept {
@@ -283,6 +303,28 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let devices = devices.into_iter().map(|(name, workers)| (name, made(workers))).collect();
     let lost = lost.map(|lost| lost.to_string());
     Ok(Report { totals, whole, device, devices, lost, threads: workers, build, picture })
+}
+
+/// The layers that are wanted, of what the render came to.
+fn layers(settings: &Settings, onlooker: Option<&dyn Integrator>, outcome: &Outcome) -> Vec<Channel> {
+    let of_film = settings.layers.iter().filter(|layer| layer.is_of_film());
+    let mut channels: Vec<Channel> = of_film
+        .flat_map(|layer| layer.channels().map(|name| Channel { name, values: layer.of_film(&outcome.film) }))
+        .collect();
+    if let Some(integrator) = onlooker {
+        let samples = layer_samples(outcome.totals.spp);
+        let (first, threads) = (settings.first, settings.threads.get());
+        let (level, region) = (settings.level, settings.region);
+        channels.extend(first_hit_layers(
+            integrator,
+            level,
+            region,
+            first..first.saturating_add(samples),
+            threads,
+            &settings.layers,
+        ));
+    }
+    channels
 }
 
 /// The outcome, or the first thing that went wrong.
@@ -327,13 +369,17 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
         let files = settings.outputs.iter().chain(&settings.film);
         let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
         let spp = outcome.totals.spp;
-        let early = settings.time.is_none() && spp < settings.spp;
+        let early = settings.time.is_none() && settings.noise.is_none() && spp < settings.spp;
         let note =
             if early { format!(" (stopped early, before {} spp)", settings.spp) } else { String::new() };
         writeln!(out, "wrote {}{note}", names.join(", "))?;
     }
     if let Some(lost) = &outcome.lost {
         writeln!(out, "warning: {lost}; the CPU went on, and nothing is missing")?;
+    }
+    if let Some([now, asked]) = outcome.totals.noise {
+        let early = if now > asked { ": the render ended early" } else { "" };
+        writeln!(out, "the error is {now:.5} by estimate, and {asked} was asked for{early}")?;
     }
     let rejected = outcome.totals.rejected;
     if rejected > 0 {
@@ -393,5 +439,6 @@ fn progress(settings: &Settings, totals: &Totals) -> Progress {
         seconds: totals.elapsed.as_secs_f64(),
         samples: totals.made(),
         time_limit: settings.time.map(|time| time.as_secs_f64()),
+        noise: totals.noise,
     }
 }

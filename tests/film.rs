@@ -60,7 +60,7 @@ fn kills() -> usize {
 fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
     let dir = folder();
     let scene = cover();
-    let spp = &(500 * kills().max(8)).to_string();
+    let spp = &(1500 * kills().max(8)).to_string();
     succeed(dir.path(), &render(&scene, &["--spp", spp, "--film", "whole.film", "-o", "whole.exr"]));
     let stream = &mut Stream::new(u32::try_from(kills()).unwrap(), 0, 0);
     let (mut killed, mut rounds) = (0, 0);
@@ -116,6 +116,54 @@ fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
     succeed(dir.path(), &render(&scene, &["--spp", spp, "--seed", "9", "--film", "n.film", "-o", "n.exr"]));
     assert!(bytes(dir.path(), "n.exr") != bytes(dir.path(), "whole.exr"));
     assert!(bytes(dir.path(), "n.film") != bytes(dir.path(), "whole.film"));
+}
+
+#[test]
+fn a_render_to_an_error_that_is_killed_ends_at_the_same_sample() {
+    let dir = folder();
+    let scene = cover();
+    let noise = ["--noise", "0.003", "--stats", "stats.json"];
+    succeed(
+        dir.path(),
+        &render(&scene, &[&noise[..], &["--film", "whole.film", "-o", "whole.exr"]].concat()),
+    );
+    let spp = |folder: &Path| {
+        let stats: serde_json::Value = serde_json::from_slice(&bytes(folder, "stats.json")).expect("JSON");
+        assert!(stats["estimated_noise"].as_f64().is_some_and(|noise| noise > 0.0028 && noise <= 0.003));
+        stats["spp"].as_f64().expect("a number")
+    };
+    let whole_spp = spp(dir.path());
+    assert!(whole_spp > 100.0 && whole_spp.fract() == 0.0);
+    let stream = &mut Stream::new(3, 0, 0);
+    let mut killed = 0;
+    for _ in 0..8 {
+        let begins = !dir.path().join("part.film").exists();
+        let film: &[&str] = if begins { &["--film", "part.film"] } else { &["--resume", "part.film"] };
+        let common = ["--checkpoint", "5ms", "-o", "part.exr"];
+        let arguments = render(&scene, &[film, &common, &noise].concat());
+        let mut child = stride(dir.path(), &arguments).spawn().expect("the program starts");
+        std::thread::sleep(Duration::from_micros(stream.random_range(10_000..150_000)));
+        killed += i32::from(child.try_wait().expect("a child").is_none());
+        child.kill().expect("it can be killed");
+        child.wait().expect("it ends");
+    }
+    println!("{killed} kills");
+    let film = if dir.path().join("part.film").exists() { "--resume" } else { "--film" };
+    let last = [&[film, "part.film", "-o", "part.exr", "--threads", "1"][..], &noise].concat();
+    succeed(dir.path(), &render(&scene, &last));
+    assert_eq!(spp(dir.path()), whole_spp);
+    assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
+    assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
+    // It is a plain render of that many samples.
+    let plain = whole_spp.to_string();
+    succeed(dir.path(), &render(&scene, &["--spp", &plain, "-o", "plain.exr"]));
+    assert!(bytes(dir.path(), "plain.exr") == bytes(dir.path(), "whole.exr"));
+    for bad in ["0", "1", "-0.1", "nan", "much"] {
+        refused(dir.path(), 2, &render(&scene, &["--noise", bad]));
+    }
+    assert!(
+        refused(dir.path(), 2, &render(&scene, &["--noise", "0.1", "--range", "4..8"])).contains("--range")
+    );
 }
 
 #[cfg(unix)]
@@ -300,6 +348,42 @@ fn films_that_do_not_belong_together_are_refused_with_the_reason() {
     fs::write(dir.path().join("scene.toml"), text).unwrap();
     let said = refused(dir.path(), 1, &base(&["--resume", "a.film"]));
     assert!(said.contains("its scene is ") && said.contains("is not what it was"), "{said}");
+}
+
+#[test]
+fn films_and_pictures_say_what_they_are() {
+    let dir = folder();
+    let scene = cover();
+    let common = ["--spp", "4", "--seed", "77", "--exposure", "1.5", "-o", "a.exr", "-o", "a.png"];
+    succeed(dir.path(), &render(&scene, &[&common[..], &["--film", "a.film"]].concat()));
+    let info = |file: &str| succeed(dir.path(), &["info", file]).0;
+    let facts = [
+        "program     stride ",
+        "size        40x30",
+        "filter      tent 1",
+        "integrator  path",
+        "sampler     sobol",
+        "max depth   5",
+        "seed        77",
+        "device      cpu",
+        "samples     0..4",
+    ];
+    for file in ["a.film", "a.exr"] {
+        let told = info(file);
+        for fact in facts {
+            assert!(told.lines().any(|line| line.starts_with(fact)), "no {fact:?} of {file} in {told}");
+        }
+        let scene = told.lines().find_map(|line| line.strip_prefix("scene       ")).expect("a scene");
+        assert!(scene.len() == 64 && scene.bytes().all(|c| c.is_ascii_hexdigit()), "{scene}");
+    }
+    assert!(info("a.film").contains("exposure    1.5"));
+    // The exposure changes no sample, and an EXR does not tell it: it is the same file without.
+    let before = bytes(dir.path(), "a.exr");
+    succeed(dir.path(), &render(&scene, &["--spp", "4", "--seed", "77", "--threads", "1", "-o", "a.exr"]));
+    assert!(bytes(dir.path(), "a.exr") == before);
+    assert!(info("a.png").starts_with("picture     40×30 pixels\nmean        "));
+    assert!(refused(dir.path(), 2, &["info", "a.txt"]).contains(".film"));
+    assert!(refused(dir.path(), 1, &["info", "no.exr"]).contains("no such file"));
 }
 
 #[test]

@@ -11,8 +11,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 use stride::film::file::Head;
-use stride::film::{Film, Identity, Picture, Reject, Snapshot};
-use stride::integrator::{Event, Finished, Integrator, Paths, Pixel, Sample};
+use stride::film::{Film, Identity, Milestone, Picture, Reject, Snapshot};
+use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths, Pixel, Sample};
 use stride::math::lanes::Level;
 use stride::output::{FilmSink, open_film};
 use stride::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
@@ -51,6 +51,10 @@ impl<B: Fn(&Paths<'_>) + Send + Sync, A: Fn(&mut Sample) + Send + Sync> Integrat
         rays
     }
 
+    fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
+        self.inner.first_hits(level, paths, out);
+    }
+
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
         self.inner.explain(pixel, sample)
     }
@@ -75,6 +79,8 @@ struct Wiring {
     film: Option<Film>,
     /// What writes the film, all the time.
     keeper: Option<FilmSink>,
+    /// The error to end at, and the milestone that the film has.
+    noise: Option<(f64, Option<Milestone>)>,
     /// How long the sample sink takes for each delivery.
     sink_takes: Duration,
     /// How much faster the last worker is held to be, where the others can do without it.
@@ -94,6 +100,7 @@ impl Default for Wiring {
             first: 0,
             film: None,
             keeper: None,
+            noise: None,
             sink_takes: Duration::ZERO,
             spare: None,
         }
@@ -188,6 +195,9 @@ impl Wiring {
                 .going_on(self.first);
             if self.spare.is_some() {
                 accumulator = accumulator.with_spare(workers - 1, news);
+            }
+            if let Some((asked, milestone)) = self.noise {
+                accumulator = accumulator.until_noise(asked, milestone);
             }
             let outcome = accumulator.run(Inbox { batches, failures, stop });
             Rendered {
@@ -447,6 +457,50 @@ fn films_written_on_the_way_hold_the_first_samples_of_each_pixel() {
     assert!(under_way >= 5, "only {under_way} of 30 films were written in the middle of an order");
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left, ["a.film"]);
+}
+
+#[test]
+fn an_error_is_reached_at_the_same_sample_whoever_renders_and_however_often_it_stopped() {
+    let asked = 0.03;
+    let integrator = common::integrator(&scene());
+    let alone = Wiring { workers: 1, spp: 10_000, noise: Some((asked, None)), ..Wiring::default() };
+    let alone = alone.render(&*integrator).outcome;
+    let spp = alone.totals.spp;
+    assert!(alone.whole && spp > 16 && spp < 10_000 && !spp.is_power_of_two(), "{spp}");
+    assert!(alone.film == plain_film(&*integrator, WHOLE, |_| spp), "not a plain render of {spp}");
+    let [now, told] = alone.totals.noise.unwrap();
+    assert!(now <= asked && told == asked);
+    // Negative control: a smaller error takes more samples, as 1/√n says.
+    let smaller = Wiring { spp: 10_000, noise: Some((asked / 2.0, None)), ..Wiring::default() };
+    let more = smaller.render(&*integrator).outcome.totals.spp;
+    assert!((2 * spp..8 * spp).contains(&more), "{more} and {spp}");
+
+    let mut stopped = 0;
+    for round in 0..10_u32 {
+        let (mut film, mut milestone) = (None, None);
+        for attempt in 0.. {
+            let (stop_out, stop) = bounded(0);
+            let stop_out = std::sync::Mutex::new(Some(stop_out));
+            let (from, pixel) = ((round * 37 + attempt * 53) % 150, (round * 211) % WHOLE.len());
+            let integrator = hooked(move |paths| {
+                if attempt < 3 && paths.first_sample >= from && paths.pixels[0].index >= pixel {
+                    stop_out.lock().unwrap().take();
+                }
+            });
+            let workers = 1 + (round + attempt) as usize % 5;
+            let noise = Some((asked, milestone.take()));
+            let wiring = Wiring { workers, spp: 10_000, film: film.take(), noise, ..Wiring::default() };
+            let outcome = Wiring { stop: Some(stop), ..wiring }.render(&integrator).outcome;
+            if attempt >= 3 {
+                assert!(outcome.film == alone.film && outcome.whole, "round {round}");
+                assert!(outcome.milestone == alone.milestone && outcome.totals.noise == alone.totals.noise);
+                break;
+            }
+            stopped += u32::from(outcome.totals.spp < spp);
+            (film, milestone) = (Some(outcome.film), outcome.milestone);
+        }
+    }
+    assert!(stopped >= 15, "only {stopped} renders stopped on the way");
 }
 
 #[test]

@@ -46,6 +46,12 @@ fn words(a: &Path, b: &Path, found: &Comparison) -> String {
     }
     let _ = writeln!(text, "{:<8}{:>13}", "MSE", figure(found.mse));
     let _ = writeln!(text, "{:<8}{:>13}", "relMSE", figure(found.relative_mse));
+    let _ = writeln!(
+        text,
+        "{:<8}{:>13}   √relMSE without the worst 0.5% of pixels",
+        "noise",
+        figure(found.noise)
+    );
     let _ = match found.flip {
         Flip::Ldr(mean) => {
             writeln!(text, "{:<8}{:>13}   LDR-FLIP of the pictures clamped to 0…1", "FLIP", figure(mean))
@@ -105,6 +111,7 @@ fn json(arguments: &CompareArguments, [width, height]: [u32; 2], found: &Compari
         "compared_pixels": found.compared,
         "mse": found.mse,
         "relmse": found.relative_mse,
+        "noise": found.noise,
         "flip": flip,
         "flip_kind": kind,
         "flip_exposures": exposures,

@@ -1,9 +1,10 @@
 //! `stride info`: what a file says of itself, or what there is to render with.
 
 use super::{Failure, devices, print, usage};
-use crate::film::Ranges;
-use crate::output::{FilmError, Format, open_film, read_picture};
+use crate::film::{Identity, Ranges};
+use crate::output::{FilmError, Format, exr, open_film, read_picture};
 use std::fmt::Write;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -55,9 +56,18 @@ fn film(path: &Path) -> Result<String, Failure> {
 }
 
 fn picture(path: &Path) -> Result<String, Failure> {
-    let (_, picture) = read_picture(path)?;
+    let (format, picture) = read_picture(path)?;
     let mut text = String::new();
     let _ = writeln!(text, "{:<12}{}×{} pixels", "picture", picture.width, picture.height);
+    let facts = (format == Format::Exr).then(|| File::open(path).ok().and_then(exr::facts)).flatten();
+    if format == Format::Exr
+        && let Ok(file) = File::open(path)
+    {
+        let _ = writeln!(text, "{:<12}{}", "channels", exr::channels(file).join(", "));
+    }
+    for (name, value) in facts.iter().flat_map(Identity::facts) {
+        let _ = writeln!(text, "{name:<12}{value}");
+    }
     let _ = writeln!(text, "{:<12}{}", "mean", mean(&picture.rgb));
     Ok(text)
 }

@@ -7,6 +7,7 @@ use crate::output::{
     self, FilmError, FilmFile, Format, OutputError, PictureOptions, film, open_film, write_film,
     write_picture,
 };
+use crate::session;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -142,10 +143,14 @@ fn write_outputs(
     let mut first_error = Ok(());
     let needs_picture = outputs.iter().any(|path| Format::of(path).is_ok());
     let picture = needs_picture.then(|| film.picture());
+    let facts = session::facts(&head.identity, holding);
     for path in outputs {
         let written = match &picture {
-            Some(picture) if !is_film(path) => write_picture(path, picture, &PictureOptions { exposure }),
-            _ => write_film(path, head, film, holding),
+            Some(picture) if !is_film(path) => {
+                let facts = Some(&facts);
+                write_picture(path, picture, &PictureOptions { exposure, facts, channels: &[] })
+            }
+            _ => write_film(path, head, film, holding, None),
         };
         first_error = first_error.and(written);
     }

@@ -27,7 +27,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Render a scene to a window and to picture files
-    Render(render::RenderArguments),
+    Render(Box<render::RenderArguments>),
     /// Say what is wrong with a scene file, and render nothing
     Check(check::CheckArguments),
     /// Trace one path again and tell what happens on it, bounce by bounce
@@ -67,7 +67,7 @@ pub fn main() -> ExitCode {
     // clap itself exits with 2 for what it can't parse, and with 0 for --help and --version.
     let arguments = Arguments::parse();
     let result = match arguments.command {
-        Command::Render(arguments) => render::run(arguments),
+        Command::Render(arguments) => render::run(*arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Trace(arguments) => trace::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

@@ -3,6 +3,7 @@
 use super::arguments::{SceneArguments, crop, duration, range, region};
 use super::stats::Stats;
 use super::{Failure, stop, usage};
+use crate::film::Layer;
 use crate::math::lanes::Level;
 use crate::output::{self, atomic};
 use crate::scene::{Scene, Sources};
@@ -33,6 +34,10 @@ pub(super) struct RenderArguments {
     /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h) or at --spp, not at the scene's samples
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time: Option<Duration>,
+    /// Stop when the estimated error, √relMSE without the worst 0.5% of pixels, is this small: 0.05 is a preview,
+    /// 0.01 is clean; or at --spp, not at the scene's samples
+    #[arg(long, value_name = "ERROR", value_parser = noise, conflicts_with = "range")]
+    noise: Option<f64>,
     /// Threads that render, 1 to 1024 [default: one a core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -61,6 +66,9 @@ pub(super) struct RenderArguments {
     /// Also write numbered pictures at these sample counts: 10,100,500
     #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     dump_at: Vec<u32>,
+    /// Layers that EXR files get beside colour: albedo, normal, position, depth, uv, variance, samples, or all
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = layer)]
+    layers: Vec<Layers>,
     /// Dump every sample to a NumPy file
     #[arg(long, value_name = "FILE.npy")]
     samples: Option<PathBuf>,
@@ -109,6 +117,30 @@ fn device(text: &str) -> Result<DeviceChoice, String> {
     }
 }
 
+/// One layer, or all.
+#[derive(Clone, Copy, Debug)]
+struct Layers(Option<Layer>);
+
+fn layer(text: &str) -> Result<Layers, String> {
+    if text == "all" {
+        return Ok(Layers(None));
+    }
+    let known = || Layer::ALL.map(Layer::name).join(", ");
+    let found = Layer::ALL.into_iter().find(|layer| layer.name() == text);
+    found.map(|layer| Layers(Some(layer))).ok_or_else(|| format!("the layers are {} and all", known()))
+}
+
+/// Each once, in an order that does not depend on how they were asked for.
+fn layers(asked: &[Layers]) -> Vec<Layer> {
+    let wanted = |layer: &Layer| asked.iter().any(|asked| asked.0.is_none_or(|asked| asked == *layer));
+    Layer::ALL.into_iter().filter(wanted).collect()
+}
+
+fn noise(text: &str) -> Result<f64, String> {
+    let error = || "an error is a number above 0 and below 1, like 0.01".to_owned();
+    text.parse().ok().filter(|error: &f64| *error > 0.0 && *error < 1.0).ok_or_else(error)
+}
+
 pub(super) fn exposure(text: &str) -> Result<f64, String> {
     let error = || "an exposure is a number of stops between −100 and 100".to_owned();
     text.parse().ok().filter(|stops: &f64| stops.abs() <= 100.0).ok_or_else(error)
@@ -124,15 +156,15 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
     }
     let mut settings = settings(&arguments, scene, level)?;
     check_places(&arguments, &settings)?;
-    if let Some(film) = &settings.film {
-        settings.fingerprint = Some(fingerprint(&sources)?);
-        if arguments.resume.is_none() && film.exists() && !arguments.quiet {
-            let _ = writeln!(
-                std::io::stderr(),
-                "warning: {} will be replaced; --resume goes on with it instead",
-                film.display()
-            );
-        }
+    settings.fingerprint = Some(fingerprint(&sources)?);
+    if let Some(film) = &settings.film
+        && arguments.resume.is_none()
+        && film.exists()
+        && !arguments.quiet
+    {
+        let film = film.display();
+        let _ =
+            writeln!(std::io::stderr(), "warning: {film} will be replaced; --resume goes on with it instead");
     }
 
     let stop = stop::on_interrupt().map_err(|error| anyhow::anyhow!("Ctrl-C can't be caught: {error}"))?;
@@ -160,13 +192,17 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         (None, Some((first, asked))) => (first, asked),
         (None, None) => (0, None),
     };
-    let spp = match (arguments.spp, arguments.time, asked) {
+    let decides = arguments.time.is_some() || arguments.noise.is_some();
+    let spp = match (arguments.spp, decides, asked) {
         (Some(spp), ..) => spp,
-        // With a time limit alone, the time decides.
-        (None, Some(_), None) => u32::MAX,
+        // With a limit of time or error alone, that decides.
+        (None, true, None) => u32::MAX,
         (None, _, Some(asked)) => asked,
-        (None, None, None) => scene.render.samples,
+        (None, false, None) => scene.render.samples,
     };
+    if arguments.noise.is_some() && first > 0 {
+        return Err(usage("--noise tells the error of renders from sample 0 on, and this film begins later"));
+    }
     if let Some(late) = arguments.dump_at.iter().find(|&&at| at > spp) {
         return Err(usage(format!(
             "--dump-at {late} lies past the end of the render at {spp} samples a pixel"
@@ -200,12 +236,14 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         first,
         spp,
         time: arguments.time,
+        noise: arguments.noise,
         threads,
         level,
         finder,
         device: arguments.device.clone(),
         outputs,
         dump_at,
+        layers: layers(&arguments.layers),
         samples: arguments.samples.clone(),
         film: arguments.film.clone().or_else(|| arguments.resume.clone()),
         checkpoint: arguments.checkpoint,
@@ -245,6 +283,10 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
                 path.display()
             )));
         }
+    }
+    let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    if !settings.layers.is_empty() && !settings.outputs.iter().any(is_exr) {
+        return Err(usage("--layers go into .exr files, and none is written; add -o FILE.exr"));
     }
     let mut pictures = settings.outputs.clone();
     for path in &settings.outputs {

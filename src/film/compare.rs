@@ -2,6 +2,7 @@
 
 use super::Picture;
 use super::flip::{hdr_flip, ldr_flip};
+use super::noise::root_mean_without_worst;
 
 /// What [`compare`] finds. All figures are over the pixels that are finite in both pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +17,8 @@ pub struct Comparison {
     pub mse: f64,
     /// Mean of (a − b)² / (b² + 0.01) over pixels and channels: b is the reference.
     pub relative_mse: f64,
+    /// The root of the same without the pixels of the largest errors: what `--noise` estimates.
+    pub noise: f64,
     /// How different they look.
     pub flip: Flip,
 }
@@ -62,9 +65,10 @@ pub fn compare(a: &Picture, b: &Picture, kind: FlipKind) -> Result<Comparison, C
     let non_finite = [a, b].map(|picture| picture.rgb.iter().filter(|rgb| !finite(rgb)).count() as u64);
 
     let (mut compared, mut means) = (0u64, [[0.0; 3]; 2]);
-    let (mut squares, mut relative) = (0.0, 0.0);
+    let (mut squares, mut relative, mut errors) = (0.0, 0.0, Vec::new());
     for (a, b) in a.rgb.iter().zip(&b.rgb).filter(|(a, b)| finite(a) && finite(b)) {
         compared += 1;
+        errors.push(relative_error(*a, *b, *b));
         for channel in 0..3 {
             let [a, b] = [a, b].map(|rgb| f64::from(rgb[channel]));
             means[0][channel] += a;
@@ -90,6 +94,7 @@ pub fn compare(a: &Picture, b: &Picture, kind: FlipKind) -> Result<Comparison, C
         means: means.map(|mean| mean.map(|sum| sum / pixels)),
         mse: squares / (3.0 * pixels),
         relative_mse: relative / (3.0 * pixels),
+        noise: root_mean_without_worst(errors),
         flip,
     })
 }
@@ -108,6 +113,15 @@ fn blackened(a: &Picture, b: &Picture, finite: impl Fn(&[f32; 3]) -> bool) -> (P
         (*a, *b) = ([0.0; 3], [0.0; 3]);
     }
     (a, b)
+}
+
+/// The squared error of a pixel relative to a radiance, the mean over its channels.
+pub(super) fn relative_error(a: [f32; 3], b: [f32; 3], relative_to: [f32; 3]) -> f64 {
+    let channel = |i: usize| {
+        let [a, b, to] = [a, b, relative_to].map(|rgb| f64::from(rgb[i]));
+        (a - b) * (a - b) / (to * to + RELATIVE_FLOOR)
+    };
+    (channel(0) + channel(1) + channel(2)) / 3.0
 }
 
 /// The squared error of each pixel, the mean over its channels.

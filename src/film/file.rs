@@ -6,10 +6,13 @@
 
 use super::holding::Holding;
 use super::identity::Identity;
+use super::noise::Milestone;
+use super::picture::Picture;
 use super::sums::{Film, MemoryError};
 use sha2::{Digest, Sha256};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// What every film file begins with. A program that takes it for text changes it.
 const MAGIC: [u8; 8] = *b"\x89FILM\r\n\x1a";
@@ -19,8 +22,10 @@ pub const VERSION: u32 = 1;
 const START_BYTES: u64 = 24;
 /// Bytes of a pixel.
 const PIXEL_BYTES: u64 = Film::BYTES_PER_PIXEL;
-/// Bytes behind the pixels, before the ranges: their number and the open one.
-const TAIL_BYTES: u64 = 12;
+/// Bytes behind the pixels, before the ranges: their number, the open one, the milestone's samples and error.
+const TAIL_BYTES: u64 = 24;
+/// Bytes of a pixel of the milestone's picture.
+const MILESTONE_BYTES: u64 = 12;
 /// Bytes of the digest.
 const DIGEST_BYTES: u64 = 32;
 /// The longest text: far more than any facts need.
@@ -99,10 +104,20 @@ pub enum FilmFileError {
     Io(#[from] io::Error),
 }
 
+/// A film on its way to a file.
+#[derive(Clone, Debug)]
+pub enum Piece {
+    /// Another film begins, even if the last one had not ended, with the milestone that it has passed.
+    Start(Option<Milestone>),
+    /// The next pixels, as [`Film::bytes`] gives them.
+    Pixels(Vec<u8>),
+}
+
 /// Writes a film file piece by piece.
 pub struct FilmWriter<W> {
     out: W,
     digest: Sha256,
+    pixels: u64,
     pixels_left: u64,
     seen: [u64; 2],
 }
@@ -111,8 +126,9 @@ impl<W: Write> FilmWriter<W> {
     /// Begins a film.
     pub fn new(out: W, head: &Head) -> io::Result<FilmWriter<W>> {
         let text = head.text();
-        let mut writer =
-            FilmWriter { out, digest: Sha256::new(), pixels_left: head.pixels(), seen: [u64::MAX, 0] };
+        let pixels = head.pixels();
+        let seen = [u64::MAX, 0];
+        let mut writer = FilmWriter { out, digest: Sha256::new(), pixels, pixels_left: pixels, seen };
         writer.put(&MAGIC)?;
         for word in [VERSION, text.len() as u32, head.width, head.height] {
             writer.put(&word.to_le_bytes())?;
@@ -141,17 +157,25 @@ impl<W: Write> FilmWriter<W> {
     }
 
     /// Ends the film, whose pixels are all written, and returns what it was written to.
-    pub fn finish(mut self, holding: &Holding) -> io::Result<W> {
-        if self.pixels_left > 0 || !holding.allows(self.seen) {
+    pub fn finish(mut self, holding: &Holding, milestone: Option<&Milestone>) -> io::Result<W> {
+        let fits = |m: &Milestone| m.samples > 0 && m.picture.rgb.len() as u64 == self.pixels;
+        if self.pixels_left > 0 || !holding.allows(self.seen) || !milestone.is_none_or(fits) {
             return Err(io::Error::other("a film that contradicts itself"));
         }
         let open = holding.open().cloned().unwrap_or(0..0);
-        for word in [holding.whole().len() as u32, open.start, open.end] {
+        let samples = milestone.map_or(0, |milestone| milestone.samples);
+        for word in [holding.whole().len() as u32, open.start, open.end, samples] {
             self.put(&word.to_le_bytes())?;
         }
+        let error = milestone.and_then(|milestone| milestone.error).unwrap_or(-1.0);
+        self.put(&error.to_le_bytes())?;
         for range in holding.whole() {
             self.put(&range.start.to_le_bytes())?;
             self.put(&range.end.to_le_bytes())?;
+        }
+        for row in milestone.iter().flat_map(|milestone| milestone.picture.rgb.chunks(PIECE)) {
+            let bytes: Vec<u8> = row.iter().flatten().flat_map(|c| c.to_le_bytes()).collect();
+            self.put(&bytes)?;
         }
         let digest = std::mem::take(&mut self.digest).finalize();
         self.out.write_all(&digest)?;
@@ -173,13 +197,19 @@ fn seen(pixel: &[u8]) -> u64 {
 }
 
 /// Writes a whole film at once.
-pub fn write<W: Write>(out: W, head: &Head, film: &Film, holding: &Holding) -> io::Result<W> {
+pub fn write<W: Write>(
+    out: W,
+    head: &Head,
+    film: &Film,
+    holding: &Holding,
+    milestone: Option<&Milestone>,
+) -> io::Result<W> {
     let mut writer = FilmWriter::new(out, head)?;
     let len = head.pixels() as usize;
     for first in (0..len).step_by(PIECE) {
         writer.pixels(&film.bytes(first..len.min(first + PIECE)))?;
     }
-    writer.finish(holding)
+    writer.finish(holding, milestone)
 }
 
 /// A film file of which all but the pixels has been read. None of it is to be believed before
@@ -190,8 +220,9 @@ pub struct FilmReader<R> {
     holding: Holding,
     /// The digest of what stands before the pixels.
     digest: Sha256,
-    /// What stands behind them: ranges, then the digest.
+    /// What stands behind them: ranges, milestone, digest.
     tail: Vec<u8>,
+    milestone: Option<Milestone>,
 }
 
 impl<R: Read + Seek> FilmReader<R> {
@@ -215,7 +246,7 @@ impl<R: Read + Seek> FilmReader<R> {
         // Nothing is allocated for what the file doesn't have.
         let pixels = (u64::from(width) * u64::from(height)).saturating_mul(PIXEL_BYTES);
         let before_tail = pixels.saturating_add(START_BYTES + u64::from(text_length));
-        let length = |ranges: u64| before_tail.saturating_add(TAIL_BYTES + 8 * ranges + DIGEST_BYTES);
+        let length = |more: u64| before_tail.saturating_add(TAIL_BYTES + DIGEST_BYTES).saturating_add(more);
         if found < length(0) {
             return Err(FilmFileError::Length { found, expected: length(0) });
         }
@@ -224,11 +255,13 @@ impl<R: Read + Seek> FilmReader<R> {
         input.seek(SeekFrom::Start(before_tail))?;
         let mut tail = vec![0; TAIL_BYTES as usize];
         input.read_exact(&mut tail)?;
-        let ranges = u64::from(word(&tail, 0));
-        if found != length(ranges) {
-            return Err(FilmFileError::Length { found, expected: length(ranges) });
+        let (ranges, samples) = (u64::from(word(&tail, 0)), word(&tail, 12));
+        let plane = if samples > 0 { pixels / PIXEL_BYTES * MILESTONE_BYTES } else { 0 };
+        let more = 8 * ranges + plane;
+        if found != length(more) {
+            return Err(FilmFileError::Length { found, expected: length(more) });
         }
-        input.by_ref().take(8 * ranges + DIGEST_BYTES).read_to_end(&mut tail)?;
+        input.by_ref().take(more + DIGEST_BYTES).read_to_end(&mut tail)?;
         input.seek(SeekFrom::Start(START_BYTES + u64::from(text_length)))?;
 
         let text_str = std::str::from_utf8(&text).map_err(|_| FilmFileError::Damaged)?;
@@ -236,14 +269,23 @@ impl<R: Read + Seek> FilmReader<R> {
         let identity = Identity::parse(identity).ok_or(FilmFileError::Damaged)?;
         let notes = Identity::parse(notes).ok_or(FilmFileError::Damaged)?;
         let open = word(&tail, 4)..word(&tail, 8);
-        let whole = (0..ranges as usize).map(|i| word(&tail, 12 + 8 * i)..word(&tail, 16 + 8 * i));
+        let (listed, behind) = tail[TAIL_BYTES as usize..].split_at(8 * ranges as usize);
+        let whole = listed.chunks_exact(8).map(|range| word(range, 0)..word(range, 4));
         let holding = Holding::new(whole.collect(), (open != (0..0)).then_some(open))
             .ok_or(FilmFileError::Contradiction("its ranges of samples are out of order"))?;
+        let milestone = (samples > 0).then(|| {
+            let error = f64::from_bits(u64::from(word(&tail, 20)) << 32 | u64::from(word(&tail, 16)));
+            let float = |pixel: &[u8], at| f32::from_bits(word(pixel, at));
+            let rgb = behind[..plane as usize].chunks_exact(MILESTONE_BYTES as usize);
+            let rgb = rgb.map(|pixel| [0, 4, 8].map(|at| float(pixel, at))).collect();
+            let picture = Arc::new(Picture { width, height, rgb });
+            Milestone { samples, error: (error >= 0.0).then_some(error), picture }
+        });
         let mut digest = Sha256::new();
         digest.update(start);
         digest.update(&text);
         let head = Head { width, height, identity, notes };
-        Ok(FilmReader { input, head, holding, digest, tail })
+        Ok(FilmReader { input, head, holding, digest, tail, milestone })
     }
 
     /// What it says of itself.
@@ -254,6 +296,11 @@ impl<R: Read + Seek> FilmReader<R> {
     /// The samples that it holds.
     pub fn holding(&self) -> &Holding {
         &self.holding
+    }
+
+    /// The last milestone that the render had passed, if it was to stop at an error.
+    pub fn milestone(&self) -> Option<&Milestone> {
+        self.milestone.as_ref()
     }
 
     /// Reads the whole film.

@@ -17,6 +17,8 @@ pub struct Snapshot {
     pub spp_before: f64,
     /// Samples per pixel the run is to reach, where it has such an end.
     pub spp_target: Option<u32>,
+    /// What the error is by estimate, and what is asked for, where the render is to end at an error.
+    pub noise: Option<[f64; 2]>,
     /// Samples added since this run began, all pixels together.
     pub samples: u64,
     /// Seconds since the first ray.

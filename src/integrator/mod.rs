@@ -1,5 +1,6 @@
 //! Integrators: what follows light from the camera into the scene.
 
+mod first_hit;
 mod lanes;
 mod naive;
 mod next_event;
@@ -8,6 +9,7 @@ mod queue;
 mod tracer;
 mod whitted;
 
+pub use first_hit::FirstHit;
 pub use naive::Naive;
 pub use next_event::{NextEvent, ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 pub use observe::{Event, Observer, Record, Silent};
@@ -88,6 +90,8 @@ pub struct Finished {
 pub trait Integrator: Send + Sync {
     /// Traces paths, appends their samples in any order, and returns how many rays that took.
     fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64;
+    /// Follows the camera rays of paths to what they meet first, in the order of the paths.
+    fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>);
     /// Traces one path and tells what happens on it.
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>);
 }

@@ -1,5 +1,6 @@
 //! The integrators whose paths run in lanes.
 
+use super::first_hit::{FirstHit, FirstHits};
 use super::lanes::{TracePaths, Transport, View};
 use super::observe::{Event, Record, Silent};
 use super::{Finished, Integrator, Paths, Pixel, Sample, Settings};
@@ -32,6 +33,10 @@ impl<T: Transport + Send + Sync, W: World, S: Sampler> Integrator for PathTracer
         out.reserve(paths.len());
         let transport = self.transport;
         dispatch(level, TracePaths { view: self.view(), transport, paths, out, observer: &mut Silent })
+    }
+
+    fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
+        dispatch(level, FirstHits { view: self.view(), paths, out });
     }
 
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {

@@ -1,10 +1,12 @@
 //! Ray tracing as in the report's chapter 2.
 
+use super::first_hit::{FirstHit, FirstHits};
+use super::lanes::View;
 use super::observe::{Event, Observer, Record, Silent, ray_event, rgb, vec3};
 use super::{Finished, Integrator, Paths, Pixel, Sample, Settings, camera_ray};
 use crate::material::{Bxdf, Kind};
-use crate::math::lanes::Level;
 use crate::math::lanes::scalar::Wrapping;
+use crate::math::lanes::{Level, dispatch};
 use crate::math::{Frame, Ray, Rgb, Vec3};
 use crate::sampling::{PathId, Sampler, Stream};
 use crate::shape::offset_origin;
@@ -42,6 +44,11 @@ impl<W: World, S: Sampler> Integrator for Whitted<W, S> {
             }
         }
         rays
+    }
+
+    fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
+        let view = View { scene: &self.scene, world: &*self.world, settings: &self.settings };
+        dispatch(level, FirstHits { view, paths, out });
     }
 
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {

@@ -131,6 +131,17 @@ impl MaterialTable {
         material
     }
 
+    /// The fraction of light that resolved materials reflect, or let through where that is their way.
+    #[inline(always)]
+    pub fn albedo<F: Float>(&self, material: F::Uint) -> Rgb<F> {
+        let reflectance = Rgb::gather(&self.reflectance, material);
+        if !self.has_glass {
+            return reflectance;
+        }
+        let glass = F::Uint::gather(&self.kind, material).eq(F::Uint::splat(Kind::Glass as u32));
+        Rgb::select(glass, Rgb::gather(&self.transmittance, material), reflectance)
+    }
+
     /// The BxDFs of resolved materials.
     #[inline(always)]
     pub fn bsdf<F: Float>(&self, material: F::Uint) -> Bsdf<F> {

@@ -10,8 +10,8 @@ use thiserror::Error;
 
 use super::atomic::{self, Draft};
 use super::error::OutputError;
-use crate::film::file::{self, FilmFileError, FilmReader, FilmWriter, Head};
-use crate::film::{Film, Holding};
+use crate::film::file::{self, FilmFileError, FilmReader, FilmWriter, Head, Piece};
+use crate::film::{Film, Holding, Milestone};
 
 /// A film file that can't be read, or is none.
 #[derive(Debug, Error)]
@@ -56,9 +56,18 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
 }
 
 /// Writes a film file, whole or not at all.
-pub fn write_film(path: &Path, head: &Head, film: &Film, holding: &Holding) -> Result<(), OutputError> {
+pub fn write_film(
+    path: &Path,
+    head: &Head,
+    film: &Film,
+    holding: &Holding,
+    milestone: Option<&Milestone>,
+) -> Result<(), OutputError> {
     let draft = Draft::begin(path)?;
-    let write = |out: File| file::write(BufWriter::with_capacity(1 << 20, out), head, film, holding)?.flush();
+    let write = |out: File| {
+        let out = BufWriter::with_capacity(1 << 20, out);
+        file::write(out, head, film, holding, milestone)?.flush()
+    };
     draft.file().and_then(write).map_err(|error| OutputError::from_io(path, error))?;
     draft.commit()
 }
@@ -76,8 +85,8 @@ pub struct FilmSink {
 
 impl FilmSink {
     /// Writes the film to a path.
-    pub fn write(&self, path: &Path, film: &Film) -> Result<(), OutputError> {
-        write_film(path, &self.head, film, &self.holding(film.seen_range()))
+    pub fn write(&self, path: &Path, film: &Film, milestone: Option<&Milestone>) -> Result<(), OutputError> {
+        write_film(path, &self.head, film, &self.holding(film.seen_range()), milestone)
     }
 
     fn holding(&self, [least, most]: [u64; 2]) -> Holding {
@@ -87,23 +96,16 @@ impl FilmSink {
     /// Writes films whose pixels come in pieces, one film after the other, until the channel closes. Pieces
     /// of one film may be taken at different times: each pixel counts its own samples. A film that can't be
     /// written is told of and given up; the next one is another attempt.
-    pub fn keep(&self, pieces: &Receiver<Vec<u8>>, tell: impl Fn(String)) {
-        let len = self.head.width as usize * self.head.height as usize;
-        let (mut draft, mut received, mut failing) = (None, 0, false);
+    pub fn keep(&self, pieces: &Receiver<Piece>, tell: impl Fn(String)) {
+        let (mut draft, mut failing) = (None, false);
         for piece in pieces {
-            let first = received == 0;
-            received += piece.len() / Film::BYTES_PER_PIXEL as usize;
-            let last = received == len;
-            received %= len;
-            let begun = if first { Some(self.begin()) } else { draft.take().map(Ok) };
-            // Given up already: its other pieces still come.
-            let Some(checkpoint) = begun else { continue };
-            let added = checkpoint.and_then(|checkpoint| checkpoint.add(&piece, self));
-            let ended = added.and_then(|checkpoint| match last {
-                true => checkpoint.end(self).map(|()| None),
-                false => Ok(Some(checkpoint)),
-            });
-            match ended {
+            let step = match (piece, draft.take()) {
+                (Piece::Start(milestone), _) => self.begin(milestone).map(Some),
+                (Piece::Pixels(pixels), Some(checkpoint)) => self.add(checkpoint, &pixels),
+                // Given up already: its other pieces still come.
+                (Piece::Pixels(_), None) => continue,
+            };
+            match step {
                 Ok(under_way @ Some(_)) => draft = under_way,
                 Ok(None) => {
                     if std::mem::take(&mut failing) {
@@ -118,12 +120,24 @@ impl FilmSink {
         }
     }
 
-    fn begin(&self) -> Result<Checkpoint, OutputError> {
+    fn begin(&self, milestone: Option<Milestone>) -> Result<Checkpoint, OutputError> {
         let draft = Draft::begin(&self.path)?;
         let out = draft.file().map(|file| BufWriter::with_capacity(1 << 20, file));
         let writer = out.and_then(|out| FilmWriter::new(out, &self.head));
         let writer = writer.map_err(|error| OutputError::from_io(&self.path, error))?;
-        Ok(Checkpoint { draft, writer })
+        Ok(Checkpoint { draft, writer, milestone })
+    }
+
+    /// Adds pixels; none is left of a checkpoint that is finished with them.
+    fn add(&self, mut checkpoint: Checkpoint, pixels: &[u8]) -> Result<Option<Checkpoint>, OutputError> {
+        let wrong = |error| OutputError::from_io(&self.path, error);
+        if !checkpoint.writer.pixels(pixels).map_err(wrong)? {
+            return Ok(Some(checkpoint));
+        }
+        let Checkpoint { draft, writer, milestone } = checkpoint;
+        let holding = self.holding(writer.seen());
+        writer.finish(&holding, milestone.as_ref()).and_then(|mut out| out.flush()).map_err(wrong)?;
+        draft.commit().map(|()| None)
     }
 }
 
@@ -131,20 +145,5 @@ impl FilmSink {
 struct Checkpoint {
     draft: Draft,
     writer: FilmWriter<BufWriter<File>>,
-}
-
-impl Checkpoint {
-    fn add(mut self, piece: &[u8], sink: &FilmSink) -> Result<Checkpoint, OutputError> {
-        match self.writer.pixels(piece) {
-            Ok(_) => Ok(self),
-            Err(error) => Err(OutputError::from_io(&sink.path, error)),
-        }
-    }
-
-    fn end(self, sink: &FilmSink) -> Result<(), OutputError> {
-        let holding = sink.holding(self.writer.seen());
-        let written = self.writer.finish(&holding).and_then(|mut out| out.flush());
-        written.map_err(|error| OutputError::from_io(&sink.path, error))?;
-        self.draft.commit()
-    }
+    milestone: Option<Milestone>,
 }

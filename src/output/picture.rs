@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
 use super::{atomic, exr, hdr, png};
-use crate::film::{Picture, ToneMap};
+use crate::film::{Channel, Identity, Picture, ToneMap};
 
 /// A picture file's format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,9 +65,13 @@ fn known(formats: &[Format]) -> String {
 
 /// What a picture file depends on beside the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PictureOptions {
+pub struct PictureOptions<'a> {
     /// Stops that an 8-bit file is brightened by; linear files keep the radiance as it is.
     pub exposure: f64,
+    /// What determines the bits of the picture, for formats that can tell: EXR.
+    pub facts: Option<&'a Identity>,
+    /// Layers beside colour, for the format that has room for them: EXR.
+    pub channels: &'a [Channel],
 }
 
 /// Finds out, before hours of rendering, whether a picture can be written to `path`, and in which format.
@@ -80,7 +84,11 @@ pub fn check_writable(path: &Path) -> Result<Format, OutputError> {
 
 /// Writes a picture in the format of the name's extension, whole or not at all. Equal pictures make equal
 /// files.
-pub fn write_picture(path: &Path, picture: &Picture, options: &PictureOptions) -> Result<(), OutputError> {
+pub fn write_picture(
+    path: &Path,
+    picture: &Picture,
+    options: &PictureOptions<'_>,
+) -> Result<(), OutputError> {
     let format = Format::of(path)?;
     atomic::write_atomically(path, |out| encode(format, picture, options, out))
 }
@@ -92,7 +100,7 @@ pub fn write_picture(path: &Path, picture: &Picture, options: &PictureOptions) -
 pub fn encode(
     format: Format,
     picture: &Picture,
-    options: &PictureOptions,
+    options: &PictureOptions<'_>,
     out: &mut (impl Write + Seek),
 ) -> io::Result<()> {
     assert_eq!(picture.rgb.len(), picture.width as usize * picture.height as usize, "a picture with holes");
@@ -102,7 +110,7 @@ pub fn encode(
             let pixels: Vec<_> = picture.rgb.iter().map(|&rgb| tone.encode(rgb)).collect();
             png::encode(picture.width, picture.height, &pixels, out)
         }
-        Format::Exr => exr::encode(picture, out),
+        Format::Exr => exr::encode(picture, options.channels, options.facts, out),
         Format::Hdr => hdr::encode(picture, out),
     }
 }
@@ -143,7 +151,7 @@ pub(super) mod tests {
 
     pub(crate) fn bytes(format: Format, picture: &Picture, exposure: f64) -> Vec<u8> {
         let mut out = Cursor::new(Vec::new());
-        encode(format, picture, &PictureOptions { exposure }, &mut out).unwrap();
+        encode(format, picture, &PictureOptions { exposure, ..PictureOptions::default() }, &mut out).unwrap();
         out.into_inner()
     }
 
@@ -206,7 +214,8 @@ pub(super) mod tests {
         for format in Format::ALL {
             let path = folder.path().join(format!("a{format}"));
             assert_eq!(check_writable(&path).unwrap(), format);
-            write_picture(&path, &picture, &PictureOptions { exposure: 1.0 }).unwrap();
+            write_picture(&path, &picture, &PictureOptions { exposure: 1.0, ..PictureOptions::default() })
+                .unwrap();
             assert_eq!(fs::read(&path).unwrap(), bytes(format, &picture, 1.0));
         }
     }

@@ -26,6 +26,8 @@ pub struct Progress {
     pub samples: u64,
     /// Seconds after which the run ends, where it has such an end.
     pub time_limit: Option<f64>,
+    /// What the error is by estimate, and the one to end at, where it has such an end.
+    pub noise: Option<[f64; 2]>,
 }
 
 impl Progress {
@@ -38,6 +40,7 @@ impl Progress {
             seconds: snapshot.seconds,
             samples: snapshot.samples,
             time_limit,
+            noise: snapshot.noise,
         }
     }
 
@@ -51,16 +54,24 @@ impl Progress {
         let by_samples =
             self.spp_target.filter(|&target| target > 0).map(|target| self.spp_done / f64::from(target));
         let by_time = self.time_limit.filter(|&limit| limit > 0.0).map(|limit| self.seconds / limit);
+        // Errors fall as 1/√n.
+        let by_noise = self.noise.map(|[now, asked]| (asked / now).powi(2));
         // Whichever end comes first ends the run.
-        by_samples.into_iter().chain(by_time).reduce(f64::max).map(|part| part.clamp(0.0, 1.0))
+        by_samples
+            .into_iter()
+            .chain(by_time)
+            .chain(by_noise)
+            .reduce(f64::max)
+            .map(|part| part.clamp(0.0, 1.0))
     }
 
     /// Seconds left, if it goes on as it went; `None` for a run without an end, or one that has hardly begun.
     pub fn seconds_left(&self) -> Option<f64> {
-        let by_samples = self
-            .spp_target
+        let at_end = self.noise.map(|[now, asked]| self.spp_done * (now / asked).powi(2));
+        let target = self.spp_target.map(f64::from).into_iter().chain(at_end).reduce(f64::min);
+        let by_samples = target
             .filter(|_| self.spp_done > self.spp_before)
-            .map(|target| f64::from(target) - self.spp_done)
+            .map(|target| target - self.spp_done)
             .map(|to_do| self.seconds * to_do / (self.spp_done - self.spp_before));
         let by_time = self.time_limit.map(|limit| limit - self.seconds);
         by_samples.into_iter().chain(by_time).reduce(f64::min).map(|left| left.max(0.0))
@@ -85,6 +96,9 @@ impl fmt::Display for Progress {
             write!(f, "/{target}")?;
         }
         f.write_str(" spp")?;
+        if let Some([now, asked]) = self.noise {
+            write!(f, ", noise {now:.4} of {asked}")?;
+        }
         if let Some(rate) = self.rate() {
             write!(f, ", {}", human::samples_per_second(rate))?;
         }
@@ -212,7 +226,15 @@ mod tests {
 
     fn at(spp_done: f64, seconds: f64) -> Progress {
         let samples = (spp_done * 307_200.0) as u64;
-        Progress { spp_done, spp_before: 0.0, spp_target: Some(500), seconds, samples, time_limit: None }
+        Progress {
+            spp_done,
+            spp_before: 0.0,
+            spp_target: Some(500),
+            seconds,
+            samples,
+            time_limit: None,
+            noise: None,
+        }
     }
 
     /// What a run over `seconds` writes when it is updated ten times a second.
@@ -255,6 +277,10 @@ mod tests {
         let samples = Progress { time_limit: Some(1000.0), ..both };
         assert_eq!(samples.fraction(), Some(0.2));
         assert_eq!(samples.seconds_left(), Some(20.0));
+        // 100 samples with an error that must be halved: 300 more.
+        let noisy = Progress { noise: Some([0.02, 0.01]), ..samples };
+        assert_eq!((noisy.fraction(), noisy.seconds_left()), (Some(0.25), Some(15.0)));
+        assert!(noisy.to_string().starts_with("100/500 spp, noise 0.0200 of 0.01, "), "{noisy}");
         let gone_on_with = Progress { spp_before: 50.0, ..samples };
         assert_eq!(gone_on_with.seconds_left(), Some(40.0));
         let neither = Progress { spp_target: None, time_limit: None, ..both };

@@ -203,7 +203,8 @@ mod tests {
     fn a_png_is_made_linear() {
         let picture = speckle(9, 7);
         let (_folder, path) = in_folder("a.png");
-        write_picture(&path, &picture, &PictureOptions { exposure: -1.0 }).unwrap();
+        write_picture(&path, &picture, &PictureOptions { exposure: -1.0, ..PictureOptions::default() })
+            .unwrap();
         let (format, read) = read_picture(&path).unwrap();
         assert_eq!(format, Format::Png);
         let (shown, again) = (ToneMap::new(-1.0), ToneMap::new(0.0));

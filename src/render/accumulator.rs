@@ -4,7 +4,9 @@ use super::batch::{Payload, SampleBatch, Traced};
 use super::held::Held;
 use super::schedule::{Deal, Order, Schedule};
 use super::stride::{Region, Stride};
-use crate::film::{Film, Picture, Reject, Snapshot};
+use crate::film::file::Piece;
+use crate::film::noise::FIRST_MILESTONE;
+use crate::film::{Film, Milestone, Picture, Reject, Snapshot};
 use crate::integrator::Sample;
 use crossbeam_channel::{Receiver, Sender, TrySendError, select};
 use std::convert::Infallible;
@@ -61,6 +63,8 @@ pub struct Totals {
     pub adding: Duration,
     /// Samples that every pixel has.
     pub spp: u32,
+    /// What the error is by estimate, and what is asked for, where the render is to end at an error.
+    pub noise: Option<[f64; 2]>,
 }
 
 impl Totals {
@@ -90,7 +94,7 @@ pub struct Outbox {
     pub barriers: Option<Sender<Barrier>>,
     /// The film's words, in pieces, for a file that the render can be gone on with. Pieces that make a film are
     /// taken as they are sent: each pixel counts its own samples.
-    pub film: Option<Sender<Vec<u8>>>,
+    pub film: Option<Sender<Piece>>,
     /// Views of the unfinished picture, which may be dropped, except for the last. The render stops when
     /// the viewer goes away.
     pub snapshots: Option<Sender<Arc<Snapshot>>>,
@@ -104,6 +108,8 @@ pub struct Outcome {
     pub film: Film,
     /// The figures.
     pub totals: Totals,
+    /// The last milestone, where the render was to end at an error.
+    pub milestone: Option<Milestone>,
     /// Whether every pixel has [`Totals::spp`] samples and no other.
     pub whole: bool,
     /// The worker that failed, if one did.
@@ -140,6 +146,9 @@ pub struct Accumulator {
     last_checkpoint: Instant,
     /// The next place to send, of a film that is under way.
     sending: Option<u32>,
+    /// The error to end at, and the last milestone on the way.
+    asked: Option<f64>,
+    milestone: Option<Milestone>,
     totals: Totals,
     rejects: Vec<(Traced, Reject)>,
     started: Instant,
@@ -187,6 +196,8 @@ impl Accumulator {
             checkpoint: Duration::MAX,
             last_checkpoint: Instant::now(),
             sending: None,
+            asked: None,
+            milestone: None,
             totals: Totals::default(),
             rejects: Vec::new(),
             started: Instant::now(),
@@ -220,6 +231,21 @@ impl Accumulator {
         self
     }
 
+    /// Says at which estimated error to end, and the last milestone that the film has passed.
+    pub fn until_noise(mut self, asked: f64, milestone: Option<Milestone>) -> Accumulator {
+        let [least, most] = self.film.seen_range();
+        // A milestone with more than twice its samples behind it is of no use.
+        self.milestone = milestone.filter(|m| u64::from(m.samples) <= least && most / 2 <= m.samples.into());
+        self.asked = Some(asked);
+        // The first power of two that no pixel has passed.
+        let next = u32::try_from(most.max(1).next_power_of_two()).unwrap_or(1 << 31);
+        let gate = self.milestone.as_ref().map_or(next.max(FIRST_MILESTONE), |m| m.samples.saturating_mul(2));
+        let end = self.milestone.as_ref().and_then(|milestone| milestone.end(asked));
+        self.schedule.decide(end, Some(gate));
+        self.estimate();
+        self
+    }
+
     /// Says how often the film is to be sent.
     pub fn with_checkpoints(mut self, every: Duration) -> Accumulator {
         self.checkpoint = every;
@@ -232,6 +258,7 @@ impl Accumulator {
         self.started = Instant::now();
         self.last_checkpoint = self.started;
         let (mut failure, mut lost) = (None, None);
+        self.pass_gate();
         self.give_orders();
         while !self.deserted {
             select! {
@@ -273,8 +300,8 @@ impl Accumulator {
         let spp = self.totals.spp;
         let whole = (0..self.region.len() as usize).all(|place| self.film.seen(place) == u64::from(spp));
         let unreached = self.gathering.iter().map(|g| g.barrier.end).collect();
-        let Accumulator { film, totals, made, owners, rejects, .. } = self;
-        Outcome { film, totals, whole, failure, lost, made, owners, unreached, rejects }
+        let Accumulator { film, totals, milestone, made, owners, rejects, .. } = self;
+        Outcome { film, totals, milestone, whole, failure, lost, made, owners, unreached, rejects }
     }
 
     fn take_arrived(&mut self, batches: &Receiver<SampleBatch>) {
@@ -421,7 +448,28 @@ impl Accumulator {
             }
         }
         self.outstanding[worker] -= 1;
+        self.pass_gate();
+        self.estimate();
         self.give_orders();
+    }
+
+    /// Decides where to end, when all wait for that: at a power of two of samples, from sums that are exact and
+    /// hence the same however they came about.
+    fn pass_gate(&mut self) {
+        let (Some(gate), Some(asked)) = (self.schedule.waits_at(), self.asked) else { return };
+        let milestone = Milestone::new(gate - self.first, self.film.picture(), self.milestone.as_ref());
+        self.schedule.decide(milestone.end(asked), gate.checked_mul(2));
+        self.milestone = Some(milestone);
+        // Pixels that were sent before have less than those that follow may have: the film begins anew.
+        self.sending = None;
+        self.estimate();
+    }
+
+    /// Notes what the error is by estimate.
+    fn estimate(&mut self) {
+        let Some(asked) = self.asked else { return };
+        let error = self.milestone.as_ref().and_then(|milestone| milestone.error_at(self.totals.spp));
+        self.totals.noise = error.map(|error| [error, asked]);
     }
 
     /// Sends as much of a film as is taken without waiting, if one is under way or due.
@@ -430,19 +478,25 @@ impl Accumulator {
         if self.sending.is_none() && self.last_checkpoint.elapsed() < self.checkpoint {
             return;
         }
-        let mut place = self.sending.unwrap_or(0);
-        while place < self.region.len() && !film.is_full() {
-            let end = self.region.len().min(place + PIECE);
+        while !film.is_full() {
+            let (piece, next) = match self.sending {
+                None => (Piece::Start(self.milestone.clone()), 0),
+                Some(place) => {
+                    let end = self.region.len().min(place + PIECE);
+                    (Piece::Pixels(self.film.bytes(place as usize..end as usize)), end)
+                }
+            };
             // Whoever keeps the film has gone only if all is over.
-            if film.send(self.film.bytes(place as usize..end as usize)).is_err() {
+            if film.send(piece).is_err() {
                 self.outbox.film = None;
                 return;
             }
-            place = end;
-        }
-        self.sending = (place < self.region.len()).then_some(place);
-        if self.sending.is_none() {
-            self.last_checkpoint = Instant::now();
+            self.sending = Some(next);
+            if next == self.region.len() {
+                self.sending = None;
+                self.last_checkpoint = Instant::now();
+                return;
+            }
         }
     }
 
@@ -475,6 +529,7 @@ impl Accumulator {
             spp_done: self.totals.samples as f64 / f64::from(self.region.len()),
             spp_before: self.totals.before as f64 / f64::from(self.region.len()),
             spp_target: self.target,
+            noise: self.totals.noise,
             samples: self.totals.made(),
             seconds: self.totals.elapsed.as_secs_f64(),
             finished,

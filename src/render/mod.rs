@@ -6,6 +6,7 @@
 pub mod accumulator;
 pub mod batch;
 pub mod held;
+pub mod layers;
 pub mod schedule;
 pub mod stride;
 pub mod worker;
@@ -13,5 +14,6 @@ pub mod worker;
 pub use accumulator::{Accumulator, Barrier};
 pub use batch::{Payload, SampleBatch, Traced};
 pub use held::Held;
+pub use layers::{first_hit_layers, layer_samples};
 pub use schedule::{Deal, Order, Schedule};
 pub use stride::{Region, Stride};

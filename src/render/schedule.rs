@@ -70,6 +70,8 @@ pub struct Schedule {
     start: u32,
     /// Where everything ends.
     target: u32,
+    /// A barrier at which all wait until it is decided how to go on.
+    gate: Option<u32>,
     deadline: Option<Instant>,
     /// Sample counts that must be barriers, ascending.
     stops: Vec<u32>,
@@ -118,7 +120,7 @@ impl Schedule {
         // Share i is the stride of places i, i + n, i + 2n, … for n shares in all.
         let n = workers as u32 * a_worker;
         let shares = (0..n).map(|i| Share::new(Stride::every(n, i), i as usize % workers)).collect();
-        Schedule { barriers: Vec::new(), workers, shares, start: 0, target, deadline, stops }
+        Schedule { barriers: Vec::new(), workers, shares, start: 0, target, gate: None, deadline, stops }
     }
 
     /// The same, beginning with this sample index: what comes before is there, or somebody else's.
@@ -145,6 +147,28 @@ impl Schedule {
             }))
             .collect();
         self
+    }
+
+    /// The same, with a barrier that nobody passes before [`Schedule::decide`].
+    pub fn gated_at(mut self, gate: u32) -> Schedule {
+        self.gate = Some(gate);
+        self
+    }
+
+    /// The barrier that all have come to and wait at, if there is one.
+    pub fn waits_at(&self) -> Option<u32> {
+        self.gate.filter(|&gate| gate < self.target && gate == self.completed())
+    }
+
+    /// Opens the gate: everything ends at `end`, if that is said, and the next decision is due at `gate`.
+    pub fn decide(&mut self, end: Option<u32>, gate: Option<u32>) {
+        self.target = end.map_or(self.target, |end| end.min(self.target));
+        self.gate = gate;
+    }
+
+    /// Where everything ends, as far as that is known.
+    pub fn target(&self) -> u32 {
+        self.target
     }
 
     /// How many shares the work is cut into.
@@ -252,13 +276,18 @@ impl Schedule {
 
     fn is_over(&self, pace: Option<Duration>) -> bool {
         let all = self.shares.iter().all(|share| share.ordered == self.barriers.len());
-        all && self.next_barrier(pace).is_none()
+        let undecided = self.gate.is_some_and(|gate| gate < self.target && !self.is_late());
+        all && !undecided && self.next_barrier(pace).is_none()
+    }
+
+    fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     fn next_barrier(&self, pace: Option<Duration>) -> Option<u32> {
         let from = self.barriers.last().copied().unwrap_or(self.start);
-        let late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
-        if from >= self.target || (late && from > self.start) {
+        let limit = self.gate.map_or(self.target, |gate| gate.min(self.target));
+        if from >= limit || (self.is_late() && from > self.start) {
             return None;
         }
         // The first samples come one by one, so that there is something to see; then orders double until
@@ -269,7 +298,7 @@ impl Schedule {
             (length.as_secs_f64() / pace.as_secs_f64().max(1e-9)).min(f64::from(LONGEST_ORDER)) as u32
         });
         let step = longest.clamp(1, from.max(1));
-        let end = from.saturating_add(step).min(self.target);
+        let end = from.saturating_add(step).min(limit);
         Some(self.stops.iter().copied().find(|&stop| stop > from && stop < end).unwrap_or(end))
     }
 }
@@ -322,6 +351,29 @@ mod tests {
         assert_eq!((finished.next(0, quick), finished.completed()), (Deal::Done, 50));
         let mut late = Schedule::new(1, 100, 50, Some(Instant::now()), vec![]).starting_at(7);
         assert_eq!(ranges(&orders(&mut late, 0, None)), [(7, 8)]);
+    }
+
+    #[test]
+    fn nobody_passes_a_gate_before_it_is_decided_how_to_go_on() {
+        let quick = Some(Duration::from_micros(1));
+        let mut schedule = Schedule::new(1, 10, 1000, None, vec![]).gated_at(8);
+        assert_eq!(orders(&mut schedule, 0, quick).last().map(|order| order.end), Some(8));
+        assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Later, Some(8)));
+        schedule.decide(None, Some(16));
+        let Deal::Order(order) = schedule.next(0, quick) else { panic!("no order") };
+        assert_eq!((order.first, order.end), (8, 16));
+        assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Later, None));
+        schedule.complete(order.stride, order.end);
+        assert_eq!(schedule.waits_at(), Some(16));
+        // The end comes before the next gate: nobody has to wait there.
+        schedule.decide(Some(20), Some(32));
+        assert_eq!((ranges(&orders(&mut schedule, 0, quick)), schedule.target()), (vec![(16, 20)], 20));
+        assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Done, None));
+        // An end that was reached before: at once.
+        let mut schedule = Schedule::new(1, 10, 1000, None, vec![]).gated_at(8);
+        orders(&mut schedule, 0, quick);
+        schedule.decide(Some(8), None);
+        assert_eq!(schedule.next(0, quick), Deal::Done);
     }
 
     #[test]

@@ -119,6 +119,19 @@ impl Crew {
         Ok(())
     }
 
+    /// Who looks at first hits for the layers, if any are wanted that need it: the CPU, whoever renders.
+    pub(super) fn onlooker(&self, settings: &Settings) -> Option<Arc<dyn Integrator>> {
+        if settings.layers.iter().all(|layer| layer.is_of_film()) {
+            return None;
+        }
+        self.integrator.clone().or_else(|| {
+            let Scene { film, render, .. } = &*settings.scene;
+            let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
+            let offset = film_offset(film.filter);
+            Some(integrator::build(render, offset, Arc::new(compiled), geometry, settings.finder).into())
+        })
+    }
+
     pub(super) fn workers(&self) -> usize {
         self.threads + usize::from(self.gpu.is_some())
     }

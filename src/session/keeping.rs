@@ -1,17 +1,20 @@
 //! What a render leaves behind: pictures, and a film to go on with.
 
 use super::{SessionError, Settings};
-use crate::film::file::Head;
-use crate::film::{Film, Identity, Picture};
+use crate::film::file::{Head, Piece};
+use crate::film::{Channel, Film, Holding, Identity, Milestone, Picture};
 use crate::output::window::Request;
 use crate::output::{
     FilmSink, OutputError, Patience, PictureOptions, SampleDump, numbered_path, open_film,
     write_owner_overlay, write_picture,
 };
 use crate::render::Barrier;
+use crate::render::accumulator::Outcome;
+use crate::scene::UNLIMITED;
 use crossbeam_channel::{Receiver, Sender};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 pub(super) type Written = Result<(), OutputError>;
 
@@ -21,6 +24,10 @@ const MOST_UNWRITTEN: usize = 4;
 /// What determines the bits of a render's samples, on a device.
 fn identity(settings: &Settings, device: &str) -> Identity {
     let (scene, region) = (&settings.scene, settings.region);
+    let max_depth = match scene.render.max_depth {
+        UNLIMITED => "unlimited".to_owned(),
+        bounces => bounces.to_string(),
+    };
     Identity::default()
         .with("program", concat!("stride ", env!("CARGO_PKG_VERSION")))
         .with("scene", settings.fingerprint.as_deref().unwrap_or("unknown"))
@@ -29,7 +36,7 @@ fn identity(settings: &Settings, device: &str) -> Identity {
         .with("filter", scene.film.filter)
         .with("integrator", scene.render.integrator)
         .with("sampler", scene.render.sampler)
-        .with("max depth", scene.render.max_depth)
+        .with("max depth", max_depth)
         .with("seed", scene.render.seed)
         .with("device", device)
 }
@@ -44,9 +51,17 @@ pub(super) fn head(settings: &Settings, device: &str) -> Head {
     Head { width, height, identity: identity(settings, device), notes }
 }
 
-/// The film to begin with: an empty one, or that of the run that is gone on with.
-pub(super) fn first_film(settings: &Settings, head: &Head) -> Result<Film, SessionError> {
-    let Some(path) = &settings.resume else { return Ok(Film::new(head.width, head.height)?) };
+/// What an EXR says of itself: what determines its bits.
+pub(crate) fn facts(identity: &Identity, holding: &Holding) -> Identity {
+    identity.clone().with("samples", holding)
+}
+
+/// The film to begin with: an empty one, or that of the run that is gone on with and its last milestone.
+pub(super) fn first_film(
+    settings: &Settings,
+    head: &Head,
+) -> Result<(Film, Option<Milestone>), SessionError> {
+    let Some(path) = &settings.resume else { return Ok((Film::new(head.width, head.height)?, None)) };
     let refuse = |reason: String| SessionError::Resume { path: path.clone(), reason };
     let file = open_film(path)?;
     if let Some(difference) = head.identity.difference(&file.head().identity) {
@@ -65,6 +80,7 @@ pub(super) fn first_film(settings: &Settings, head: &Head) -> Result<Film, Sessi
             "it holds the samples {holding}, and a render goes on without a gap from sample {from}; render what is missing with --range, and merge"
         )));
     }
+    let milestone = file.milestone().cloned();
     let film = file.read().map_err(|reason| crate::output::FilmError { path: path.clone(), reason })?;
     let most = film.seen_range()[1];
     if most > u64::from(settings.spp) {
@@ -76,16 +92,16 @@ pub(super) fn first_film(settings: &Settings, head: &Head) -> Result<Film, Sessi
             "it has {most} samples a pixel already: there is no picture of {early} to be had any more (--dump-at)"
         )));
     }
-    Ok(film)
+    Ok((film, milestone))
 }
 
 /// The process that writes the film while the render runs.
-pub(super) fn keep_film(sink: &FilmSink, pieces: &Receiver<Vec<u8>>, notes: &Sender<String>) {
+pub(super) fn keep_film(sink: &FilmSink, pieces: &Receiver<Piece>, notes: &Sender<String>) {
     sink.keep(pieces, |line| tell(notes, line));
 }
 
 /// Tells the user, as long as anybody listens.
-pub(super) fn tell(notes: &Sender<String>, line: String) {
+fn tell(notes: &Sender<String>, line: String) {
     let _ = notes.send(line);
 }
 
@@ -99,92 +115,108 @@ pub(super) fn keep_samples(
     dump.finish().map(drop)
 }
 
-/// Writes pictures at barriers. One that can't be written is tried again with the next, and in the end with
-/// patience; only when too many wait for that is one put elsewhere at once.
-pub(super) fn write_barriers(
-    settings: &Settings,
-    owners: &[u32],
-    barriers: &Receiver<Barrier>,
-    notes: &Sender<String>,
-) -> Written {
-    let mut unwritten: VecDeque<(PathBuf, Picture)> = VecDeque::new();
-    let mut first_error = Ok(());
-    let exposure = settings.scene.film.exposure;
-    let say = |line| tell(notes, line);
-    let mut insist = |(path, picture): (PathBuf, Picture)| {
-        let write = |path: &Path| write_output(settings, path, &picture, owners, exposure);
-        let written = Patience::default().write(&path, &say, write);
-        let before = std::mem::replace(&mut first_error, Ok(()));
-        first_error = before.and(written);
-    };
-    for Barrier { end, picture } in barriers {
-        unwritten.retain(|(path, picture)| write_output(settings, path, picture, owners, exposure).is_err());
-        for path in &settings.outputs {
-            let path = numbered_path(path, end - settings.first);
-            if let Err(error) = write_output(settings, &path, &picture, owners, exposure) {
-                say(format!("{error}; the render goes on, and the picture is tried again"));
-                unwritten.push_back((path, picture.clone()));
+/// What the picture files of a render have in common, and who is told of those that can't be written.
+#[derive(Clone)]
+pub(super) struct Pictures<'a> {
+    pub(super) settings: &'a Settings,
+    pub(super) identity: &'a Identity,
+    /// Who made each pixel.
+    pub(super) owners: Arc<Vec<u32>>,
+    pub(super) notes: Sender<String>,
+}
+
+impl Pictures<'_> {
+    /// Writes pictures at barriers. One that can't be written is tried again with the next, and in the end with
+    /// patience; only when too many wait for that is one put elsewhere at once.
+    pub(super) fn write_barriers(&self, barriers: &Receiver<Barrier>) -> Written {
+        let mut unwritten: VecDeque<(PathBuf, Identity, Picture)> = VecDeque::new();
+        let mut first_error = Ok(());
+        let exposure = self.settings.scene.film.exposure;
+        let say = |line| tell(&self.notes, line);
+        let mut insist = |(path, facts, picture): (PathBuf, Identity, Picture)| {
+            let write = |path: &Path| self.write(path, &picture, &facts, &[], exposure);
+            let written = Patience::default().write(&path, &say, write);
+            let before = std::mem::replace(&mut first_error, Ok(()));
+            first_error = before.and(written);
+        };
+        for Barrier { end, picture } in barriers {
+            unwritten
+                .retain(|(path, facts, picture)| self.write(path, picture, facts, &[], exposure).is_err());
+            let held = u64::from(end - self.settings.first);
+            let facts = facts(self.identity, &Holding::prefix(self.settings.range(), held, held));
+            for path in &self.settings.outputs {
+                let path = numbered_path(path, end - self.settings.first);
+                if let Err(error) = self.write(&path, &picture, &facts, &[], exposure) {
+                    say(format!("{error}; the render goes on, and the picture is tried again"));
+                    unwritten.push_back((path, facts.clone(), picture.clone()));
+                }
+            }
+            while unwritten.len() > MOST_UNWRITTEN {
+                unwritten.pop_front().into_iter().for_each(&mut insist);
             }
         }
-        while unwritten.len() > MOST_UNWRITTEN {
-            unwritten.pop_front().into_iter().for_each(&mut insist);
+        unwritten.into_iter().for_each(insist);
+        first_error
+    }
+
+    /// Writes what there is at the end, with patience: the film first, then the pictures with the layers that
+    /// `layers` makes. Returns the first error.
+    pub(super) fn write_end(
+        &self,
+        sink: Option<&FilmSink>,
+        outcome: &Outcome,
+        picture: &Picture,
+        layers: impl FnOnce() -> Vec<Channel>,
+    ) -> Written {
+        let [least, most] = outcome.film.seen_range();
+        let facts = facts(self.identity, &Holding::prefix(self.settings.range(), least, most));
+        let (mut patience, say) = (Patience::default(), |line| tell(&self.notes, line));
+        let mut first_error = Ok(());
+        if let Some(sink) = sink {
+            let write = |path: &Path| sink.write(path, &outcome.film, outcome.milestone.as_ref());
+            let written = patience.write(&sink.path, &say, write);
+            first_error = first_error.and(written);
+        }
+        let (layers, exposure) = (layers(), self.settings.scene.film.exposure);
+        for path in &self.settings.outputs {
+            let write = |path: &Path| self.write(path, picture, &facts, &layers, exposure);
+            let written = patience.write(path, &say, write);
+            first_error = first_error.and(written);
+        }
+        first_error
+    }
+
+    /// Writes the outputs whenever the window asks for it.
+    pub(super) fn save_on_request(&self, requests: &Receiver<Request>) {
+        for Request::Save { snapshot, exposure, reply } in requests {
+            // How far each pixel is a view does not tell.
+            let facts = self.identity.clone().with("samples", "unfinished");
+            let mut saved = Ok(());
+            for path in &self.settings.outputs {
+                saved = saved.and(self.write(path, &snapshot.picture, &facts, &[], exposure));
+            }
+            let names = self.settings.outputs.iter().map(|path| path.display().to_string());
+            let line = match saved {
+                Ok(()) => format!("saved {}", names.collect::<Vec<_>>().join(", ")),
+                Err(error) => error.to_string(),
+            };
+            // The window may have closed meanwhile.
+            let _ = reply.send(line);
         }
     }
-    unwritten.into_iter().for_each(insist);
-    first_error
-}
 
-/// Writes what there is at the end, with patience: film and pictures. Returns the first error.
-pub(super) fn write_end(
-    settings: &Settings,
-    sink: Option<&FilmSink>,
-    film: &Film,
-    picture: &Picture,
-    owners: &[u32],
-    notes: &Sender<String>,
-) -> Written {
-    let (mut patience, say) = (Patience::default(), |line| tell(notes, line));
-    let mut first_error = Ok(());
-    if let Some(sink) = sink {
-        let written = patience.write(&sink.path, &say, |path| sink.write(path, film));
-        first_error = first_error.and(written);
-    }
-    let exposure = settings.scene.film.exposure;
-    for path in &settings.outputs {
-        let write = |path: &Path| write_output(settings, path, picture, owners, exposure);
-        let written = patience.write(path, &say, write);
-        first_error = first_error.and(written);
-    }
-    first_error
-}
-
-fn write_output(
-    settings: &Settings,
-    path: &Path,
-    picture: &Picture,
-    owners: &[u32],
-    exposure: f64,
-) -> Written {
-    if settings.overlay {
-        write_owner_overlay(path, owners, picture.width, picture.height)
-    } else {
-        write_picture(path, picture, &PictureOptions { exposure })
-    }
-}
-
-/// Writes the outputs whenever the window asks for it.
-pub(super) fn save_on_request(settings: &Settings, owners: &[u32], requests: &Receiver<Request>) {
-    for Request::Save { snapshot, exposure, reply } in requests {
-        let mut saved = Ok(());
-        for path in &settings.outputs {
-            saved = saved.and(write_output(settings, path, &snapshot.picture, owners, exposure));
+    fn write(
+        &self,
+        path: &Path,
+        picture: &Picture,
+        facts: &Identity,
+        channels: &[Channel],
+        exposure: f64,
+    ) -> Written {
+        if self.settings.overlay {
+            write_owner_overlay(path, &self.owners, picture.width, picture.height)
+        } else {
+            write_picture(path, picture, &PictureOptions { exposure, facts: Some(facts), channels })
         }
-        let names: Vec<String> = settings.outputs.iter().map(|path| path.display().to_string()).collect();
-        let line = match saved {
-            Ok(()) => format!("saved {}", names.join(", ")),
-            Err(error) => error.to_string(),
-        };
-        // The window may have closed meanwhile.
-        let _ = reply.send(line);
     }
 }

@@ -9,6 +9,7 @@
 use super::table::{Cell, Table, significant};
 use super::{Bench, CommonArguments, Failure, counted, threads_or_cores, usage};
 use crate::film::compare::{mean_without_worst, squared_errors};
+use crate::film::noise::WORST;
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
 use crate::session::View;
 
@@ -27,8 +28,6 @@ pub(super) struct NoiseArguments {
     repeat: u16,
 }
 
-/// Pixels that a second figure leaves out: a few that a rare path made far too bright may outweigh the rest.
-const WORST: f64 = 0.005;
 /// Samples of the reference for each of the largest measured picture.
 const REFERENCE_FACTOR: u32 = 32;
 /// The reference's seed lies as far as can be from those of the measured pictures, which count up from the scene's.

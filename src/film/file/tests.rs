@@ -28,7 +28,7 @@ fn film(width: u32, height: u32, least: u32, most: u32) -> Film {
 
 fn file(head: &Head, film: &Film) -> Vec<u8> {
     let [least, most] = film.seen_range();
-    write(Vec::new(), head, film, &Holding::prefix(10..20, least, most)).unwrap()
+    write(Vec::new(), head, film, &Holding::prefix(10..20, least, most), None).unwrap()
 }
 
 fn read(bytes: &[u8]) -> Result<(Head, Holding, Film), FilmFileError> {
@@ -66,10 +66,11 @@ fn the_layout_is_the_documented_one() {
         expected.extend(word.to_le_bytes());
     }
     expected.extend([0; 12]);
-    expected.extend(1_u32.to_le_bytes());
-    for word in [0_u32, 10, 20] {
+    // Samples left out; then no whole range, the open one, and no milestone.
+    for word in [1_u32, 0, 10, 20, 0] {
         expected.extend(word.to_le_bytes());
     }
+    expected.extend((-1.0_f64).to_le_bytes());
     assert_eq!(file[..file.len() - 32], expected);
     assert_eq!(file[file.len() - 32..], Sha256::digest(&expected)[..]);
 }
@@ -85,6 +86,33 @@ fn any_flipped_bit_is_refused() {
         bad[bit / 8] ^= 1 << (bit % 8);
     }
     assert_eq!(bad, good);
+}
+
+#[test]
+fn milestones_are_read_back_and_their_bits_are_sealed() {
+    let (head, film) = (head(3, 2), film(3, 2, 9, 12));
+    for error in [None, Some(0.125)] {
+        let picture = Arc::new(Picture { rgb: vec![[1.0, -0.0, 1e-30]; 6], ..film.picture() });
+        let milestone = Milestone { samples: 8, error, picture };
+        let holding = Holding::prefix(0..20, 9, 12);
+        let good = write(Vec::new(), &head, &film, &holding, Some(&milestone)).unwrap();
+        let reader = FilmReader::open(Cursor::new(&good)).unwrap();
+        assert_eq!(reader.milestone(), Some(&milestone));
+        assert!(reader.read().unwrap() == film);
+        let mut bad = good.clone();
+        for bit in 8 * (good.len() - 32 - 72 - 8 - 24)..8 * good.len() {
+            bad[bit / 8] ^= 1 << (bit % 8);
+            assert!(read(&bad).is_err(), "bit {bit} of {}", 8 * good.len());
+            bad[bit / 8] ^= 1 << (bit % 8);
+        }
+        assert!(read(&good[..good.len() - 12]).is_err());
+        // A picture of another size is not one of this film.
+        let strange = Milestone {
+            picture: Arc::new(Picture { width: 1, height: 1, rgb: vec![[0.0; 3]] }),
+            ..milestone
+        };
+        assert!(write(Vec::new(), &head, &film, &holding, Some(&strange)).is_err());
+    }
 }
 
 #[test]
@@ -119,7 +147,7 @@ fn sizes_that_no_machine_has_are_refused_before_memory_is_asked_for() {
         assert!(matches!(read(&sealed(large)), Err(FilmFileError::Length { .. })));
     }
     let mut many_ranges = good.clone();
-    let at = good.len() - 32 - 8 - 12;
+    let at = good.len() - 32 - 8 - 24;
     many_ranges[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
     assert!(matches!(read(&sealed(many_ranges)), Err(FilmFileError::Length { .. })));
     let mut long_text = good.clone();
@@ -137,7 +165,7 @@ fn what_other_programs_write_is_told_apart() {
     assert!(matches!(read(b"\x89PNG\r\n\x1a\n and so on"), Err(FilmFileError::NotAFilm)));
     // A right digest over a wrong count.
     let mut liar = good.clone();
-    let count = good.len() - 32 - 8 - 12 - 64 + 40;
+    let count = good.len() - 32 - 8 - 24 - 64 + 40;
     liar[count] += 1;
     assert!(matches!(read(&sealed(liar)), Err(FilmFileError::Contradiction(_))));
     assert!(read(&sealed(good)).is_ok());
@@ -185,7 +213,7 @@ fn sums_below_zero_and_beyond_64_bits_survive() {
     (0..4).for_each(|_| film.add_sums(0, &sums));
     let mut twice = film.clone();
     (0..4).for_each(|_| twice.add_sums(0, &sums));
-    let bytes = write(Vec::new(), &head(1, 1), &film, &Holding::prefix(0..12, 12, 12)).unwrap();
+    let bytes = write(Vec::new(), &head(1, 1), &film, &Holding::prefix(0..12, 12, 12), None).unwrap();
     assert!(read(&bytes).unwrap().2 == film);
     FilmReader::open(Cursor::new(bytes)).unwrap().add_to(&mut film).unwrap();
     assert!(film == twice);
@@ -194,10 +222,10 @@ fn sums_below_zero_and_beyond_64_bits_survive() {
 #[test]
 fn a_film_that_would_contradict_itself_is_not_written() {
     let film = film(3, 2, 1, 4);
-    assert!(write(Vec::new(), &head(3, 2), &film, &Holding::prefix(0..9, 4, 4)).is_err());
+    assert!(write(Vec::new(), &head(3, 2), &film, &Holding::prefix(0..9, 4, 4), None).is_err());
     let mut writer = FilmWriter::new(Vec::new(), &head(3, 2)).unwrap();
     assert!(!writer.pixels(&film.bytes(0..5)).unwrap());
     let holding = Holding::prefix(0..9, 1, 4);
     assert!(writer.pixels(&film.bytes(0..2)).is_err(), "one pixel too many");
-    assert!(writer.finish(&holding).is_err());
+    assert!(writer.finish(&holding, None).is_err());
 }

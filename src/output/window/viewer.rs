@@ -195,6 +195,7 @@ mod tests {
             spp_done,
             spp_target: Some(500),
             spp_before: 0.0,
+            noise: None,
             samples: (spp_done * 1e6) as u64,
             seconds: spp_done / 10.0,
             finished,

@@ -1,0 +1,194 @@
+//! How far a picture is from the truth, by its own account.
+//!
+//! The samples of a pixel are cut into two halves. Each makes a picture, and what these differ by tells how far
+//! their mean is from the truth: where samples are independent, half the difference has the very variance of
+//! the mean. The spread of single samples would tell nothing about samples that are spread evenly (`sobol`);
+//! the halves of 2ᵏ such samples are as evenly spread as the whole, and tell a few per cent too much at most,
+//! because each is even where the other is not.
+
+use super::Picture;
+use super::compare::relative_error;
+use std::sync::Arc;
+
+/// The share of pixels, those with the largest errors, that figures of noise leave out: a few that a rare
+/// path made far too bright would outweigh all others.
+pub const WORST: f64 = 0.005;
+
+/// The first number of samples whose picture is kept to hold a later one against.
+pub const FIRST_MILESTONE: u32 = 8;
+
+/// The picture at a power of two of samples a pixel, and what is known of its error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Milestone {
+    /// Samples a pixel.
+    pub samples: u32,
+    /// The estimate of its error, if there was a milestone before it.
+    pub error: Option<f64>,
+    /// The picture.
+    pub picture: Arc<Picture>,
+}
+
+impl Milestone {
+    /// The one after `last` in the order of a render: at twice its samples.
+    pub fn new(samples: u32, picture: Picture, last: Option<&Milestone>) -> Milestone {
+        let half = last.filter(|last| last.samples == samples / 2);
+        let error = half.map(|half| estimate(&half.picture, &picture));
+        Milestone { samples, error, picture: Arc::new(picture) }
+    }
+
+    /// How many samples a pixel give the error that is asked for, as far as the next milestone tells no
+    /// better: errors fall as 1/√n, or a little faster. Never fewer than there are.
+    pub fn end(&self, asked: f64) -> Option<u32> {
+        let samples = f64::from(self.samples) * (self.error? / asked).powi(2);
+        (samples < f64::from(self.samples) * 2.0).then(|| self.samples.max(samples.ceil() as u32))
+    }
+
+    /// The error that is to be expected of so many samples a pixel, at least the milestone's own.
+    pub fn error_at(&self, samples: u32) -> Option<f64> {
+        Some(self.error? * (f64::from(self.samples) / f64::from(samples.max(self.samples))).sqrt())
+    }
+}
+
+/// Estimates the error of a picture, √relMSE without the [`WORST`] pixels, from the picture of the first half
+/// of its samples.
+fn estimate(half: &Picture, whole: &Picture) -> f64 {
+    // Of the difference of the halves, a half: that of one of them and the mean of both. Errors are relative to
+    // what the eye sees around a pixel, because what noise makes of one pixel would weigh it by its own luck.
+    let around = blurred(whole);
+    let errors = half.rgb.iter().zip(&whole.rgb).zip(&around);
+    root_mean_without_worst(
+        errors.map(|((half, whole), around)| relative_error(*half, *whole, *around)).collect(),
+    )
+}
+
+/// √ of the mean of relative squared errors without the [`WORST`] of them. What decides is the order in which
+/// they come, not the one in which some algorithm leaves them.
+pub fn root_mean_without_worst(mut errors: Vec<f64>) -> f64 {
+    let kept = errors.len() - (errors.len() as f64 * WORST).floor() as usize;
+    let bound = match kept < errors.len() {
+        true => *errors.clone().select_nth_unstable_by(kept, f64::total_cmp).1,
+        false => f64::INFINITY,
+    };
+    // As many as are needed of those that are as large as the smallest that is left out.
+    errors.retain(|&error| error < bound);
+    let as_large = kept - errors.len();
+    let sum = errors.iter().sum::<f64>() + if as_large > 0 { as_large as f64 * bound } else { 0.0 };
+    (sum / kept.max(1) as f64).sqrt()
+}
+
+/// Means over 3×3 pixels; beyond the border lies what is on it.
+fn blurred(picture: &Picture) -> Vec<[f32; 3]> {
+    let (width, height) = (picture.width as usize, picture.height as usize);
+    let near = |i: usize, len: usize| [i.saturating_sub(1), i, (i + 1).min(len - 1)];
+    let mean = |x: usize, y: usize| {
+        let mut sum = [0.0; 3];
+        for y in near(y, height) {
+            for x in near(x, width) {
+                sum.iter_mut().zip(picture.rgb[y * width + x]).for_each(|(sum, c)| *sum += c / 9.0);
+            }
+        }
+        sum
+    };
+    (0..width * height).map(|i| mean(i % width, i / width)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::Stream;
+    use rand::RngExt;
+
+    const SIDE: u32 = 64;
+
+    /// The mean of samples first..end of every pixel, around `level(pixel)` with a spread of `spread`.
+    fn picture(seed: u32, samples: std::ops::Range<u32>, level: impl Fn(u32) -> f32, spread: f32) -> Picture {
+        let pixel = |pixel: u32| {
+            let mut sum = [0.0; 3];
+            for sample in samples.clone() {
+                let stream = &mut Stream::new(seed, pixel, sample);
+                sum.iter_mut().for_each(|c| *c += level(pixel) + spread * (stream.random::<f32>() - 0.5));
+            }
+            sum.map(|c| c / samples.len() as f32)
+        };
+        Picture { width: SIDE, height: SIDE, rgb: (0..SIDE * SIDE).map(pixel).collect() }
+    }
+
+    fn level(pixel: u32) -> f32 {
+        0.2 + (pixel % SIDE) as f32 / SIDE as f32
+    }
+
+    /// The true figure, against what is known.
+    fn truth(picture: &Picture) -> f64 {
+        let errors = (0..).zip(&picture.rgb).map(|(pixel, rgb)| {
+            let exact = [level(pixel); 3];
+            relative_error(*rgb, exact, exact)
+        });
+        root_mean_without_worst(errors.collect())
+    }
+
+    // The estimate of 3·4096 squared differences has a standard error of 1% or so, as has the truth: 5% are four.
+    #[test]
+    fn the_estimate_is_the_error_of_independent_samples() {
+        for (seed, spread, samples) in [(1, 1.0, 16), (2, 0.3, 16), (3, 1.0, 64)] {
+            let first = Milestone::new(samples / 2, picture(seed, 0..samples / 2, level, spread), None);
+            let whole = Milestone::new(samples, picture(seed, 0..samples, level, spread), Some(&first));
+            let (error, truth) = (whole.error.unwrap(), truth(&whole.picture));
+            assert!((error / truth - 1.0).abs() < 0.05, "{error} is not {truth}");
+            assert_eq!(first.error, None);
+            // Negative control: of a milestone that is not the half nothing is concluded.
+            assert_eq!(Milestone::new(samples * 2, (*whole.picture).clone(), Some(&first)).error, None);
+            // One of twice the spread is told apart.
+            let rough = picture(seed, 0..samples, level, 2.0 * spread);
+            let half = Milestone::new(samples / 2, picture(seed, 0..samples / 2, level, 2.0 * spread), None);
+            assert!(Milestone::new(samples, rough, Some(&half)).error.unwrap() > 1.9 * error);
+        }
+    }
+
+    #[test]
+    fn the_worst_half_per_cent_is_left_out_in_any_order() {
+        let mut errors: Vec<f64> = (0..1000).map(|i| f64::from(i % 250)).collect();
+        // Of four of each, the five largest go: all of 249 and one of 248.
+        let sum = 4.0 * (0..248).map(f64::from).sum::<f64>() + 3.0 * 248.0;
+        assert_eq!(root_mean_without_worst(errors.clone()), (sum / 995.0).sqrt());
+        errors.reverse();
+        assert_eq!(root_mean_without_worst(errors), (sum / 995.0).sqrt());
+        assert_eq!(root_mean_without_worst(vec![4.0, 9.0, 5.0]), 6.0_f64.sqrt());
+        assert_eq!(root_mean_without_worst(Vec::new()), 0.0);
+    }
+
+    #[test]
+    fn a_few_fireflies_say_nothing_and_many_do() {
+        let with = |every: u32| {
+            let mut whole = picture(1, 0..16, level, 1.0);
+            whole.rgb.iter_mut().step_by(every as usize).for_each(|rgb| *rgb = [1e4; 3]);
+            let half = Milestone::new(8, picture(1, 0..8, level, 1.0), None);
+            Milestone::new(16, whole, Some(&half)).error.unwrap()
+        };
+        let clean = with(100_000);
+        assert!(with(300) < 1.1 * clean && with(100) > 2.0 * clean, "{} {} {clean}", with(300), with(100));
+    }
+
+    #[test]
+    fn the_end_lies_between_a_milestone_and_the_next() {
+        let picture = Arc::new(Picture { width: 1, height: 1, rgb: vec![[0.0; 3]] });
+        let milestone = Milestone { samples: 64, error: Some(0.02), picture };
+        assert_eq!(milestone.end(0.02), Some(64));
+        assert_eq!(milestone.end(0.05), Some(64), "there are 64 already");
+        assert_eq!(milestone.end(0.016), Some(100));
+        assert_eq!(milestone.end(0.014), None, "the next will tell better");
+        assert_eq!(milestone.error_at(100), Some(0.016));
+        assert_eq!((milestone.error_at(64), milestone.error_at(1)), (Some(0.02), Some(0.02)));
+        let fresh = Milestone { error: None, ..milestone.clone() };
+        assert_eq!((fresh.end(1.0), fresh.error_at(100)), (None, None));
+        // A picture without any noise.
+        assert_eq!(Milestone { error: Some(0.0), ..milestone }.end(1e-6), Some(64));
+    }
+
+    #[test]
+    fn the_blur_goes_on_beyond_the_border() {
+        let rgb = (0..6).map(|i| [i as f32, 1.0, 0.0]).collect();
+        let seen = blurred(&Picture { width: 3, height: 2, rgb });
+        assert!((seen[0][0] - (0.0 * 4.0 + 1.0 * 2.0 + 3.0 * 2.0 + 4.0) / 9.0).abs() < 1e-5);
+        assert!(seen.iter().all(|rgb| (rgb[1] - 1.0).abs() < 1e-6 && rgb[2] == 0.0));
+    }
+}

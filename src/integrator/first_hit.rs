@@ -1,0 +1,91 @@
+//! What camera rays meet first, for the layers of a picture that compositors and denoisers read.
+
+use super::lanes::View;
+use super::queue::{Queue, Start};
+use super::{Paths, Settings};
+use crate::math::lanes::{Kernel, MAX_LANES};
+use crate::math::{Float, Mask, Ray, Uint, Vec3};
+use crate::sampling::Sampler;
+use crate::world::World;
+
+/// The point where a camera ray met a surface; zeros if it met none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FirstHit {
+    /// Which of the [`Paths::pixels`] the ray was for.
+    pub slot: u32,
+    /// Whether there is a surface.
+    pub met: bool,
+    /// The fraction of light that the surface reflects, or lets through where that is its way.
+    pub albedo: [f32; 3],
+    /// The outward normal in world space.
+    pub normal: [f32; 3],
+    /// The point in world space.
+    pub position: [f32; 3],
+    /// The point's distance from the eye along the direction of view.
+    pub depth: f32,
+    /// The surface's own coordinates.
+    pub uv: [f32; 2],
+}
+
+/// Follows the camera rays of paths and no further. The film positions are those of the paths.
+pub(super) struct FirstHits<'a, W, S> {
+    pub view: View<'a, W, S>,
+    pub paths: &'a Paths<'a>,
+    pub out: &'a mut Vec<FirstHit>,
+}
+
+impl<W: World, S: Sampler> Kernel for FirstHits<'_, W, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Float>(self) {
+        let FirstHits { view, paths, out } = self;
+        let (scene, settings): (_, &Settings<S>) = (view.scene, view.settings);
+        let (eye, forward) = (Vec3::splat(scene.camera.eye), Vec3::splat(scene.camera.forward));
+        let mut queue = Queue::new(paths);
+        let mut start = Start::<F>::nowhere();
+        let mut ray = Ray { o: Vec3::zero(), d: Vec3::zero() };
+        loop {
+            let alive = queue.take(F::Mask::splat(true), settings, &scene.camera, &mut start, &mut ray);
+            if !alive.any() {
+                return;
+            }
+            let hit = view.world.intersect(&ray, alive);
+            let met = alive & hit.is_some();
+            let mut slot = [0; MAX_LANES];
+            start.slot.store(&mut slot);
+            let mut values = [[0.0; MAX_LANES]; 12];
+            if met.any() {
+                let point = scene.surfaces.point(&ray, &hit);
+                let (u, v) = scene.surfaces.uv(&point, met);
+                let mut material = scene.surfaces.material::<F>(point.surface);
+                if scene.materials.uses_uv() {
+                    material = scene.materials.resolve(material, u, v);
+                }
+                let albedo = scene.materials.albedo::<F>(material);
+                let depth = (point.p - eye).dot(forward);
+                let (n, p) = (point.n, point.p);
+                let all = [albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, p.x, p.y, p.z, depth, u, v];
+                values.iter_mut().zip(all).for_each(|(to, value)| value.store(to));
+            }
+            // The queue fills lanes in the order of the paths, and all of them end at once.
+            let (alive, met) = (alive.bits(), met.bits());
+            for lane in (0..F::LANES).filter(|lane| alive >> lane & 1 != 0) {
+                let empty = FirstHit { slot: slot[lane], ..FirstHit::default() };
+                let at = |i: usize| values[i][lane];
+                out.push(match met >> lane & 1 {
+                    0 => empty,
+                    _ => FirstHit {
+                        met: true,
+                        albedo: [at(0), at(1), at(2)],
+                        normal: [at(3), at(4), at(5)],
+                        position: [at(6), at(7), at(8)],
+                        depth: at(9),
+                        uv: [at(10), at(11)],
+                        ..empty
+                    },
+                });
+            }
+        }
+    }
+}

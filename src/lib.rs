@@ -6,7 +6,7 @@
 //! |---|---|
 //! | [`math`] | vectors, lanes, rays, frames |
 //! | [`sampling`] | random streams, warps, each beside its density |
-//! | [`shape`] | plane, sphere, quad |
+//! | [`shape`] | plane, sphere, quad, triangle mesh |
 //! | [`material`] | materials, BxDFs |
 //! | [`light`] | area and point lights |
 //! | [`camera`] | film positions to rays |

@@ -221,6 +221,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
                 };
                 (power(&ball, p) / (2.0 * radius), largest.max(p.abs().max_element()))
             }
+            Shape::Mesh { .. } => unreachable!("meshes have a test of their own"),
         };
         let error = f64::from(point.error);
         seen.used = seen.used.max(off.abs() / error);

@@ -758,17 +758,70 @@ material = "white"
 broken!(
     shape_without_type,
     entity("{ center = [0, 0, 0], radius = 1 }", ""),
-    [r#"5:9: missing key "type" in shape; a shape is one of "plane", "sphere", "quad""#]
+    [r#"5:9: missing key "type" in shape; a shape is one of "plane", "sphere", "quad", "mesh""#]
 );
 broken!(
     shape_unknown,
     entity(r#"{ type = "cube" }"#, ""),
-    [r#"5:18: unknown shape type "cube"; valid here: "plane", "sphere", "quad""#]
+    [r#"5:18: unknown shape type "cube"; valid here: "plane", "sphere", "quad", "mesh""#]
 );
 broken!(
     shape_of_a_later_version,
-    entity(r#"{ type = "mesh", file = "dragon.ply" }"#, ""),
-    [r#"5:18: shape type "mesh" comes in a later version; valid in this one: "plane", "sphere", "quad""#]
+    entity(r#"{ type = "disk", radius = 1 }"#, ""),
+    [
+        r#"5:18: shape type "disk" comes in a later version; valid in this one: "plane", "sphere", "quad", "mesh""#
+    ]
+);
+broken!(mesh_without_file, entity(r#"{ type = "mesh" }"#, ""), [r#"5:9: missing key "file" in a mesh"#]);
+broken!(
+    mesh_file_missing_is_said_once,
+    r#"
+entities = [
+    { shape = { type = "mesh", file = "no/dragon.ply" }, material = "grey" },
+    { shape = { type = "mesh", file = "no/dragon.ply" }, material = "grey" },
+]
+materials = { grey = { type = "matte", reflectance = [0.5, 0.5, 0.5] } }
+"#,
+    ["2:39: no/dragon.ply: there is no such file"]
+);
+broken!(
+    mesh_of_another_format,
+    entity(r#"{ type = "mesh", file = "Cargo.toml" }"#, ""),
+    ["5:33: Cargo.toml: a mesh file is a .ply or an .obj"]
+);
+broken!(
+    transform_with_matrix_and_scale,
+    entity(
+        r#"{ type = "mesh", file = "a.ply", transform = { scale = 2, matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] } }"#,
+        ""
+    ),
+    ["5:76: the transform has a matrix and scale, rotate or translate; keep the matrix or the others"]
+);
+broken!(
+    transform_that_flattens,
+    entity(r#"{ type = "mesh", file = "a.ply", transform = { scale = [1, 0, 1] } }"#, ""),
+    ["5:64: the transform makes everything flat"]
+);
+broken!(
+    transform_matrix_that_flattens,
+    entity(
+        r#"{ type = "mesh", file = "a.ply", transform = { matrix = [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 5]] } }"#,
+        ""
+    ),
+    ["5:65: the transform makes everything flat"]
+);
+broken!(
+    transform_matrix_of_two_rows,
+    entity(r#"{ type = "mesh", file = "a.ply", transform = { matrix = [[1, 0, 0, 0], [0, 1, 0, 0]] } }"#, ""),
+    ["5:65: matrix must be an array of 3 rows of 4 numbers, not an array of 2"]
+);
+broken!(
+    transform_matrix_of_three_columns,
+    entity(
+        r#"{ type = "mesh", file = "a.ply", transform = { matrix = [[1, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] } }"#,
+        ""
+    ),
+    ["5:66: the first row of matrix must be an array of 4 numbers, not an array of 3"]
 );
 broken!(
     radius_zero,

@@ -190,7 +190,7 @@ pub(super) fn meet<F: Float, W: World, S: Sampler, M, O: Observer>(
             distance: hit.t.lane(0),
             point: vec3(point.p),
             normal: vec3(point.n),
-            entity: scene.surfaces.rows()[row[0] as usize].1.entity,
+            entity: scene.surfaces.entity(row[0]),
             material: resolved[0],
             emitted: rgb(emitted),
         });
@@ -204,13 +204,30 @@ pub(super) struct Scattering<F: Float> {
     pub frame: Frame<F>,
     /// Towards the last vertex, in the frame.
     pub wo: Vec3<F>,
+    /// The surface's own normal, if frames may be around others.
+    geometric: Option<Vec3<F>>,
 }
 
 impl<F: Float> Scattering<F> {
     #[inline(always)]
     pub(super) fn new(scene: &CompiledScene, vertex: &Vertex<F>, ray: &Ray<F>) -> Self {
-        let frame = Frame::around(vertex.point.n);
-        Scattering { bsdf: scene.materials.bsdf(vertex.material), wo: frame.to_local(-ray.d), frame }
+        let frame = Frame::around(vertex.point.shading);
+        Scattering {
+            bsdf: scene.materials.bsdf(vertex.material),
+            wo: frame.to_local(-ray.d),
+            frame,
+            geometric: scene.surfaces.has_shading_normals().then_some(vertex.point.n),
+        }
+    }
+
+    /// The lanes in which a direction, in the world and in the frame, is on one side of the surface and of the
+    /// smooth one that its shading normals tell of. No light passes where they differ: it would leak through.
+    #[inline(always)]
+    pub(super) fn passes(&self, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
+        match self.geometric {
+            Some(n) => (d.dot(n) * wi.z).gt(F::zero()),
+            None => F::Mask::splat(true),
+        }
     }
 }
 
@@ -220,14 +237,14 @@ impl<F: Float> Scattering<F> {
 pub(super) fn go_on<F: Float, M, O: Observer>(
     state: &mut State<F, M>,
     point: &SurfacePoint<F>,
-    frame: &Frame<F>,
+    scattering: &Scattering<F>,
     scattered: &crate::material::BxdfSample<F>,
     observer: &mut O,
 ) -> F::Mask {
-    let d = frame.to_world(scattered.wi);
+    let d = scattering.frame.to_world(scattered.wi);
     // One Newton step towards length one: rounding would otherwise add up over many bounces.
     let d = d * ((-d.dot(d) + 3.0) * 0.5);
-    state.beta = state.beta * scattered.weight;
+    state.beta = state.beta * scattered.weight.only(scattering.passes(d, scattered.wi));
     state.ray = Ray { o: offset_origin(point.p, point.n, point.error, d), d };
     state.depth = state.depth + F::Uint::splat(1);
     // A throughput of nothing finds nothing; NaN is no such thing, and goes on to be counted.

@@ -50,7 +50,7 @@ impl Transport for Naive {
 
         let [u, v, lobe, _] = view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
         let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe);
-        going & !go_on(state, &vertex.point, &scattering.frame, &scattered, observer)
+        going & !go_on(state, &vertex.point, &scattering, &scattered, observer)
     }
 }
 
@@ -60,17 +60,19 @@ fn point_light<F: Float, W: World, S: Sampler, O: Observer>(
     view: &View<'_, W, S>,
     state: &State<F, ()>,
     vertex: &Vertex<F>,
-    Scattering { bsdf, frame, wo }: &Scattering<F>,
+    scattering: &Scattering<F>,
     asks: F::Mask,
     observer: &mut O,
 ) -> Rgb<F> {
     let point = &vertex.point;
     let [_, _, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
     let light = view.scene.point_lights.sample_one(point.p, choice);
-    let wi = frame.to_local(light.wi);
+    let wi = scattering.frame.to_local(light.wi);
     let (shadow, length) = light.shadow_ray(offset_origin(point.p, point.n, point.error, light.wi));
     let visible = !view.world.occluded(&shadow, length, asks);
-    let added = (bsdf.eval(*wo, wi) * light.weight() * wi.z.abs()).only(visible);
+    let Scattering { bsdf, wo, .. } = scattering;
+    let seen = visible & scattering.passes(light.wi, wi);
+    let added = (bsdf.eval(*wo, wi) * light.weight() * wi.z.abs()).only(seen);
     observer.event(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
     added
 }

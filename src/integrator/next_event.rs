@@ -103,7 +103,7 @@ impl Transport for NextEvent {
             view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
         let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe);
         let point = &vertex.point;
-        going = going & !go_on(state, point, &scattering.frame, &scattered, observer);
+        going = going & !go_on(state, point, &scattering, &scattered, observer);
 
         let passes = (scattering.wo.z * scattered.wi.z).lt(F::zero());
         let scale = state.memory.eta_scale * scattering.bsdf.squeeze(scattering.wo, passes);
@@ -168,7 +168,7 @@ fn direct_light<F: Float, W: World, S: Sampler, O: Observer>(
     view: &View<'_, W, S>,
     state: &State<F, Departure<F>>,
     vertex: &Vertex<F>,
-    Scattering { bsdf, frame, wo }: &Scattering<F>,
+    scattering: &Scattering<F>,
     asks: F::Mask,
     rays: &mut u64,
     observer: &mut O,
@@ -178,11 +178,13 @@ fn direct_light<F: Float, W: World, S: Sampler, O: Observer>(
     let [u, v, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
     let (light, chance) = lights.choose(point.p, point.n, choice);
     let sample = lights.sample(light, point.p, [u, v]);
+    let Scattering { bsdf, frame, wo, .. } = scattering;
     let wi = frame.to_local(sample.wi);
     let f = bsdf.eval(*wo, wi) * wi.z.abs();
     let pdf = sample.pdf * chance;
     let share = f * sample.radiance * (F::splat(1.0) / pdf);
-    let possible = asks & pdf.gt(F::zero()) & share.max_channel().gt(F::zero());
+    let possible =
+        asks & scattering.passes(sample.wi, wi) & pdf.gt(F::zero()) & share.max_channel().gt(F::zero());
     if !possible.any() {
         return Rgb::black();
     }

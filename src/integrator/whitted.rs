@@ -106,12 +106,15 @@ impl<W: World, S: Sampler> Whitted<W, S> {
             distance: hit.t,
             point: vec3(point.p),
             normal: vec3(point.n),
-            entity: scene.surfaces.rows()[point.surface.0 as usize].1.entity,
+            entity: scene.surfaces.entity(point.surface.0),
             material: material.0,
             emitted: rgb(emitted),
         });
         let bsdf = scene.materials.bsdf::<f32>(material);
-        let frame = Frame::around(point.n);
+        let smooth = scene.surfaces.has_shading_normals();
+        let frame = Frame::around(point.shading);
+        // See `Scattering::passes`.
+        let passes = |d: Vec3<f32>, wi: Vec3<f32>| !smooth || d.dot(point.n) * wi.z > 0.0;
         let wo = frame.to_local(-ray.d);
         let spawn = |wi: Vec3<f32>| {
             let d = frame.to_world(wi).normalized();
@@ -126,7 +129,7 @@ impl<W: World, S: Sampler> Whitted<W, S> {
                     let sample = scene.lights.sample(Wrapping(light), point.p, u);
                     let wi = frame.to_local(sample.wi);
                     let share = bsdf.eval(wo, wi) * sample.weight() * wi.z.abs();
-                    if share.max_channel() > 0.0 {
+                    if share.max_channel() > 0.0 && passes(sample.wi, wi) {
                         let from = offset_origin(point.p, point.n, point.error, sample.wi);
                         let (shadow, length) = sample.shadow_ray(from);
                         *rays += 1;
@@ -141,13 +144,18 @@ impl<W: World, S: Sampler> Whitted<W, S> {
             if bsdf.is(Kind::Glass) {
                 for (wi, weight, chance) in bsdf.dielectric().branches(wo) {
                     // The tree of branches doubles with each bounce: below a rounding error of white it is cut.
-                    if chance > 0.0 && (beta * weight).max_channel() > f32::EPSILON {
-                        stack.push((spawn(wi), beta * weight, depth + 1));
+                    let branch = spawn(wi);
+                    let matters = (beta * weight).max_channel() > f32::EPSILON;
+                    if chance > 0.0 && matters && passes(branch.d, wi) {
+                        stack.push((branch, beta * weight, depth + 1));
                     }
                 }
             } else {
                 let sample = bsdf.sample(wo, [stream.random(), stream.random()], stream.random());
-                stack.push((spawn(sample.wi), beta * sample.weight, depth + 1));
+                let branch = spawn(sample.wi);
+                if passes(branch.d, sample.wi) {
+                    stack.push((branch, beta * sample.weight, depth + 1));
+                }
             }
         }
         beta * l

@@ -1,6 +1,7 @@
 //! What a light, or a group of lights, can do to a point at most: its place, its power, and where it shines.
 
-use crate::shape::{Quad, Sphere};
+use crate::math::Bounds;
+use crate::shape::Sphere;
 use std::f64::consts::PI;
 
 /// Bounds of one or more lights (Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with
@@ -51,15 +52,12 @@ impl LightBounds {
         }
     }
 
-    /// Of a quad that emits where `normal` points.
-    pub fn quad(quad: &Quad, normal: [f32; 3], area: f32, emission: [f32; 3]) -> LightBounds {
-        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
-        let at = |[a, b]: [f32; 2], c: usize| quad.corner[c] + a * quad.u[c] + b * quad.v[c];
-        let fold =
-            |f: fn(f32, f32) -> f32, c: usize| corners.iter().map(|&k| at(k, c)).reduce(f).unwrap_or(0.0);
+    /// Of something flat with these corners that emits where `normal` points.
+    pub fn flat(corners: &[[f32; 3]], normal: [f32; 3], area: f32, emission: [f32; 3]) -> LightBounds {
+        let bounds = Bounds::of(corners.iter().copied());
         LightBounds {
-            lo: [0, 1, 2].map(|c| fold(f32::min, c)),
-            hi: [0, 1, 2].map(|c| fold(f32::max, c)),
+            lo: bounds.low,
+            hi: bounds.high,
             power: PI * f64::from(area) * mean(emission),
             axis: normal,
             cos_o: 1.0,

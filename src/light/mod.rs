@@ -8,7 +8,7 @@ mod tree;
 
 pub use bounds::LightBounds;
 pub use point::{PointLight, PointLights};
-pub use table::{AreaLight, LEAST_SOLID_ANGLE, LightRow, LightTable, POINT, QUAD, SPHERE};
+pub use table::{AreaLight, LEAST_SOLID_ANGLE, LightRow, LightTable, POINT, QUAD, SPHERE, TRIANGLE};
 pub use tree::{BELOW_ONE, LEAF, LightNode, LightTree};
 
 use crate::math::{Float, Ray, Rgb, Vec3};

@@ -6,7 +6,7 @@ use super::rectangle::Rectangle;
 use super::{LightSample, LightTree};
 use crate::math::{Float, Frame, Mask, Rgb, Uint, Vec3, trig};
 use crate::sampling::warp;
-use crate::shape::{POSITION_ERROR, Quad, Shape, Sphere};
+use crate::shape::{POSITION_ERROR, Quad, Shape, Sphere, triangle_error};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// The numbers of [`LightRow::kind`]: a point.
@@ -15,23 +15,25 @@ pub const POINT: u32 = 0;
 pub const SPHERE: u32 = 1;
 /// A quad.
 pub const QUAD: u32 = 2;
+/// A triangle.
+pub const TRIANGLE: u32 = 3;
 
 /// One light of a [`LightTable`], for workers that keep the table in another form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightRow {
-    /// [`POINT`], [`SPHERE`] or [`QUAD`].
+    /// [`POINT`], [`SPHERE`], [`QUAD`] or [`TRIANGLE`].
     pub kind: u32,
-    /// Position of a point, centre of a sphere, corner of a quad.
+    /// Position of a point, centre of a sphere, corner of a quad or triangle.
     pub origin: [f32; 3],
-    /// First edge of a quad.
+    /// First edge of a quad or triangle, from the corner.
     pub edge_u: [f32; 3],
     /// Second edge.
     pub edge_v: [f32; 3],
-    /// Outward normal of a quad.
+    /// Outward normal of a quad or triangle.
     pub normal: [f32; 3],
     /// Radius of a sphere.
     pub radius: f32,
-    /// Area of a sphere or quad.
+    /// Area of a sphere, quad or triangle.
     pub area: f32,
     /// The surface's share of the error bound of a point on it.
     pub error: f32,
@@ -52,6 +54,8 @@ pub enum AreaLight {
     Sphere(Sphere),
     /// A quad.
     Quad(Quad),
+    /// A triangle of a mesh: its corners.
+    Triangle([[f32; 3]; 3]),
 }
 
 /// The lights that can be sampled, one column for each property, and the tree that chooses among them.
@@ -78,6 +82,7 @@ pub struct LightTable {
     has_points: bool,
     has_spheres: bool,
     has_quads: bool,
+    has_triangles: bool,
 }
 
 /// From this solid angle on, in steradians, rectangles are sampled by it: of smaller ones the sum of angles that
@@ -121,7 +126,25 @@ impl LightTable {
                 let normal = quad.normal.map(|x| if flipped { -x } else { x });
                 let sizes = [surface.area, surface.error];
                 self.push(QUAD, quad.corner, [quad.u, quad.v, normal], 0.0, sizes, flipped, emission);
-                self.bounds.push(LightBounds::quad(&quad, normal, surface.area, emission));
+                let [o, u, v] = [quad.corner, quad.u, quad.v];
+                let corner = |a: f32, b: f32| [0, 1, 2].map(|c| o[c] + a * u[c] + b * v[c]);
+                let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)];
+                self.bounds.push(LightBounds::flat(&corners, normal, surface.area, emission));
+            }
+            AreaLight::Triangle(corners) => {
+                self.has_triangles = true;
+                let [a, b, c] = corners.map(Vec3::<f32>::splat);
+                let (u, v) = (b - a, c - a);
+                let doubled = u.cross(v);
+                let area = 0.5 * doubled.length();
+                // One without area gives no light, and is never chosen.
+                let normal = if area > 0.0 { doubled * (0.5 / area) } else { Vec3::splat([0.0, 0.0, 1.0]) };
+                let normal = if flipped { -normal } else { normal };
+                let [edges, normal] = [[u, v], [normal; 2]].map(|v| v.map(|v| [v.x, v.y, v.z]));
+                let sizes = [area, triangle_error(a, u, v)];
+                let forms = [edges[0], edges[1], normal[0]];
+                self.push(TRIANGLE, corners[0], forms, 0.0, sizes, flipped, emission);
+                self.bounds.push(LightBounds::flat(&corners, normal[0], area, emission));
             }
         }
         self.bounds.len() as u32 - 1
@@ -237,11 +260,13 @@ impl LightTable {
                 sample = select_sample(lanes, from_sphere, sample);
             }
         }
-        if self.has_quads {
-            let lanes = kind.eq(F::Uint::splat(QUAD));
+        if self.has_quads | self.has_triangles {
+            let triangles = kind.eq(F::Uint::splat(TRIANGLE));
+            let lanes = kind.eq(F::Uint::splat(QUAD)) | triangles;
             if lanes.any() {
-                let from_quad = self.sample_quad(light, p, origin, emission, u);
-                sample = select_sample(lanes, from_quad, sample);
+                let u = if self.has_triangles { select_pair(triangles, warp::triangle(u), u) } else { u };
+                let from_flat = self.sample_flat(light, p, origin, emission, u);
+                sample = select_sample(lanes, from_flat, sample);
             }
         }
         sample
@@ -347,7 +372,7 @@ impl LightTable {
     /// A quad: a rectangle uniformly by the solid angle that it fills, unless that is small; others uniformly
     /// by area, whose density of 1/area is distance²/(cos θ·area) by solid angle.
     #[inline(always)]
-    fn sample_quad<F: Float>(
+    fn sample_flat<F: Float>(
         &self,
         light: F::Uint,
         p: Vec3<F>,
@@ -418,6 +443,11 @@ impl<F: Float> Cone<F> {
 }
 
 #[inline(always)]
+fn select_pair<F: Float>(mask: F::Mask, a: [F; 2], b: [F; 2]) -> [F; 2] {
+    [F::select(mask, a[0], b[0]), F::select(mask, a[1], b[1])]
+}
+
+#[inline(always)]
 fn select_sample<F: Float>(mask: F::Mask, a: LightSample<F>, b: LightSample<F>) -> LightSample<F> {
     LightSample {
         wi: Vec3::select(mask, a.wi, b.wi),
@@ -431,6 +461,7 @@ fn select_sample<F: Float>(mask: F::Mask, a: LightSample<F>, b: LightSample<F>) 
 mod tests {
     use super::*;
     use crate::math::lanes::scalar::Wrapping;
+    use crate::shape::Shears;
     use glam::DVec3;
 
     fn table(light: AreaLight, flipped: bool, emission: f32) -> LightTable {
@@ -488,11 +519,36 @@ mod tests {
     }
 
     #[test]
+    fn two_triangles_give_the_irradiance_of_their_square() {
+        let (s, expected) = (1.25_f64.sqrt(), |s: f64| 4.0 * (0.5 / s * (0.5 / s).atan()));
+        let corner = |x: f32, y: f32| [x - 0.5, y - 0.5, 1.0];
+        let halves = [
+            [corner(0.0, 0.0), corner(0.0, 1.0), corner(1.0, 0.0)],
+            [corner(1.0, 1.0), corner(1.0, 0.0), corner(0.0, 1.0)],
+        ];
+        let sum: f64 =
+            halves.map(|half| irradiance(&table(AreaLight::Triangle(half), false, 1.0), 200)).iter().sum();
+        assert!((sum / expected(s) - 1.0).abs() < 1e-4, "{sum} is not {}", expected(s));
+        assert_eq!(irradiance(&table(AreaLight::Triangle(halves[0]), true, 1.0), 10), 0.0);
+        // A triangle without area is never chosen, and spoils nothing.
+        let mut with_none = LightTable::default();
+        with_none.push_area(AreaLight::Triangle([[0.0, 0.0, 2.0]; 3]), false, [1.0; 3]);
+        with_none.push_area(AreaLight::Triangle(halves[0]), false, [1.0; 3]);
+        with_none.plant();
+        let up = Vec3::<f32>::splat([0.0, 0.0, 1.0]);
+        for u in [0.0, 0.3, 0.999] {
+            let (light, chance) = with_none.choose(Vec3::zero(), up, u);
+            assert_eq!((light.0, chance), (1, 1.0));
+        }
+    }
+
+    #[test]
     fn the_density_of_a_met_light_is_that_of_the_sample() {
         let sphere = AreaLight::Sphere(Sphere::new(DVec3::new(1.0, 2.0, 5.0), 1.5));
         let around = AreaLight::Sphere(Sphere::new(DVec3::new(0.3, -0.2, 0.1), 3.0));
         let quad = AreaLight::Quad(Quad::new(DVec3::new(-1.0, -1.0, 3.0), DVec3::Y, DVec3::X * 2.0));
-        for (light, flipped) in [(sphere, false), (around, true), (quad, false)] {
+        let triangle = AreaLight::Triangle([[-1.0, -1.0, 3.0], [-1.0, 2.0, 3.5], [1.5, -1.0, 2.5]]);
+        for (light, flipped) in [(sphere, false), (around, true), (quad, false), (triangle, false)] {
             let table = table(light, flipped, 1.0);
             for u in [[0.1, 0.2], [0.5, 0.5], [0.9, 0.8]] {
                 let p = Vec3::<f32>::zero();
@@ -505,6 +561,10 @@ mod tests {
                         (t, if flipped { -out } else { out })
                     }
                     AreaLight::Quad(q) => (q.intersect(&ray), Vec3::splat(q.normal)),
+                    AreaLight::Triangle(corners) => {
+                        let [a, b, c] = corners.map(Vec3::splat);
+                        (Shears::new(&ray).meet([a, b, c]).t, (b - a).cross(c - a).normalized())
+                    }
                 };
                 let pdf = table.pdf(Wrapping(0), p, t, -sample.wi.dot(normal));
                 assert!((pdf / sample.pdf - 1.0).abs() < 1e-4, "{pdf} is not {}", sample.pdf);

@@ -100,6 +100,16 @@ impl FilmOffset {
     }
 }
 
+/// The weights of a triangle's second and third corners at a uniform point of it: the square folded along its
+/// diagonal without tearing it (Heitz 2019, "A Low-Distortion Map Between Triangle and Square").
+#[inline(always)]
+pub fn triangle<F: Float>(u: [F; 2]) -> [F; 2] {
+    let upper = u[0].lt(u[1]);
+    let half = F::select(upper, u[0], u[1]) * 0.5;
+    let rest = F::select(upper, u[1], u[0]) - half;
+    [F::select(upper, half, rest), F::select(upper, rest, half)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -156,6 +166,26 @@ mod tests {
                 FilmOffset::Uniform(radius) | FilmOffset::Tent(radius) => f64::from(radius),
             };
             chi_square(-radius, radius, |u| offset.sample(u), |x| offset.pdf(x)).unwrap();
+        }
+    }
+
+    #[test]
+    fn triangle_fills_a_triangle_evenly() {
+        // Each of 16 equal triangles gets a sixteenth of an even grid, give or take its border.
+        let (n, mut counts) = (512, [0; 16]);
+        for i in 0..n * n {
+            let u = [(i / n) as f32 + 0.5, (i % n) as f32 + 0.5].map(|x| x / n as f32);
+            let [b, c] = super::triangle(u);
+            assert!(b >= 0.0 && c >= 0.0 && b + c <= 1.0, "{b} {c}");
+            let (column, row) = ((b * 4.0) as usize, (c * 4.0) as usize);
+            let upper = (b * 4.0).fract() + (c * 4.0).fract() > 1.0;
+            // Row by row: squares below the diagonal hold two triangles, those on it one.
+            let before: usize = (0..row).map(|row| 7 - 2 * row).sum();
+            counts[before + 2 * column + usize::from(upper)] += 1;
+        }
+        let expected = f64::from(n * n) / 16.0;
+        for count in counts {
+            assert!((f64::from(count) / expected - 1.0).abs() < 0.02, "{counts:?}");
         }
     }
 

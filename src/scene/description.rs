@@ -4,7 +4,9 @@
 //! W·m⁻²·sr⁻¹. Vectors are in world space, right-handed.
 
 pub use crate::camera::CameraSettings;
-use glam::DVec3;
+pub use crate::shape::Mesh;
+use glam::{DAffine3, DVec3};
+use std::sync::Arc;
 
 /// A linear Rec. 709 colour or radiance.
 pub type Colour = [f64; 3];
@@ -190,6 +192,13 @@ pub enum Shape {
         u: DVec3,
         /// The second edge, not parallel to the first.
         v: DVec3,
+    },
+    /// Triangles; outward is their counter-clockwise side.
+    Mesh {
+        /// The triangles, in the space of their file. Entities of one file share them.
+        mesh: Arc<Mesh>,
+        /// From there to the world; it can be inverted.
+        transform: DAffine3,
     },
 }
 

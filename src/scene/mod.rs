@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`description`] | the scene as plain data |
 //! | [`diagnostic`] | errors and warnings with their places |
+//! | [`mesh`] | the readers of mesh files |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
 //!
 //! A [`Scene`] is what a file says, checked: every name is resolved to an index, every number is finite and
@@ -21,6 +22,7 @@
 
 pub mod description;
 pub mod diagnostic;
+pub mod mesh;
 pub mod toml;
 
 pub use description::*;

@@ -1,15 +1,19 @@
 //! Shapes: where a ray meets a surface first, and what the surface is like there.
 //!
 //! Distances are along a ray of unit direction; [`NOTHING`] stands for no hit. Outward is a plane's normal,
-//! a sphere's outside, a quad's u × v.
+//! a sphere's outside, a quad's u × v, a triangle's counter-clockwise side.
 
+mod mesh;
 mod plane;
 mod quad;
 mod sphere;
+mod triangle;
 
+pub use mesh::{MOST as MOST_TRIANGLES, Mesh, MeshError};
 pub use plane::Plane;
 pub use quad::{Quad, QuadForm};
 pub use sphere::{Sphere, SphereForm};
+pub use triangle::{Meeting, Sheared, Shears, triangle_error};
 
 use crate::math::{Bounds, Float, Ray, Vec3};
 
@@ -56,6 +60,23 @@ pub struct Surface {
     pub v_axis: [f32; 4],
     /// Area; infinite for a plane.
     pub area: f32,
+}
+
+impl Surface {
+    /// The row of a mesh, whose triangles say the rest.
+    pub const OF_A_MESH: Surface = Surface {
+        centre: [0.0; 3],
+        radius: 0.0,
+        anchor: [0.0; 3],
+        to_centre: [0.0; 3],
+        anchor_power: 0.0,
+        normal: [0.0; 3],
+        distance: 0.0,
+        error: 0.0,
+        u_axis: [0.0; 4],
+        v_axis: [0.0; 4],
+        area: 0.0,
+    };
 }
 
 /// The unit roundoff of f32: the relative error of one operation.

@@ -1,12 +1,13 @@
 //! From the description to the tables.
 
 use super::surfaces::{Look, NO_LIGHT, SurfaceTable};
-use super::{Simple, Union};
+use super::{Simple, Triangles, Union};
 use crate::camera::Camera;
 use crate::light::{AreaLight, LightTable, PointLight, PointLights};
 use crate::material::{Kind, MaterialTable, Row};
 use crate::scene::{self, MaterialKind, Scene};
 use crate::shape::{Plane, Quad, Shape, Sphere};
+use std::sync::Arc;
 
 /// What a path looks up, whatever the world that finds its hits.
 #[derive(Clone, Debug)]
@@ -63,6 +64,7 @@ fn material_row(kind: &MaterialKind) -> Row {
 pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geometry) {
     let mut surfaces = SurfaceTable::default();
     let mut all = Simple::default();
+    let mut triangles = Triangles::default();
     let mut lights = LightTable::default();
     let mut point_lights = PointLights::default();
     for light in &scene.lights {
@@ -97,8 +99,22 @@ pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geomet
                 }
                 all.quads.push((quad, surfaces.push(quad.surface(), look)));
             }
+            scene::Shape::Mesh { ref mesh, ref transform } => {
+                let first = triangles.push(mesh, transform, surfaces.len() as u32);
+                if emits {
+                    look.light = lights.len() as u32;
+                    for triangle in first..triangles.len() {
+                        let corners = triangles.positions_of(triangle);
+                        lights.push_area(AreaLight::Triangle(corners), flipped, emission);
+                    }
+                }
+                surfaces.push_mesh(look, first);
+            }
         }
     }
+    let triangles = Arc::new(triangles);
+    all.triangles = Arc::clone(&triangles);
+    surfaces.set_triangles(triangles);
     lights.plant();
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),

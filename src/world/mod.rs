@@ -7,12 +7,14 @@ mod bvh;
 mod compile;
 mod simple;
 mod surfaces;
+mod triangles;
 mod union;
 
 pub use bvh::Bvh;
 pub use compile::{CompiledScene, Geometry, compile};
 pub use simple::Simple;
 pub use surfaces::{Look, NO_LIGHT, SurfacePoint, SurfaceTable};
+pub use triangles::{FIRST_TRIANGLE, Triangles};
 pub use union::Union;
 
 use crate::math::{Float, Ray, Uint};
@@ -35,7 +37,9 @@ impl Finder {
     pub fn wants_tree(self, bounded: &Simple) -> bool {
         match self {
             // To try a quad takes about twice as long as to try a sphere.
-            Finder::Fastest => bounded.spheres.len() + 2 * bounded.quads.len() >= TREE_PAYS_FROM,
+            Finder::Fastest => {
+                bounded.spheres.len() + 2 * (bounded.quads.len() + bounded.triangles.len()) >= TREE_PAYS_FROM
+            }
             Finder::Simple => false,
             Finder::Bvh => true,
         }
@@ -51,7 +55,8 @@ const TREE_PAYS_FROM: usize = 56;
 pub struct Hit<F: Float> {
     /// Distance along the ray; infinite where nothing is met.
     pub t: F,
-    /// The surface's row in the [`SurfaceTable`]; meaningless where nothing is met.
+    /// The surface's number: its row in the [`SurfaceTable`], or [`FIRST_TRIANGLE`] and the triangle's index in
+    /// [`Triangles`]; meaningless where nothing is met.
     pub surface: F::Uint,
 }
 
@@ -81,7 +86,7 @@ impl<F: Float> Hit<F> {
 
 /// Everything that rays can meet.
 pub trait World: Send + Sync {
-    /// The first hit of each ray. Equal distances go to the lower row. Lanes that do not ask hold nonsense.
+    /// The first hit of each ray. Equal distances go to the lower surface. Lanes that do not ask hold nonsense.
     fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F>;
     /// The lanes whose ray meets anything before the distance `t_max`. Lanes that do not ask hold nonsense.
     fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> F::Mask;

@@ -1,8 +1,9 @@
 //! The world that tries every surface.
 
-use super::{Hit, World};
-use crate::math::{Float, Mask, Ray, Uint};
-use crate::shape::{Plane, Quad, Shape, Sphere};
+use super::{FIRST_TRIANGLE, Hit, Triangles, World};
+use crate::math::{Float, Mask, Ray, Uint, Vec3};
+use crate::shape::{Plane, Quad, Shape, Shears, Sphere};
+use std::sync::Arc;
 
 /// Tries every surface, kind by kind (report §5.2.4, `SimpleWorld`): the fastest for a handful.
 #[derive(Clone, Debug, Default)]
@@ -13,12 +14,14 @@ pub struct Simple {
     pub spheres: Vec<(Sphere, u32)>,
     /// The quads likewise.
     pub quads: Vec<(Quad, u32)>,
+    /// The triangles of all meshes.
+    pub triangles: Arc<Triangles>,
 }
 
 impl Simple {
     /// How many surfaces there are.
     pub fn len(&self) -> usize {
-        self.planes.len() + self.spheres.len() + self.quads.len()
+        self.planes.len() + self.spheres.len() + self.quads.len() + self.triangles.len()
     }
 
     /// Whether there is none.
@@ -49,12 +52,32 @@ fn any<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut foun
     found
 }
 
+/// Distances to the triangles, each with its index.
+#[inline(always)]
+fn each_triangle<F: Float>(triangles: &Triangles, ray: &Ray<F>, mut found: impl FnMut(F, u32)) {
+    if triangles.is_empty() {
+        return;
+    }
+    let shears = Shears::new(ray);
+    for triangle in 0..triangles.len() {
+        let corners = triangles.positions_of(triangle).map(Vec3::splat);
+        found(shears.meet(corners).t, triangle as u32);
+    }
+}
+
 impl World for Simple {
     #[inline(always)]
     fn intersect<F: Float>(&self, ray: &Ray<F>, _asks: F::Mask) -> Hit<F> {
         let hit = closest(&self.planes, ray, Hit::none());
         let hit = closest(&self.spheres, ray, hit);
-        closest(&self.quads, ray, hit)
+        let mut hit = closest(&self.quads, ray, hit);
+        // Triangles come last and in the order of their numbers: the first of equal distances counts.
+        each_triangle(&self.triangles, ray, |t, triangle| {
+            let nearer = t.lt(hit.t);
+            hit.t = F::select(nearer, t, hit.t);
+            hit.surface = F::Uint::select(nearer, F::Uint::splat(FIRST_TRIANGLE | triangle), hit.surface);
+        });
+        hit
     }
 
     #[inline(always)]
@@ -62,6 +85,8 @@ impl World for Simple {
         let none = F::Mask::splat(false);
         let found = any(&self.planes, ray, t_max, none);
         let found = any(&self.spheres, ray, t_max, found);
-        any(&self.quads, ray, t_max, found)
+        let mut found = any(&self.quads, ray, t_max, found);
+        each_triangle(&self.triangles, ray, |t, _| found = found | t.lt(t_max));
+        found
     }
 }

@@ -1,9 +1,11 @@
 //! What hits look up: one row for each surface, one column for each property.
 
 use super::Hit;
+use super::triangles::{FIRST_TRIANGLE, Triangles};
 use crate::math::trig;
 use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3};
-use crate::shape::{POSITION_ERROR, Surface};
+use crate::shape::{POSITION_ERROR, Shears, Surface, triangle_error};
+use std::sync::Arc;
 
 /// What a surface looks like beside its form.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +24,12 @@ pub struct Look {
 
 /// The light of a surface that can't be sampled as one.
 pub const NO_LIGHT: u32 = u32::MAX;
+
+/// Indices of triangles.
+#[inline(always)]
+fn index<F: Float>(surface: F::Uint) -> F::Uint {
+    surface & F::Uint::splat(FIRST_TRIANGLE - 1)
+}
 
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]
@@ -44,8 +52,11 @@ pub struct SurfaceTable {
     emission: [Vec<f32>; 3],
     material: Vec<u32>,
     light: Vec<u32>,
+    /// Of a mesh that emits, what to add to a triangle's index for its light, wrapping.
+    triangle_light: Vec<u32>,
     has_round: bool,
     rows: Vec<(Surface, Look)>,
+    triangles: Option<Arc<Triangles>>,
 }
 
 /// A point on a surface.
@@ -55,10 +66,15 @@ pub struct SurfacePoint<F: Float> {
     pub p: Vec3<F>,
     /// Outward normal, of length one.
     pub n: Vec3<F>,
+    /// The normal that light scatters around, of length one: `n`, or what a mesh says, on the same side of the
+    /// triangle and as the ray sees it.
+    pub shading: Vec3<F>,
+    /// Weights of a triangle's second and third corners.
+    weights: [F; 2],
     /// How far at most the point lies off the surface, along the normal, plus how close to the surface
     /// a ray may start without meeting it again (see [`crate::shape::offset_origin`]).
     pub error: F,
-    /// Row in the surface table.
+    /// The surface's number: see [`Hit::surface`].
     pub surface: F::Uint,
 }
 
@@ -88,8 +104,17 @@ impl SurfaceTable {
         push3(&mut self.emission, look.emission);
         self.material.push(look.material);
         self.light.push(look.light);
+        self.triangle_light.push(0);
         self.has_round |= round;
         self.rows.push((surface, look));
+        row
+    }
+
+    /// Adds the row of a mesh whose triangles begin with `first`, and whose lights, if it emits, with the look's
+    /// own.
+    pub fn push_mesh(&mut self, look: Look, first: usize) -> u32 {
+        let row = self.push(Surface::OF_A_MESH, look);
+        self.triangle_light[row as usize] = look.light.wrapping_sub(first as u32);
         row
     }
 
@@ -108,10 +133,107 @@ impl SurfaceTable {
         &self.rows
     }
 
+    /// Gives the rows of meshes their triangles.
+    pub fn set_triangles(&mut self, triangles: Arc<Triangles>) {
+        self.triangles = (!triangles.is_empty()).then_some(triangles);
+    }
+
+    /// The triangles of all meshes.
+    pub fn triangles(&self) -> Option<&Triangles> {
+        self.triangles.as_deref()
+    }
+
+    /// Whether light may scatter around other normals than the surfaces' own.
+    #[inline(always)]
+    pub fn has_shading_normals(&self) -> bool {
+        self.triangles.as_ref().is_some_and(|triangles| triangles.has_normals)
+    }
+
+    /// The entity of a surface.
+    pub fn entity(&self, surface: u32) -> u32 {
+        let row = match &self.triangles {
+            Some(triangles) if surface >= FIRST_TRIANGLE => {
+                triangles.rows[(surface - FIRST_TRIANGLE) as usize]
+            }
+            _ => surface,
+        };
+        self.rows[row as usize].1.entity
+    }
+
+    /// Rows of surfaces.
+    #[inline(always)]
+    fn row<F: Float>(&self, surface: F::Uint) -> F::Uint {
+        let Some(triangles) = &self.triangles else { return surface };
+        let flat = surface.lt(F::Uint::splat(FIRST_TRIANGLE));
+        if !(!flat).any() {
+            return surface;
+        }
+        F::Uint::select(flat, surface, F::Uint::gather(&triangles.rows, index::<F>(surface)))
+    }
+
     /// The point that a ray met, put back onto its surface. Lanes without a hit hold nonsense; the table
     /// is not empty.
     #[inline(always)]
     pub fn point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
+        let mut point = self.smooth_point(ray, hit);
+        if let Some(triangles) = &self.triangles {
+            let on_mesh = hit.is_some() & !hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
+            if on_mesh.any() {
+                self.mesh_point(triangles, ray, on_mesh, &mut point);
+            }
+        }
+        point
+    }
+
+    /// Points on triangles: the corners' mean, whose error is that of the corners' coordinates, however far the
+    /// ray has come.
+    #[inline(always)]
+    fn mesh_point<F: Float>(
+        &self,
+        triangles: &Triangles,
+        ray: &Ray<F>,
+        on_mesh: F::Mask,
+        point: &mut SurfacePoint<F>,
+    ) {
+        let vertices = triangles.vertices::<F>(index::<F>(point.surface));
+        let [a, b, c] = vertices.map(
+            #[inline(always)]
+            |vertex| triangles.position::<F>(vertex),
+        );
+        let weights = Shears::new(ray).meet([a, b, c]).weights;
+        let (ab, ac) = (b - a, c - a);
+        let p = a + ab * weights[0] + ac * weights[1];
+        let area = ab.cross(ac);
+        let orientation = F::gather(&self.orientation, self.row::<F>(point.surface));
+        let n = area * (orientation / area.length());
+        let error = triangle_error(a, ab, ac);
+
+        let mut shading = n;
+        if triangles.has_normals {
+            let [na, nb, nc] = vertices.map(
+                #[inline(always)]
+                |vertex| Vec3::<F>::gather(&triangles.normals, vertex),
+            );
+            let mean = na + (nb - na) * weights[0] + (nc - na) * weights[1];
+            let length = mean.length();
+            // Which side is outward the order of the corners says.
+            let smooth = mean * (F::splat(1.0) / length).copysign(mean.dot(n));
+            // Where the ray comes from the one side of the triangle and the other of the smooth surface, there
+            // is no smooth surface to speak of.
+            let (geometric, seen) = (ray.d.dot(n), ray.d.dot(smooth));
+            let agrees = (geometric * seen).gt(F::zero()) & length.gt(F::zero());
+            shading = Vec3::select(agrees, smooth, n);
+        }
+        point.p = Vec3::select(on_mesh, p, point.p);
+        point.n = Vec3::select(on_mesh, n, point.n);
+        point.shading = Vec3::select(on_mesh, shading, point.shading);
+        point.error = F::select(on_mesh, error, point.error);
+        point.weights = weights;
+    }
+
+    /// Points on all but meshes.
+    #[inline(always)]
+    fn smooth_point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
         let row = hit.surface;
         let p = ray.at(hit.t);
         let (axis, constant) = (Vec3::gather(&self.axis, row), F::gather(&self.constant, row));
@@ -131,9 +253,12 @@ impl SurfaceTable {
         // Along a far hit's ray the error grows with the distance; put back onto the surface, what is left
         // grows only with the coordinates.
         let p = p - normal * off;
+        let n = normal * F::gather(&self.orientation, row);
         SurfacePoint {
             p,
-            n: normal * F::gather(&self.orientation, row),
+            n,
+            shading: n,
+            weights: [F::zero(); 2],
             error: p.max_abs() * POSITION_ERROR + F::gather(&self.error, row),
             surface: row,
         }
@@ -142,7 +267,7 @@ impl SurfaceTable {
     /// uv of points, of use in the lanes where they are wanted: see the shapes for what they mean.
     #[inline(always)]
     pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> (F, F) {
-        let (p, row) = (point.p, point.surface);
+        let (p, row) = (point.p, self.row::<F>(point.surface));
         let mut u = p.dot(Vec3::gather(&self.u_axis, row)) + F::gather(&self.u_offset, row);
         let mut v = p.dot(Vec3::gather(&self.v_axis, row)) + F::gather(&self.v_offset, row);
         if self.has_round {
@@ -156,24 +281,48 @@ impl SurfaceTable {
                 v = F::select(round, theta * 2.0, v);
             }
         }
+        if let Some(triangles) = &self.triangles {
+            let on_mesh = !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
+            if on_mesh.any() {
+                let vertices = triangles.vertices::<F>(index::<F>(point.surface));
+                let mean = |column: &[f32], without: [f32; 3]| {
+                    let mut corners = [F::zero(); 3];
+                    for (i, corner) in corners.iter_mut().enumerate() {
+                        let given = F::gather(column, vertices[i]);
+                        *corner = F::select(given.le(given), given, F::splat(without[i]));
+                    }
+                    let [a, b, c] = corners;
+                    a + (b - a) * point.weights[0] + (c - a) * point.weights[1]
+                };
+                u = F::select(on_mesh, mean(&triangles.uv[0], [0.0, 1.0, 1.0]), u);
+                v = F::select(on_mesh, mean(&triangles.uv[1], [0.0, 0.0, 1.0]), v);
+            }
+        }
         (u, v)
     }
 
     /// Material rows of points.
     #[inline(always)]
     pub fn material<F: Float>(&self, surface: F::Uint) -> F::Uint {
-        F::Uint::gather(&self.material, surface)
+        F::Uint::gather(&self.material, self.row::<F>(surface))
     }
 
     /// Indices in the light table, or [`NO_LIGHT`].
     #[inline(always)]
     pub fn light<F: Float>(&self, surface: F::Uint) -> F::Uint {
-        F::Uint::gather(&self.light, surface)
+        let row = self.row::<F>(surface);
+        let light = F::Uint::gather(&self.light, row);
+        if self.triangles.is_none() {
+            return light;
+        }
+        let of_triangle = index::<F>(surface) + F::Uint::gather(&self.triangle_light, row);
+        let is_triangle = !surface.lt(F::Uint::splat(FIRST_TRIANGLE)) & light.lt(F::Uint::splat(NO_LIGHT));
+        F::Uint::select(is_triangle, of_triangle, light)
     }
 
     /// Radiance that surfaces emit on their outward sides.
     #[inline(always)]
     pub fn emission<F: Float>(&self, surface: F::Uint) -> Rgb<F> {
-        Rgb::gather(&self.emission, surface)
+        Rgb::gather(&self.emission, self.row::<F>(surface))
     }
 }

@@ -1,11 +1,13 @@
 //! Scenes, and the pieces that they are made of.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
+use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 use stride::camera::CameraSettings;
 use stride::scene::{
-    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, RenderSettings, Sampler, Scene,
-    Shape,
+    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, Mesh, RenderSettings, Sampler,
+    Scene, Shape,
 };
 
 pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -200,4 +202,56 @@ pub fn smallpt(width: u32, height: u32) -> Scene {
     scene.camera.vertical_fov = 2.0 * (0.5135_f64 / 2.0).atan();
     scene.film.filter = Filter::Tent { radius: 1.0 };
     scene
+}
+
+/// The entity of a mesh, where it lies.
+pub fn mesh(mesh: Mesh, material: usize) -> Entity {
+    entity(Shape::Mesh { mesh: Arc::new(mesh), transform: DAffine3::IDENTITY }, material)
+}
+
+/// A sphere of triangles: an icosahedron whose sides are cut into `n` × `n`, with the sphere's normals if they
+/// are to be smooth.
+pub fn icosphere(centre: DVec3, radius: f64, n: u32, smooth: bool) -> Mesh {
+    let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
+    let mut corners = Vec::new();
+    for (a, b) in [(-1.0, g), (1.0, g), (-1.0, -g), (1.0, -g)] {
+        corners.extend([v(a, b, 0.0), v(0.0, a, b), v(b, 0.0, a)]);
+    }
+    let edge = corners[0].distance(corners[3]);
+    let near = |a: DVec3, b: DVec3| (a.distance(b) - edge).abs() < 1e-6;
+    let mut mesh = Mesh::default();
+    let mut triangles = Vec::new();
+    let mut seen: HashMap<[i64; 3], u32> = HashMap::new();
+    let mut vertex = |p: DVec3| {
+        let p = p.normalize();
+        // Neighbours share the vertices of their common side.
+        let next = seen.len() as u32;
+        *seen.entry((p * 1e9).round().to_array().map(|x| x as i64)).or_insert_with(|| {
+            mesh.positions.push((centre + p * radius).to_array().map(|x| x as f32));
+            if smooth {
+                mesh.normals.push(p.to_array().map(|x| x as f32));
+            }
+            next
+        })
+    };
+    for (i, &a) in corners.iter().enumerate() {
+        for (j, &b) in corners.iter().enumerate().skip(i + 1) {
+            for &c in corners.iter().skip(j + 1).filter(|&&c| near(a, b) && near(b, c) && near(c, a)) {
+                let (b, c) = if (b - a).cross(c - a).dot(a) > 0.0 { (b, c) } else { (c, b) };
+                let at =
+                    |i: u32, j: u32| a + ((b - a) * f64::from(i) + (c - a) * f64::from(j)) / f64::from(n);
+                for i in 0..n {
+                    for j in 0..n - i {
+                        let lower = [at(i, j), at(i + 1, j), at(i, j + 1)].map(&mut vertex);
+                        triangles.push(lower);
+                        if i + j + 2 <= n {
+                            triangles.push([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)].map(&mut vertex));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    mesh.triangles = triangles;
+    mesh
 }

@@ -33,6 +33,9 @@ impl Tables {
         if job.render.max_depth > MAX_DEPTH && job.render.max_depth != UNLIMITED {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
         }
+        if table.triangles().is_some() {
+            return Err(GpuError::Unsupported("triangle meshes".to_owned()));
+        }
         // Sorted by shape, so that neighbouring invocations ask the same one.
         let mut surfaces = Vec::with_capacity(table.len());
         let mut take = |wanted: Form| {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::str::FromStr;
 
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::form::{Fields, Placed};
 use super::keys;
@@ -297,6 +297,61 @@ pub(super) fn quad(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<S
         return Err(reports.error(at, "v is parallel to u: the quad has no area"));
     }
     Ok(Shape::Quad { corner: corner?, u, v })
+}
+
+pub(super) fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Shape> {
+    let file = fields.get(&keys::MESH_FILE, reports);
+    let transform = fields.get(&keys::TRANSFORM, reports);
+    let (file, transform) = (file?, transform?);
+    let mesh = reports.mesh(&file)?;
+    let at = fields.place_of(&keys::TRANSFORM);
+    // Coordinates as far out have squares that do not fit 32 bits.
+    let fits = |p: &[f32; 3]| {
+        let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
+        p.abs().max_element() <= keys::LONGEST
+    };
+    if !mesh.positions.iter().all(fits) {
+        return Err(reports.error(at, "the transform takes some of the mesh farther than 1e18"));
+    }
+    Ok(Shape::Mesh { mesh, transform })
+}
+
+pub(super) fn transform(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<DAffine3> {
+    let scale = fields.get(&keys::SCALE, reports);
+    let rotate = fields.get(&keys::ROTATE, reports);
+    let translate = fields.get(&keys::TRANSLATE, reports);
+    let matrix = fields.find(&keys::MATRIX, reports);
+    let (scale, rotate, translate, matrix) = (scale?, rotate?, translate?, matrix?);
+    let transform = match matrix {
+        Some(_)
+            if [fields.has(&keys::SCALE), fields.has(&keys::ROTATE), fields.has(&keys::TRANSLATE)]
+                .contains(&true) =>
+        {
+            let at = fields.place_of(&keys::MATRIX);
+            let message = "the transform has a matrix and scale, rotate or translate";
+            return Err(reports.error_with(at, message, |_| Some("keep the matrix or the others".into())));
+        }
+        Some([x, y, z]) => {
+            let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
+            DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
+        }
+        None => {
+            let [x, y, z] = rotate.to_array().map(f64::to_radians);
+            let rotate = DMat3::from_rotation_z(z) * DMat3::from_rotation_y(y) * DMat3::from_rotation_x(x);
+            DAffine3 { matrix3: rotate * DMat3::from_diagonal(scale), translation: translate }
+        }
+    };
+    // Against the largest that vectors of these lengths could have.
+    let [x, y, z] = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
+    let largest = x.length() * y.length() * z.length();
+    if largest == 0.0 || transform.matrix3.determinant().abs() < 1e-9 * largest {
+        let at = match matrix {
+            Some(_) => fields.place_of(&keys::MATRIX),
+            None => fields.place_of(&keys::SCALE),
+        };
+        return Err(reports.error(at, "the transform makes everything flat"));
+    }
+    Ok(transform)
 }
 
 pub(super) fn point_light(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Light> {

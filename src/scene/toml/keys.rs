@@ -5,14 +5,15 @@ use super::build::{self, RawEntity};
 use super::form::{At, Block, Key, ListOf, MapOf, OneOf, Table, Variant, WordOr};
 use super::materials::Raw;
 use super::value::{
-    Choice, Colour, Direction, Flag, Integer, IntegerOr, NonZero, Number, Pair, Vector, Word,
+    Choice, Colour, Direction, Flag, Integer, IntegerOr, NonZero, Number, Pair, Rows, Triple, Vector, Word,
 };
 use crate::scene::description::{
     CameraSettings, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene, Shape, UNLIMITED,
 };
+use glam::DAffine3;
 
 // Lengths whose squares, and the squares of whose inverses, fit 32 bits.
-const LONGEST: f64 = 1e18;
+pub(super) const LONGEST: f64 = 1e18;
 const SHORTEST: f64 = 1e-18;
 
 const COORDINATE: Number = Number::between(-LONGEST, LONGEST);
@@ -26,6 +27,7 @@ const FRACTION: Colour = Colour(Number::between(0.0, 1.0));
 const RADIANCE: Colour = Colour(Number::between(0.0, (1u32 << 30) as f64));
 const FILTER_RADIUS: Number = Number::positive(1e-6, 16.0);
 const REFRACTION: Number = Number::positive(1e-3, 1e3);
+const FACTOR: Number = Number::between(-1e9, 1e9);
 const CHECKS: Number = Number::positive(1e-9, 1e9);
 
 /// The whole file.
@@ -275,7 +277,7 @@ pub(super) static FLIP_NORMAL: Key<Flag> = Key::default(
     "flip_normal",
     Flag,
     "false",
-    "Turns the outward side: a plane's n, a sphere's outside, a quad's u × v.",
+    "Turns the outward side: a plane's n, a sphere's outside, a quad's u × v, a triangle's counter-clockwise side.",
 );
 
 const SHAPES: OneOf<Shape> = OneOf {
@@ -284,13 +286,26 @@ const SHAPES: OneOf<Shape> = OneOf {
         Variant::new("plane", &PLANE_TABLE, build::plane),
         Variant::new("sphere", &SPHERE_TABLE, build::sphere),
         Variant::new("quad", &QUAD_TABLE, build::quad),
+        Variant::new("mesh", &MESH_TABLE, build::mesh),
     ],
-    later: &["mesh"],
+    later: &["disk", "cylinder", "box"],
 };
 
 static PLANE_TABLE: Table = Table::new("a plane", &[&NORMAL, &PLANE_DISTANCE]);
 static SPHERE_TABLE: Table = Table::new("a sphere", &[&CENTER, &RADIUS]);
 static QUAD_TABLE: Table = Table::new("a quad", &[&CORNER, &U, &V]);
+static MESH_TABLE: Table = Table::new("a mesh", &[&MESH_FILE, &TRANSFORM]);
+static TRANSFORM_TABLE: Table = Table {
+    what: "a transform",
+    keys: &[&SCALE, &ROTATE, &TRANSLATE, &MATRIX],
+    rules: r#"{
+        "not": { "anyOf": [
+            { "required": ["matrix", "scale"] },
+            { "required": ["matrix", "rotate"] },
+            { "required": ["matrix", "translate"] }
+        ] }
+    }"#,
+};
 
 pub(super) static NORMAL: Key<Direction> =
     Key::required("normal", DIRECTION, "The direction the plane faces, of any length.");
@@ -306,6 +321,33 @@ pub(super) static CORNER: Key<Vector> =
 pub(super) static U: Key<NonZero> = Key::required("u", EDGE, "The first edge, from the corner.");
 pub(super) static V: Key<NonZero> =
     Key::required("v", EDGE, "The second edge, from the corner. The quad faces u × v.");
+
+pub(super) static MESH_FILE: Key<At<Word>> = Key::required(
+    "file",
+    At(Word),
+    "A .ply or .obj file, relative to this one. Entities may share it: it is read once.",
+);
+pub(super) static TRANSFORM: Key<Block<DAffine3>> = Key::default(
+    "transform",
+    Block { table: &TRANSFORM_TABLE, build: build::transform },
+    "{}",
+    "From the file's space to the world: scale, then rotate, then translate; or a matrix.",
+);
+pub(super) static SCALE: Key<Triple> =
+    Key::default("scale", Triple(FACTOR), "1", "One number, or one for each axis; below zero it mirrors.");
+pub(super) static ROTATE: Key<Vector> = Key::default(
+    "rotate",
+    Vector(Number::between(-1e6, 1e6)),
+    "[0, 0, 0]",
+    "Degrees about the x axis, then about y, then about z.",
+);
+pub(super) static TRANSLATE: Key<Vector> =
+    Key::default("translate", POINT, "[0, 0, 0]", "Where the file's origin goes.");
+pub(super) static MATRIX: Key<Rows> = Key::optional(
+    "matrix",
+    Rows(COORDINATE),
+    "Three rows of four numbers, instead: the first three columns are what x, y and z become, the fourth is the translation.",
+);
 
 const LIGHT: OneOf<Light> = OneOf {
     what: "light",

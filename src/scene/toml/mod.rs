@@ -62,7 +62,7 @@ pub fn load(path: &Path) -> Result<Loaded, SceneErrors> {
 pub fn parse(text: &str, file_name: &Path) -> Result<Loaded, SceneErrors> {
     let (document, syntax_errors) = parse_toml(text);
     let document = Value::new(0..0, DeValue::Table(document));
-    let mut reports = Reports::new(text);
+    let mut reports = Reports::beside(text, file_name.parent().unwrap_or(Path::new("")));
     // What a parser makes of text that is not TOML is a guess; errors in a guess would mislead.
     let scene = match reports.syntax_errors(&syntax_errors) {
         Ok(()) => keys::SCENE.read("scene", &document, &mut reports),

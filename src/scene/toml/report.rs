@@ -1,11 +1,14 @@
 //! Errors and warnings while a file is read, and the nearest spelling of a name.
 
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ::toml::de::Error as SyntaxError;
 
+use super::form::Placed;
 use crate::scene::diagnostic::{Cursor, Diagnostic, SceneErrors};
+use crate::scene::mesh::{self, Mesh};
 
 /// Errors that are described one by one; a file of garbage has millions.
 const MAX_ERRORS: usize = 100;
@@ -45,11 +48,35 @@ pub(super) struct Reports<'t> {
     errors: Vec<Report>,
     unlisted: usize,
     warnings: Vec<Report>,
+    /// Where the files are that the text names.
+    folder: PathBuf,
+    /// Those that were read; a file that could not be is complained of once.
+    meshes: HashMap<PathBuf, Result<Arc<Mesh>, Reported>>,
 }
 
 impl<'t> Reports<'t> {
     pub(super) fn new(text: &'t str) -> Self {
-        Self { text, errors: Vec::new(), unlisted: 0, warnings: Vec::new() }
+        Self::beside(text, Path::new(""))
+    }
+
+    /// For a text whose files are in `folder`.
+    pub(super) fn beside(text: &'t str, folder: &Path) -> Self {
+        let (folder, meshes) = (folder.into(), HashMap::new());
+        Self { text, errors: Vec::new(), unlisted: 0, warnings: Vec::new(), folder, meshes }
+    }
+
+    /// The mesh of a file, read once.
+    pub(super) fn mesh(&mut self, file: &Placed<String>) -> Result<Arc<Mesh>, Reported> {
+        let path = self.folder.join(&file.value);
+        if let Some(mesh) = self.meshes.get(&path) {
+            return mesh.clone();
+        }
+        let mesh = match mesh::read(&path) {
+            Ok(mesh) => Ok(Arc::new(mesh)),
+            Err(error) => Err(self.error(file.at, error.to_string())),
+        };
+        self.meshes.insert(path, mesh.clone());
+        mesh
     }
 
     pub(super) fn has_errors(&self) -> bool {

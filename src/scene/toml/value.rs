@@ -346,6 +346,62 @@ impl Form for Pair {
     }
 }
 
+/// One number for three axes, or three numbers.
+pub(super) struct Triple(pub(super) Number);
+
+impl Form for Triple {
+    type Output = DVec3;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<DVec3, Reported> {
+        match value.get_ref() {
+            DeValue::Integer(_) | DeValue::Float(_) => self.0.read(key, value, reports).map(DVec3::splat),
+            _ => {
+                let expected = "a number, or an array of 3 numbers (x, y, z)";
+                components(&self.0, SPACE, expected, key, value, reports).map(DVec3::from_array)
+            }
+        }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "anyOf": [self.0.schema(), array_schema(&self.0, 3)] })
+    }
+}
+
+/// Three rows of four numbers.
+pub(super) struct Rows(pub(super) Number);
+
+impl Form for Rows {
+    type Output = [[f64; 4]; 3];
+
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        reports: &mut Reports<'_>,
+    ) -> Result<Self::Output, Reported> {
+        let expected = "an array of 3 rows of 4 numbers";
+        let DeValue::Array(rows) = value.get_ref() else {
+            return Err(wrong_type(key, expected, value, reports));
+        };
+        if rows.len() != 3 {
+            let message = format!("{key} must be {expected}, not an array of {}", rows.len());
+            return Err(reports.error(value.span().start, message));
+        }
+        let mut read = [Ok([0.0; 4]); 3];
+        for ((read, row), name) in read.iter_mut().zip(rows.iter()).zip(["first", "second", "third"]) {
+            let axes = ["x", "y", "z", "translation"];
+            let key = format!("the {name} row of {key}");
+            *read = components(&self.0, axes, "an array of 4 numbers", &key, row, reports);
+        }
+        let [x, y, z] = read;
+        Ok([x?, y?, z?])
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "array", "items": array_schema(&self.0, 4), "minItems": 3, "maxItems": 3 })
+    }
+}
+
 /// `true` or `false`.
 pub(super) struct Flag;
 

@@ -39,14 +39,14 @@ impl Item {
 }
 
 /// A node of the binary tree.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Split {
     pub(super) bounds: Bounds,
     pub(super) below: Below,
 }
 
 /// What a node holds.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Below {
     /// Two nodes, of which the first follows.
     Two { second: u32 },
@@ -56,22 +56,52 @@ pub(super) enum Below {
 
 /// Sorts the things and returns the tree over them, its root first. The same things in the same order give
 /// the same tree. There is at least one thing, and all have finite bounds.
-pub(super) fn build(items: &mut [Item]) -> Vec<Split> {
-    let mut splits = Vec::with_capacity(items.len() / 2 + 1);
-    grow(items, 0, 0, &mut splits);
+///
+/// Up to so many threads work at it, which does not show in the tree.
+pub(super) fn build(items: &mut [Item], threads: usize) -> Vec<Split> {
+    let mut splits = Vec::new();
+    grow(items, 0, 0, &mut splits, threads);
     splits
 }
 
-fn grow(items: &mut [Item], first: u32, depth: u32, splits: &mut Vec<Split>) {
+/// The fewest things that are worth a thread.
+const THREAD_PAYS_FROM: usize = 1 << 13;
+
+fn grow(items: &mut [Item], first: u32, depth: u32, splits: &mut Vec<Split>, threads: usize) {
     let bounds = items.iter().fold(Bounds::NOTHING, |bounds, item| bounds.with(&item.bounds));
     let at = splits.len();
     let count = items.len() as u32;
     splits.push(Split { bounds, below: Below::Leaf { first, count } });
     let Some(middle) = divide(items, &bounds, depth) else { return };
     let (low, high) = items.split_at_mut(middle);
-    grow(low, first, depth + 1, splits);
-    splits[at].below = Below::Two { second: splits.len() as u32 };
-    grow(high, first + middle as u32, depth + 1, splits);
+    let second = first + middle as u32;
+    if threads < 2 || low.len().min(high.len()) < THREAD_PAYS_FROM {
+        grow(low, first, depth + 1, splits, threads);
+        splits[at].below = Below::Two { second: splits.len() as u32 };
+        grow(high, second, depth + 1, splits, threads);
+        return;
+    }
+    // As many for each side as it has things.
+    let share = low.len() as f64 / (low.len() + high.len()) as f64;
+    let for_low = ((threads as f64 * share).round() as usize).clamp(1, threads - 1);
+    let above = std::thread::scope(|scope| {
+        let work = scope.spawn(|| {
+            let mut above = Vec::new();
+            grow(high, second, depth + 1, &mut above, threads - for_low);
+            above
+        });
+        grow(low, first, depth + 1, splits, for_low);
+        work.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    });
+    let base = splits.len() as u32;
+    splits[at].below = Below::Two { second: base };
+    splits.extend(above.into_iter().map(|split| Split {
+        below: match split.below {
+            Below::Two { second } => Below::Two { second: base + second },
+            leaf => leaf,
+        },
+        ..split
+    }));
 }
 
 /// How many rounds it takes to test so many things.

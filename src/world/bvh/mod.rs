@@ -10,7 +10,7 @@ mod tests;
 mod traverse;
 
 use self::build::Item;
-use self::node::{Nodes, QUAD, SPHERE};
+use self::node::{Nodes, QUAD, SPHERE, TRIANGLE};
 use self::traverse::{Any, Closest, Rays};
 use super::{Geometry, Hit, Simple, Union, World};
 use crate::math::lanes::MAX_LANES;
@@ -49,9 +49,13 @@ impl Bvh {
                 None => beside.quads.push(*quad),
             }
         }
+        items.extend(
+            (0..all.triangles.len()).filter_map(|i| item(change(all.triangles.bounds(i)), TRIANGLE, i)),
+        );
         let tree = (!items.is_empty()).then(|| {
-            let splits = build::build(&mut items);
-            Nodes::new(&splits, &items, &all.spheres, &all.quads)
+            let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+            let splits = build::build(&mut items, threads);
+            Nodes::new(&splits, &items, all)
         });
         Union { first: beside, second: Bvh { tree } }
     }

@@ -3,6 +3,7 @@
 use super::build::{Below, Item, LEAF, Split};
 use crate::math::{Bounds, Float, Vec3};
 use crate::shape::{Quad, QuadForm, Sphere, SphereForm};
+use crate::world::{FIRST_TRIANGLE, Simple, Triangles};
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -27,12 +28,14 @@ pub(super) enum Target {
     Node(usize),
     Spheres(usize),
     Quads(usize),
+    Triangles(usize),
 }
 
 impl Child {
     const INDEX_BITS: u32 = 29;
     const SPHERES: u32 = 1;
     const QUADS: u32 = 2;
+    const TRIANGLES: u32 = 3;
 
     fn new(tag: u32, index: usize) -> Child {
         assert!(index < 1 << Child::INDEX_BITS, "a tree of {index} nodes");
@@ -45,7 +48,8 @@ impl Child {
         match self.0 >> Child::INDEX_BITS {
             0 => Target::Node(index),
             Child::SPHERES => Target::Spheres(index),
-            _ => Target::Quads(index),
+            Child::QUADS => Target::Quads(index),
+            _ => Target::Triangles(index),
         }
     }
 }
@@ -53,6 +57,7 @@ impl Child {
 /// The kinds of things, as [`Item::kind`] has them.
 pub(super) const SPHERE: u32 = 0;
 pub(super) const QUAD: u32 = 1;
+pub(super) const TRIANGLE: u32 = 2;
 
 /// Eight spheres, one column for each property. Places that are left over hold NaN, which nothing meets.
 #[derive(Clone, Debug)]
@@ -72,6 +77,14 @@ pub(super) struct Quads {
     distance: [f32; LEAF],
     u_axis: [[f32; LEAF]; 4],
     v_axis: [[f32; LEAF]; 4],
+    pub(super) rows: [u32; LEAF],
+}
+
+/// Eight triangles likewise.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Eight {
+    corners: [[[f32; LEAF]; 3]; 3],
     pub(super) rows: [u32; LEAF],
 }
 
@@ -151,6 +164,32 @@ impl Quads {
     }
 }
 
+impl Eight {
+    fn new(triangles: &Triangles, indices: impl Iterator<Item = u32>) -> Eight {
+        let mut block = Eight { corners: [[[f32::NAN; LEAF]; 3]; 3], rows: [u32::MAX; LEAF] };
+        for (lane, index) in indices.enumerate() {
+            for (columns, corner) in block.corners.iter_mut().zip(triangles.positions_of(index as usize)) {
+                place(columns, lane, corner);
+            }
+            block.rows[lane] = FIRST_TRIANGLE | index;
+        }
+        block
+    }
+
+    /// The corners, their coordinates in this order.
+    #[inline(always)]
+    pub(super) fn corners<F: Float>(&self, order: [usize; 3]) -> [Vec3<F>; 3] {
+        let [x, y, z] = order;
+        [0, 1, 2].map(
+            #[inline(always)]
+            |corner| {
+                let columns = &self.corners[corner];
+                Vec3::new(F::load(&columns[x]), F::load(&columns[y]), F::load(&columns[z]))
+            },
+        )
+    }
+}
+
 /// The tree as rays go through it.
 #[derive(Clone, Debug)]
 pub(super) struct Nodes {
@@ -158,39 +197,45 @@ pub(super) struct Nodes {
     pub(super) nodes: Vec<Node>,
     pub(super) spheres: Vec<Spheres>,
     pub(super) quads: Vec<Quads>,
+    pub(super) triangles: Vec<Eight>,
 }
 
 impl Nodes {
     /// Makes nodes of eight children from those of two: a node takes its children's children in their place, the
     /// largest first, until it has eight.
-    pub(super) fn new(
-        splits: &[Split],
-        items: &[Item],
-        spheres: &[(Sphere, u32)],
-        quads: &[(Quad, u32)],
-    ) -> Nodes {
-        let mut nodes = Nodes { root: Child(0), nodes: Vec::new(), spheres: Vec::new(), quads: Vec::new() };
-        nodes.root = nodes.add(0, splits, items, spheres, quads);
+    pub(super) fn new(splits: &[Split], items: &[Item], things: &Simple) -> Nodes {
+        let mut nodes = Nodes {
+            root: Child(0),
+            nodes: Vec::new(),
+            spheres: Vec::new(),
+            quads: Vec::new(),
+            triangles: Vec::new(),
+        };
+        nodes.root = nodes.add(0, splits, items, things);
         nodes
     }
 
-    fn add(
-        &mut self,
-        split: usize,
-        splits: &[Split],
-        items: &[Item],
-        spheres: &[(Sphere, u32)],
-        quads: &[(Quad, u32)],
-    ) -> Child {
-        if let Below::Leaf { first, count } = splits[split].below {
-            let items = &items[first as usize..(first + count) as usize];
-            return if items[0].kind == SPHERE {
-                self.spheres.push(Spheres::new(items.iter().map(|item| spheres[item.index as usize])));
+    fn add_leaf(&mut self, items: &[Item], things: &Simple) -> Child {
+        let indices = items.iter().map(|item| item.index as usize);
+        match items[0].kind {
+            SPHERE => {
+                self.spheres.push(Spheres::new(indices.map(|i| things.spheres[i])));
                 Child::new(Child::SPHERES, self.spheres.len() - 1)
-            } else {
-                self.quads.push(Quads::new(items.iter().map(|item| quads[item.index as usize])));
+            }
+            QUAD => {
+                self.quads.push(Quads::new(indices.map(|i| things.quads[i])));
                 Child::new(Child::QUADS, self.quads.len() - 1)
-            };
+            }
+            _ => {
+                self.triangles.push(Eight::new(&things.triangles, items.iter().map(|item| item.index)));
+                Child::new(Child::TRIANGLES, self.triangles.len() - 1)
+            }
+        }
+    }
+
+    fn add(&mut self, split: usize, splits: &[Split], items: &[Item], things: &Simple) -> Child {
+        if let Below::Leaf { first, count } = splits[split].below {
+            return self.add_leaf(&items[first as usize..(first + count) as usize], things);
         }
         let mut below = vec![split];
         while below.len() < WIDTH {
@@ -216,7 +261,7 @@ impl Nodes {
         }
         self.nodes.push(Node { planes, children: [nothing; WIDTH] });
         for (lane, &at) in below.iter().enumerate() {
-            let child = self.add(at, splits, items, spheres, quads);
+            let child = self.add(at, splits, items, things);
             self.nodes[index].children[lane] = child;
         }
         Child::new(0, index)

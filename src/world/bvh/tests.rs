@@ -5,9 +5,11 @@ use super::*;
 use crate::math::Vec3;
 use crate::math::lanes::{Kernel, Level, dispatch};
 use crate::sampling::Stream;
-use crate::shape::{NOTHING, Plane, Quad, Sphere};
-use glam::DVec3;
+use crate::shape::{Mesh, NOTHING, Plane, Quad, Sphere};
+use crate::world::Triangles;
+use glam::{DAffine3, DVec3};
 use rand::RngExt;
+use std::sync::Arc;
 
 fn direction(stream: &mut Stream) -> DVec3 {
     let z = stream.random_range(-1.0..1.0_f64);
@@ -37,6 +39,7 @@ fn jumble(stream: &mut Stream) -> Jumble {
     let mut bounded = Simple::default();
     let mut unbounded = Simple::default();
     let mut targets = Vec::new();
+    let mut mesh = Mesh::default();
     let mut rows: Vec<u32> = (0..3 * count).collect();
     // Rows in no order of place, and not every one.
     for i in (1..rows.len()).rev() {
@@ -46,7 +49,27 @@ fn jumble(stream: &mut Stream) -> Jumble {
         let size = scale * 10_f64.powf(stream.random_range(-3.0..0.0) * stream.random_range(0.0..2.0));
         let centre = place + direction(stream) * scale * spread * stream.random::<f64>();
         let twice = stream.random_range(0..5) == 0;
-        match stream.random_range(0..16) {
+        match stream.random_range(0..24) {
+            16..=23 => {
+                // Slivers, needles, points; some share vertices with the last.
+                let thin = [1.0, 1.0, 1e-3, 1e-6, 0.0][stream.random_range(0..5)];
+                let (u, v) = match stream.random_range(0..3) {
+                    0 => (DVec3::X, DVec3::Y),
+                    1 => (DVec3::NEG_Y, DVec3::Z),
+                    _ => (direction(stream), direction(stream)),
+                };
+                let corners = [centre, centre + u * size, centre + v * size * thin];
+                let base = mesh.positions.len() as u32;
+                mesh.positions.extend(corners.map(|p| p.to_array().map(|x| x as f32)));
+                let shared = if base > 0 && twice { base - 1 } else { base };
+                mesh.triangles.push([shared, base + 1, base + 2]);
+                if twice {
+                    mesh.triangles.push([base + 2, base + 1, shared]);
+                }
+                targets.extend(corners);
+                targets.push((corners[0] + corners[1]) * 0.5);
+                targets.push((corners[0] + corners[1] + corners[2]) / 3.0);
+            }
             0..8 => {
                 let sphere = Sphere::new(centre, size);
                 bounded.spheres.push((sphere, row));
@@ -56,7 +79,7 @@ fn jumble(stream: &mut Stream) -> Jumble {
                 targets.extend((0..4).map(|_| centre + direction(stream) * size));
                 targets.extend([DVec3::X, DVec3::NEG_Y, DVec3::Z].map(|axis| centre + axis * size));
             }
-            8..15 => {
+            8..=14 => {
                 let u = match stream.random_range(0..2) {
                     0 => direction(stream),
                     _ => [DVec3::X, DVec3::Y, DVec3::NEG_Z][stream.random_range(0..3)],
@@ -86,6 +109,9 @@ fn jumble(stream: &mut Stream) -> Jumble {
     bounded.spheres.sort_by_key(|(_, row)| *row);
     bounded.quads.sort_by_key(|(_, row)| *row);
     unbounded.planes.sort_by_key(|(_, row)| *row);
+    let mut triangles = Triangles::default();
+    triangles.push(&mesh, &DAffine3::IDENTITY, 0);
+    bounded.triangles = Arc::new(triangles);
     Jumble { geometry: Union { first: unbounded, second: bounded }, scale, targets }
 }
 
@@ -281,13 +307,19 @@ fn no_tree_is_deeper_than_a_rays_stack() {
     let stream = &mut Stream::new(13, 0, 0);
     let point = |x: f32, y: f32| Bounds::of([[x, y, 0.0]]);
     // Anywhere; all in one place; each half as far out as the last, down to the least numbers.
-    let anywhere: Vec<_> = (0..20_000).map(|_| point(stream.random(), stream.random())).collect();
+    let anywhere: Vec<_> = (0..60_000).map(|_| point(stream.random(), stream.random())).collect();
     let heap = vec![point(1.0, 1.0); 3000];
     let halves: Vec<_> = (0..2000).map(|i| point(0.5_f32.powi(i % 150), 0.0)).collect();
-    for (boxes, deepest) in [(anywhere, 30), (heap, 12), (halves, MAX_DEPTH)] {
+    for (boxes, deepest) in [(anywhere, 40), (heap, 12), (halves, MAX_DEPTH)] {
         let make = |(index, &bounds)| Item { bounds, kind: index as u32 % 2, index: index as u32 };
         let mut items: Vec<_> = boxes.iter().enumerate().map(make).collect();
-        let splits = build(&mut items);
+        let unsorted = items.clone();
+        let splits = build(&mut items, 1);
+        // The same tree from any number of threads.
+        for threads in [2, 3, 16] {
+            let mut copy = unsorted.clone();
+            assert!(build(&mut copy, threads) == splits, "{threads} threads");
+        }
         let depth = check(&splits, &items);
         assert!(depth <= deepest, "{depth} levels");
     }

@@ -7,7 +7,7 @@ use super::build::MAX_DEPTH;
 use super::node::{Child, Node, Nodes, Target, WIDTH};
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Vec3};
-use crate::shape::{BOUNDS_ERROR, NOTHING};
+use crate::shape::{BOUNDS_ERROR, NOTHING, Sheared};
 
 /// Children that wait while a ray looks at nearer ones: seven at each level at most.
 const STACK: usize = (MAX_DEPTH * (WIDTH - 1)).next_power_of_two();
@@ -61,6 +61,8 @@ impl Rays {
 /// One ray in eight lanes, with what boxes ask of it.
 struct Probe<F> {
     ray: Ray<F>,
+    /// The ray as triangles see it, and the order of its coordinates.
+    sheared: (Sheared<F>, [usize; 3]),
     /// 1/d.
     inverse: Vec3<F>,
     /// The origin as near sides see it, and as far sides do: moved apart by the error of a hit (see
@@ -84,6 +86,7 @@ impl<F: Float> Probe<F> {
         let moved = |i: usize, by: f32| o[i] + if back[i] { -by } else { by };
         Probe {
             ray: Ray { o: splat(o), d: splat(d) },
+            sheared: Sheared::one(ray),
             inverse: splat(d.map(|d| 1.0 / d)),
             near_o: splat([0, 1, 2].map(|i| moved(i, error))),
             far_o: splat([0, 1, 2].map(|i| moved(i, -error))),
@@ -171,8 +174,14 @@ fn visit<F: Float>(
 
 /// Distances to eight things, and their rows.
 #[inline(always)]
-fn distances<'a, F: Float>(tree: &'a Nodes, target: Target, ray: &Ray<F>) -> (F, &'a [u32; WIDTH]) {
+fn distances<'a, F: Float>(tree: &'a Nodes, target: Target, probe: &Probe<F>) -> (F, &'a [u32; WIDTH]) {
+    let ray = &probe.ray;
     match target {
+        Target::Triangles(index) => {
+            let block = &tree.triangles[index];
+            let (sheared, order) = &probe.sheared;
+            (sheared.meet(block.corners(*order)).t, &block.rows)
+        }
         Target::Spheres(index) => {
             let block = &tree.spheres[index];
             (block.form().intersect(ray), &block.rows)
@@ -203,7 +212,7 @@ impl Kernel for Closest<'_> {
             let probe = Probe::<F::Octet>::new(&ray);
             let (mut best, mut best_row) = (NOTHING, u32::MAX);
             visit(tree, &probe, NOTHING, &mut stack, |target, _| {
-                let (t, block_rows) = distances(tree, target, &probe.ray);
+                let (t, block_rows) = distances(tree, target, &probe);
                 let wide = F::Octet::splat;
                 let mut near = (t.lt(wide(NOTHING)) & t.le(wide(best))).bits();
                 if near != 0 {
@@ -245,7 +254,7 @@ impl Kernel for Any<'_> {
             let probe = Probe::<F::Octet>::new(&ray);
             let limit = t_max[lane];
             visit(tree, &probe, limit, &mut stack, |target, limit| {
-                let (t, _) = distances(tree, target, &probe.ray);
+                let (t, _) = distances(tree, target, &probe);
                 if t.lt(F::Octet::splat(limit)).any() {
                     met |= 1 << lane;
                     return None;

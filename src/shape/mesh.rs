@@ -1,0 +1,103 @@
+//! Triangle meshes as their files have them.
+
+/// A surface of triangles in a space of its own, checked: every index is that of a vertex, every number is finite.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// The vertices.
+    pub positions: Vec<[f32; 3]>,
+    /// Normals for shading, one a vertex, of any length; or none at all.
+    pub normals: Vec<[f32; 3]>,
+    /// uv, one a vertex; or none at all, which stands for (0, 0), (1, 0) and (1, 1) at each triangle's corners.
+    pub uv: Vec<[f32; 2]>,
+    /// The triangles' corners, counter-clockwise from outside; at least one.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Coordinates as far out as this have squares and areas that fit 32 bits.
+const FARTHEST: f32 = 1e18;
+
+/// The most triangles and vertices: they are numbered in 31 bits.
+pub const MOST: usize = 1 << 30;
+
+/// Why numbers are no mesh.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MeshError {
+    /// There is nothing to see.
+    #[error("there is no triangle in it")]
+    Empty,
+    /// More than can be numbered.
+    #[error("it has {0} vertices or triangles, more than stride can number (2³⁰)")]
+    TooMany(usize),
+    /// A corner is no vertex.
+    #[error("triangle {triangle} has vertex {index}, but there are only {vertices} (counted from 0)")]
+    NoSuchVertex {
+        /// Which triangle, from 0.
+        triangle: usize,
+        /// The index of its corner.
+        index: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// NaN, an infinity, or too far out.
+    #[error("vertex {0} (counted from 0) has a {1} that is not a number, or larger than 10¹⁸")]
+    NotFinite(usize, &'static str),
+}
+
+impl Mesh {
+    /// Checks a mesh.
+    pub fn check(&self) -> Result<(), MeshError> {
+        let vertices = self.positions.len();
+        debug_assert!(self.normals.is_empty() || self.normals.len() == vertices);
+        debug_assert!(self.uv.is_empty() || self.uv.len() == vertices);
+        if self.triangles.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        let most = vertices.max(self.triangles.len());
+        if most > MOST {
+            return Err(MeshError::TooMany(most));
+        }
+        let fits = |numbers: &[f32]| numbers.iter().all(|x| x.abs() <= FARTHEST);
+        if let Some(i) = self.positions.iter().position(|p| !fits(p)) {
+            return Err(MeshError::NotFinite(i, "position"));
+        }
+        if let Some(i) = self.normals.iter().position(|n| !fits(n)) {
+            return Err(MeshError::NotFinite(i, "normal"));
+        }
+        if let Some(i) = self.uv.iter().position(|uv| !fits(uv)) {
+            return Err(MeshError::NotFinite(i, "uv"));
+        }
+        for (triangle, corners) in self.triangles.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|&&index| index as usize >= vertices) {
+                return Err(MeshError::NoSuchVertex { triangle, index, vertices });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_are_no_mesh_are_refused() {
+        let good = Mesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        };
+        assert_eq!(good.check(), Ok(()));
+        assert_eq!(Mesh::default().check(), Err(MeshError::Empty));
+        let outside = Mesh { triangles: vec![[0, 1, 2], [2, 3, 1]], ..good.clone() };
+        assert_eq!(outside.check(), Err(MeshError::NoSuchVertex { triangle: 1, index: 3, vertices: 3 }));
+        for bad in [f32::NAN, f32::INFINITY, 1e19] {
+            let mut mesh = good.clone();
+            mesh.positions[1][2] = bad;
+            assert_eq!(mesh.check(), Err(MeshError::NotFinite(1, "position")));
+            let mesh = Mesh { normals: vec![[0.0; 3], [0.0; 3], [bad; 3]], ..good.clone() };
+            assert_eq!(mesh.check(), Err(MeshError::NotFinite(2, "normal")));
+            let mesh = Mesh { uv: vec![[bad; 2], [0.0; 2], [0.0; 2]], ..good.clone() };
+            assert_eq!(mesh.check(), Err(MeshError::NotFinite(0, "uv")));
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! The triangle, without a gap between neighbours.
+
+use super::{NOTHING, POSITION_ERROR, UNIT_ROUNDOFF};
+use crate::math::{Float, Mask, Ray, Vec3};
+
+/// A ray in the coordinates in which it asks triangles: the axis along which it is longest comes third, and the
+/// other two are sheared so that the ray runs along the third (Woop, Benthin and Wald 2013, "Watertight
+/// Ray/Triangle Intersection").
+///
+/// Neighbours see a shared vertex at the same two sheared coordinates, and a shared edge's test differs only in
+/// its sign, so that a ray that passes between them passes on the inner side, or on the edge, of one at least.
+#[derive(Clone, Copy, Debug)]
+pub struct Sheared<F> {
+    /// The origin, its coordinates in the ray's own order.
+    o: Vec3<F>,
+    /// dx/dz, dy/dz and 1/dz in that order.
+    shear: Vec3<F>,
+    /// 1/dx and 1/dy; NaN for the inverse of zero, which makes NaN of all three corners and so bounds nothing,
+    /// where an infinity would make NaN of those in the ray's plane alone.
+    inverse: [F; 2],
+}
+
+#[inline(always)]
+fn inverse<F: Float>(d: F) -> F {
+    let inverse = F::splat(1.0) / d;
+    inverse + inverse * F::zero()
+}
+
+impl<F: Float> Sheared<F> {
+    /// One ray, in every lane, and the order of its coordinates.
+    #[inline(always)]
+    pub fn one(ray: &Ray<f32>) -> (Self, [usize; 3]) {
+        let (o, d) = ([ray.o.x, ray.o.y, ray.o.z], [ray.d.x, ray.d.y, ray.d.z]);
+        let longest = if d[0].abs() > d[1].abs() { 0 } else { 1 };
+        let z = if d[longest].abs() > d[2].abs() { longest } else { 2 };
+        let order = [(z + 1) % 3, (z + 2) % 3, z];
+        let [dx, dy, dz] = order.map(|i| d[i]);
+        let sheared = Sheared {
+            o: Vec3::splat(order.map(|i| o[i])),
+            shear: Vec3::splat([dx / dz, dy / dz, 1.0 / dz]),
+            inverse: [F::splat(inverse(dx)), F::splat(inverse(dy))],
+        };
+        (sheared, order)
+    }
+}
+
+/// Rays of which each has its own order.
+#[derive(Clone, Copy, Debug)]
+pub struct Shears<F: Float> {
+    sheared: Sheared<F>,
+    /// Whether the first coordinate comes last, and whether the second does.
+    x_last: F::Mask,
+    y_last: F::Mask,
+}
+
+impl<F: Float> Shears<F> {
+    /// One ray a lane.
+    #[inline(always)]
+    pub fn new(ray: &Ray<F>) -> Self {
+        let [x, y, z] = [ray.d.x.abs(), ray.d.y.abs(), ray.d.z.abs()];
+        let x_longest = x.gt(y);
+        let beyond_z = F::select(x_longest, x, y).gt(z);
+        let (x_last, y_last) = (x_longest & beyond_z, !x_longest & beyond_z);
+        let (o, d) = (order(x_last, y_last, ray.o), order(x_last, y_last, ray.d));
+        let one = F::splat(1.0);
+        let sheared = Sheared {
+            o,
+            shear: Vec3::new(d.x / d.z, d.y / d.z, one / d.z),
+            inverse: [inverse(d.x), inverse(d.y)],
+        };
+        Shears { sheared, x_last, y_last }
+    }
+
+    /// Where each lane's ray meets its triangle.
+    #[inline(always)]
+    pub fn meet(&self, corners: [Vec3<F>; 3]) -> Meeting<F> {
+        let corners = corners.map(
+            #[inline(always)]
+            |corner| order(self.x_last, self.y_last, corner),
+        );
+        self.sheared.meet(corners)
+    }
+}
+
+/// Coordinates in a ray's order: the one after the last comes first.
+#[inline(always)]
+fn order<F: Float>(x_last: F::Mask, y_last: F::Mask, v: Vec3<F>) -> Vec3<F> {
+    let pick = |x, y, z| F::select(x_last, x, F::select(y_last, y, z));
+    Vec3::new(pick(v.y, v.z, v.x), pick(v.z, v.x, v.y), pick(v.x, v.y, v.z))
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting<F> {
+    /// Distance, or [`NOTHING`].
+    pub t: F,
+    /// The weights of the second and the third corner; nonsense where nothing is met.
+    pub weights: [F; 2],
+}
+
+/// The lanes in which no two numbers have different signs.
+#[inline(always)]
+fn one_sign<F: Float>(u: F, v: F, w: F) -> F::Mask {
+    let zero = F::zero();
+    let front = zero.le(u) & zero.le(v) & zero.le(w);
+    let back = u.le(zero) & v.le(zero) & w.le(zero);
+    front | back
+}
+
+/// What is left of a·b − c·d where both products round to the same number: the difference of their rounding
+/// errors, each exact (Dekker 1971). Its sign is the true one, and turns when the products change places.
+#[inline(always)]
+fn exact_difference<F: Float>([a, b]: [F; 2], [c, d]: [F; 2]) -> F {
+    let halves = |x: F| {
+        let big = x * F::splat(4097.0);
+        let high = big - (big - x);
+        (high, x - high)
+    };
+    let error = |x: F, y: F| {
+        let ((xh, xl), (yh, yl)) = (halves(x), halves(y));
+        ((xh * yh - x * y) + xh * yl + xl * yh) + xl * yl
+    };
+    error(a, b) - error(c, d)
+}
+
+impl<F: Float> Sheared<F> {
+    /// Where the ray meets a triangle, whose corners are in the order of the ray's coordinates.
+    ///
+    /// The distance is never outside of the triangle's own box, however small the angle at which the ray meets
+    /// it, so that a box can speak for it (see [`super::BOUNDS_ERROR`]).
+    #[inline(always)]
+    pub fn meet(&self, corners: [Vec3<F>; 3]) -> Meeting<F> {
+        let shear = self.shear;
+        let [a, b, c] = corners.map(
+            #[inline(always)]
+            |corner| corner - self.o,
+        );
+        let flat = |w: Vec3<F>| [w.x - shear.x * w.z, w.y - shear.y * w.z];
+        let ([ax, ay], [bx, by], [cx, cy]) = (flat(a), flat(b), flat(c));
+        // Twice the areas between the ray and each side.
+        let (mut u, mut v, mut w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
+        let mut inside = one_sign(u, v, w);
+        let mut t = F::splat(NOTHING);
+        if inside.any() {
+            // Where rounding makes a difference zero, a ray far beside a small triangle seems to be on its side.
+            let zero = F::zero();
+            let doubtful = inside & u.abs().min(v.abs()).min(w.abs()).le(zero);
+            if doubtful.any() {
+                u = F::select(doubtful & u.abs().le(zero), exact_difference([cx, by], [cy, bx]), u);
+                v = F::select(doubtful & v.abs().le(zero), exact_difference([ax, cy], [ay, cx]), v);
+                w = F::select(doubtful & w.abs().le(zero), exact_difference([bx, ay], [by, ax]), w);
+                inside = one_sign(u, v, w);
+            }
+        }
+        let per_area = F::splat(1.0) / (u + v + w);
+        if inside.any() {
+            let zero = F::zero();
+            let (az, bz, cz) = (a.z * shear.z, b.z * shear.z, c.z * shear.z);
+            let mean = (u * az + v * bz + w * cz) * per_area;
+            // Where the ray is in the triangle's box, along all three axes.
+            let span = |p: F, q: F, r: F| (p.min(q).min(r), p.max(q).max(r));
+            let [by_x, by_y] = self.inverse;
+            let (x_near, x_far) = span(a.x * by_x, b.x * by_x, c.x * by_x);
+            let (y_near, y_far) = span(a.y * by_y, b.y * by_y, c.y * by_y);
+            let (z_near, z_far) = span(az, bz, cz);
+            let clamped = x_far.min(y_far.min(z_far.min(mean)));
+            let clamped = x_near.max(y_near.max(z_near.max(clamped)));
+            // Seen from its edge a triangle has no area, and `mean` is NaN or infinite.
+            let met = inside & mean.abs().lt(F::splat(NOTHING)) & clamped.gt(zero);
+            t = F::select(met, clamped, t);
+        }
+        Meeting { t, weights: [v * per_area, w * per_area] }
+    }
+}
+
+/// A triangle's share of its hits' error bound, for each unit of its longest side, times that side's square
+/// over twice the area: the sheared areas are off by a few roundings of the square, and the distance by as much
+/// over the area.
+const TRIANGLE_ERROR: f32 = 8.0 * UNIT_ROUNDOFF;
+
+/// The longest side's square over twice the area, of triangles that still get the bound they need.
+const FLATTEST: f32 = 2000.0;
+
+/// How far at most a point that is computed as the mean of a triangle's corners lies off the triangle, plus how
+/// close to it a ray may start without meeting it again: of a corner and the sides that begin there.
+///
+/// A needle would need a bound that is as long as itself; it gets less, and may shade itself.
+#[inline(always)]
+pub fn triangle_error<F: Float>(a: Vec3<F>, ab: Vec3<F>, ac: Vec3<F>) -> F {
+    let size = ab.max_abs().max(ac.max_abs());
+    let flatness = (size * size / ab.cross(ac).length()).min(F::splat(FLATTEST));
+    a.max_abs().max(size) * (2.0 * POSITION_ERROR) + size * flatness * TRIANGLE_ERROR
+}

@@ -1,0 +1,98 @@
+//! The triangles of all meshes, in world space.
+
+use crate::math::{Bounds, Float, Uint, Vec3};
+use crate::shape::{BOUNDS_ERROR, Mesh};
+use glam::{DAffine3, DVec3};
+
+/// Surfaces are numbered: rows of the surface table from 0, and triangles from here.
+pub const FIRST_TRIANGLE: u32 = 1 << 31;
+
+/// Triangles of all meshes, one column for each property.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Triangles {
+    /// Corners, as indices of vertices.
+    pub corners: [Vec<u32>; 3],
+    /// The rows of their entities in the surface table.
+    pub rows: Vec<u32>,
+    /// The vertices, in world space.
+    pub positions: [Vec<f32>; 3],
+    /// Shading normals of the vertices, towards the outward side; zero where the mesh has none.
+    pub normals: [Vec<f32>; 3],
+    /// uv of the vertices.
+    pub uv: [Vec<f32>; 2],
+    /// Whether any vertex has a shading normal.
+    pub has_normals: bool,
+}
+
+impl Triangles {
+    /// How many triangles there are.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Adds a mesh where a transform takes it, as the surface of a row, and returns its first triangle.
+    ///
+    /// A transform that mirrors turns the order of the corners, so that what was outward stays it.
+    pub fn push(&mut self, mesh: &Mesh, transform: &DAffine3, row: u32) -> usize {
+        let first = self.len();
+        let base = self.positions[0].len() as u32;
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        for &p in &mesh.positions {
+            let p = transform.transform_point3(wide(p)).to_array();
+            self.positions.iter_mut().zip(p).for_each(|(column, x)| column.push(x as f32));
+        }
+        let mirrors = transform.matrix3.determinant() < 0.0;
+        // Normals go by the inverse's transpose; a mirror turns the sides, and normals with them.
+        let turned = transform.matrix3.inverse().transpose();
+        for &n in &mesh.normals {
+            let n = (turned * wide(n)).normalize_or_zero().to_array();
+            self.normals.iter_mut().zip(n).for_each(|(column, x)| column.push(x as f32));
+        }
+        for &uv in &mesh.uv {
+            self.uv.iter_mut().zip(uv).for_each(|(column, x)| column.push(x));
+        }
+        self.has_normals |= !mesh.normals.is_empty();
+        let vertices = self.positions[0].len();
+        self.normals.iter_mut().for_each(|column| column.resize(vertices, 0.0));
+        self.uv.iter_mut().for_each(|column| column.resize(vertices, f32::NAN));
+        for &[a, b, c] in &mesh.triangles {
+            let corners = if mirrors { [a, c, b] } else { [a, b, c] };
+            self.corners.iter_mut().zip(corners).for_each(|(column, i)| column.push(base + i));
+            self.rows.push(row);
+        }
+        first
+    }
+
+    /// A triangle's corners.
+    pub fn positions_of(&self, triangle: usize) -> [[f32; 3]; 3] {
+        [0, 1, 2].map(|corner| {
+            let vertex = self.corners[corner][triangle] as usize;
+            [0, 1, 2].map(|axis| self.positions[axis][vertex])
+        })
+    }
+
+    /// A box around a triangle, as [`crate::shape::Shape::bounds`] has it.
+    pub fn bounds(&self, triangle: usize) -> Bounds {
+        Bounds::of(self.positions_of(triangle)).grown(BOUNDS_ERROR)
+    }
+
+    /// The vertices of the corners of triangles, one triangle a lane.
+    #[inline(always)]
+    pub(super) fn vertices<F: Float>(&self, triangle: F::Uint) -> [F::Uint; 3] {
+        [0, 1, 2].map(
+            #[inline(always)]
+            |corner| F::Uint::gather(&self.corners[corner], triangle),
+        )
+    }
+
+    /// Positions of vertices.
+    #[inline(always)]
+    pub(super) fn position<F: Float>(&self, vertex: F::Uint) -> Vec3<F> {
+        Vec3::gather(&self.positions, vertex)
+    }
+}

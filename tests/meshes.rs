@@ -1,0 +1,304 @@
+//! Meshes: no ray slips between triangles, none meets the triangle it leaves, and what they are and how they
+//! shine is what spheres and quads of the same form are and do.
+//!
+//! Verdicts on pictures fall at the level stated in `common::blocks`.
+
+mod common;
+
+use common::blocks::compare;
+use common::scenes::*;
+use common::{estimate, integrator_in};
+use glam::{DAffine3, DVec3};
+use rand::RngExt;
+use std::sync::Arc;
+use stride::integrator::Paths;
+use stride::math::lanes::Level;
+use stride::math::{Frame, Ray, Vec3};
+use stride::render::Region;
+use stride::sampling::Stream;
+use stride::scene::{Entity, Filter, Integrator, Mesh, Sampler, Scene, Shape};
+use stride::shape::{NOTHING, offset_origin};
+use stride::world::{Bvh, Finder, World, compile};
+
+fn narrow(v: DVec3) -> Vec3<f32> {
+    Vec3::splat(v.to_array().map(|x| x as f32))
+}
+
+fn wide(v: Vec3<f32>) -> DVec3 {
+    DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
+}
+
+fn direction(stream: &mut Stream) -> DVec3 {
+    let z = stream.random_range(-1.0..1.0_f64);
+    let phi = stream.random_range(0.0..std::f64::consts::TAU);
+    let r = (1.0 - z * z).sqrt();
+    v(r * phi.cos(), r * phi.sin(), z)
+}
+
+/// A sphere of triangles whose vertices are pushed in and out at random: dents, ridges, slivers.
+fn crumpled(n: u32, depth: f64, centre: DVec3, stream: &mut Stream) -> Mesh {
+    let mut mesh = icosphere(DVec3::ZERO, 1.0, n, false);
+    for p in &mut mesh.positions {
+        let out = 1.0 + depth * (stream.random::<f64>() - 0.5);
+        *p = (DVec3::from(p.map(f64::from)) * out + centre).to_array().map(|x| x as f32);
+    }
+    mesh
+}
+
+#[test]
+fn no_ray_slips_out_of_a_closed_mesh() {
+    let stream = &mut Stream::new(31, 0, 0);
+    for (n, depth, centre) in [(1, 0.0, 0.0), (20, 0.02, 0.0), (60, 0.004, 3.0), (20, 0.3, 1e3)] {
+        let mesh = crumpled(n, depth, DVec3::splat(centre), stream);
+        let vertices = mesh.positions.clone();
+        let triangles = mesh.triangles.clone();
+        let (_, geometry) =
+            compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16);
+        let tree = Bvh::new(&geometry);
+        for i in 0..150_000 {
+            let o = narrow(DVec3::splat(centre) + direction(stream) * 0.5 * stream.random::<f64>());
+            let at = |corner: u32| DVec3::from(vertices[corner as usize].map(f64::from));
+            let [a, b, c] = triangles[stream.random_range(0..triangles.len())];
+            // At a vertex, at a point of an edge, along an axis, anywhere.
+            let d = match i % 4 {
+                0 => at(a) - wide(o),
+                1 => at(b).lerp(at(c), stream.random()) - wide(o),
+                2 => [DVec3::X, DVec3::NEG_Y, DVec3::Z][stream.random_range(0..3)],
+                _ => direction(stream),
+            };
+            let o = match i % 8 {
+                // Along an axis through a vertex, exactly.
+                2 => {
+                    let p = vertices[a as usize];
+                    let axis = [d.x, d.y, d.z].map(|x| x != 0.0);
+                    let middle = [o.x, o.y, o.z];
+                    let inside = [0, 1, 2].map(|i| if axis[i] { middle[i] } else { p[i] });
+                    let off: f32 = (0..3).map(|i| (inside[i] - centre as f32).powi(2)).sum();
+                    if off < 0.25 { Vec3::splat(inside) } else { o }
+                }
+                _ => o,
+            };
+            let ray = Ray { o, d: narrow(d.normalize()).normalized() };
+            assert!(tree.intersect(&ray, true).is_some(), "{n}: {ray:?} leaves");
+            assert!(tree.occluded(&ray, NOTHING, true), "{n}: {ray:?} leaves");
+        }
+    }
+}
+
+#[test]
+fn a_hole_of_one_triangle_in_thousands_is_noticed() {
+    let stream = &mut Stream::new(32, 0, 0);
+    let mut mesh = crumpled(20, 0.02, DVec3::ZERO, stream);
+    mesh.triangles.pop();
+    let (_, geometry) = compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16);
+    let tree = Bvh::new(&geometry);
+    let ray = |stream: &mut Stream| Ray { o: Vec3::zero(), d: narrow(direction(stream)).normalized() };
+    let out = (0..100_000).filter(|_| !tree.intersect(&ray(stream), true).is_some()).count();
+    assert!(out > 3, "{out}");
+}
+
+#[test]
+fn rays_that_leave_a_triangle_never_meet_it() {
+    let stream = &mut Stream::new(33, 0, 0);
+    let (mut rays, mut met, mut with_less) = (0, 0, 0);
+    for scale in [1e-4, 1.0, 1e5] {
+        for place in [0.0, 1.0, 1e3] {
+            for flat in [1.0, 0.05, 0.002] {
+                let a = direction(stream) * scale * place;
+                let (u, w) = (direction(stream), direction(stream));
+                let corners = [a, a + u * scale, a + (u * 0.5 + u.cross(w).normalize() * flat) * scale];
+                let mesh = Mesh {
+                    positions: corners.map(|p| p.to_array().map(|x| x as f32)).to_vec(),
+                    triangles: vec![[0, 1, 2]],
+                    ..Mesh::default()
+                };
+                let alone = scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]);
+                let (tables, world) = compile(&alone, 16, 16);
+                for _ in 0..3000 {
+                    let (b, c) = (stream.random::<f64>(), stream.random::<f64>());
+                    let (b, c) = if b + c > 1.0 { (1.0 - b, 1.0 - c) } else { (b, c) };
+                    let target = corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c;
+                    let far = scale * 10_f64.powf(stream.random_range(-2.0..3.0));
+                    let o = narrow(target + direction(stream) * far);
+                    let ray = Ray { o, d: narrow((target - wide(o)).normalize_or(DVec3::X)).normalized() };
+                    let hit = world.intersect(&ray, true);
+                    if !hit.is_some() {
+                        continue;
+                    }
+                    let point = tables.surfaces.point(&ray, &hit);
+                    // Seen at a small angle, a rounding of the corners moves a hit far.
+                    let off = (wide(point.p) - target).length();
+                    let steep = ray.d.dot(point.n).abs() > 0.1;
+                    assert!(!steep || off < 1e-2 * scale + 1e-5 * (far + place * scale), "{off}");
+                    let frame = Frame::around(point.n);
+                    let cos =
+                        10_f64.powf(stream.random_range(-6.0..0.0)) * [1.0, -1.0][stream.random_range(0..2)];
+                    let (sin, phi) =
+                        ((1.0 - cos * cos).sqrt(), stream.random_range(0.0..std::f64::consts::TAU));
+                    let d = frame.to_world(narrow(v(sin * phi.cos(), sin * phi.sin(), cos))).normalized();
+                    let leaves = |share: f32| {
+                        let o = offset_origin(point.p, point.n, point.error * share, d);
+                        !world.intersect(&Ray { o, d }, true).is_some()
+                    };
+                    rays += 1;
+                    met += u32::from(!leaves(1.0));
+                    with_less += u32::from(!leaves(0.001));
+                }
+            }
+        }
+    }
+    assert!(rays > 40_000, "{rays}");
+    assert_eq!(met, 0, "of {rays} rays");
+    // Negative control.
+    assert!(with_less > 100, "{with_less} of {rays} with a bound that is too small");
+}
+
+fn lit(entities: Vec<Entity>) -> Scene {
+    let mut lit = scene(vec![matte([0.7, 0.6, 0.5]), mirror([0.9; 3]), glass(1.5)], entities);
+    lit.environment = [0.3; 3];
+    // Through pixels' centres alone, rays would meet edges that one rounding moves.
+    lit.film.filter = Filter::Box { radius: 0.5 };
+    lit.render.max_depth = 6;
+    lit.render.samples = 64;
+    sized(lit, 48, 36)
+}
+
+fn with(mut scene: Scene, integrator: Integrator, spp: u32, seed: u32) -> Scene {
+    scene.render.integrator = integrator;
+    scene.render.samples = spp;
+    scene.render.seed = seed;
+    scene
+}
+
+/// A quad as two triangles.
+fn halves(corner: DVec3, u: DVec3, w: DVec3) -> Mesh {
+    Mesh {
+        positions: [corner, corner + u, corner + u + w, corner + w]
+            .map(|p| p.to_array().map(|x| x as f32))
+            .to_vec(),
+        uv: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+/// A room whose walls, lamp and box are quads, or the same as triangles.
+fn room(of_triangles: bool, lamp: f64) -> Scene {
+    let sheet = |corner: DVec3, u: DVec3, w: DVec3, material: usize| match of_triangles {
+        true => mesh(halves(corner, u, w), material),
+        false => quad(corner, u, w, material),
+    };
+    let entities = vec![
+        sheet(v(0.0, -3.0, -2.0), v(0.0, 6.0, 0.0), v(8.0, 0.0, 0.0), 3),
+        sheet(v(8.0, -3.0, -2.0), v(0.0, 0.0, 5.0), v(0.0, 6.0, 0.0), 0),
+        sheet(v(4.0, -1.0, -2.0), v(1.0, 1.0, 0.0), v(0.0, 0.0, 2.0), 1),
+        emitting(sheet(v(3.0, -1.0, 2.5), v(0.0, 1.5, 0.0), v(1.5, 0.3, 0.0), 0), lamp),
+        sphere(v(5.0, 1.5, -1.0), 1.0, 2),
+    ];
+    let mut room = lit(entities);
+    room.materials.push(checkerboard(0, 1, 3.0));
+    room
+}
+
+#[test]
+fn quads_of_triangles_shine_reflect_and_are_checkered_as_quads() {
+    let of_quads = estimate(&with(room(false, 5.0), Integrator::Path, 512, 1));
+    for integrator in [Integrator::Path, Integrator::PathNaive] {
+        let spp = if integrator == Integrator::Path { 512 } else { 1024 };
+        let of_triangles = estimate(&with(room(true, 5.0), integrator, spp, 2));
+        let verdict = compare(&of_quads.blocks(), &of_triangles.blocks());
+        assert!(verdict.agrees(), "{integrator:?}: {verdict}");
+    }
+    // Negative control: a lamp brighter by a twentieth.
+    let brighter = estimate(&with(room(true, 5.25), Integrator::Path, 512, 2));
+    let verdict = compare(&of_quads.blocks(), &brighter.blocks());
+    assert!(!verdict.agrees(), "{verdict}");
+}
+
+/// A matte, a glass and a shining ball over a floor.
+fn balls(ball: impl Fn(DVec3, f64) -> Shape) -> Scene {
+    let floor = plane(DVec3::Z, -1.0, 0);
+    let balls = vec![
+        floor,
+        entity(ball(v(5.0, -1.5, 0.0), 1.0), 0),
+        entity(ball(v(5.0, 1.5, 0.0), 1.0), 2),
+        emitting(entity(ball(v(4.0, 0.0, 2.0), 0.5), 0), 4.0),
+    ];
+    lit(balls)
+}
+
+#[test]
+fn fine_meshes_with_normals_look_like_spheres() {
+    let round = balls(|center, radius| Shape::Sphere { center, radius });
+    let mesh = |smooth: bool, n: u32| {
+        balls(move |centre, radius| Shape::Mesh {
+            mesh: Arc::new(icosphere(centre, radius, n, smooth)),
+            transform: DAffine3::IDENTITY,
+        })
+    };
+    let truth = estimate(&with(round, Integrator::Path, 256, 1));
+    let seen = estimate(&with(mesh(true, 48), Integrator::Path, 256, 2));
+    let verdict = compare(&truth.blocks(), &seen.blocks());
+    assert!(verdict.agrees(), "{verdict}");
+    // Negative control: coarse ones without normals have facets.
+    let coarse = estimate(&with(mesh(false, 1), Integrator::Path, 256, 2));
+    let verdict = compare(&truth.blocks(), &coarse.blocks());
+    assert!(!verdict.agrees(), "{verdict}");
+}
+
+#[test]
+fn a_smooth_mesh_lets_no_light_through() {
+    // A coarse smooth ball around the camera, in a bright world: only what leaks is seen.
+    for integrator in [Integrator::Path, Integrator::PathNaive, Integrator::Whitted] {
+        for material in 0..2 {
+            let ball = mesh(icosphere(v(0.3, 0.2, 0.1), 2.0, 2, true), material);
+            let lamp = emitting(sphere(v(9.0, 0.0, 0.0), 3.0, 0), 100.0);
+            let mut dark = with(lit(vec![ball, lamp]), integrator, 16, 3);
+            dark.environment = [100.0; 3];
+            common::for_each_sample(&dark, |pixel, radiance| assert_eq!(radiance, [0.0; 3], "pixel {pixel}"));
+        }
+    }
+}
+
+#[test]
+fn transforms_place_meshes_and_mirrors_keep_outward_outward() {
+    let matrix = DAffine3::from_translation(v(5.0, 0.0, 0.0)) * DAffine3::from_scale(v(1.0, 1.0, -2.0));
+    let ball = icosphere(DVec3::ZERO, 1.0, 6, true);
+    let placed = entity(Shape::Mesh { mesh: Arc::new(ball), transform: matrix }, 0);
+    let (tables, world) = compile(&scene(vec![matte([0.5; 3])], vec![placed]), 16, 16);
+    for (o, d, t) in [
+        (DVec3::ZERO, DVec3::X, 4.0),
+        (v(5.0, 0.0, 9.0), DVec3::NEG_Z, 7.0),
+        (v(5.0, -9.0, 0.0), DVec3::Y, 8.0),
+    ] {
+        let ray = Ray { o: narrow(o), d: narrow(d) };
+        let hit = world.intersect(&ray, true);
+        assert!((f64::from(hit.t) - t).abs() < 0.05, "{} is not {t}", hit.t);
+        let point = tables.surfaces.point(&ray, &hit);
+        assert!(point.n.dot(ray.d) < -0.9 && point.shading.dot(ray.d) < -0.9, "{point:?}");
+        assert_eq!(tables.surfaces.entity(point.surface.0), 0);
+    }
+}
+
+#[test]
+fn pictures_of_meshes_are_the_same_in_every_world_at_every_level() {
+    let mut scene = balls(|centre, radius| Shape::Mesh {
+        mesh: Arc::new(icosphere(centre, radius, 4, true)),
+        transform: DAffine3::IDENTITY,
+    });
+    scene.render.sampler = Sampler::Sobol;
+    let samples = |finder: Finder, level: Level| {
+        let region = Region::whole(scene.film.width, scene.film.height);
+        let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
+        let mut out = Vec::new();
+        let paths = Paths { pixels: &pixels, first_sample: 0, samples: 2 };
+        integrator_in(&scene, finder).trace(level, &paths, &mut out);
+        out.sort_by_key(|f| (f.sample.pixel, f.sample.sample));
+        out.into_iter().map(|f| f.sample.radiance.map(f32::to_bits)).collect::<Vec<_>>()
+    };
+    let truth = samples(Finder::Simple, Level::available()[0]);
+    for level in Level::available() {
+        assert!(samples(Finder::Bvh, level) == truth, "{level}");
+    }
+    assert!(truth.iter().any(|radiance| *radiance != truth[0]));
+}

@@ -61,8 +61,8 @@ naive=(--integrator path-naive --sampler independent)
 cover_cpu=$(rate cpu scenes/cover.toml "${naive[@]}")
 cover_gpu=$(rate "$gpu" scenes/cover.toml "${naive[@]}")
 cover_all=$(rate all scenes/cover.toml "${naive[@]}")
-room_cpu=$(rate cpu benches/room.toml --integrator path)
-room_gpu=$(rate "$gpu" benches/room.toml --integrator path)
+room_cpu=$(rate cpu scenes/room.toml --integrator path)
+room_gpu=$(rate "$gpu" scenes/room.toml --integrator path)
 
 threads=1
 for n in 2 4 8 16; do ((n <= cores)) && threads=$threads,$n; done

@@ -76,7 +76,7 @@ fn pose(lamps: u32) -> String {
 fn tracer(scene: &Scene, seed: u32, evenly: bool) -> impl Integrator {
     let (mut compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
     if evenly {
-        compiled.lights.plant_evenly();
+        compiled.lights.build_uniform_tree();
     }
     let settings = Settings {
         sampler: Sobol { seed },

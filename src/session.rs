@@ -167,8 +167,8 @@ pub enum SessionError {
         reason: String,
     },
     /// A worker failed.
-    #[error("{0}; the picture so far has been written")]
-    Worker(WorkerFailure),
+    #[error("{0}; {1}")]
+    Worker(WorkerFailure, String),
     /// A process failed that should not.
     #[error("the {0} failed; this is a bug in stride: please report it with the scene and the command")]
     Process(&'static str),
@@ -188,15 +188,15 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let (film, milestone) = keeping::first_film(settings, &head)?;
     let held = Held::of(&film, region, settings.first).map(Arc::new);
     let sink = settings.film.clone().map(|path| FilmSink { path, head, range: settings.range() });
-    let onlooker = crew.onlooker(settings);
+    let layer_integrator = crew.layer_integrator(settings);
     let window = open_window(settings)?;
     let dump = settings.samples.as_deref().map(SampleDump::create).transpose()?;
     let workers = crew.workers();
     let deadline = settings.time.and_then(|time| Instant::now().checked_add(time));
     let stops: Vec<u32> = settings.dump_at.iter().map(|at| settings.first + at).collect();
-    let least = film.seen_range()[0].min(u64::from(settings.spp)) as u32;
+    let [least, most] = film.seen_range().map(|seen| seen.min(u64::from(settings.spp)) as u32);
     let schedule = Schedule::new(workers, region.len(), settings.range().end, deadline, stops.clone())
-        .starting_at(settings.first + least);
+        .starting_at(settings.first + least, settings.first + most);
     let schedule = crew.deal(region.len(), schedule);
     let owners = Arc::new(schedule.owners(region.len()));
     let (spare, devices) = (crew.spare(), crew.devices());
@@ -263,7 +263,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
                 // A checkpoint that is still on its way must not replace the end.
                 let kept = keeper.is_none_or(|keeper| keeper.join().is_ok());
                 // A black picture is no replacement for whatever is there.
-                let layers = || layers(settings, onlooker.as_deref(), &outcome);
+                let layers = || layers(settings, layer_integrator.as_deref(), &outcome);
                 let written = match outcome.totals.samples {
                     0 => Ok(()),
                     _ => pictures.write_end(sink, &outcome, &picture, layers),
@@ -306,12 +306,12 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
 }
 
 /// The layers that are wanted, of what the render came to.
-fn layers(settings: &Settings, onlooker: Option<&dyn Integrator>, outcome: &Outcome) -> Vec<Channel> {
+fn layers(settings: &Settings, layer_integrator: Option<&dyn Integrator>, outcome: &Outcome) -> Vec<Channel> {
     let of_film = settings.layers.iter().filter(|layer| layer.is_of_film());
     let mut channels: Vec<Channel> = of_film
         .flat_map(|layer| layer.channels().map(|name| Channel { name, values: layer.of_film(&outcome.film) }))
         .collect();
-    if let Some(integrator) = onlooker {
+    if let Some(integrator) = layer_integrator {
         let samples = layer_samples(outcome.totals.spp);
         let (first, threads) = (settings.first, settings.threads.get());
         let (level, region) = (settings.level, settings.region);
@@ -335,7 +335,12 @@ fn combine(
 ) -> Result<(Outcome, Picture), SessionError> {
     let (outcome, picture, written) = finished?;
     if let Some(failure) = outcome.failure {
-        return Err(SessionError::Worker(failure));
+        let kept = match written {
+            Err(error) => format!("the picture so far could not be written: {error}"),
+            Ok(()) if outcome.totals.samples == 0 => "nothing had been rendered yet".to_owned(),
+            Ok(()) => "the picture so far has been written".to_owned(),
+        };
+        return Err(SessionError::Worker(failure, kept));
     }
     written?;
     dumped??;
@@ -362,12 +367,12 @@ fn open_window(settings: &Settings) -> Result<Option<Window>, SessionError> {
     }
 }
 
-/// Says where the pictures are, and what a user would not expect: samples that were left out and how to look at one of them, pictures
-/// that were not reached, nothing at all.
+/// Says where the pictures are, and what a user would not expect: samples that were left out and how to look at
+/// one of them, pictures that were not reached, nothing at all.
 fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io::Result<()> {
-    if outcome.totals.samples > 0 && !settings.outputs.is_empty() {
-        let files = settings.outputs.iter().chain(&settings.film);
-        let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
+    let files = settings.outputs.iter().chain(&settings.film);
+    let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
+    if outcome.totals.samples > 0 && !names.is_empty() {
         let spp = outcome.totals.spp;
         let early = settings.time.is_none() && settings.noise.is_none() && spp < settings.spp;
         let note =
@@ -375,7 +380,8 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
         writeln!(out, "wrote {}{note}", names.join(", "))?;
     }
     if let Some(lost) = &outcome.lost {
-        writeln!(out, "warning: {lost}; the CPU went on, and nothing is missing")?;
+        let note = if outcome.whole { ", and nothing is missing" } else { "" };
+        writeln!(out, "warning: {lost}; the CPU went on{note}")?;
     }
     if let Some([now, asked]) = outcome.totals.noise {
         let early = if now > asked { ": the render ended early" } else { "" };
@@ -387,6 +393,10 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
     }
     for (traced, reject) in &outcome.rejects {
         writeln!(out, "  pixel {} sample {}: {reject}", traced.pixel, traced.sample)?;
+    }
+    if let Some((traced, _)) = outcome.rejects.first() {
+        let (x, y) = (traced.pixel % settings.region.film_width, traced.pixel / settings.region.film_width);
+        writeln!(out, "  look at one: stride trace SCENE --pixel {x},{y} --sample {}", traced.sample)?;
     }
     for &spp in &outcome.unreached {
         let spp = spp - settings.first;

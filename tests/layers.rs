@@ -179,7 +179,7 @@ fn files_have_the_layers_that_were_asked_for_and_the_colour_is_the_same() {
 fn openexr(tool: &str) -> Option<Command> {
     let there = Command::new(tool).arg("-h").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
     if !there {
-        assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none(), "no {tool}");
+        assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "no {tool}");
         println!("skipped: no {tool}");
     }
     there.then(|| Command::new(tool))

@@ -199,7 +199,7 @@ fn medley(count: u32, stream: &mut Stream) -> LightTable {
             }
         };
     }
-    table.plant();
+    table.build_tree();
     table
 }
 
@@ -324,7 +324,7 @@ fn with_two_hundred_lights_the_tree_has_a_small_part_of_the_variance_of_chance()
         let strength = [stream.random_range(0.5..2.0_f32); 3];
         table.push_area(AreaLight::Sphere(Sphere::new(place, 0.05)), false, strength);
     }
-    table.plant();
+    table.build_tree();
     let (mut tree, mut uniform) = (0.0, 0.0);
     for _ in 0..200 {
         let p = v(stream.random_range(-10.0..10.0), stream.random_range(-10.0..10.0), 0.0);

@@ -123,7 +123,7 @@ impl Wiring {
         let film = self.film.unwrap_or_else(|| Film::new(self.region.width, self.region.height).unwrap());
         let held = Held::of(&film, self.region, self.first);
         let schedule = Schedule::new(workers, self.region.len(), end, self.deadline, self.dump_at.clone())
-            .starting_at(self.first + film.seen_range()[0] as u32);
+            .starting_at(self.first + film.seen_range()[0] as u32, self.first + film.seen_range()[1] as u32);
         let schedule = match self.spare {
             Some(times) => schedule.with_faster(self.region.len(), times),
             None => schedule,
@@ -569,6 +569,20 @@ fn what_a_lost_worker_leaves_is_made_by_the_others_and_the_film_is_the_same() {
             }
         }
     }
+}
+
+#[test]
+fn a_worker_that_is_lost_when_the_others_are_done_leaves_nothing_out() {
+    let integrator = hooked(move |_| {
+        if std::thread::current().name() == Some("worker 1") {
+            std::thread::sleep(Duration::from_millis(300));
+            panic!("the device is gone");
+        }
+    });
+    let wiring = Wiring { workers: 2, spp: 1, spare: Some(1.0), ..Wiring::default() };
+    let outcome = wiring.render(&integrator).outcome;
+    assert!(outcome.lost.is_some() && outcome.failure.is_none() && outcome.whole);
+    assert!(outcome.film == plain_film(&*common::integrator(&scene()), WHOLE, |_| 1));
 }
 
 #[test]

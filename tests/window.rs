@@ -41,7 +41,10 @@ fn wait_for(what: &str, mut until: impl FnMut() -> bool) {
 fn display() -> Option<Display> {
     let there = |program| quiet(program, &["-version"]).status().is_ok();
     if !(there("Xvfb") && there("xdotool")) {
-        assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none(), "Xvfb or xdotool is missing");
+        assert!(
+            std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"),
+            "Xvfb or xdotool is missing"
+        );
         println!("skipped: no Xvfb or no xdotool");
         return None;
     }

@@ -308,6 +308,12 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
         output::check_writable(path)?;
     }
     if let Some(path) = &settings.samples {
+        if settings.resume.is_some() && path.exists() {
+            return Err(usage(format!(
+                "{} may hold the samples of the run that this one goes on with; give the rest a file of its own",
+                path.display()
+            )));
+        }
         output::npy::check_writable(path)?;
     }
     if let Some(path) = &settings.film {

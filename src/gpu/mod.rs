@@ -19,7 +19,7 @@ pub use disabled::{Device, GpuWorker, adapters};
 
 use crate::render::Region;
 use crate::sampling::warp::FilmOffset;
-use crate::scene::{RenderSettings, Scene, Shape};
+use crate::scene::RenderSettings;
 use crate::world::CompiledScene;
 use std::fmt;
 
@@ -143,18 +143,6 @@ pub enum GpuError {
         /// What the driver says.
         message: String,
     },
-}
-
-/// Whether the GPU has WGSL for all shapes of a scene. What it has none for it must refuse: it would leave it out.
-pub fn check(scene: &Scene) -> Result<(), GpuError> {
-    for entity in &scene.entities {
-        match entity.shape {
-            Shape::Plane { .. } | Shape::Sphere { .. } | Shape::Quad { .. } => {}
-            #[allow(unreachable_patterns, reason = "what shapes come next, the CPU has first")]
-            _ => return Err(GpuError::Unsupported(format!("the shape of “{}” yet", entity.name))),
-        }
-    }
-    Ok(())
 }
 
 fn list(names: &[String]) -> String {

@@ -177,13 +177,13 @@ impl LightTable {
     }
 
     /// Builds the tree that chooses among the lights, once all are there.
-    pub fn plant(&mut self) {
+    pub fn build_tree(&mut self) {
         self.tree = LightTree::new(&self.bounds);
     }
 
     /// Builds a tree that chooses every light with the same chance, wherever it is asked from: what the other one
     /// is measured against.
-    pub fn plant_evenly(&mut self) {
+    pub fn build_uniform_tree(&mut self) {
         // Of equal powers, and so large that every place is within: nothing tells them apart.
         let alike = LightBounds::point([0.0; 3], [1.0; 3]);
         let everywhere = LightBounds { lo: [-1e6; 3], hi: [1e6; 3], ..alike };
@@ -467,7 +467,7 @@ mod tests {
     fn table(light: AreaLight, flipped: bool, emission: f32) -> LightTable {
         let mut table = LightTable::default();
         table.push_area(light, flipped, [emission; 3]);
-        table.plant();
+        table.build_tree();
         table
     }
 
@@ -534,7 +534,7 @@ mod tests {
         let mut with_none = LightTable::default();
         with_none.push_area(AreaLight::Triangle([[0.0, 0.0, 2.0]; 3]), false, [1.0; 3]);
         with_none.push_area(AreaLight::Triangle(halves[0]), false, [1.0; 3]);
-        with_none.plant();
+        with_none.build_tree();
         let up = Vec3::<f32>::splat([0.0, 0.0, 1.0]);
         for u in [0.0, 0.3, 0.999] {
             let (light, chance) = with_none.choose(Vec3::zero(), up, u);

@@ -26,6 +26,11 @@ impl Default for Patience {
 }
 
 impl Patience {
+    /// Goes elsewhere at once.
+    pub fn none() -> Patience {
+        Patience { patience: Duration::ZERO, deadline: None }
+    }
+
     /// Writes a file by `write`, which gets the path. After an error it says so and tries again for a while;
     /// then the file goes to the current folder or the one for temporary files, and it says where. The error
     /// is that of the first attempt.

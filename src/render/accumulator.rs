@@ -235,7 +235,8 @@ impl Accumulator {
     pub fn until_noise(mut self, asked: f64, milestone: Option<Milestone>) -> Accumulator {
         let [least, most] = self.film.seen_range();
         // A milestone with more than twice its samples behind it is of no use.
-        self.milestone = milestone.filter(|m| u64::from(m.samples) <= least && most / 2 <= m.samples.into());
+        self.milestone =
+            milestone.filter(|m| u64::from(m.samples) <= least && most <= 2 * u64::from(m.samples));
         self.asked = Some(asked);
         // The first power of two that no pixel has passed.
         let next = u32::try_from(most.max(1).next_power_of_two()).unwrap_or(1 << 31);
@@ -359,6 +360,8 @@ impl Accumulator {
             // A worker that doesn't take its order has failed, and says so elsewhere.
             Deal::Order(order) => orders.send(order).is_ok(),
             Deal::Later => false,
+            // Somebody may be lost yet, and what it has not completed wants a worker.
+            Deal::Done if self.spare.is_some() && !self.schedule.is_idle() => false,
             Deal::Done => {
                 *slot = None;
                 false

@@ -68,6 +68,8 @@ pub struct Schedule {
     shares: Vec<Share>,
     /// Where everything begins.
     start: u32,
+    /// Samples that some pixels have already.
+    most: u32,
     /// Where everything ends.
     target: u32,
     /// A barrier at which all wait until it is decided how to go on.
@@ -120,12 +122,23 @@ impl Schedule {
         // Share i is the stride of places i, i + n, i + 2n, … for n shares in all.
         let n = workers as u32 * a_worker;
         let shares = (0..n).map(|i| Share::new(Stride::every(n, i), i as usize % workers)).collect();
-        Schedule { barriers: Vec::new(), workers, shares, start: 0, target, gate: None, deadline, stops }
+        Schedule {
+            barriers: Vec::new(),
+            workers,
+            shares,
+            start: 0,
+            most: 0,
+            target,
+            gate: None,
+            deadline,
+            stops,
+        }
     }
 
-    /// The same, beginning with this sample index: what comes before is there, or somebody else's.
-    pub fn starting_at(mut self, start: u32) -> Schedule {
-        self.start = start;
+    /// The same, beginning with this sample index: what comes before is there, or somebody else's. Some pixels
+    /// have samples up to `most` already, so that nothing can end before.
+    pub fn starting_at(mut self, start: u32, most: u32) -> Schedule {
+        (self.start, self.most) = (start, most);
         self.shares.iter_mut().for_each(|share| share.completed = start);
         self
     }
@@ -162,7 +175,7 @@ impl Schedule {
 
     /// Opens the gate: everything ends at `end`, if that is said, and the next decision is due at `gate`.
     pub fn decide(&mut self, end: Option<u32>, gate: Option<u32>) {
-        self.target = end.map_or(self.target, |end| end.min(self.target));
+        self.target = end.map_or(self.target, |end| end.max(self.most).min(self.target));
         self.gate = gate;
     }
 
@@ -235,6 +248,11 @@ impl Schedule {
         owners
     }
 
+    /// Whether no order is under way.
+    pub fn is_idle(&self) -> bool {
+        self.shares.iter().all(|share| share.under_way == 0)
+    }
+
     /// The samples that every pixel has.
     pub fn completed(&self) -> u32 {
         self.shares.iter().map(|share| share.completed).min().unwrap_or(0)
@@ -287,7 +305,7 @@ impl Schedule {
     fn next_barrier(&self, pace: Option<Duration>) -> Option<u32> {
         let from = self.barriers.last().copied().unwrap_or(self.start);
         let limit = self.gate.map_or(self.target, |gate| gate.min(self.target));
-        if from >= limit || (self.is_late() && from > self.start) {
+        if from >= limit || (self.is_late() && from > self.start && from >= self.most) {
             return None;
         }
         // The first samples come one by one, so that there is something to see; then orders double until
@@ -344,13 +362,16 @@ mod tests {
     #[test]
     fn a_schedule_may_begin_anywhere() {
         let quick = Some(Duration::from_micros(1));
-        let mut schedule = Schedule::new(1, 100, 50, None, vec![42, 3]).starting_at(40);
+        let mut schedule = Schedule::new(1, 100, 50, None, vec![42, 3]).starting_at(40, 40);
         assert_eq!(schedule.completed(), 40);
         assert_eq!(ranges(&orders(&mut schedule, 0, quick)), [(40, 42), (42, 50)]);
-        let mut finished = Schedule::new(1, 100, 50, None, vec![]).starting_at(50);
+        let mut finished = Schedule::new(1, 100, 50, None, vec![]).starting_at(50, 50);
         assert_eq!((finished.next(0, quick), finished.completed()), (Deal::Done, 50));
-        let mut late = Schedule::new(1, 100, 50, Some(Instant::now()), vec![]).starting_at(7);
+        let mut late = Schedule::new(1, 100, 50, Some(Instant::now()), vec![]).starting_at(7, 7);
         assert_eq!(ranges(&orders(&mut late, 0, None)), [(7, 8)]);
+        // Some pixels are further on: an end before them would be no whole sample.
+        let mut uneven = Schedule::new(1, 100, 50, Some(Instant::now()), vec![]).starting_at(7, 9);
+        assert_eq!(ranges(&orders(&mut uneven, 0, None)), [(7, 8), (8, 9)]);
     }
 
     #[test]

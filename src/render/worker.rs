@@ -23,7 +23,7 @@ const FIRST_BLOCK: usize = 256;
 const LONGEST_BLOCK: Duration = Duration::from_millis(40);
 
 /// After this long a batch is sent, so that pictures move; with the block that is under way it stays under
-/// 100 ms.
+/// 100 ms, unless a single pixel takes longer.
 const SEND_AFTER: Duration = Duration::from_millis(50);
 
 /// A batch of samples is sent when it holds this many: 7 MB.

@@ -57,7 +57,6 @@ impl Crew {
         let compiled = Arc::new(compiled);
         let offset = film_offset(film.filter);
         let open = |name: &Option<String>, index| {
-            gpu::check(&settings.scene)?;
             let device = gpu::Device::open(name.as_deref())?;
             let job = gpu::Job {
                 scene: &compiled,
@@ -120,7 +119,7 @@ impl Crew {
     }
 
     /// Who looks at first hits for the layers, if any are wanted that need it: the CPU, whoever renders.
-    pub(super) fn onlooker(&self, settings: &Settings) -> Option<Arc<dyn Integrator>> {
+    pub(super) fn layer_integrator(&self, settings: &Settings) -> Option<Arc<dyn Integrator>> {
         if settings.layers.iter().all(|layer| layer.is_of_film()) {
             return None;
         }

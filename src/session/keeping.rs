@@ -5,7 +5,7 @@ use crate::film::file::{Head, Piece};
 use crate::film::{Channel, Film, Holding, Identity, Milestone, Picture};
 use crate::output::window::Request;
 use crate::output::{
-    FilmSink, OutputError, Patience, PictureOptions, SampleDump, numbered_path, open_film,
+    FilmSink, Format, OutputError, Patience, PictureOptions, SampleDump, numbered_path, open_film,
     write_owner_overlay, write_picture,
 };
 use crate::render::Barrier;
@@ -133,9 +133,9 @@ impl Pictures<'_> {
         let mut first_error = Ok(());
         let exposure = self.settings.scene.film.exposure;
         let say = |line| tell(&self.notes, line);
-        let mut insist = |(path, facts, picture): (PathBuf, Identity, Picture)| {
+        let mut insist = |patience: &mut Patience, (path, facts, picture): (PathBuf, Identity, Picture)| {
             let write = |path: &Path| self.write(path, &picture, &facts, &[], exposure);
-            let written = Patience::default().write(&path, &say, write);
+            let written = patience.write(&path, &say, write);
             let before = std::mem::replace(&mut first_error, Ok(()));
             first_error = before.and(written);
         };
@@ -151,11 +151,13 @@ impl Pictures<'_> {
                     unwritten.push_back((path, facts.clone(), picture.clone()));
                 }
             }
+            // The render must not wait.
             while unwritten.len() > MOST_UNWRITTEN {
-                unwritten.pop_front().into_iter().for_each(&mut insist);
+                unwritten.pop_front().into_iter().for_each(|it| insist(&mut Patience::none(), it));
             }
         }
-        unwritten.into_iter().for_each(insist);
+        let mut patience = Patience::default();
+        unwritten.into_iter().for_each(|it| insist(&mut patience, it));
         first_error
     }
 
@@ -193,6 +195,10 @@ impl Pictures<'_> {
             let facts = self.identity.clone().with("samples", "unfinished");
             let mut saved = Ok(());
             for path in &self.settings.outputs {
+                // In the end all files are there, with layers and all; only what people see may look different.
+                if snapshot.finished && !matches!(Format::of(path), Ok(Format::Png)) {
+                    continue;
+                }
                 saved = saved.and(self.write(path, &snapshot.picture, &facts, &[], exposure));
             }
             let names = self.settings.outputs.iter().map(|path| path.display().to_string());

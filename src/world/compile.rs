@@ -115,7 +115,7 @@ pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geomet
     let triangles = Arc::new(triangles);
     all.triangles = Arc::clone(&triangles);
     surfaces.set_triangles(triangles);
-    lights.plant();
+    lights.build_tree();
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),
         surfaces,

@@ -422,7 +422,7 @@ fn lights() -> LightTable {
     let quad = |z, v| AreaLight::Quad(Quad::new(DVec3::new(-1.0, -1.0, z), DVec3::Y * 2.0, v));
     lights.push_area(quad(3.0, DVec3::new(1.5, 0.0, 0.5)), false, [2.0; 3]);
     lights.push_area(quad(-3.0, DVec3::new(1.5, 0.7, 0.5)), true, [7.0, 0.0, 0.0]);
-    lights.plant();
+    lights.build_tree();
     lights
 }
 

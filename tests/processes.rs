@@ -446,6 +446,10 @@ fn films_written_on_the_way_hold_the_first_samples_of_each_pixel() {
         let keeper = Some(FilmSink { path: path.clone(), head, range: 0..1000 });
         let wiring = Wiring { workers: 1 + i as usize % 4, spp: 1000, keeper, ..Wiring::default() };
         Wiring { stop: Some(stop), ..wiring }.render(&integrator);
+        if !path.exists() {
+            // Stopped before the first was on the disk; the count below sees to it that this is the exception.
+            continue;
+        }
         let file = open_film(&path).unwrap();
         under_way += u32::from(file.holding().open().is_some());
         let film = file.read().unwrap();

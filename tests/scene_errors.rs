@@ -503,7 +503,7 @@ broken!(
 broken!(
     depth_misspelt,
     "[render]\nmax_depth = \"unlimted\"\n",
-    ["2:13: max_depth must be an integer or \"unlimited\", not a string"]
+    ["2:13: max_depth must be an integer or \"unlimited\", not \"unlimted\""]
 );
 broken!(
     depth_unlimited_without_roulette,

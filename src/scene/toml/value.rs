@@ -103,6 +103,11 @@ impl Form for IntegerOr {
         match value.get_ref() {
             DeValue::String(word) if *word == self.word => Ok(self.means),
             DeValue::Integer(_) => self.integer.read(key, value, reports),
+            DeValue::String(word) => {
+                let message =
+                    format!("{key} must be an integer or {}, not {}", quote(self.word), quote(word));
+                Err(reports.error(value.span().start, message))
+            }
             _ => Err(wrong_type(key, &format!("an integer or {}", quote(self.word)), value, reports)),
         }
     }

@@ -200,6 +200,7 @@ pub(super) struct Closest<'a> {
     pub(super) rays: Rays,
 }
 
+// Closures too must be inlined into code that is compiled for the level, or run without its instructions.
 impl Kernel for Closest<'_> {
     type Output = ([f32; MAX_LANES], [u32; MAX_LANES]);
 
@@ -208,29 +209,39 @@ impl Kernel for Closest<'_> {
         let Closest { tree, rays } = self;
         let mut stack = [Waiting { near: 0.0, child: tree.root }; STACK];
         let (mut ts, mut rows) = ([NOTHING; MAX_LANES], [u32::MAX; MAX_LANES]);
-        rays.for_each(|lane, ray| {
-            let probe = Probe::<F::Octet>::new(&ray);
-            let (mut best, mut best_row) = (NOTHING, u32::MAX);
-            visit(tree, &probe, NOTHING, &mut stack, |target, _| {
-                let (t, block_rows) = distances(tree, target, &probe);
-                let wide = F::Octet::splat;
-                let mut near = (t.lt(wide(NOTHING)) & t.le(wide(best))).bits();
-                if near != 0 {
-                    let mut each = [0.0; MAX_LANES];
-                    t.store(&mut each);
-                    while near != 0 {
-                        let i = near.trailing_zeros() as usize & (WIDTH - 1);
-                        near &= near - 1;
-                        // A tie goes to the lower row, so that no order of visits shows.
-                        if each[i] < best || (each[i] == best && block_rows[i] < best_row) {
-                            (best, best_row) = (each[i], block_rows[i]);
+        rays.for_each(
+            #[inline(always)]
+            |lane, ray| {
+                let probe = Probe::<F::Octet>::new(&ray);
+                let (mut best, mut best_row) = (NOTHING, u32::MAX);
+                visit(
+                    tree,
+                    &probe,
+                    NOTHING,
+                    &mut stack,
+                    #[inline(always)]
+                    |target, _| {
+                        let (t, block_rows) = distances(tree, target, &probe);
+                        let wide = F::Octet::splat;
+                        let mut near = (t.lt(wide(NOTHING)) & t.le(wide(best))).bits();
+                        if near != 0 {
+                            let mut each = [0.0; MAX_LANES];
+                            t.store(&mut each);
+                            while near != 0 {
+                                let i = near.trailing_zeros() as usize & (WIDTH - 1);
+                                near &= near - 1;
+                                // A tie goes to the lower row, so that no order of visits shows.
+                                if each[i] < best || (each[i] == best && block_rows[i] < best_row) {
+                                    (best, best_row) = (each[i], block_rows[i]);
+                                }
+                            }
                         }
-                    }
-                }
-                Some(best)
-            });
-            (ts[lane], rows[lane]) = (best, best_row);
-        });
+                        Some(best)
+                    },
+                );
+                (ts[lane], rows[lane]) = (best, best_row);
+            },
+        );
         (ts, rows)
     }
 }
@@ -250,18 +261,28 @@ impl Kernel for Any<'_> {
         let Any { tree, rays, t_max } = self;
         let mut stack = [Waiting { near: 0.0, child: tree.root }; STACK];
         let mut met = 0;
-        rays.for_each(|lane, ray| {
-            let probe = Probe::<F::Octet>::new(&ray);
-            let limit = t_max[lane];
-            visit(tree, &probe, limit, &mut stack, |target, limit| {
-                let (t, _) = distances(tree, target, &probe);
-                if t.lt(F::Octet::splat(limit)).any() {
-                    met |= 1 << lane;
-                    return None;
-                }
-                Some(limit)
-            });
-        });
+        rays.for_each(
+            #[inline(always)]
+            |lane, ray| {
+                let probe = Probe::<F::Octet>::new(&ray);
+                let limit = t_max[lane];
+                visit(
+                    tree,
+                    &probe,
+                    limit,
+                    &mut stack,
+                    #[inline(always)]
+                    |target, limit| {
+                        let (t, _) = distances(tree, target, &probe);
+                        if t.lt(F::Octet::splat(limit)).any() {
+                            met |= 1 << lane;
+                            return None;
+                        }
+                        Some(limit)
+                    },
+                );
+            },
+        );
         met
     }
 }

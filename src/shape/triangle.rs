@@ -74,11 +74,10 @@ impl<F: Float> Shears<F> {
     /// Where each lane's ray meets its triangle.
     #[inline(always)]
     pub fn meet(&self, corners: [Vec3<F>; 3]) -> Meeting<F> {
-        let corners = corners.map(
-            #[inline(always)]
-            |corner| order(self.x_last, self.y_last, corner),
-        );
-        self.sheared.meet(corners)
+        // An array's own `map` would not be inlined, and run without the level's instructions.
+        let [a, b, c] = corners;
+        let (x, y) = (self.x_last, self.y_last);
+        self.sheared.meet([order(x, y, a), order(x, y, b), order(x, y, c)])
     }
 }
 
@@ -131,10 +130,8 @@ impl<F: Float> Sheared<F> {
     #[inline(always)]
     pub fn meet(&self, corners: [Vec3<F>; 3]) -> Meeting<F> {
         let shear = self.shear;
-        let [a, b, c] = corners.map(
-            #[inline(always)]
-            |corner| corner - self.o,
-        );
+        let [a, b, c] = corners;
+        let (a, b, c) = (a - self.o, b - self.o, c - self.o);
         let flat = |w: Vec3<F>| [w.x - shear.x * w.z, w.y - shear.y * w.z];
         let ([ax, ay], [bx, by], [cx, cy]) = (flat(a), flat(b), flat(c));
         // Twice the areas between the ray and each side.

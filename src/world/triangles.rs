@@ -84,10 +84,8 @@ impl Triangles {
     /// The vertices of the corners of triangles, one triangle a lane.
     #[inline(always)]
     pub(super) fn vertices<F: Float>(&self, triangle: F::Uint) -> [F::Uint; 3] {
-        [0, 1, 2].map(
-            #[inline(always)]
-            |corner| F::Uint::gather(&self.corners[corner], triangle),
-        )
+        let [a, b, c] = &self.corners;
+        [F::Uint::gather(a, triangle), F::Uint::gather(b, triangle), F::Uint::gather(c, triangle)]
     }
 
     /// Positions of vertices.

@@ -180,13 +180,12 @@ impl Eight {
     #[inline(always)]
     pub(super) fn corners<F: Float>(&self, order: [usize; 3]) -> [Vec3<F>; 3] {
         let [x, y, z] = order;
-        [0, 1, 2].map(
-            #[inline(always)]
-            |corner| {
-                let columns = &self.corners[corner];
-                Vec3::new(F::load(&columns[x]), F::load(&columns[y]), F::load(&columns[z]))
-            },
-        )
+        let [a, b, c] = &self.corners;
+        [
+            Vec3::new(F::load(&a[x]), F::load(&a[y]), F::load(&a[z])),
+            Vec3::new(F::load(&b[x]), F::load(&b[y]), F::load(&b[z])),
+            Vec3::new(F::load(&c[x]), F::load(&c[y]), F::load(&c[z])),
+        ]
     }
 }
 

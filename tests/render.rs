@@ -226,8 +226,9 @@ fn a_second_interrupt_ends_at_once() {
         .spawn()
         .expect("the program starts");
     std::thread::sleep(Duration::from_millis(1500));
+    let id = child.id().to_string();
     let interrupt = || {
-        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+        let kill = Command::new("kill").args(["-INT", &id]).status().expect("kill runs");
         assert!(kill.success());
     };
     interrupt();

@@ -225,14 +225,14 @@ fn glass_reflects_and_refracts_as_often_as_fresnel_says() {
 }
 
 /// The light that leaves towards `wo` when all around is white, with its standard error: by the BxDF's own
-/// directions. Radiance is squeezed where it passes into glass; `squeeze` undoes that.
-fn albedo<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>, squeeze: impl Fn(Vec3<f32>) -> f32) -> (f64, f64) {
+/// directions. Radiance is squeezed where it passes into glass; `eta2_scale` undoes that.
+fn albedo<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>, eta2_scale: impl Fn(Vec3<f32>) -> f32) -> (f64, f64) {
     const DRAWS: u32 = 100_000;
     let (mut sum, mut squares) = (0.0, 0.0);
     for i in 0..DRAWS {
         let [u, v, lobe, _] = draw(6, i);
         let sample = bxdf.sample(wo, [u, v], lobe);
-        let x = f64::from(sample.weight.max_channel() * squeeze(sample.wi));
+        let x = f64::from(sample.weight.max_channel() * eta2_scale(sample.wi));
         sum += x;
         squares += x * x;
     }
@@ -258,9 +258,9 @@ fn integral<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>) -> f64 {
 
 /// Whether no more light leaves than arrives: exactly, and by the BxDF's own directions at five standard
 /// errors, which by chance happens once in three million times; 10⁻⁴ are for rounding and quadrature.
-fn conserves<B: Bxdf<f32>>(bxdf: &B, squeeze: impl Fn(Vec3<f32>, Vec3<f32>) -> f32) -> bool {
+fn conserves<B: Bxdf<f32>>(bxdf: &B, eta2_scale: impl Fn(Vec3<f32>, Vec3<f32>) -> f32) -> bool {
     directions().into_iter().all(|wo| {
-        let (mean, error) = albedo(bxdf, wo, |wi| squeeze(wo, wi));
+        let (mean, error) = albedo(bxdf, wo, |wi| eta2_scale(wo, wi));
         mean <= 1.0 + 5.0 * error + 1e-4 && integral(bxdf, wo) <= 1.0 + 1e-4
     })
 }
@@ -282,7 +282,7 @@ fn no_bxdf_makes_energy() {
     assert!(conserves(&Mirror { reflectance: rgb([1.0; 3]) }, none));
     for index in 0..4 {
         let bsdf = bsdf(index);
-        assert!(conserves(&bsdf, |wo, wi| bsdf.squeeze(wo, wo.z * wi.z < 0.0)), "material {index}");
+        assert!(conserves(&bsdf, |wo, wi| bsdf.eta2_scale(wo, wo.z * wi.z < 0.0)), "material {index}");
     }
 }
 
@@ -380,5 +380,5 @@ fn energy_out_of_nothing_and_one_way_scattering_are_noticed() {
     let (mean, error) = albedo(&Outlaw::Bright, direction(0.5, 0.0), |_| 1.0);
     assert!(mean > 1.0 + 5.0 * error + 1e-4);
     // Glass that forgets the squeeze: seen from outside it gives η² of what it should.
-    assert!(!conserves(&bsdf(2), |wo, wi| bsdf(2).squeeze(wo, wo.z * wi.z < 0.0).powi(2)));
+    assert!(!conserves(&bsdf(2), |wo, wi| bsdf(2).eta2_scale(wo, wo.z * wi.z < 0.0).powi(2)));
 }

@@ -63,7 +63,7 @@ struct DielectricBranches {
     // Probability of reflection; the other way has the rest.
     fresnel: f32,
     // Share of radiance that comes through, squeezed into a smaller solid angle where it enters the denser side.
-    squeezed: f32,
+    transmitted: f32,
 }
 
 fn dielectric_branches(material: Material, wo: vec3f) -> DielectricBranches {
@@ -86,11 +86,11 @@ fn dielectric_sample(material: Material, wo: vec3f, lobe: f32) -> BxdfSample {
         return BxdfSample(branches.reflected, material.reflectance, branches.fresnel, true);
     }
     let chance = 1.0 - branches.fresnel;
-    return BxdfSample(branches.refracted, material.transmittance * (branches.squeezed / chance), chance, true);
+    return BxdfSample(branches.refracted, material.transmittance * (branches.transmitted / chance), chance, true);
 }
 
 // η² of a passage from the side of `wo` to the other, through glass; 1 elsewhere.
-fn bsdf_squeeze(material: Material, wo: vec3f, passes: bool) -> f32 {
+fn bsdf_eta2_scale(material: Material, wo: vec3f, passes: bool) -> f32 {
     let eta = select(1.0 / material.ior, material.ior, wo.z >= 0.0);
     return select(1.0, eta * eta, passes && material.kind == KIND_GLASS);
 }

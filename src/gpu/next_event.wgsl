@@ -37,7 +37,7 @@ fn next_event_step(state: ptr<function, State>) -> bool {
         return false;
     }
     let passes = wo.z * scattered.wi.z < 0.0;
-    let eta_scale = (*state).departure.eta_scale * bsdf_squeeze(material, wo, passes);
+    let eta_scale = (*state).departure.eta_scale * bsdf_eta2_scale(material, wo, passes);
     let pdf = select(scattered.pdf, 0.0, scattered.delta);
     (*state).departure = Departure(point.p, pdf, point.n, eta_scale);
     return survives(state, u.w);

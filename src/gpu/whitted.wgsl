@@ -114,7 +114,7 @@ fn split(
 ) -> bool {
     let ways = dielectric_branches(material, wo);
     var reflected = (*state).beta * material.reflectance * ways.fresnel;
-    var refracted = (*state).beta * material.transmittance * ways.squeezed;
+    var refracted = (*state).beta * material.transmittance * ways.transmitted;
     let reflects = is_worth(reflected, ways.fresnel);
     var refracts = is_worth(refracted, 1.0 - ways.fresnel);
     let depth = (*state).depth + 1u;

@@ -106,7 +106,7 @@ impl Transport for NextEvent {
         going = going & !go_on(state, point, &scattering, &scattered, observer);
 
         let passes = (scattering.wo.z * scattered.wi.z).lt(F::zero());
-        let scale = state.memory.eta_scale * scattering.bsdf.squeeze(scattering.wo, passes);
+        let scale = state.memory.eta_scale * scattering.bsdf.eta2_scale(scattering.wo, passes);
         state.memory =
             Departure { p: point.p, n: point.n, pdf: scattered.pdf.only(!scattered.delta), eta_scale: scale };
         if self.roulette {

@@ -136,10 +136,10 @@ impl<F: Float> Dielectric<F> {
         let refracted = Vec3::new(-wo.x * scale, -wo.y * scale, -cos_t.copysign(wo.z));
         // Radiance is squeezed into a smaller solid angle where it enters the denser side (Veach 1997, §5.2).
         let through = -fresnel + 1.0;
-        let squeezed = through * scale * scale;
+        let transmitted = through * scale * scale;
         [
             (reflect(wo), self.reflectance * fresnel, fresnel),
-            (refracted, self.transmittance * squeezed, through),
+            (refracted, self.transmittance * transmitted, through),
         ]
     }
 }
@@ -193,7 +193,7 @@ impl<F: Float> Bsdf<F> {
     }
     /// η² of a passage from the side of `wo` to the other, in lanes that pass through glass; 1 elsewhere.
     #[inline(always)]
-    pub fn squeeze(&self, wo: Vec3<F>, passes: F::Mask) -> F {
+    pub fn eta2_scale(&self, wo: Vec3<F>, passes: F::Mask) -> F {
         let glass = self.is(Kind::Glass) & passes;
         if !glass.any() {
             return F::splat(1.0);

@@ -284,7 +284,7 @@ impl Float for Float8 {
     }
 
     #[inline(always)]
-    fn apart<K: Kernel>(kernel: K) -> K::Output {
+    fn outlined<K: Kernel>(kernel: K) -> K::Output {
         #[target_feature(enable = "avx2")]
         #[inline(never)]
         fn run<K: Kernel>(kernel: K) -> K::Output {

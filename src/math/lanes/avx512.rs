@@ -261,7 +261,7 @@ impl Float for Float16 {
     }
 
     #[inline(always)]
-    fn apart<K: Kernel>(kernel: K) -> K::Output {
+    fn outlined<K: Kernel>(kernel: K) -> K::Output {
         #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
         #[inline(never)]
         fn run<K: Kernel>(kernel: K) -> K::Output {

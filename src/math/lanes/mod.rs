@@ -164,7 +164,7 @@ pub trait Float:
 
     /// Runs a program with these lanes in a function of its own, for what is too large to be inlined wherever
     /// it is called. The function is compiled for the level's instructions, as [`dispatch`]'s are.
-    fn apart<K: Kernel>(kernel: K) -> K::Output;
+    fn outlined<K: Kernel>(kernel: K) -> K::Output;
 
     /// Zero in every lane.
     #[inline(always)]

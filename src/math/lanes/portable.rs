@@ -206,7 +206,7 @@ impl<const N: usize> Float for Floats<N> {
     }
 
     #[inline(never)]
-    fn apart<K: Kernel>(kernel: K) -> K::Output {
+    fn outlined<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Self>()
     }
 }

@@ -63,7 +63,7 @@ impl<K: Kernel> Kernel for Octets<K> {
                 self.0.run::<F::Octet>()
             }
         }
-        F::apart(Inner(self.0))
+        F::outlined(Inner(self.0))
     }
 }
 

@@ -72,7 +72,7 @@ impl World for Bvh {
     fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
         let (mut t, mut row) = ([crate::shape::NOTHING; MAX_LANES], [u32::MAX; MAX_LANES]);
         if let Some(tree) = &self.tree {
-            (t, row) = F::apart(Closest { tree, rays: Rays::new(ray, asks) });
+            (t, row) = F::outlined(Closest { tree, rays: Rays::new(ray, asks) });
         }
         Hit { t: F::load(&t), surface: F::Uint::load(&row) }
     }
@@ -82,6 +82,6 @@ impl World for Bvh {
         let Some(tree) = &self.tree else { return F::Mask::splat(false) };
         let mut t_max = [0.0; MAX_LANES];
         limit.store(&mut t_max);
-        F::Mask::from_bits(F::apart(Any { tree, rays: Rays::new(ray, asks), t_max }))
+        F::Mask::from_bits(F::outlined(Any { tree, rays: Rays::new(ray, asks), t_max }))
     }
 }

@@ -379,9 +379,9 @@ fn glass_parts_light_as_on_the_cpu() {
     let lines = "let s = bsdf_sample(materials[0], float3(0u), vec2f(0.5), float(3u));
         put_float3(0u, s.wi); put_float3(3u, s.weight);
         put_float(6u, s.pdf); put(7u, u32(s.delta));
-        put_float(8u, bsdf_squeeze(materials[0], float3(0u), true));
+        put_float(8u, bsdf_eta2_scale(materials[0], float3(0u), true));
         let ways = dielectric_branches(materials[0], float3(0u));
-        put_float(9u, ways.fresnel); put_float(10u, ways.squeezed);";
+        put_float(9u, ways.fresnel); put_float(10u, ways.transmitted);";
     let tables = Tables { materials: vec![material(&row)], ..nothing() };
     let outputs = probe::<4, 11>(&device, lines, &bits(&inputs), &tables);
     let mut doubtful = 0;

@@ -204,7 +204,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let result = std::thread::scope(|scope| {
         let (batches_out, batches) = bounded(2 * workers);
         let (failures_out, failures) = bounded(workers);
-        let crew::Lines { orders, news } = crew.start(scope, settings, held, &batches_out, &failures_out);
+        let crew::Lines { orders, updates } = crew.start(scope, settings, held, &batches_out, &failures_out);
         drop((batches_out, failures_out));
         let (notes_out, notes) = bounded(16);
 
@@ -245,7 +245,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
             .with_checkpoints(settings.checkpoint)
             .going_on(settings.first);
         if let Some(spare) = spare {
-            accumulator = accumulator.with_spare(spare, news);
+            accumulator = accumulator.with_spare(spare, updates);
         }
         if let Some(noise) = settings.noise {
             accumulator = accumulator.until_noise(noise, milestone);

@@ -216,8 +216,8 @@ impl Accumulator {
 
     /// Says that the render goes on without this worker if it fails. The others hear from these channels what
     /// pixels have by then, before they get its orders.
-    pub fn with_spare(mut self, worker: usize, news: Vec<Sender<Arc<Held>>>) -> Accumulator {
-        self.spare = Some((worker, news));
+    pub fn with_spare(mut self, worker: usize, updates: Vec<Sender<Arc<Held>>>) -> Accumulator {
+        self.spare = Some((worker, updates));
         self
     }
 
@@ -322,8 +322,8 @@ impl Accumulator {
         self.outstanding[worker] = 0;
         self.schedule.lose(worker);
         let held = Held::of(&self.film, self.region, self.first).map(Arc::new);
-        if let (Some(held), Some((_, news))) = (held, self.spare.take()) {
-            for other in news {
+        if let (Some(held), Some((_, updates))) = (held, self.spare.take()) {
+            for other in updates {
                 // A worker that has ended has nothing to hear.
                 let _ = other.send(Arc::clone(&held));
             }
@@ -503,7 +503,7 @@ impl Accumulator {
         }
     }
 
-    /// Tells those who watch, if they have taken the last news.
+    /// Tells those who watch, if they have taken the last word.
     fn report(&mut self) {
         self.totals.elapsed = self.started.elapsed();
         if let Some(progress) = &self.outbox.progress {

@@ -23,6 +23,21 @@ pub struct SampleBatch {
     pub completes: Option<u32>,
 }
 
+/// How many rejected samples a batch names.
+pub const NAMED_REJECTS: usize = 4;
+
+impl SampleBatch {
+    /// A batch with nothing in it yet, of samples or of sums from a slot on.
+    pub fn empty(worker: usize, sends_samples: bool, stride: Stride, first_slot: u32) -> SampleBatch {
+        let payload = if sends_samples {
+            Payload::Samples(Vec::new())
+        } else {
+            Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
+        };
+        SampleBatch { worker, stride, payload, paths: 0, rays: 0, rejects: Vec::new(), completes: None }
+    }
+}
+
 /// Enough to trace one path again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Traced {

@@ -1,9 +1,9 @@
 //! A CPU worker: a thread that traces the paths of its orders.
 
-use super::batch::{Payload, SampleBatch, Traced};
+use super::batch::{NAMED_REJECTS, Payload, SampleBatch, Traced};
 use super::held::Held;
 use super::schedule::Order;
-use super::stride::{Region, Stride};
+use super::stride::Region;
 use crate::film::sums::{PixelSums, Reject, check, fits};
 use crate::integrator::{Finished, Integrator, Paths, Pixel, Sample};
 use crate::math::lanes::Level;
@@ -29,9 +29,6 @@ const SEND_AFTER: Duration = Duration::from_millis(50);
 /// A batch of samples is sent when it holds this many: 7 MB.
 const MOST_SAMPLES: usize = 1 << 18;
 
-/// How many rejected samples a batch names.
-const NAMED_REJECTS: usize = 4;
-
 /// What a worker needs to know.
 pub struct Worker<'a> {
     /// Its number.
@@ -51,22 +48,22 @@ pub struct Worker<'a> {
 impl Worker<'_> {
     /// Carries out orders until their channel closes or nobody wants the batches any more.
     pub fn run(&self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) {
-        self.run_hearing(orders, &never(), batches);
+        self.run_with_updates(orders, &never(), batches);
     }
 
-    /// The same, where another worker may be lost: what pixels have then comes as news before the first order that
+    /// The same, where another worker may be lost: what pixels have then comes before the first order that
     /// it matters to.
-    pub fn run_hearing(
+    pub fn run_with_updates(
         &self,
         orders: &Receiver<Order>,
-        news: &Receiver<Arc<Held>>,
+        updates: &Receiver<Arc<Held>>,
         batches: &Sender<SampleBatch>,
     ) {
         let mut scratch = Scratch::new();
-        let mut heard: Option<Arc<Held>> = None;
+        let mut latest: Option<Arc<Held>> = None;
         for order in orders {
-            heard = news.try_iter().last().or(heard);
-            let held = heard.as_deref().or(self.held).filter(|held| !held.is_behind(order));
+            latest = updates.try_iter().last().or(latest);
+            let held = latest.as_deref().or(self.held).filter(|held| !held.is_behind(order));
             if self.carry_out(order, held, &mut scratch, batches).is_none() {
                 return;
             }
@@ -83,7 +80,7 @@ impl Worker<'_> {
     ) -> Option<()> {
         let slots = order.stride.len(self.region.len());
         let mut since = Instant::now();
-        let mut batch = self.empty_batch(order.stride, 0);
+        let mut batch = SampleBatch::empty(self.index, self.sends_samples, order.stride, 0);
         let mut slot = 0;
         while slot < slots {
             let rest = |slot| match held {
@@ -107,22 +104,13 @@ impl Worker<'_> {
                 Payload::Sums { .. } => false,
             };
             if slot < slots && (long || since.elapsed() >= SEND_AFTER) {
-                batches.send(std::mem::replace(&mut batch, self.empty_batch(order.stride, slot))).ok()?;
+                let next = SampleBatch::empty(self.index, self.sends_samples, order.stride, slot);
+                batches.send(std::mem::replace(&mut batch, next)).ok()?;
                 since = Instant::now();
             }
         }
         batch.completes = Some(order.end);
         batches.send(batch).ok()
-    }
-
-    fn empty_batch(&self, stride: Stride, first_slot: u32) -> SampleBatch {
-        let payload = if self.sends_samples {
-            Payload::Samples(Vec::new())
-        } else {
-            Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
-        };
-        let worker = self.index;
-        SampleBatch { worker, stride, payload, paths: 0, rays: 0, rejects: Vec::new(), completes: None }
     }
 
     fn trace_block(

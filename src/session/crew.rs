@@ -47,7 +47,7 @@ pub(super) struct Lines {
     /// Work for each worker.
     pub orders: Vec<Option<Sender<Order>>>,
     /// Where CPU workers hear what pixels have when the GPU is lost.
-    pub news: Vec<Sender<Arc<Held>>>,
+    pub updates: Vec<Sender<Arc<Held>>>,
 }
 
 impl Crew {
@@ -169,13 +169,13 @@ impl Crew {
         settings: &Settings,
         index: usize,
         held: Option<&Held>,
-        news: &Receiver<Arc<Held>>,
+        updates: &Receiver<Arc<Held>>,
         mail: &Mailbox,
     ) {
         let Some(integrator) = self.integrator.as_deref() else { return };
         let (level, region, sends_samples) = (settings.level, settings.region, settings.samples.is_some());
         let worker = Worker { index, integrator, level, region, sends_samples, held };
-        worker.run_hearing(&mail.orders, news, &mail.batches);
+        worker.run_with_updates(&mail.orders, updates, &mail.batches);
     }
 
     /// Starts a thread for each worker and returns where to send their orders.
@@ -187,7 +187,7 @@ impl Crew {
         batches: &Sender<SampleBatch>,
         failures: &Sender<WorkerFailure>,
     ) -> Lines {
-        let mut lines = Lines { orders: Vec::new(), news: Vec::new() };
+        let mut lines = Lines { orders: Vec::new(), updates: Vec::new() };
         let mut hire = |index: usize, name: String, mut work: Work<'scope>| {
             let (orders_out, mailbox) = post(batches);
             lines.orders.push(Some(orders_out));
@@ -206,10 +206,10 @@ impl Crew {
         let crew = Arc::new(self);
         for index in 0..threads {
             let (crew, held) = (Arc::clone(&crew), held.clone());
-            let (news_out, news) = bounded(1);
-            lines.news.push(news_out);
+            let (updates_out, updates) = bounded(1);
+            lines.updates.push(updates_out);
             let work = move |mail: &Mailbox| {
-                crew.work(settings, index, held.as_deref(), &news, mail);
+                crew.work(settings, index, held.as_deref(), &updates, mail);
                 Ok(())
             };
             hire(index, format!("worker {index}"), Box::new(work));

@@ -87,7 +87,7 @@ impl Pipeline {
 }
 
 /// The buffers of one dispatch in flight.
-pub(super) struct Berth {
+pub(super) struct DispatchBuffers {
     dispatch: wgpu::Buffer,
     sums: Output,
     samples: Output,
@@ -135,14 +135,14 @@ impl Output {
 }
 
 /// A dispatch that the device works at.
-pub(super) struct Flight {
+pub(super) struct Submission {
     pub(super) task: Task,
-    pub(super) submission: wgpu::SubmissionIndex,
+    pub(super) index: wgpu::SubmissionIndex,
     sums: Receiver<bool>,
     samples: Option<Receiver<bool>>,
 }
 
-impl Flight {
+impl Submission {
     /// Whether the device has answered.
     pub(super) fn is_done(&self) -> bool {
         !self.sums.is_empty() && self.samples.as_ref().is_none_or(|samples| !samples.is_empty())
@@ -159,7 +159,12 @@ const SAMPLE_BYTES: u64 = size_of::<SampleWords>() as u64;
 
 impl Pipeline {
     /// Buffers for dispatches of so many slots and, where they are sent, samples.
-    pub(super) fn berth(&self, device: &Device, slots: u32, samples: u32) -> Result<Berth, GpuError> {
+    pub(super) fn buffers(
+        &self,
+        device: &Device,
+        slots: u32,
+        samples: u32,
+    ) -> Result<DispatchBuffers, GpuError> {
         device.checked(|device| {
             let dispatch = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("dispatch"),
@@ -170,12 +175,18 @@ impl Pipeline {
             let sums = Output::new(device, "sums", u64::from(slots.max(1)) * SUMS_BYTES);
             let samples = Output::new(device, "samples", u64::from(samples.max(1)) * SAMPLE_BYTES);
             let group = bind(device, &self.program.tasks, &[&dispatch, &sums.written, &samples.written]);
-            Berth { dispatch, sums, samples, group }
+            DispatchBuffers { dispatch, sums, samples, group }
         })
     }
 
     /// Sends a task on its way.
-    pub(super) fn submit(&self, device: &Device, berth: &Berth, task: Task, sends_samples: bool) -> Flight {
+    pub(super) fn submit(
+        &self,
+        device: &Device,
+        buffers: &DispatchBuffers,
+        task: Task,
+        sends_samples: bool,
+    ) -> Submission {
         let workgroup_size = self.program.shape.workgroup_size;
         let groups = task.slots.div_ceil(workgroup_size).min(self.workgroups);
         let dispatch = Dispatch {
@@ -189,28 +200,28 @@ impl Pipeline {
             samples: task.samples,
             sends_samples: u32::from(sends_samples),
         };
-        device.queue.write_buffer(&berth.dispatch, 0, bytemuck::bytes_of(&dispatch));
+        device.queue.write_buffer(&buffers.dispatch, 0, bytemuck::bytes_of(&dispatch));
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&self.program.pipeline);
             pass.set_bind_group(0, &self.tables, &[]);
-            pass.set_bind_group(1, &berth.group, &[]);
+            pass.set_bind_group(1, &buffers.group, &[]);
             pass.dispatch_workgroups(groups, 1, 1);
         }
         let (sums_bytes, samples_bytes) = (u64::from(task.slots) * SUMS_BYTES, task.paths() * SAMPLE_BYTES);
-        berth.sums.copy(&mut encoder, sums_bytes);
+        buffers.sums.copy(&mut encoder, sums_bytes);
         if sends_samples {
-            berth.samples.copy(&mut encoder, samples_bytes);
+            buffers.samples.copy(&mut encoder, samples_bytes);
         }
-        let submission = device.queue.submit([encoder.finish()]);
-        let sums = berth.sums.ask(sums_bytes);
-        let samples = sends_samples.then(|| berth.samples.ask(samples_bytes));
-        Flight { task, submission, sums, samples }
+        let index = device.queue.submit([encoder.finish()]);
+        let sums = buffers.sums.ask(sums_bytes);
+        let samples = sends_samples.then(|| buffers.samples.ask(samples_bytes));
+        Submission { task, index, sums, samples }
     }
 }
 
-impl Berth {
+impl DispatchBuffers {
     /// Looks at a finished task's sums, once.
     pub(super) fn sums<R>(&self, task: &Task, work: impl FnOnce(&[SlotSums]) -> R) -> Option<R> {
         self.sums.look(u64::from(task.slots), work)

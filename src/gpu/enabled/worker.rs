@@ -2,11 +2,12 @@
 
 use super::device::Device;
 use super::pace::{MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Run, Task};
-use super::pipeline::{Berth, Flight, Pipeline};
+use super::pipeline::{DispatchBuffers, Pipeline, Submission};
 use super::program::{Program, Shape};
 use super::readback;
 use crate::gpu::{GpuError, Job};
-use crate::render::{Held, Order, Payload, Region, SampleBatch, Stride, Traced};
+use crate::render::batch::NAMED_REJECTS;
+use crate::render::{Held, Order, Payload, Region, SampleBatch, Traced};
 use crossbeam_channel::{Receiver, Sender, TryRecvError};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -18,15 +19,12 @@ const IN_FLIGHT: usize = 2;
 /// A device that doesn't answer for so long has failed.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// How many rejected samples a batch names.
-const NAMED_REJECTS: usize = 4;
-
 /// A worker on a GPU: the counterpart of [`crate::render::worker::Worker`], under the same protocol.
 pub struct GpuWorker {
     device: Device,
     pipeline: Pipeline,
     /// Taken in turns, so that the next one is free while fewer than [`IN_FLIGHT`] fly.
-    berths: Vec<Berth>,
+    buffers: Vec<DispatchBuffers>,
     turn: usize,
     region: Region,
     index: usize,
@@ -52,12 +50,13 @@ impl GpuWorker {
         let pipeline = Pipeline::new(device, job, program)?;
         let slots = job.region.len().min(MOST_SLOTS);
         let samples = if job.sends_samples { MOST_SAMPLES } else { 0 };
-        let berths =
-            (0..IN_FLIGHT).map(|_| pipeline.berth(device, slots, samples)).collect::<Result<Vec<_>, _>>()?;
+        let buffers = (0..IN_FLIGHT)
+            .map(|_| pipeline.buffers(device, slots, samples))
+            .collect::<Result<Vec<_>, _>>()?;
         Ok(GpuWorker {
             device: device.clone(),
             pipeline,
-            berths,
+            buffers,
             turn: 0,
             region: job.region,
             index: job.index,
@@ -81,22 +80,22 @@ impl GpuWorker {
     /// Carries out orders until their channel closes or nobody wants the batches any more. Fails when the
     /// device does; the batches sent until then are good.
     pub fn run(&mut self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) -> Result<(), GpuError> {
-        let mut flights = VecDeque::with_capacity(IN_FLIGHT);
+        let mut in_flight = VecDeque::with_capacity(IN_FLIGHT);
         let mut remaining: Option<Remaining> = None;
         let mut closed = false;
         let mut last_landing = Instant::now();
         loop {
             // The device works at one dispatch while the next waits in its queue.
-            while flights.len() < IN_FLIGHT && !closed {
+            while in_flight.len() < IN_FLIGHT && !closed {
                 if let Some(task) = remaining.as_mut().and_then(|remaining| remaining.next(&self.pace)) {
-                    let berth = &self.berths[(self.turn + flights.len()) % IN_FLIGHT];
+                    let buffers = &self.buffers[(self.turn + in_flight.len()) % IN_FLIGHT];
                     let submitted = Instant::now();
-                    let flight = self.pipeline.submit(&self.device, berth, task, self.sends_samples);
-                    flights.push_back((flight, submitted));
+                    let submission = self.pipeline.submit(&self.device, buffers, task, self.sends_samples);
+                    in_flight.push_back((submission, submitted));
                     continue;
                 }
                 // While the device works, an order is welcome but not waited for.
-                let order = if flights.is_empty() {
+                let order = if in_flight.is_empty() {
                     orders.recv().map_err(|_| TryRecvError::Disconnected)
                 } else {
                     orders.try_recv()
@@ -105,10 +104,11 @@ impl GpuWorker {
                     Ok(order) => {
                         let to_do = self.to_do(order);
                         if to_do.is_done() {
-                            let mut batch = self.empty_batch(order.stride, 0);
+                            let mut batch =
+                                SampleBatch::empty(self.index, self.sends_samples, order.stride, 0);
                             batch.completes = Some(order.end);
                             if batches.send(batch).is_err() {
-                                return self.wait_for_all(&flights);
+                                return self.wait_for_all(&in_flight);
                             }
                         }
                         remaining = Some(to_do);
@@ -117,11 +117,11 @@ impl GpuWorker {
                     Err(TryRecvError::Disconnected) => closed = true,
                 }
             }
-            let Some((flight, submitted)) = flights.pop_front() else { return Ok(()) };
-            let batch = self.land(&flight, submitted.max(last_landing))?;
+            let Some((submission, submitted)) = in_flight.pop_front() else { return Ok(()) };
+            let batch = self.land(&submission, submitted.max(last_landing))?;
             last_landing = Instant::now();
             if batches.send(batch).is_err() {
-                return self.wait_for_all(&flights);
+                return self.wait_for_all(&in_flight);
             }
         }
     }
@@ -139,66 +139,56 @@ impl GpuWorker {
     }
 
     /// Waits for a dispatch, learns from the time that it took since `start`, and makes a batch of it.
-    fn land(&mut self, flight: &Flight, start: Instant) -> Result<SampleBatch, GpuError> {
+    fn land(&mut self, submission: &Submission, start: Instant) -> Result<SampleBatch, GpuError> {
         // Answers come while the device is asked. One that is here already may have been here for long.
         let _ = self.device.device.poll(wgpu::PollType::Poll);
-        let waited = !flight.is_done();
-        self.wait(flight)?;
+        let waited = !submission.is_done();
+        self.wait(submission)?;
         if waited {
-            self.pace.learn(flight.task.paths(), start.elapsed());
+            self.pace.learn(submission.task.paths(), start.elapsed());
         } else {
-            self.pace.learn_at_most(flight.task.paths(), start.elapsed());
+            self.pace.learn_at_most(submission.task.paths(), start.elapsed());
         }
-        let batch = self.read(&flight.task);
+        let batch = self.read(&submission.task);
         self.turn = (self.turn + 1) % IN_FLIGHT;
         batch.ok_or_else(|| self.device.failure("its results cannot be read"))
     }
 
-    fn wait(&self, flight: &Flight) -> Result<(), GpuError> {
-        let submission_index = Some(flight.submission.clone());
+    fn wait(&self, submission: &Submission) -> Result<(), GpuError> {
+        let submission_index = Some(submission.index.clone());
         let wait = wgpu::PollType::Wait { submission_index, timeout: Some(PATIENCE) };
         if let Err(error) = self.device.device.poll(wait) {
             return Err(self.device.failure(&error.to_string()));
         }
         self.device.check()?;
-        if flight.is_readable() { Ok(()) } else { Err(self.device.failure("the device was lost")) }
+        if submission.is_readable() { Ok(()) } else { Err(self.device.failure("the device was lost")) }
     }
 
     /// Leaves the buffers as they were found, for another run.
-    fn wait_for_all(&mut self, flights: &VecDeque<(Flight, Instant)>) -> Result<(), GpuError> {
-        for (flight, _) in flights {
-            self.wait(flight)?;
+    fn wait_for_all(&mut self, in_flight: &VecDeque<(Submission, Instant)>) -> Result<(), GpuError> {
+        for (submission, _) in in_flight {
+            self.wait(submission)?;
             // Looking at results gives their buffers back.
-            drop(self.read(&flight.task));
+            drop(self.read(&submission.task));
             self.turn = (self.turn + 1) % IN_FLIGHT;
         }
         Ok(())
     }
 
-    fn empty_batch(&self, stride: Stride, first_slot: u32) -> SampleBatch {
-        let payload = if self.sends_samples {
-            Payload::Samples(Vec::new())
-        } else {
-            Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
-        };
-        let worker = self.index;
-        SampleBatch { worker, stride, payload, paths: 0, rays: 0, rejects: Vec::new(), completes: None }
-    }
-
     /// The batch of the dispatch whose turn it is; none if the buffers cannot be read.
     fn read(&self, task: &Task) -> Option<SampleBatch> {
-        let berth = &self.berths[self.turn];
-        let mut batch = self.empty_batch(task.stride, task.first_slot);
+        let buffers = &self.buffers[self.turn];
+        let mut batch = SampleBatch::empty(self.index, self.sends_samples, task.stride, task.first_slot);
         batch.paths = task.paths();
         batch.completes = task.completes;
         match &mut batch.payload {
             Payload::Samples(samples) => {
-                *samples = berth.samples(task, |words| words.iter().map(readback::sample).collect())?;
-                batch.rays = berth.sums(task, |words| words.iter().map(|w| u64::from(w.rays)).sum())?;
+                *samples = buffers.samples(task, |words| words.iter().map(readback::sample).collect())?;
+                batch.rays = buffers.sums(task, |words| words.iter().map(|w| u64::from(w.rays)).sum())?;
             }
             Payload::Sums { sums, wide, .. } => {
                 let rejects = &mut batch.rejects;
-                batch.rays = berth.sums(task, |words| {
+                batch.rays = buffers.sums(task, |words| {
                     sums.reserve_exact(words.len());
                     let mut rays = 0;
                     for (slot, words) in (task.first_slot..).zip(words) {

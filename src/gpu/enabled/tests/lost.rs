@@ -22,14 +22,14 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
         let (failures_out, failures) = bounded(2);
         let (cpu_orders_out, cpu_orders) = bounded(2);
         let (gpu_orders_out, gpu_orders) = bounded(2);
-        let (news_out, news) = bounded(1);
+        let (updates_out, updates) = bounded(1);
         let (progress_out, progress) = bounded::<Totals>(1);
         scope.spawn({
             let (batches_out, integrator) = (batches_out.clone(), &*integrator);
             move || {
                 let level = Level::from_environment().unwrap();
                 let worker = Worker { index: 0, integrator, level, region, sends_samples: false, held: None };
-                worker.run_hearing(&cpu_orders, &news, &batches_out);
+                worker.run_with_updates(&cpu_orders, &updates, &batches_out);
             }
         });
         scope.spawn(move || {
@@ -56,7 +56,7 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
         };
         let film = Film::new(region.width, region.height).unwrap();
         let accumulator = Accumulator::new(film, region, schedule, &[], Some(SPP), outbox);
-        accumulator.with_spare(1, vec![news_out]).run(Inbox { batches, failures, stop: never() })
+        accumulator.with_spare(1, vec![updates_out]).run(Inbox { batches, failures, stop: never() })
     });
     Some(outcome)
 }

@@ -1,0 +1,73 @@
+//! Workers, channels and the accumulator: the film depends on none of them.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod film;
+mod losses;
+mod schedules;
+mod stopping;
+mod wiring;
+mod workers;
+
+use common::scenes::*;
+use crossbeam_channel::{Receiver, bounded};
+use rand::RngExt;
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+use stride::film::file::Head;
+use stride::film::{Film, Identity, Milestone, Picture, Reject, Snapshot};
+use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths, Pixel, Sample};
+use stride::math::lanes::Level;
+use stride::output::{FilmSink, open_film};
+use stride::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
+use stride::render::worker::Worker;
+use stride::render::{
+    Accumulator, Barrier, Deal, Held, Order, Region, SampleBatch, Schedule, Stride, Traced,
+};
+use stride::sampling::Stream;
+use stride::scene::Scene;
+use wiring::{Rendered, Wiring, is_a_prefix, plain_film, plain_film_from, plain_picture};
+
+const WIDTH: u32 = 40;
+const HEIGHT: u32 = 30;
+const WHOLE: Region = Region { film_width: WIDTH, x: 0, y: 0, width: WIDTH, height: HEIGHT };
+
+fn level() -> Level {
+    Level::available()[0]
+}
+
+fn scene() -> Scene {
+    cover(WIDTH, HEIGHT)
+}
+
+/// An integrator with something done before and after each block that it traces.
+struct Hooked<B, A> {
+    inner: Box<dyn Integrator>,
+    before: B,
+    after: A,
+}
+
+impl<B: Fn(&Paths<'_>) + Send + Sync, A: Fn(&mut Sample) + Send + Sync> Integrator for Hooked<B, A> {
+    fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
+        (self.before)(paths);
+        let from = out.len();
+        let rays = self.inner.trace(level, paths, out);
+        out[from..].iter_mut().for_each(|finished| (self.after)(&mut finished.sample));
+        rays
+    }
+
+    fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
+        self.inner.first_hits(level, paths, out);
+    }
+
+    fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
+        self.inner.explain(pixel, sample)
+    }
+}
+
+fn hooked(before: impl Fn(&Paths<'_>) + Send + Sync) -> impl Integrator {
+    Hooked { inner: common::integrator(&scene()), before, after: |_: &mut Sample| {} }
+}

@@ -1,0 +1,73 @@
+//! Who is to do what, and when.
+
+use super::*;
+
+#[test]
+fn a_fast_worker_owns_as_much_as_it_is_faster() {
+    for (workers, times) in [(2, 1.0), (3, 7.5), (17, 100.0), (3, 0.25)] {
+        let schedule = Schedule::new(workers, 1_000_000, 1, None, vec![]).with_faster(1_000_000, times);
+        let owners = schedule.owners(1_000_000);
+        let share = |worker: usize| owners.iter().filter(|&&owner| owner as usize == worker).count() as f64;
+        for other in 0..workers - 1 {
+            let ratio = share(workers - 1) / share(other);
+            // Eighths of what one of the others has.
+            assert!((ratio - times).abs() <= 0.063, "{ratio} is not {times}");
+        }
+    }
+}
+
+#[test]
+fn schedules_pass_every_stop_without_gap_or_overlap() {
+    let stream = &mut Stream::new(9, 0, 0);
+    for _ in 0..500 {
+        let workers = stream.random_range(1..6_usize);
+        let pixels = stream.random_range(1..3000_u32);
+        let target = stream.random_range(1..5000_u32);
+        let stops: Vec<u32> = (0..stream.random_range(0..6)).map(|_| stream.random_range(1..5000)).collect();
+        let mut schedule = Schedule::new(workers, pixels, target, None, stops.clone());
+        let mut given: Vec<Vec<Order>> = vec![Vec::new(); schedule.shares()];
+        // What each worker has to do still, and those that have not been told to go.
+        let mut under_way: Vec<VecDeque<Order>> = vec![VecDeque::new(); workers];
+        let mut open: Vec<usize> = (0..workers).collect();
+        // Workers ask and complete in any order, at any pace.
+        while !open.is_empty() || under_way.iter().any(|orders| !orders.is_empty()) {
+            let worker = stream.random_range(0..workers);
+            let micros = 10_f64.powf(stream.random_range(-1.0..6.0));
+            let pace = stream.random_bool(0.9).then(|| Duration::from_secs_f64(micros * 1e-6));
+            if under_way[worker].len() < 2 && open.contains(&worker) {
+                match schedule.next(worker, pace) {
+                    Deal::Order(order) => {
+                        let with_another =
+                            |w: usize| w != worker && under_way[w].iter().any(|o| o.stride == order.stride);
+                        assert!(!(0..workers).any(with_another), "two workers have one share");
+                        given[order.stride.first as usize].push(order);
+                        under_way[worker].push_back(order);
+                    }
+                    Deal::Later => assert!(under_way.iter().any(|orders| !orders.is_empty()), "all wait"),
+                    Deal::Done => open.retain(|&w| w != worker),
+                }
+            }
+            if stream.random_bool(0.5)
+                && let Some(order) = under_way[worker].pop_front()
+            {
+                schedule.complete(order.stride, order.end);
+            }
+        }
+        assert_eq!(schedule.completed(), target);
+        let ranges = |orders: &[Order]| orders.iter().map(|o| (o.first, o.end)).collect::<Vec<_>>();
+        for (share, orders) in (0..).zip(&given) {
+            assert_eq!(ranges(orders), ranges(&given[0]), "all shares pass the same barriers");
+            let stride = Stride::every(given.len() as u32, share);
+            let mut at = 0;
+            for order in orders {
+                assert_eq!((order.stride, order.first), (stride, at));
+                assert!(order.end > at && order.end - at <= stride::film::sums::MAX_COUNT);
+                at = order.end;
+            }
+            assert_eq!(at, target);
+            for stop in stops.iter().filter(|&&stop| stop <= target) {
+                assert!(orders.iter().any(|order| order.end == *stop), "{stop} is passed over");
+            }
+        }
+    }
+}

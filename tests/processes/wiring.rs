@@ -1,0 +1,195 @@
+//! Wires processes up as a session does, with sinks that remember all they get; and makes the same films without
+//! any process.
+
+use super::*;
+
+/// How a render is wired.
+pub(super) struct Wiring {
+    pub(super) region: Region,
+    pub(super) workers: usize,
+    pub(super) spp: u32,
+    pub(super) dump_at: Vec<u32>,
+    pub(super) sends_samples: bool,
+    pub(super) deadline: Option<Instant>,
+    pub(super) stop: Option<Receiver<Infallible>>,
+    /// The index of each pixel's first sample.
+    pub(super) first: u32,
+    /// A film to go on with.
+    pub(super) film: Option<Film>,
+    /// What writes the film, all the time.
+    pub(super) keeper: Option<FilmSink>,
+    /// The error to end at, and the milestone that the film has.
+    pub(super) noise: Option<(f64, Option<Milestone>)>,
+    /// How long the sample sink takes for each delivery.
+    pub(super) sink_takes: Duration,
+    /// How much faster the last worker is held to be, where the others can do without it.
+    pub(super) spare: Option<f64>,
+}
+
+impl Default for Wiring {
+    fn default() -> Wiring {
+        Wiring {
+            region: WHOLE,
+            workers: 2,
+            spp: 16,
+            dump_at: Vec::new(),
+            sends_samples: false,
+            deadline: None,
+            stop: None,
+            first: 0,
+            film: None,
+            keeper: None,
+            noise: None,
+            sink_takes: Duration::ZERO,
+            spare: None,
+        }
+    }
+}
+
+/// What comes out of a render.
+pub(super) struct Rendered {
+    pub(super) outcome: Outcome,
+    pub(super) barriers: Vec<Barrier>,
+    pub(super) samples: Vec<Sample>,
+    pub(super) snapshots: Vec<Arc<Snapshot>>,
+    pub(super) progress: Vec<Totals>,
+}
+
+impl Wiring {
+    pub(super) fn render(self, integrator: &dyn Integrator) -> Rendered {
+        let workers = self.workers;
+        let end = self.first.saturating_add(self.spp);
+        let film = self.film.unwrap_or_else(|| Film::new(self.region.width, self.region.height).unwrap());
+        let held = Held::of(&film, self.region, self.first);
+        let schedule = Schedule::new(workers, self.region.len(), end, self.deadline, self.dump_at.clone())
+            .starting_at(self.first + film.seen_range()[0] as u32, self.first + film.seen_range()[1] as u32);
+        let schedule = match self.spare {
+            Some(times) => schedule.with_faster(self.region.len(), times),
+            None => schedule,
+        };
+        let (never_sent, never) = bounded(1);
+        let stop = self.stop.unwrap_or(never);
+        let rendered = std::thread::scope(|scope| {
+            let (batches_out, batches) = bounded(2 * workers);
+            let (failures_out, failures) = bounded(workers);
+            let (mut orders, mut updates) = (Vec::new(), Vec::new());
+            for index in 0..workers {
+                let (orders_out, orders_in) = bounded(2);
+                orders.push(Some(orders_out));
+                let (updates_out, updates_in) = bounded(1);
+                updates.push(updates_out);
+                let worker = Worker {
+                    index,
+                    integrator,
+                    level: level(),
+                    region: self.region,
+                    sends_samples: self.sends_samples,
+                    held: held.as_ref(),
+                };
+                let (batches_out, failures_out) = (batches_out.clone(), failures_out.clone());
+                let thread = std::thread::Builder::new().name(format!("worker {index}"));
+                let work = move || {
+                    let run = std::panic::AssertUnwindSafe(|| {
+                        worker.run_with_updates(&orders_in, &updates_in, &batches_out);
+                    });
+                    if let Err(panic) = std::panic::catch_unwind(run) {
+                        let message = panic.downcast_ref::<String>().cloned().unwrap_or_default();
+                        let failure = WorkerFailure { index, worker: format!("worker {index}"), message };
+                        let _ = failures_out.send(failure);
+                    }
+                };
+                thread.spawn_scoped(scope, work).unwrap();
+            }
+            drop((batches_out, failures_out));
+            let (barriers_out, barriers) = bounded(self.dump_at.len().max(1));
+            let (samples_out, samples) = bounded::<Vec<Sample>>(1);
+            let (snapshots_out, snapshots) = bounded(1);
+            let (progress_out, progress) = bounded(1);
+            let sink_takes = self.sink_takes;
+            let sink = scope.spawn(move || {
+                let mut all = Vec::new();
+                for delivery in samples {
+                    all.extend(delivery);
+                    std::thread::sleep(sink_takes);
+                }
+                all
+            });
+            let viewer = scope.spawn(move || snapshots.iter().collect());
+            let teller = scope.spawn(move || progress.iter().collect());
+            let (film_out, pieces) = bounded(1);
+            if let Some(keeper) = &self.keeper {
+                scope.spawn(move || keeper.keep(&pieces, |said| panic!("{said}")));
+            }
+            let outbox = Outbox {
+                orders,
+                samples: Some(samples_out),
+                barriers: Some(barriers_out),
+                film: self.keeper.is_some().then_some(film_out),
+                snapshots: Some(snapshots_out),
+                progress: Some(progress_out),
+            };
+            let spp = Some(self.spp);
+            let mut accumulator = Accumulator::new(film, self.region, schedule, &self.dump_at, spp, outbox)
+                .with_checkpoints(Duration::ZERO)
+                .going_on(self.first);
+            if self.spare.is_some() {
+                accumulator = accumulator.with_spare(workers - 1, updates);
+            }
+            if let Some((asked, milestone)) = self.noise {
+                accumulator = accumulator.until_noise(asked, milestone);
+            }
+            let outcome = accumulator.run(Inbox { batches, failures, stop });
+            Rendered {
+                outcome,
+                barriers: barriers.try_iter().collect(),
+                samples: sink.join().unwrap(),
+                snapshots: viewer.join().unwrap(),
+                progress: teller.join().unwrap(),
+            }
+        });
+        drop(never_sent);
+        rendered
+    }
+}
+
+/// The film of the first samples of each place, as many as `count` says, without any process.
+pub(super) fn plain_film(integrator: &dyn Integrator, region: Region, count: impl Fn(u32) -> u32) -> Film {
+    plain_film_from(integrator, region, 0, count)
+}
+
+/// The same, of samples from `first_sample` on.
+pub(super) fn plain_film_from(
+    integrator: &dyn Integrator,
+    region: Region,
+    first_sample: u32,
+    count: impl Fn(u32) -> u32,
+) -> Film {
+    let mut film = Film::new(region.width, region.height).unwrap();
+    let mut finished = Vec::new();
+    for place in 0..region.len() {
+        finished.clear();
+        let pixels = [region.pixel(place)];
+        let paths = Paths { pixels: &pixels, first_sample, samples: count(place) };
+        integrator.trace(level(), &paths, &mut finished);
+        for f in &finished {
+            let _ = film.add_sample(place as usize, f.sample.radiance);
+        }
+    }
+    film
+}
+
+pub(super) fn plain_picture(spp: u32) -> Picture {
+    plain_film(&*common::integrator(&scene()), WHOLE, |_| spp).picture()
+}
+
+/// Demands that a film holds the first samples of each pixel, as many as it says, and nothing else.
+pub(super) fn is_a_prefix(outcome: &Outcome) {
+    let film = &outcome.film;
+    let expected =
+        plain_film(&*common::integrator(&scene()), WHOLE, |place| film.seen(place as usize) as u32);
+    assert!(film == &expected);
+    let seen: u64 = (0..WHOLE.len()).map(|place| film.seen(place as usize)).sum();
+    assert_eq!(outcome.totals.samples, seen);
+    let least = (0..WHOLE.len()).map(|place| film.seen(place as usize)).min().unwrap();
+    assert!(u64::from(outcome.totals.spp) <= least);
+}

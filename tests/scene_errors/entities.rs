@@ -1,0 +1,213 @@
+//! Entities, lights, environment.
+
+use super::*;
+
+// Entities.
+broken!(
+    entity_without_shape,
+    with_grey(
+        r#"
+[[entities]]
+material = "grey"
+"#
+    ),
+    [r#"4:1: missing key "shape" in an entity"#]
+);
+broken!(
+    entity_without_material,
+    r#"
+[[entities]]
+shape = { type = "sphere", center = [0, 0, 0], radius = 1 }
+"#,
+    [r#"1:1: missing key "material" in an entity"#]
+);
+broken!(
+    material_misspelt,
+    r#"
+[materials.red]
+type = "matte"
+reflectance = [1, 0, 0]
+
+[[entities]]
+shape = { type = "sphere", center = [0, 0, 0], radius = 1 }
+material = "rad"
+"#,
+    [r#"7:12: no material "rad"; did you mean "red"?"#]
+);
+broken!(
+    material_unlike_any,
+    with_grey(
+        r#"
+[[entities]]
+shape = { type = "sphere", center = [0, 0, 0], radius = 1 }
+material = "marble"
+"#
+    ),
+    [r#"6:12: no material "marble"; the materials are "grey""#]
+);
+broken!(
+    material_where_there_is_none,
+    r#"
+[[entities]]
+shape = { type = "sphere", center = [0, 0, 0], radius = 1 }
+material = "white"
+"#,
+    [r#"3:12: no material "white"; this file has no [materials.NAME]"#]
+);
+broken!(
+    shape_without_type,
+    entity("{ center = [0, 0, 0], radius = 1 }", ""),
+    [r#"5:9: missing key "type" in shape; a shape is one of "plane", "sphere", "quad", "mesh""#]
+);
+broken!(
+    shape_unknown,
+    entity(r#"{ type = "cube" }"#, ""),
+    [r#"5:18: unknown shape type "cube"; valid here: "plane", "sphere", "quad", "mesh""#]
+);
+broken!(
+    shape_of_a_later_version,
+    entity(r#"{ type = "disk", radius = 1 }"#, ""),
+    [
+        r#"5:18: shape type "disk" comes in a later version; valid in this one: "plane", "sphere", "quad", "mesh""#
+    ]
+);
+broken!(mesh_without_file, entity(r#"{ type = "mesh" }"#, ""), [r#"5:9: missing key "file" in a mesh"#]);
+broken!(
+    mesh_file_missing_is_said_once,
+    r#"
+entities = [
+    { shape = { type = "mesh", file = "no/dragon.ply" }, material = "grey" },
+    { shape = { type = "mesh", file = "no/dragon.ply" }, material = "grey" },
+]
+materials = { grey = { type = "matte", reflectance = [0.5, 0.5, 0.5] } }
+"#,
+    ["2:39: no/dragon.ply: there is no such file"]
+);
+broken!(
+    mesh_of_another_format,
+    entity(r#"{ type = "mesh", file = "Cargo.toml" }"#, ""),
+    ["5:33: Cargo.toml: a mesh file is a .ply or an .obj"]
+);
+broken!(
+    transform_with_matrix_and_scale,
+    entity(
+        r#"{ type = "mesh", file = "a.ply", transform = { scale = 2, matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] } }"#,
+        ""
+    ),
+    ["5:76: the transform has a matrix and scale, rotate or translate; keep the matrix or the others"]
+);
+broken!(
+    transform_that_flattens,
+    entity(r#"{ type = "mesh", file = "a.ply", transform = { scale = [1, 0, 1] } }"#, ""),
+    ["5:64: the transform makes everything flat"]
+);
+broken!(
+    transform_matrix_that_flattens,
+    entity(
+        r#"{ type = "mesh", file = "a.ply", transform = { matrix = [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 1, 5]] } }"#,
+        ""
+    ),
+    ["5:65: the transform makes everything flat"]
+);
+broken!(
+    transform_matrix_of_two_rows,
+    entity(r#"{ type = "mesh", file = "a.ply", transform = { matrix = [[1, 0, 0, 0], [0, 1, 0, 0]] } }"#, ""),
+    ["5:65: matrix must be an array of 3 rows of 4 numbers, not an array of 2"]
+);
+broken!(
+    transform_matrix_of_three_columns,
+    entity(
+        r#"{ type = "mesh", file = "a.ply", transform = { matrix = [[1, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] } }"#,
+        ""
+    ),
+    ["5:66: the first row of matrix must be an array of 4 numbers, not an array of 3"]
+);
+broken!(
+    radius_zero,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = 0 }"#, ""),
+    ["5:57: radius must be above 0, not 0"]
+);
+broken!(
+    radius_negative,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = -1 }"#, ""),
+    ["5:57: radius must be above 0, not -1"]
+);
+broken!(
+    radius_not_a_number,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = nan }"#, ""),
+    ["5:57: radius must be a finite number, not nan"]
+);
+broken!(
+    radius_too_small,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = 1e-30 }"#, ""),
+    ["5:57: radius must be at least 1e-18, not 1e-30"]
+);
+broken!(
+    radius_missing,
+    entity(r#"{ type = "sphere", center = [0, 0, 0] }"#, ""),
+    [r#"5:9: missing key "radius" in a sphere"#]
+);
+broken!(
+    normal_zero,
+    entity(r#"{ type = "plane", normal = [0, 0.0, -0.0], distance = 1 }"#, ""),
+    ["5:36: normal must not be zero in all of x, y, z"]
+);
+broken!(
+    quad_edge_zero,
+    entity(r#"{ type = "quad", corner = [0, 0, 0], u = [0, 0, 0], v = [0, 1, 0] }"#, ""),
+    ["5:50: u must not be zero in all of x, y, z"]
+);
+broken!(
+    quad_edges_parallel,
+    entity(r#"{ type = "quad", corner = [0, 0, 0], u = [1, 2, 0], v = [-2, -4, 0] }"#, ""),
+    ["5:65: v is parallel to u: the quad has no area"]
+);
+broken!(
+    emission_negative,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = 1 }"#, "emission = [1, 1, -1]"),
+    ["7:19: blue of emission must be from 0 to 1073741824, not -1"]
+);
+broken!(
+    emission_above_the_film,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = 1 }"#, "emission = [2e9, 1, 1]"),
+    ["7:13: red of emission must be from 0 to 1073741824, not 2e9"]
+);
+broken!(
+    name_empty,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = 1 }"#, r#"name = """#),
+    ["7:8: name must not be empty"]
+);
+
+// Lights.
+broken!(
+    light_without_position,
+    r#"
+[[lights]]
+type = "point"
+intensity = [1, 1, 1]
+"#,
+    [r#"1:1: missing key "position" in a point light"#]
+);
+broken!(
+    light_type_unknown,
+    r#"
+[[lights]]
+type = "spot"
+"#,
+    [r#"2:8: unknown light type "spot"; valid here: "point""#]
+);
+broken!(
+    light_intensity_infinite,
+    r#"
+[[lights]]
+type = "point"
+position = [0, 0, 0]
+intensity = [inf, 1, 1]
+"#,
+    ["4:14: red of intensity must be a finite number, not inf"]
+);
+broken!(
+    environment_negative,
+    "[environment]\nradiance = [-1, 0, 0]\n",
+    ["2:13: red of radiance must be from 0 to 1073741824, not -1"]
+);

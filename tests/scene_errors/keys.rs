@@ -1,0 +1,159 @@
+//! Keys and the types of their values.
+
+use super::*;
+
+// Keys.
+broken!(
+    unknown_key_misspelt,
+    "[film]\nwidht = 640\n",
+    [r#"2:1: unknown key "widht" in the film; did you mean "width"?"#]
+);
+broken!(
+    unknown_key_with_no_near_spelling,
+    "[film]\nbitdepth = 8\n",
+    [r#"2:1: unknown key "bitdepth" in the film; valid here: "width", "height", "exposure", "filter""#]
+);
+broken!(
+    unknown_table,
+    "[cammera]\neye = [0, 0, 0]\n",
+    [r#"1:2: unknown key "cammera" in a scene file; did you mean "camera"?"#]
+);
+broken!(
+    key_outside_its_table,
+    "width = 640\n",
+    [r#"1:1: unknown key "width" in a scene file; "width" belongs under [film]"#]
+);
+broken!(
+    key_in_the_wrong_table,
+    "[film]\nsamples = 10\n",
+    [r#"2:1: unknown key "samples" in the film; "samples" belongs under [render]"#]
+);
+broken!(
+    key_by_another_programs_name,
+    r#"
+[materials.a]
+type = "matte"
+albedo = [0.5, 0.5, 0.5]
+"#,
+    [
+        r#"1:1: missing key "reflectance" in a matte material"#,
+        r#"3:1: unknown key "albedo" in a matte material; did you mean "reflectance"?"#
+    ]
+);
+broken!(
+    key_by_half_its_name,
+    "[camera]\nfov = 60\n",
+    [r#"2:1: unknown key "fov" in the camera; did you mean "vertical_fov"?"#]
+);
+broken!(
+    unknown_key_in_inline_table,
+    entity(r#"{ type = "sphere", centre = [0, 0, 0], radius = 1 }"#, ""),
+    [
+        r#"5:9: missing key "center" in a sphere"#,
+        r#"5:28: unknown key "centre" in a sphere; did you mean "center"?"#
+    ]
+);
+broken!(
+    key_of_another_shape,
+    entity(r#"{ type = "plane", normal = [0, 0, 1], distance = 0, radius = 1 }"#, ""),
+    [r#"5:61: unknown key "radius" in a plane; valid here: "type", "normal", "distance""#]
+);
+broken!(
+    key_with_control_characters,
+    "\"\\u001b[31m\" = 1\n",
+    [
+        r#"1:1: unknown key "\u{1b}[31m" in a scene file; valid here: "film", "camera", "render", "materials", "entities", "lights", "environment""#
+    ]
+);
+
+// Types.
+broken!(
+    integer_is_a_string,
+    r#"
+[film]
+width = "640"
+"#,
+    ["2:9: width must be an integer, not a string; take the quotes away"]
+);
+broken!(
+    integer_is_a_float,
+    "[film]\nwidth = 640.0\n",
+    ["2:9: width must be an integer, not a number with a point"]
+);
+broken!(
+    number_is_a_string,
+    r#"
+[camera]
+vertical_fov = "wide"
+"#,
+    ["2:16: vertical_fov must be a number, not a string"]
+);
+broken!(number_is_a_boolean, "[film]\nexposure = true\n", ["2:12: exposure must be a number, not a boolean"]);
+broken!(
+    colour_is_a_number,
+    "[environment]\nradiance = 1\n",
+    ["2:12: radiance must be an array of 3 numbers (red, green, blue), not an integer"]
+);
+broken!(
+    colour_has_two_channels,
+    "[environment]\nradiance = [1, 1]\n",
+    ["2:12: radiance must be an array of 3 numbers (red, green, blue), not an array of 2"]
+);
+broken!(
+    colour_has_a_string,
+    r#"
+[environment]
+radiance = [1, "1", 1]
+"#,
+    ["2:16: green of radiance must be a number, not a string; take the quotes away"]
+);
+broken!(
+    vector_has_four_parts,
+    "[camera]\neye = [0, 0, 0, 1]\n",
+    ["2:7: eye must be an array of 3 numbers (x, y, z), not an array of 4"]
+);
+broken!(
+    flag_is_an_integer,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = 1 }"#, "flip_normal = 1"),
+    ["7:15: flip_normal must be true or false, not an integer"]
+);
+broken!(
+    word_is_a_number,
+    "[render]\nintegrator = 3\n",
+    ["2:14: integrator must be a string, not an integer"]
+);
+broken!(
+    table_is_a_number,
+    "film = 3\n",
+    ["1:8: film must be a table that describes the film, not an integer"]
+);
+broken!(
+    material_is_a_string,
+    r#"
+[materials]
+grey = "matte"
+"#,
+    ["2:8: materials.grey must be a table that describes a material, not a string"]
+);
+broken!(
+    materials_are_an_array,
+    r#"
+[[materials]]
+type = "matte"
+"#,
+    ["1:1: materials must be a table of names, not an array; begin each with [materials.NAME]"]
+);
+broken!(
+    entities_are_a_table,
+    r#"
+[entities]
+name = "a"
+"#,
+    ["1:1: entities must be an array of tables, not a table; begin each with [[entities]]"]
+);
+broken!(date_for_a_number, "[render]\nseed = 2014-05-01\n", ["2:8: seed must be an integer, not a date"]);
+broken!(
+    shape_is_a_string,
+    entity(r#""sphere""#, ""),
+    ["5:9: shape must be a table that describes a shape, not a string"]
+);

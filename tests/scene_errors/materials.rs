@@ -1,0 +1,185 @@
+//! Materials.
+
+use super::*;
+
+broken!(
+    material_without_type,
+    "[materials.a]\nreflectance = [1, 1, 1]\n",
+    [
+        r#"1:1: missing key "type" in materials.a; a material is one of "matte", "mirror", "glass", "checkerboard""#
+    ]
+);
+broken!(
+    material_type_unknown,
+    r#"
+[materials.a]
+type = "plastic"
+"#,
+    [r#"2:8: unknown material type "plastic"; valid here: "matte", "mirror", "glass", "checkerboard""#]
+);
+broken!(
+    material_type_misspelt,
+    r#"
+[materials.a]
+type = "mate"
+reflectance = [1, 1, 1]
+"#,
+    [r#"2:8: unknown material type "mate"; did you mean "matte"?"#]
+);
+broken!(
+    material_type_empty,
+    r#"
+[materials.a]
+type = ""
+"#,
+    ["2:8: type must not be empty"]
+);
+broken!(
+    reflectance_missing,
+    r#"
+[materials.a]
+type = "mirror"
+"#,
+    [r#"1:1: missing key "reflectance" in a mirror"#]
+);
+broken!(
+    reflectance_above_one,
+    r#"
+[materials.a]
+type = "matte"
+reflectance = [0.5, 1.01, 0.5]
+"#,
+    ["3:21: green of reflectance must be from 0 to 1, not 1.01"]
+);
+broken!(
+    reflectance_negative,
+    r#"
+[materials.a]
+type = "matte"
+reflectance = [0.5, 0.5, -0.1]
+"#,
+    ["3:26: blue of reflectance must be from 0 to 1, not -0.1"]
+);
+broken!(
+    transmittance_above_one,
+    r#"
+[materials.a]
+type = "glass"
+ior = 1.5
+transmittance = [2, 2, 2]
+"#,
+    [
+        "4:18: red of transmittance must be from 0 to 1, not 2",
+        "4:21: green of transmittance must be from 0 to 1, not 2",
+        "4:24: blue of transmittance must be from 0 to 1, not 2"
+    ]
+);
+broken!(
+    ior_missing,
+    r#"
+[materials.a]
+type = "glass"
+"#,
+    [r#"1:1: missing key "ior" in a glass"#]
+);
+broken!(
+    ior_zero,
+    r#"
+[materials.a]
+type = "glass"
+ior = 0
+"#,
+    ["3:7: ior must be above 0, not 0"]
+);
+broken!(
+    checkerboard_of_nothing,
+    r#"
+[materials.a]
+type = "checkerboard"
+even = "grey"
+odd = "gray"
+[materials.grey]
+type = "matte"
+reflectance = [0.5, 0.5, 0.5]
+"#,
+    [r#"4:7: no material "gray"; did you mean "grey"?"#]
+);
+broken!(
+    checkerboard_of_itself,
+    with_grey(
+        r#"
+[materials.a]
+type = "checkerboard"
+even = "grey"
+odd = "a"
+"#
+    ),
+    ["7:7: checkerboard contains itself: a → a"]
+);
+broken!(
+    checkerboards_in_a_cycle,
+    r#"
+[materials.a]
+type = "checkerboard"
+even = "b"
+odd = "grey"
+[materials.b]
+type = "checkerboard"
+even = "grey"
+odd = "c"
+[materials.c]
+type = "checkerboard"
+even = "a"
+odd = "grey"
+[materials.grey]
+type = "matte"
+reflectance = [0.5, 0.5, 0.5]
+"#,
+    ["11:8: checkerboard contains itself: a → b → c → a"]
+);
+broken!(
+    checkerboards_nested_too_deep,
+    checkerboards(17),
+    [r#"4:12: checkerboard "m0" is nested more than 16 deep"#]
+);
+broken!(
+    checks_zero,
+    with_grey(
+        r#"
+[materials.a]
+type = "checkerboard"
+even = "grey"
+odd = "grey"
+checks_per_unit = 0
+"#
+    ),
+    ["8:19: checks_per_unit must be above 0, not 0"]
+);
+broken!(
+    checks_negative_along_v,
+    with_grey(
+        r#"
+[materials.a]
+type = "checkerboard"
+even = "grey"
+odd = "grey"
+checks_per_unit = [1, -1]
+"#
+    ),
+    ["8:23: v of checks_per_unit must be above 0, not -1"]
+);
+broken!(
+    checks_in_three_directions,
+    with_grey(
+        r#"
+[materials.a]
+type = "checkerboard"
+even = "grey"
+odd = "grey"
+checks_per_unit = [1, 1, 1]
+"#
+    ),
+    [
+        "8:19: checks_per_unit must be a number, or an array of 2 numbers (along u, along v), not an array of 3"
+    ]
+);

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 pub(super) struct InfoArguments {
     /// Film or picture: .film, .png, .exr or .hdr
-    #[arg(required_unless_present = "devices", conflicts_with = "devices")]
+    #[arg(conflicts_with = "devices")]
     file: Option<PathBuf>,
     /// List the devices that can render, and their limits
     #[arg(long)]
@@ -18,7 +18,15 @@ pub(super) struct InfoArguments {
 }
 
 pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
-    let Some(path) = &arguments.file else { return Ok(print(&devices::list())?) };
+    let path = match &arguments.file {
+        Some(path) => path,
+        None if arguments.devices => return Ok(print(&devices::list())?),
+        None => {
+            return Err(usage(
+                "name a file to look into, or list what there is to render with: stride info --devices",
+            ));
+        }
+    };
     let text = if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("film")) {
         film(path)?
     } else if Format::of(path).is_ok() {

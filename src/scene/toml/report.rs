@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ::toml::de::Error as SyntaxError;
 
 use super::form::Placed;
-use crate::scene::diagnostic::{Cursor, Diagnostic, SceneErrors};
+use crate::scene::diagnostic::{Cursor, Diagnostic, Position, SceneErrors};
 use crate::scene::mesh::{self, Mesh};
 
 /// Errors that are described one by one; a file of garbage has millions.
@@ -112,27 +112,22 @@ impl<'t> Reports<'t> {
     }
 
     /// Reports what the TOML parser found. It is an error if the text is not TOML, so that its tables are a
-    /// guess; a key that is given twice leaves them sound.
+    /// guess, and so is whatever the parser finds wrong behind the first such place: only that is reported. A key
+    /// that is given twice leaves the tables sound, and they are all reported.
     pub(super) fn syntax_errors(&mut self, errors: &[SyntaxError]) -> Result<(), Reported> {
-        let mut outcome = Ok(());
         let (twice, broken): (Vec<_>, Vec<_>) =
             errors.iter().partition(|error| error.message() == "duplicate key");
-        let mut last = None;
-        for error in broken {
-            let at = error.span().map_or(self.text.len(), |span| span.start);
-            // The end of the file closes nothing, however many brackets are open.
-            if last.replace((at, error.message())) != Some((at, error.message())) {
-                outcome = Err(self.error(at, self.explain(at, error.message())));
-            }
+        let place = |error: &&SyntaxError| error.span().map_or(self.text.len(), |span| span.start);
+        if let Some(first) = broken.into_iter().min_by_key(place) {
+            let at = place(&first);
+            return Err(self.error(at, self.explain(at, first.message())));
         }
-        if outcome.is_ok() {
-            for error in twice {
-                let span = error.span().unwrap_or_default();
-                let key = self.source(span.clone());
-                self.error(span.start, format!("{key} is given twice"));
-            }
+        for error in twice {
+            let span = error.span().unwrap_or_default();
+            let key = self.source(span.clone());
+            self.error(span.start, format!("{key} is given twice"));
         }
-        outcome
+        Ok(())
     }
 
     /// The parser's message about byte `at`, in other words where a beginner could not follow it.
@@ -144,9 +139,28 @@ impl<'t> Reports<'t> {
             && rest.trim_start_matches('\r').starts_with('\n')
         {
             "this is not TOML: the value is missing".into()
+        } else if message.contains("between key-value pairs")
+            && let Some(brace) = self.open_brace(at)
+        {
+            let Position { line, column } = Cursor::new(self.text).advance(brace);
+            format!("this is not TOML: {message}, or `}}` for the `{{` in line {line}, column {column}")
         } else {
             format!("this is not TOML: {message}")
         }
+    }
+
+    /// The innermost brace that is open at byte `at`. Braces in strings count as well: it is a hint.
+    fn open_brace(&self, at: usize) -> Option<usize> {
+        let mut closed = 0;
+        self.text.get(..at)?.bytes().enumerate().rev().find_map(|(i, byte)| {
+            match byte {
+                b'}' => closed += 1,
+                b'{' if closed == 0 => return Some(i),
+                b'{' => closed -= 1,
+                _ => {}
+            }
+            None
+        })
     }
 
     /// What the file says at `span`, shortened and made safe to print.

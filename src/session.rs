@@ -4,7 +4,7 @@
 //!  workers ──SampleBatch──▶ accumulator ──samples──▶ dump        (without loss)
 //!     ▲                        │  │ │├────pieces───▶ film file   (when it is due)
 //!     │                        │  │ └┴───barriers─▶ pictures    (without loss)
-//!     └────────orders──────────┘  ├────snapshots──▶ window      (frames may drop)
+//!     └────────orders──────────┘  ├────snapshots──▶ window, tev (frames may drop)
 //!                                 └────progress───▶ terminal    (frames may drop)
 //! ```
 //!
@@ -19,7 +19,7 @@ use crate::gpu;
 use crate::integrator::Integrator;
 use crate::math::lanes::Level;
 use crate::output::window::{self, Closed, Window, WindowOptions};
-use crate::output::{FilmError, FilmSink, OutputError, Progress, Reporter, SampleDump};
+use crate::output::{FilmError, FilmSink, OutputError, Progress, Reporter, SampleDump, Tev, TevError};
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::{Accumulator, Barrier, Held, Region, Schedule, first_hit_layers, layer_samples};
 use crate::scene::Scene;
@@ -86,6 +86,8 @@ pub struct Settings {
     pub overlay: bool,
     /// What people see of it.
     pub view: View,
+    /// The host and port of a tev that shows it, too.
+    pub tev: Option<String>,
 }
 
 impl Settings {
@@ -149,6 +151,9 @@ pub enum SessionError {
     /// There is no window.
     #[error(transparent)]
     Window(#[from] window::WindowError),
+    /// There is no tev.
+    #[error(transparent)]
+    Tev(#[from] TevError),
     /// The GPU can't do it.
     #[error(transparent)]
     Gpu(#[from] gpu::GpuError),
@@ -189,6 +194,8 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let held = Held::of(&film, region, settings.first).map(Arc::new);
     let sink = settings.film.clone().map(|path| FilmSink { path, head, range: settings.range() });
     let layer_integrator = crew.layer_integrator(settings);
+    let tev = settings.tev.as_deref().map(|at| Tev::connect(at, &settings.name, region.width, region.height));
+    let tev = tev.transpose()?;
     let window = open_window(settings)?;
     let dump = settings.samples.as_deref().map(SampleDump::create).transpose()?;
     let workers = crew.workers();
@@ -231,12 +238,19 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
         let (progress_out, progress) = bounded(1);
         let (snapshots_out, snapshots) = bounded(1);
         let watched = window.is_some();
+        let remote = tev.map(|tev| {
+            let (remote_out, snapshots) = bounded(1);
+            let notes = pictures.notes.clone();
+            scope.spawn(move || tev.show(&snapshots, |line| keeping::tell(&notes, line)));
+            remote_out
+        });
         let outbox = Outbox {
             orders,
             samples: samples_out,
             barriers: Some(barriers_out),
             film: sink.is_some().then_some(film_out),
             snapshots: watched.then_some(snapshots_out),
+            remote,
             progress: (!watched).then_some(progress_out),
         };
         let target = (settings.spp < u32::MAX).then_some(settings.spp);

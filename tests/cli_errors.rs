@@ -60,6 +60,9 @@ macro_rules! refuses {
 }
 
 refuses! {
+    tev_without_a_port: ["render", "scene.toml", "--headless", "--tev", "localhost"] => 2, ["localhost:14158"];
+    tev_that_is_not_there: ["render", "scene.toml", "--headless", "--tev", "localhost:1"] => 1, ["localhost:1", "start it first"];
+    info_of_nothing: ["info"] => 2, ["name a file", "stride info --devices"];
     no_scene: ["render"] => 2, ["SCENE", "Usage"];
     unknown_command: ["rendr", "scene.toml"] => 2, ["rendr", "render"];
     unknown_option: ["render", "scene.toml", "--thread", "2"] => 2, ["--thread", "--threads"];

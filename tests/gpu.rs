@@ -99,8 +99,15 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
         }
         drop(batches_out);
         let schedule = Schedule::new(workers as usize, region.len(), spp, None, Vec::new());
-        let outbox =
-            Outbox { orders, samples: None, barriers: None, film: None, snapshots: None, progress: None };
+        let outbox = Outbox {
+            orders,
+            samples: None,
+            barriers: None,
+            film: None,
+            snapshots: None,
+            remote: None,
+            progress: None,
+        };
         let film = Film::new(width, height).unwrap();
         let accumulator = Accumulator::new(film, region, schedule, &[], Some(spp), outbox);
         Some(accumulator.run(Inbox { batches, failures, stop }))

@@ -57,6 +57,9 @@ pub(super) struct RenderArguments {
     /// Open no window
     #[arg(long)]
     headless: bool,
+    /// Show the render in the viewer tev as well, which listens at this address: localhost:14158
+    #[arg(long, value_name = "HOST:PORT", value_parser = address)]
+    tev: Option<String>,
     /// Exposure of PNG and window in stops, instead of the scene's
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
     exposure: Option<f64>,
@@ -139,6 +142,13 @@ fn layers(asked: &[Layers]) -> Vec<Layer> {
 fn noise(text: &str) -> Result<f64, String> {
     let error = || "an error is a number above 0 and below 1, like 0.01".to_owned();
     text.parse().ok().filter(|error: &f64| *error > 0.0 && *error < 1.0).ok_or_else(error)
+}
+
+fn address(text: &str) -> Result<String, String> {
+    let parts = text.rsplit_once(':').filter(|(host, _)| !host.is_empty());
+    let port = parts.and_then(|(_, port)| port.parse::<u16>().ok()).filter(|&port| port > 0);
+    let address = port.map(|_| text.to_owned());
+    address.ok_or_else(|| "an address is a host and a port, like localhost:14158".to_owned())
 }
 
 pub(super) fn exposure(text: &str) -> Result<f64, String> {
@@ -251,6 +261,7 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         fingerprint: None,
         overlay: arguments.overlay.is_some(),
         view,
+        tev: arguments.tev.clone(),
     })
 }
 

@@ -7,6 +7,7 @@
 //! | [`film`] | the film's own words | going on, and merging |
 //! | [`progress`] | numbers | the terminal, or a log |
 //! | [`window`] | snapshots | watching |
+//! | [`tev`] | snapshots | watching in tev |
 //! | [`plot`] | measurements | charts |
 //!
 //! [`atomic`] puts files in place whole, [`patience`] insists, [`human`] turns numbers into words, [`overlay`]
@@ -26,6 +27,7 @@ pub mod plot;
 pub mod png;
 pub mod progress;
 pub mod read;
+pub mod tev;
 pub mod window;
 
 pub use error::OutputError;
@@ -36,3 +38,4 @@ pub use patience::Patience;
 pub use picture::{Format, PictureOptions, check_writable, numbered_path, write_picture};
 pub use progress::{Progress, Reporter};
 pub use read::{ReadError, read_picture};
+pub use tev::{Tev, TevError};

@@ -98,6 +98,8 @@ pub struct Outbox {
     /// Views of the unfinished picture, which may be dropped, except for the last. The render stops when
     /// the viewer goes away.
     pub snapshots: Option<Sender<Arc<Snapshot>>>,
+    /// The same for a viewer elsewhere, without which the render goes on.
+    pub remote: Option<Sender<Arc<Snapshot>>>,
     /// How far it is, which may be dropped.
     pub progress: Option<Sender<Totals>>,
 }
@@ -294,9 +296,13 @@ impl Accumulator {
             // Somebody who has gone need not be told.
             let _ = progress.send(self.totals);
         }
-        if let Some(snapshots) = self.outbox.snapshots.take() {
-            // The viewer may have gone: then there is nobody to show the end to.
-            let _ = snapshots.send(Arc::new(self.snapshot(true)));
+        let viewers = [self.outbox.snapshots.take(), self.outbox.remote.take()];
+        if viewers.iter().any(Option::is_some) {
+            let last = Arc::new(self.snapshot(true));
+            for viewer in viewers.iter().flatten() {
+                // The viewer may have gone: then there is nobody to show the end to.
+                let _ = viewer.send(Arc::clone(&last));
+            }
         }
         let spp = self.totals.spp;
         let whole = (0..self.region.len() as usize).all(|place| self.film.seen(place) == u64::from(spp));
@@ -509,17 +515,23 @@ impl Accumulator {
         if let Some(progress) = &self.outbox.progress {
             let _ = progress.try_send(self.totals);
         }
-        let Some(snapshots) = &self.outbox.snapshots else { return };
+        let mut viewers = self.outbox.snapshots.iter().chain(&self.outbox.remote);
         let pause = FRAME.max(self.frame_cost * SNAPSHOT_SHARE);
-        if snapshots.is_full() || self.last_frame.is_some_and(|last| last.elapsed() < pause) {
+        if viewers.all(Sender::is_full) || self.last_frame.is_some_and(|last| last.elapsed() < pause) {
             return;
         }
         let start = Instant::now();
         let snapshot = Arc::new(self.snapshot(false));
-        let sent = self.outbox.snapshots.as_ref().map(|snapshots| snapshots.try_send(snapshot));
-        if let Some(Err(TrySendError::Disconnected(_))) = sent {
+        // A viewer that still has one to look at gets a later one.
+        let gone = |viewer: &Sender<_>| {
+            matches!(viewer.try_send(Arc::clone(&snapshot)), Err(TrySendError::Disconnected(_)))
+        };
+        if self.outbox.snapshots.as_ref().is_some_and(gone) {
             self.outbox.snapshots = None;
             self.deserted = true;
+        }
+        if self.outbox.remote.as_ref().is_some_and(gone) {
+            self.outbox.remote = None;
         }
         self.frame_cost = start.elapsed();
         self.last_frame = Some(Instant::now());

@@ -101,7 +101,7 @@ pub(super) fn keep_film(sink: &FilmSink, pieces: &Receiver<Piece>, notes: &Sende
 }
 
 /// Tells the user, as long as anybody listens.
-fn tell(notes: &Sender<String>, line: String) {
+pub(super) fn tell(notes: &Sender<String>, line: String) {
     let _ = notes.send(line);
 }
 

@@ -126,6 +126,7 @@ impl Wiring {
                 barriers: Some(barriers_out),
                 film: self.keeper.is_some().then_some(film_out),
                 snapshots: Some(snapshots_out),
+                remote: None,
                 progress: Some(progress_out),
             };
             let spp = Some(self.spp);

@@ -52,6 +52,7 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
             barriers: None,
             film: None,
             snapshots: None,
+            remote: None,
             progress: Some(progress_out),
         };
         let film = Film::new(region.width, region.height).unwrap();

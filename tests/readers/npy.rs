@@ -1,7 +1,7 @@
 //! The sample dump, as NumPy sees it, also after the program that wrote it was killed.
 
-use std::path::Path;
-use std::process::{Command, Stdio};
+use super::{python_with, run};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use stride::integrator::Sample;
@@ -9,30 +9,6 @@ use stride::output::SampleDump;
 
 fn sample(i: u32) -> Sample {
     Sample { pixel: i / 4, sample: i % 4, x: i as f32 + 0.5, y: 0.25, radiance: [i as f32, 2.0, 0.1] }
-}
-
-/// A Python that has NumPy: the first on the path, or Debian's own.
-fn python_with_numpy() -> Option<&'static str> {
-    let has = |python: &&str| {
-        let status = Command::new(python).args(["-c", "import numpy"]).stderr(Stdio::null()).status();
-        status.is_ok_and(|status| status.success())
-    };
-    let found = ["python3", "/usr/bin/python3"].into_iter().find(has);
-    if found.is_none() {
-        assert!(
-            std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"),
-            "no python3 has numpy"
-        );
-        println!("skipped: no python3 with numpy");
-    }
-    found
-}
-
-/// Runs a Python program over the dump at `path` and returns what it prints.
-fn run(python: &str, program: &str, path: &Path) -> String {
-    let out = Command::new(python).args(["-c", program]).arg(path).output().unwrap();
-    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-    String::from_utf8(out.stdout).unwrap().trim().to_string()
 }
 
 /// Loads in one line, checks the records against the rule of `sample`, prints how many there are.
@@ -52,22 +28,21 @@ print(len(a))
 
 #[test]
 fn numpy_opens_a_dump_in_one_line() {
-    let Some(python) = python_with_numpy() else { return };
+    let Some(python) = python_with("numpy") else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npy");
     for count in [0, 1, 100_000] {
         let mut dump = SampleDump::create(&path).unwrap();
         dump.write(&(0..count).map(sample).collect::<Vec<_>>()).unwrap();
         assert_eq!(dump.finish().unwrap(), u64::from(count));
-        assert_eq!(run(python, CHECK, &path), count.to_string());
+        assert_eq!(run(&python, CHECK, &[&path]).expect("it holds"), count.to_string());
     }
 
     // The check notices a wrong record.
     let mut dump = SampleDump::create(&path).unwrap();
     dump.write(&[sample(0), Sample { y: 0.5, ..sample(1) }]).unwrap();
     dump.finish().unwrap();
-    let out = Command::new(python).args(["-c", CHECK]).arg(&path).output().unwrap();
-    assert!(String::from_utf8_lossy(&out.stderr).contains("AssertionError"));
+    assert!(run(&python, CHECK, &[&path]).unwrap_err().contains("AssertionError"));
 }
 
 /// Loads the dump of a render, checks that no sample comes twice, prints how many there are.
@@ -122,8 +97,8 @@ fn a_killed_run_leaves_a_dump_that_loads() {
             "{there} samples are there, the header knows of {count}"
         );
         assert!(count > 50_000);
-        if let Some(python) = python_with_numpy() {
-            assert_eq!(run(python, CHECK_RENDER, &path), count.to_string());
+        if let Some(python) = python_with("numpy") {
+            assert_eq!(run(&python, CHECK_RENDER, &[&path]).expect("it holds"), count.to_string());
         }
     }
 }

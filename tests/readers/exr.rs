@@ -1,0 +1,133 @@
+//! EXR files, as OpenEXR's own reader and NumPy see them.
+
+use super::{python_with, run};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use stride::film::{Channel, Layer};
+use stride::math::lanes::Level;
+use stride::render::{Region, first_hit_layers, layer_samples};
+
+const WIDTH: u32 = 40;
+const HEIGHT: u32 = 30;
+const SPP: u32 = 8;
+
+/// Checks a render's files against each other. Its arguments: the EXR with all layers, the dump of the samples
+/// that it was made of, the values of its layers as this crate makes them (a `.npy` of a row for each channel of
+/// `LAYERS`), and the EXR that `stride merge` made of its film.
+const CHECK: &str = "
+import sys, numpy, OpenEXR
+exr, dump, layers, merged = sys.argv[1:5]
+WIDTH, HEIGHT, SPP = 40, 30, 8
+
+def read(path):
+    with OpenEXR.File(path, separate_channels=True) as file:
+        pixels = {name: channel.pixels.copy() for name, channel in file.channels().items()}
+        return file.header(), pixels
+
+header, pixels = read(exr)
+assert all(p.dtype == numpy.float32 and p.shape == (HEIGHT, WIDTH) for p in pixels.values()), pixels
+samples = numpy.load(dump)
+assert len(samples) == WIDTH * HEIGHT * SPP
+place = samples['pixel'].astype(int)
+count = numpy.bincount(place, minlength=WIDTH * HEIGHT)
+
+# Colour is the mean of the samples, which is rounded once to single precision.
+squares = numpy.zeros(WIDTH * HEIGHT)
+for channel, name in enumerate('RGB'):
+    radiance = samples['radiance'][:, channel].astype(float)
+    mean = numpy.bincount(place, radiance, WIDTH * HEIGHT) / count
+    assert numpy.abs(pixels[name].ravel() - mean).max() <= 1e-7 * (1 + mean.max()), name
+    squares += numpy.bincount(place, radiance**2, WIDTH * HEIGHT) / count - mean**2
+variance = squares / (count - 1)
+assert numpy.abs(pixels['variance.Y'].ravel() - variance).max() <= 1e-6 * (1 + variance.max())
+assert (pixels['samples.Y'].ravel() == count).all()
+
+# The other layers, to the bit.
+rows = numpy.load(layers)
+names = [bytes(row['name']).decode() for row in rows]
+assert set(names) | set('RGB') | {'variance.Y', 'samples.Y'} <= set(pixels), names
+for name, row in zip(names, rows):
+    assert (pixels[name].ravel().view('u4') == row['values'].view('u4')).all(), name
+
+# The film's picture is the render's.
+_, again = read(merged)
+assert set(again) == set('RGB'), again
+assert all((again[name].view('u4') == pixels[name].view('u4')).all() for name in 'RGB')
+print(len(names))
+";
+
+fn stride(folder: &Path, arguments: &[&str]) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+    let output = command.args(arguments).current_dir(folder).output().expect("stride");
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// A NumPy file of channels: a row with name and values for each.
+fn write_channels(path: &Path, channels: &[Channel]) {
+    let pixels = WIDTH * HEIGHT;
+    let mut header = format!(
+        "{{'descr': [('name', 'S16'), ('values', '<f4', ({pixels},))], 'fortran_order': False, 'shape': ({},)}}",
+        channels.len()
+    );
+    // Magic, version and length take ten bytes; all is to be a multiple of 64.
+    header += &" ".repeat(63 - (10 + header.len()) % 64);
+    header += "\n";
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    for channel in channels {
+        let mut name = [0_u8; 16];
+        name[..channel.name.len()].copy_from_slice(channel.name.as_bytes());
+        bytes.extend(name);
+        channel.values.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+    }
+    fs::write(path, bytes).expect("a writable folder");
+}
+
+#[test]
+fn openexr_and_numpy_read_what_was_meant() {
+    let Some(python) = python_with("numpy, OpenEXR") else { return };
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| -> PathBuf { dir.path().join(name) };
+    let scene = format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"));
+    let render = |seed: &str, exr: &str, dump: &str, film: &str| {
+        let size = format!("{WIDTH}x{HEIGHT}");
+        let fixed =
+            ["render", &scene, "--headless", "-q", "--layers", "all", "--size", &size, "--seed", seed];
+        let spp = SPP.to_string();
+        stride(
+            dir.path(),
+            &[&fixed[..], &["--spp", &spp, "-o", exr, "--samples", dump, "--film", film]].concat(),
+        );
+    };
+    render("0", "a.exr", "a.npy", "a.film");
+    render("1", "b.exr", "b.npy", "b.film");
+    stride(dir.path(), &["merge", "a.film", "-o", "merged.exr"]);
+    let mut scene = stride::scene::load(scene.as_ref()).expect("a scene").scene;
+    (scene.film.width, scene.film.height) = (WIDTH, HEIGHT);
+    let (integrator, level) = (super::common::integrator(&scene), Level::available()[0]);
+    let region = Region::whole(WIDTH, HEIGHT);
+    let first_hits = Layer::ALL.into_iter().filter(|layer| !layer.is_of_film()).collect::<Vec<_>>();
+    let mut channels = first_hit_layers(&*integrator, level, region, 0..layer_samples(SPP), 1, &first_hits);
+    write_channels(&path("layers.npy"), &channels);
+
+    let check =
+        |files: [&str; 4]| run(&python, CHECK, &files.map(path).each_ref().map(|path| path.as_path()));
+    assert_eq!(check(["a.exr", "a.npy", "layers.npy", "merged.exr"]), Ok(channels.len().to_string()));
+    // Negative controls: each of the files is another's.
+    for files in [
+        ["b.exr", "a.npy", "layers.npy", "merged.exr"],
+        ["a.exr", "b.npy", "layers.npy", "merged.exr"],
+        ["a.exr", "a.npy", "layers.npy", "b.exr"],
+    ] {
+        assert!(check(files).expect_err("files of two renders").contains("AssertionError"), "{files:?}");
+    }
+    channels[3].values[77] = channels[3].values[77].next_up();
+    write_channels(&path("layers.npy"), &channels);
+    assert!(
+        check(["a.exr", "a.npy", "layers.npy", "merged.exr"])
+            .expect_err("a bit is wrong")
+            .contains("AssertionError")
+    );
+}

@@ -30,11 +30,21 @@ pub struct Bvh {
 impl Bvh {
     /// Sorts the bounded surfaces into a tree, which joins the unbounded ones and what no box can hold.
     pub fn new(geometry: &Geometry) -> Union<Simple, Bvh> {
-        Bvh::with(geometry, |bounds| bounds)
+        Bvh::built_by(geometry, std::thread::available_parallelism().map_or(1, |n| n.get()))
+    }
+
+    /// The same tree, built by so many threads.
+    pub fn built_by(geometry: &Geometry, threads: usize) -> Union<Simple, Bvh> {
+        Bvh::with(geometry, |bounds| bounds, threads)
+    }
+
+    /// What the tree takes up in memory, in bytes.
+    pub fn bytes(&self) -> usize {
+        self.tree.as_ref().map_or(0, Nodes::bytes)
     }
 
     /// With other boxes than the shapes' own.
-    fn with(geometry: &Geometry, change: impl Fn(Bounds) -> Bounds) -> Union<Simple, Bvh> {
+    fn with(geometry: &Geometry, change: impl Fn(Bounds) -> Bounds, threads: usize) -> Union<Simple, Bvh> {
         let (mut beside, all) = (geometry.first.clone(), &geometry.second);
         let mut items = Vec::with_capacity(all.spheres.len() + all.quads.len());
         for (index, sphere) in all.spheres.iter().enumerate() {
@@ -53,7 +63,6 @@ impl Bvh {
             (0..all.triangles.len()).filter_map(|i| item(change(all.triangles.bounds(i)), TRIANGLE, i)),
         );
         let tree = (!items.is_empty()).then(|| {
-            let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
             let splits = build::build(&mut items, threads);
             Nodes::new(&splits, &items, all)
         });

@@ -214,6 +214,15 @@ impl Nodes {
         nodes
     }
 
+    /// Bytes in memory.
+    pub(super) fn bytes(&self) -> usize {
+        let Nodes { root: _, nodes, spheres, quads, triangles } = self;
+        size_of_val(&nodes[..])
+            + size_of_val(&spheres[..])
+            + size_of_val(&quads[..])
+            + size_of_val(&triangles[..])
+    }
+
     fn add_leaf(&mut self, items: &[Item], things: &Simple) -> Child {
         let indices = items.iter().map(|item| item.index as usize);
         match items[0].kind {

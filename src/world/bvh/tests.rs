@@ -244,8 +244,11 @@ fn boxes_that_are_too_small_are_noticed() {
         let mut wrong = 0;
         for _ in 0..200 {
             let jumble = jumble(stream);
-            let tree =
-                Bvh::with(&jumble.geometry, |bounds| bounds.grown(-share).grown(-crate::shape::BOUNDS_ERROR));
+            let tree = Bvh::with(
+                &jumble.geometry,
+                |bounds| bounds.grown(-share).grown(-crate::shape::BOUNDS_ERROR),
+                1,
+            );
             wrong += differences(&jumble, &tree, Level::SCALAR, 500, stream).0;
         }
         assert!(wrong > 20, "{wrong} wrong answers from boxes smaller by {share}");

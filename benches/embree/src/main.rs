@@ -1,0 +1,204 @@
+//! stride's tree beside Embree's: rays a second of one thread, seconds to build, bytes a triangle; on the same
+//! rays and in one run, because no two runs on a machine are alike.
+//!
+//! ```sh
+//! apt-get install libembree-dev
+//! cargo run --release --manifest-path benches/embree/Cargo.toml -- [--rays N] [--rounds N] [mesh] [build]
+//! ```
+//!
+//! Embree is robust, as `stride` is, and asked one ray at a time without coherence, as a path tracer asks it;
+//! `stride` is asked as many at a time as it has lanes, as its own paths ask. Figures are medians over rounds, each
+//! of which asks all three once; ratios are medians of the rounds' own.
+
+mod blob;
+mod embree;
+mod rays;
+
+use blob::{Icosphere, direction};
+use embree::{Embree, Quality};
+use glam::{DAffine3, DVec3};
+use rand::RngExt;
+use rays::{Answers, Rays};
+use std::sync::Arc;
+use std::time::Instant;
+use stride::math::lanes::Level;
+use stride::sampling::Stream;
+use stride::shape::Mesh;
+use stride::world::{Bvh, Simple, Triangles, Union, World};
+
+fn main() {
+    let mut rays = 4_000_000;
+    let mut rounds = 5;
+    let mut what = Vec::new();
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut number = || words.next().and_then(|n| n.parse().ok()).expect("a number");
+        match word.as_str() {
+            "--rays" => rays = number(),
+            "--rounds" => rounds = number(),
+            _ => what.push(word),
+        }
+    }
+    let wants = |name: &str| what.is_empty() || what.iter().any(|word| word == name);
+    let level = Level::from_environment().expect("a level");
+    println!("stride with {level}");
+    if wants("mesh") {
+        mesh(level, rays, rounds);
+    }
+    if wants("build") {
+        build(rounds);
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn seconds<T>(work: impl FnOnce() -> T) -> (f64, T) {
+    let start = Instant::now();
+    let result = work();
+    (start.elapsed().as_secs_f64(), result)
+}
+
+fn stride_of(mesh: &Mesh, threads: usize) -> Union<Simple, Bvh> {
+    let mut triangles = Triangles::default();
+    triangles.push(mesh, &DAffine3::IDENTITY, 0);
+    tree_of(triangles, threads)
+}
+
+fn tree_of(triangles: Triangles, threads: usize) -> Union<Simple, Bvh> {
+    let bounded = Simple { triangles: Arc::new(triangles), ..Simple::default() };
+    Bvh::built_by(&Union { first: Simple::default(), second: bounded }, threads)
+}
+
+/// A picture's rays from outside, row by row.
+fn primary(count: usize) -> Rays {
+    let side = (count as f64).sqrt().ceil() as usize;
+    let eye = DVec3::new(0.7, -2.4, 0.9);
+    let forward = -eye.normalize();
+    let right = forward.cross(DVec3::Z).normalize();
+    let up = right.cross(forward);
+    let at = |i: usize| (i as f64 + 0.5) / side as f64 - 0.5;
+    Rays::new((0..count).map(|i| (eye, (forward + right * at(i % side) - up * at(i / side)).normalize())))
+}
+
+/// From where rays hit something, in directions around the normal there, cosine-distributed.
+fn bounce(count: usize, rays: &Rays, hits: &Answers, mesh: &Mesh) -> Rays {
+    let stream = &mut Stream::new(1, 0, 0);
+    let met: Vec<usize> = (0..rays.len()).filter(|&i| hits.t[i] < f32::INFINITY).collect();
+    Rays::new((0..count).map(|i| {
+        // In the picture's order, or what a path tracer would keep of it.
+        let i = met[i * met.len() / count];
+        let (o, d) = rays.get(i);
+        let p = o + d * f64::from(hits.t[i]);
+        let [a, b, c] = mesh.triangles[hits.primitive[i] as usize]
+            .map(|vertex| DVec3::from(mesh.positions[vertex as usize].map(f64::from)));
+        let n = (b - a).cross(c - a).normalize();
+        let n = if n.dot(d) < 0.0 { n } else { -n };
+        (p + n * 1e-5, (n + direction(stream)).normalize())
+    }))
+}
+
+/// From anywhere in and around the mesh in any direction.
+fn random(count: usize) -> Rays {
+    let stream = &mut Stream::new(2, 0, 0);
+    Rays::new((0..count).map(|_| {
+        let o = DVec3::from([(); 3].map(|()| stream.random_range(-1.2..1.2_f64)));
+        (o, direction(stream))
+    }))
+}
+
+fn mesh(level: Level, count: usize, rounds: usize) {
+    let mesh = Icosphere::new(8).blob(7);
+    println!("{} triangles", mesh.triangles.len());
+    let ours = stride_of(&mesh, 1);
+    let medium = Embree::new(std::slice::from_ref(&mesh), &[], Quality::Medium, 1);
+    let high = Embree::new(std::slice::from_ref(&mesh), &[], Quality::High, 1);
+    let primary = primary(count);
+    let mut hits = primary.answers();
+    medium.closest(&primary, &mut hits);
+    let sets = [
+        ("primary", bounce(0, &primary, &hits, &mesh)),
+        ("bounce", bounce(count, &primary, &hits, &mesh)),
+        ("random", random(count)),
+    ];
+    let [_, bounce, random] = sets;
+    compare(level, &ours, [&medium, &high], &[("primary", primary), bounce, random], rounds);
+}
+
+/// Asks all, round by round, and prints Mrays/s and ratios.
+fn compare<W: World>(level: Level, ours: &W, embree: [&Embree; 2], sets: &[(&str, Rays)], rounds: usize) {
+    println!("rays             stride     Embree medium, high  (Mrays/s)    stride over medium, high");
+    for (name, rays) in sets {
+        let mut answers = [rays.answers(), rays.answers(), rays.answers()];
+        for closest in [true, false] {
+            let mut times = [const { Vec::new() }; 3];
+            for _ in 0..rounds {
+                let [a, b, c] = &mut answers;
+                times[0].push(
+                    seconds(|| if closest { rays.closest(level, ours, a) } else { rays.any(level, ours, a) })
+                        .0,
+                );
+                for (i, answers) in [b, c].into_iter().enumerate() {
+                    let work = || {
+                        if closest { embree[i].closest(rays, answers) } else { embree[i].any(rays, answers) }
+                    };
+                    times[i + 1].push(seconds(work).0);
+                }
+            }
+            let speed = |i: usize| median(times[i].clone()).recip() * rays.len() as f64 / 1e6;
+            let ratio = |i: usize| median((0..rounds).map(|k| times[i][k] / times[0][k]).collect());
+            let kind = if closest { "closest" } else { "any" };
+            println!(
+                "{name:8} {kind:8} {:6.3}     {:6.3} {:6.3}                        {:5.2} {:5.2}",
+                speed(0),
+                speed(1),
+                speed(2),
+                ratio(1),
+                ratio(2)
+            );
+            if closest {
+                let off = |a: f32, b: f32| a != b && !((a - b).abs() <= 1e-4 * a.max(b));
+                let differ = (0..rays.len()).filter(|&i| off(answers[0].t[i], answers[1].t[i])).count();
+                let met = answers[0].t.iter().filter(|t| t.is_finite()).count();
+                println!(
+                    "    {met} of {} rays meet something; {differ} distances differ by a ten-thousandth",
+                    rays.len()
+                );
+            }
+        }
+    }
+}
+
+fn build(rounds: usize) {
+    let mesh = Icosphere::new(8).blob(7);
+    let count = mesh.triangles.len() as f64;
+    println!("build            stride     Embree medium, high  (seconds)");
+    for threads in [1, 2] {
+        let mut times = [const { Vec::new() }; 3];
+        let mut bytes = [0.0; 3];
+        for _ in 0..rounds {
+            // As for Embree, whose own copy of the vertices is not in its time.
+            let mut triangles = Triangles::default();
+            triangles.push(&mesh, &DAffine3::IDENTITY, 0);
+            let (time, tree) = seconds(|| tree_of(triangles, threads));
+            times[0].push(time);
+            bytes[0] = tree.second.bytes() as f64 / count;
+            for (i, quality) in [Quality::Medium, Quality::High].into_iter().enumerate() {
+                let (time, tree) =
+                    seconds(|| Embree::new(std::slice::from_ref(&mesh), &[], quality, threads));
+                times[i + 1].push(time);
+                bytes[i + 1] = tree.bytes as f64 / count;
+            }
+        }
+        let [ours, medium, high] = times.map(median);
+        println!("{threads} threads        {ours:6.3}     {medium:6.3} {high:6.3}");
+        if threads == 1 {
+            let [ours, medium, high] = bytes;
+            println!(
+                "bytes a triangle {ours:6.1}     {medium:6.1} {high:6.1}    (Embree's with vertices and indices)"
+            );
+        }
+    }
+}

@@ -5,6 +5,7 @@
 
 mod bvh;
 mod compile;
+mod pages;
 mod simple;
 mod surfaces;
 mod triangles;

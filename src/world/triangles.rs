@@ -70,10 +70,10 @@ impl Triangles {
 
     /// A triangle's corners.
     pub fn positions_of(&self, triangle: usize) -> [[f32; 3]; 3] {
-        [0, 1, 2].map(|corner| {
-            let vertex = self.corners[corner][triangle] as usize;
-            [0, 1, 2].map(|axis| self.positions[axis][vertex])
-        })
+        let [a, b, c] = &self.corners;
+        let [x, y, z] = &self.positions;
+        let position = |vertex: u32| [x[vertex as usize], y[vertex as usize], z[vertex as usize]];
+        [position(a[triangle]), position(b[triangle]), position(c[triangle])]
     }
 
     /// A box around a triangle, as [`crate::shape::Shape::bounds`] has it.

@@ -2,12 +2,18 @@
 //! SAH-based Bounding Volume Hierarchies").
 
 use crate::math::Bounds;
+use crate::world::pages;
 
 /// The most things in a leaf, which a ray tests all at once.
 pub(super) const LEAF: usize = 8;
 
-/// Bins along an axis.
+/// Bins along an axis, at most.
 const BINS: usize = 16;
+
+/// How many bins so many things are worth: few things fall into few.
+fn bins_for(count: usize) -> usize {
+    (4 + count / 4).min(BINS)
+}
 
 /// What asking a leaf costs over what passing a split costs. A split is a seventh of a node with eight
 /// children, but a node's children are rarely all of use.
@@ -20,21 +26,92 @@ const CHOSEN_DEPTH: u32 = 40;
 /// The deepest that a tree can be: things are numbered in 32 bits.
 pub(super) const MAX_DEPTH: usize = CHOSEN_DEPTH as usize + 32;
 
-/// A thing to sort into a tree.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Item {
-    pub(super) bounds: Bounds,
-    /// Only things of one kind share a leaf.
-    pub(super) kind: u32,
-    /// Index among the things of its kind.
-    pub(super) index: u32,
+/// A box in the form in which boxes are joined fastest: what stands in the fourth places does not matter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(16))]
+struct Extent {
+    low: [f32; 4],
+    high: [f32; 4],
 }
 
+impl Extent {
+    const NOTHING: Extent = Extent { low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4] };
+
+    #[inline(always)]
+    fn join(&mut self, low: &[f32; 4], high: &[f32; 4]) {
+        for i in 0..4 {
+            self.low[i] = if low[i] < self.low[i] { low[i] } else { self.low[i] };
+            self.high[i] = if high[i] > self.high[i] { high[i] } else { self.high[i] };
+        }
+    }
+
+    #[inline(always)]
+    fn bounds(&self) -> Bounds {
+        let ([a, b, c, _], [d, e, f, _]) = (self.low, self.high);
+        Bounds { low: [a, b, c], high: [d, e, f] }
+    }
+}
+
+/// A thing to sort into a tree: its box, and in the fourth places which thing it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Item(Extent);
+
 impl Item {
+    /// A thing of a kind, numbered among the things of its kind. Both are below 2³⁰, so that as the bits of floats
+    /// they are numbers, which minimum and maximum leave alone.
+    pub(super) fn new(bounds: &Bounds, kind: u32, index: u32) -> Item {
+        let ([a, b, c], [d, e, f]) = (bounds.low, bounds.high);
+        let (kind, index) = (f32::from_bits(kind), f32::from_bits(index));
+        Item(Extent { low: [a, b, c, kind], high: [d, e, f, index] })
+    }
+
+    /// Only things of one kind share a leaf.
+    #[inline(always)]
+    pub(super) fn kind(&self) -> u32 {
+        self.0.low[3].to_bits()
+    }
+
+    #[inline(always)]
+    pub(super) fn index(&self) -> u32 {
+        self.0.high[3].to_bits()
+    }
+
+    #[cfg(test)]
+    pub(super) fn bounds(&self) -> Bounds {
+        self.0.bounds()
+    }
+
     /// Twice the middle.
-    #[inline]
-    fn middle(&self, axis: usize) -> f32 {
-        self.bounds.low[axis] + self.bounds.high[axis]
+    #[inline(always)]
+    fn middle(&self) -> [f32; 4] {
+        let Extent { low, high } = &self.0;
+        [low[0] + high[0], low[1] + high[1], low[2] + high[2], 0.0]
+    }
+}
+
+/// Things of one node: what is around them, and around their middles.
+#[derive(Clone, Copy, Debug)]
+struct Around {
+    boxes: Extent,
+    middles: Extent,
+}
+
+impl Around {
+    const NOTHING: Around = Around { boxes: Extent::NOTHING, middles: Extent::NOTHING };
+
+    fn of(items: &[Item]) -> Around {
+        let mut around = Around::NOTHING;
+        for item in items {
+            around.add(item);
+        }
+        around
+    }
+
+    #[inline(always)]
+    fn add(&mut self, item: &Item) {
+        self.boxes.join(&item.0.low, &item.0.high);
+        let middle = item.middle();
+        self.middles.join(&middle, &middle);
     }
 }
 
@@ -59,26 +136,37 @@ pub(super) enum Below {
 ///
 /// Up to so many threads work at it, which does not show in the tree.
 pub(super) fn build(items: &mut [Item], threads: usize) -> Vec<Split> {
-    let mut splits = Vec::new();
-    grow(items, 0, 0, &mut splits, threads);
+    let mut splits = pages::with_capacity(items.len() / 2 + 1);
+    let around = Around::of(items);
+    // More shares than threads, so that the system evens out what the sides of the first splits differ by.
+    let shares = if threads < 2 { 1 } else { 4 * threads };
+    grow(items, &around, 0, 0, &mut splits, shares);
     splits
 }
 
 /// The fewest things that are worth a thread.
-const THREAD_PAYS_FROM: usize = 1 << 13;
+pub(super) const THREAD_PAYS_FROM: usize = 1 << 13;
 
-fn grow(items: &mut [Item], first: u32, depth: u32, splits: &mut Vec<Split>, threads: usize) {
-    let bounds = items.iter().fold(Bounds::NOTHING, |bounds, item| bounds.with(&item.bounds));
+fn grow(
+    items: &mut [Item],
+    around: &Around,
+    first: u32,
+    depth: u32,
+    splits: &mut Vec<Split>,
+    threads: usize,
+) {
     let at = splits.len();
     let count = items.len() as u32;
-    splits.push(Split { bounds, below: Below::Leaf { first, count } });
-    let Some(middle) = divide(items, &bounds, depth) else { return };
+    splits.push(Split { bounds: around.boxes.bounds(), below: Below::Leaf { first, count } });
+    let Some(Sides { middle, around: [around_low, around_high] }) = divide(items, around, depth) else {
+        return;
+    };
     let (low, high) = items.split_at_mut(middle);
     let second = first + middle as u32;
     if threads < 2 || low.len().min(high.len()) < THREAD_PAYS_FROM {
-        grow(low, first, depth + 1, splits, threads);
+        grow(low, &around_low, first, depth + 1, splits, threads);
         splits[at].below = Below::Two { second: splits.len() as u32 };
-        grow(high, second, depth + 1, splits, threads);
+        grow(high, &around_high, second, depth + 1, splits, threads);
         return;
     }
     // As many for each side as it has things.
@@ -86,11 +174,11 @@ fn grow(items: &mut [Item], first: u32, depth: u32, splits: &mut Vec<Split>, thr
     let for_low = ((threads as f64 * share).round() as usize).clamp(1, threads - 1);
     let above = std::thread::scope(|scope| {
         let work = scope.spawn(|| {
-            let mut above = Vec::new();
-            grow(high, second, depth + 1, &mut above, threads - for_low);
+            let mut above = pages::with_capacity(high.len() / 2 + 1);
+            grow(high, &around_high, second, depth + 1, &mut above, threads - for_low);
             above
         });
-        grow(low, first, depth + 1, splits, for_low);
+        grow(low, &around_low, first, depth + 1, splits, for_low);
         work.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     });
     let base = splits.len() as u32;
@@ -105,19 +193,26 @@ fn grow(items: &mut [Item], first: u32, depth: u32, splits: &mut Vec<Split>, thr
 }
 
 /// How many rounds it takes to test so many things.
-fn rounds(count: usize) -> f64 {
-    count.div_ceil(LEAF) as f64
+fn rounds(count: u32) -> f64 {
+    f64::from(count.div_ceil(LEAF as u32))
 }
 
-/// Sorts things into two sides and returns where the second begins; `None` if they are a leaf.
-fn divide(items: &mut [Item], bounds: &Bounds, depth: u32) -> Option<usize> {
-    let may_be_leaf = items.len() <= LEAF && items.iter().all(|item| item.kind == items[0].kind);
+/// Two sides of a node's things.
+struct Sides {
+    /// Where the second begins.
+    middle: usize,
+    around: [Around; 2],
+}
+
+/// Sorts things into two sides; `None` if they are a leaf.
+fn divide(items: &mut [Item], around: &Around, depth: u32) -> Option<Sides> {
     if items.len() == 1 {
         return None;
     }
-    let area = bounds.half_area();
-    let best = if depth < CHOSEN_DEPTH { cheapest(items) } else { None };
+    let may_be_leaf = items.len() <= LEAF && items.iter().all(|item| item.kind() == items[0].kind());
+    let best = if depth < CHOSEN_DEPTH { cheapest(items, &around.middles) } else { None };
     if may_be_leaf {
+        let area = around.boxes.bounds().half_area();
         let worth_it = best.is_some_and(|best| area + LEAF_COST * best.cost < LEAF_COST * area);
         if !worth_it {
             return None;
@@ -125,48 +220,82 @@ fn divide(items: &mut [Item], bounds: &Bounds, depth: u32) -> Option<usize> {
     }
     let Some(best) = best else {
         // All in one place, or too deep: kinds part first, so that leaves can be.
-        items.sort_unstable_by_key(|item| (item.kind, item.index));
-        let border = items.partition_point(|item| item.kind == items[0].kind);
-        return Some(if border < items.len() { border } else { items.len() / 2 });
+        items.sort_unstable_by_key(|item| (item.kind(), item.index()));
+        let border = items.partition_point(|item| item.kind() == items[0].kind());
+        let middle = if border < items.len() { border } else { items.len() / 2 };
+        let around = [Around::of(&items[..middle]), Around::of(&items[middle..])];
+        return Some(Sides { middle, around });
     };
-    let middle = partition(items, |item| best.axis.bin(item) < best.bin);
-    debug_assert!(middle > 0 && middle < items.len());
-    Some(middle)
+    let sides = partition(items, &best);
+    debug_assert!(sides.middle > 0 && sides.middle < items.len());
+    Some(sides)
 }
 
-/// Moves the things that belong to the low side to the front.
-fn partition(items: &mut [Item], is_low: impl Fn(&Item) -> bool) -> usize {
+/// Moves the things of the low side to the front.
+fn partition(items: &mut [Item], split: &Candidate) -> Sides {
+    let mut around = [Around::NOTHING; 2];
     let (mut low, mut high) = (0, items.len());
+    let is_low = |item: &Item| split.bins.bins(item)[split.axis] < split.bin;
     while low < high {
         if is_low(&items[low]) {
+            around[0].add(&items[low]);
             low += 1;
-        } else {
+            continue;
+        }
+        around[1].add(&items[low]);
+        high -= 1;
+        while low < high && !is_low(&items[high]) {
+            around[1].add(&items[high]);
             high -= 1;
+        }
+        if low < high {
             items.swap(low, high);
+            around[0].add(&items[low]);
+            low += 1;
         }
     }
-    low
+    Sides { middle: low, around }
 }
 
-/// An axis cut into bins of one width.
+/// The axes cut into bins of one width each.
 #[derive(Clone, Copy, Debug)]
-struct Axis {
-    axis: usize,
-    from: f32,
-    per_unit: f32,
+struct Bins {
+    count: usize,
+    from: [f32; 4],
+    /// Zero for an axis along which all the middles are one, or so near that the inverse of their distance is not
+    /// finite.
+    per_unit: [f32; 4],
 }
 
-impl Axis {
-    #[inline]
-    fn bin(&self, item: &Item) -> usize {
-        (((item.middle(self.axis) - self.from) * self.per_unit) as usize).min(BINS - 1)
+impl Bins {
+    fn new(count: usize, middles: &Extent) -> Bins {
+        let ([x, y, z, _], [high_x, high_y, high_z, _]) = (middles.low, middles.high);
+        let per_unit = |low: f32, high: f32| {
+            let inverse = (count - 1) as f32 / (high - low);
+            if inverse.is_finite() { inverse } else { 0.0 }
+        };
+        let per_unit = [per_unit(x, high_x), per_unit(y, high_y), per_unit(z, high_z), 0.0];
+        Bins { count, from: [x, y, z, 0.0], per_unit }
+    }
+
+    /// The bin of a thing along each axis: the nearest integer, as the lowest bits of a sum with 2²³.
+    #[inline(always)]
+    fn bins(&self, item: &Item) -> [usize; 4] {
+        let middle = item.middle();
+        let mut bins = [0; 4];
+        for axis in 0..4 {
+            let at = (middle[axis] - self.from[axis]) * self.per_unit[axis] + 8_388_608.0;
+            bins[axis] = at.to_bits() & (BINS - 1) as u32;
+        }
+        bins.map(|bin| bin as usize)
     }
 }
 
 /// A way to divide.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
-    axis: Axis,
+    bins: Bins,
+    axis: usize,
     /// Bins below this one are the low side.
     bin: usize,
     /// Half areas times rounds, both sides.
@@ -174,47 +303,41 @@ struct Candidate {
 }
 
 /// The division between bins that costs least; `None` if all the things have one middle.
-fn cheapest(items: &[Item]) -> Option<Candidate> {
-    let mut from = [f32::INFINITY; 3];
-    let mut to = [f32::NEG_INFINITY; 3];
+fn cheapest(items: &[Item], middles: &Extent) -> Option<Candidate> {
+    let bins = Bins::new(bins_for(items.len()), middles);
+    let mut extents = [[Extent::NOTHING; BINS]; 3];
+    let mut counts = [[0_u32; BINS]; 3];
     for item in items {
+        let at = bins.bins(item);
         for axis in 0..3 {
-            from[axis] = from[axis].min(item.middle(axis));
-            to[axis] = to[axis].max(item.middle(axis));
+            extents[axis][at[axis]].join(&item.0.low, &item.0.high);
+            counts[axis][at[axis]] += 1;
         }
     }
     let mut best: Option<Candidate> = None;
     for axis in 0..3 {
-        let per_unit = BINS as f32 / (to[axis] - from[axis]);
-        // So thin that its inverse is not finite is as good as flat.
-        if !(to[axis] > from[axis] && per_unit.is_finite()) {
+        if bins.per_unit[axis] == 0.0 {
             continue;
         }
-        let axis = Axis { axis, from: from[axis], per_unit };
-        let mut bins = [(Bounds::NOTHING, 0_usize); BINS];
-        for item in items {
-            let (bounds, count) = &mut bins[axis.bin(item)];
-            *bounds = bounds.with(&item.bounds);
-            *count += 1;
-        }
+        let (extents, counts) = (&extents[axis], &counts[axis]);
         // What the high sides cost, from above.
         let mut high_cost = [f64::INFINITY; BINS];
-        let (mut bounds, mut count) = (Bounds::NOTHING, 0);
-        for bin in (1..BINS).rev() {
-            bounds = bounds.with(&bins[bin].0);
-            count += bins[bin].1;
+        let (mut extent, mut count) = (Extent::NOTHING, 0);
+        for bin in (1..bins.count).rev() {
+            extent.join(&extents[bin].low, &extents[bin].high);
+            count += counts[bin];
             if count > 0 {
-                high_cost[bin] = bounds.half_area() * rounds(count);
+                high_cost[bin] = extent.bounds().half_area() * rounds(count);
             }
         }
-        let (mut bounds, mut count) = (Bounds::NOTHING, 0);
-        for bin in 1..BINS {
-            bounds = bounds.with(&bins[bin - 1].0);
-            count += bins[bin - 1].1;
-            let cost = bounds.half_area() * rounds(count) + high_cost[bin];
+        let (mut extent, mut count) = (Extent::NOTHING, 0);
+        for bin in 1..bins.count {
+            extent.join(&extents[bin - 1].low, &extents[bin - 1].high);
+            count += counts[bin - 1];
+            let cost = extent.bounds().half_area() * rounds(count) + high_cost[bin];
             let is_best = best.is_none_or(|best| cost < best.cost);
             if count > 0 && cost.is_finite() && is_best {
-                best = Some(Candidate { axis, bin, cost });
+                best = Some(Candidate { bins, axis, bin, cost });
             }
         }
     }

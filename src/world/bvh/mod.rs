@@ -12,7 +12,7 @@ mod traverse;
 use self::build::Item;
 use self::node::{Nodes, QUAD, SPHERE, TRIANGLE};
 use self::traverse::{Any, Closest, Rays};
-use super::{Geometry, Hit, Simple, Union, World};
+use super::{Geometry, Hit, Simple, Union, World, pages};
 use crate::math::lanes::MAX_LANES;
 use crate::math::{Bounds, Float, Mask, Ray, Uint};
 use crate::shape::Shape;
@@ -44,9 +44,13 @@ impl Bvh {
     }
 
     /// With other boxes than the shapes' own.
-    fn with(geometry: &Geometry, change: impl Fn(Bounds) -> Bounds, threads: usize) -> Union<Simple, Bvh> {
+    fn with(
+        geometry: &Geometry,
+        change: impl Fn(Bounds) -> Bounds + Sync,
+        threads: usize,
+    ) -> Union<Simple, Bvh> {
         let (mut beside, all) = (geometry.first.clone(), &geometry.second);
-        let mut items = Vec::with_capacity(all.spheres.len() + all.quads.len());
+        let mut items = pages::with_capacity(all.len());
         for (index, sphere) in all.spheres.iter().enumerate() {
             match item(change(sphere.0.bounds()), SPHERE, index) {
                 Some(item) => items.push(item),
@@ -59,21 +63,41 @@ impl Bvh {
                 None => beside.quads.push(*quad),
             }
         }
-        items.extend(
-            (0..all.triangles.len()).filter_map(|i| item(change(all.triangles.bounds(i)), TRIANGLE, i)),
-        );
+        // The triangles of a mesh all fit: its reader and its transform have been checked.
+        let others = items.len();
+        items.resize(others + all.triangles.len(), Item::new(&Bounds::EVERYTHING, TRIANGLE, 0));
+        in_parts(&mut items[others..], threads, |first, part| {
+            for (index, item) in part.iter_mut().enumerate() {
+                let index = first + index;
+                *item = Item::new(&change(all.triangles.bounds(index)), TRIANGLE, index as u32);
+            }
+        });
         let tree = (!items.is_empty()).then(|| {
             let splits = build::build(&mut items, threads);
-            Nodes::new(&splits, &items, all)
+            Nodes::new(&splits, &items, all, threads)
         });
         Union { first: beside, second: Bvh { tree } }
     }
 }
 
+/// Runs `work` on parts of a slice side by side, each with the index of its first value.
+fn in_parts<T: Send>(all: &mut [T], threads: usize, work: impl Fn(usize, &mut [T]) + Sync) {
+    if threads < 2 || all.len() < build::THREAD_PAYS_FROM {
+        return work(0, all);
+    }
+    let size = all.len().div_ceil(threads);
+    std::thread::scope(|scope| {
+        for (i, part) in all.chunks_mut(size).enumerate() {
+            let work = &work;
+            scope.spawn(move || work(i * size, part));
+        }
+    });
+}
+
 fn item(bounds: Bounds, kind: u32, index: usize) -> Option<Item> {
     let Bounds { low, high } = bounds;
     let fits = low.iter().chain(&high).all(|x| x.abs() < FARTHEST);
-    fits.then_some(Item { bounds, kind, index: index as u32 })
+    fits.then(|| Item::new(&bounds, kind, index as u32))
 }
 
 impl World for Bvh {

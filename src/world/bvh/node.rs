@@ -1,9 +1,10 @@
 //! Nodes of eight children, and what is in a leaf.
 
 use super::build::{Below, Item, LEAF, Split};
+use super::in_parts;
 use crate::math::{Bounds, Float, Vec3};
 use crate::shape::{Quad, QuadForm, Sphere, SphereForm};
-use crate::world::{FIRST_TRIANGLE, Simple, Triangles};
+use crate::world::{FIRST_TRIANGLE, Simple, Triangles, pages};
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -16,6 +17,14 @@ pub(super) struct Node {
     pub(super) planes: [[f32; WIDTH]; 6],
     /// What the boxes hold.
     pub(super) children: [Child; WIDTH],
+}
+
+impl Node {
+    /// Eight times the box of nothing.
+    const NOTHING: [[f32; WIDTH]; 6] = {
+        let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+        [low, low, low, high, high, high]
+    };
 }
 
 /// A reference to a node or a leaf, in one word.
@@ -165,15 +174,16 @@ impl Quads {
 }
 
 impl Eight {
-    fn new(triangles: &Triangles, indices: impl Iterator<Item = u32>) -> Eight {
-        let mut block = Eight { corners: [[[f32::NAN; LEAF]; 3]; 3], rows: [u32::MAX; LEAF] };
-        for (lane, index) in indices.enumerate() {
-            for (columns, corner) in block.corners.iter_mut().zip(triangles.positions_of(index as usize)) {
+    const EMPTY: Eight = Eight { corners: [[[f32::NAN; LEAF]; 3]; 3], rows: [u32::MAX; LEAF] };
+
+    fn fill(&mut self, triangles: &Triangles, items: &[Item]) {
+        for (lane, item) in items.iter().enumerate() {
+            let corners = triangles.positions_of(item.index() as usize);
+            for (columns, corner) in self.corners.iter_mut().zip(corners) {
                 place(columns, lane, corner);
             }
-            block.rows[lane] = FIRST_TRIANGLE | index;
+            self.rows[lane] = FIRST_TRIANGLE | item.index();
         }
-        block
     }
 
     /// The corners, their coordinates in this order.
@@ -199,19 +209,35 @@ pub(super) struct Nodes {
     pub(super) triangles: Vec<Eight>,
 }
 
+/// Some of the things, as sorted.
+type Range = std::ops::Range<usize>;
+
+/// Leaves of each kind, in the order of their numbers.
+#[derive(Default)]
+struct Leaves {
+    spheres: Vec<Range>,
+    quads: Vec<Range>,
+    triangles: Vec<Range>,
+}
+
 impl Nodes {
     /// Makes nodes of eight children from those of two: a node takes its children's children in their place, the
-    /// largest first, until it has eight.
-    pub(super) fn new(splits: &[Split], items: &[Item], things: &Simple) -> Nodes {
-        let mut nodes = Nodes {
-            root: Child(0),
-            nodes: Vec::new(),
-            spheres: Vec::new(),
-            quads: Vec::new(),
-            triangles: Vec::new(),
-        };
-        nodes.root = nodes.add(0, splits, items, things);
-        nodes
+    /// largest first, until it has eight. Up to so many threads fill the leaves.
+    pub(super) fn new(splits: &[Split], items: &[Item], things: &Simple, threads: usize) -> Nodes {
+        let mut leaves = Leaves::default();
+        let mut nodes = pages::with_capacity(splits.len() / 8);
+        let root = add(0, splits, items, &mut nodes, &mut leaves);
+        let all = |range: &Range| items[range.clone()].iter().map(|item| item.index() as usize);
+        let spheres = leaves.spheres.iter().map(|range| Spheres::new(all(range).map(|i| things.spheres[i])));
+        let quads = leaves.quads.iter().map(|range| Quads::new(all(range).map(|i| things.quads[i])));
+        let mut triangles = pages::with_capacity(leaves.triangles.len());
+        triangles.resize(leaves.triangles.len(), Eight::EMPTY);
+        in_parts(&mut triangles, threads, |first, part| {
+            for (block, range) in part.iter_mut().zip(&leaves.triangles[first..]) {
+                block.fill(&things.triangles, &items[range.clone()]);
+            }
+        });
+        Nodes { root, nodes, spheres: spheres.collect(), quads: quads.collect(), triangles }
     }
 
     /// Bytes in memory.
@@ -222,56 +248,47 @@ impl Nodes {
             + size_of_val(&quads[..])
             + size_of_val(&triangles[..])
     }
+}
 
-    fn add_leaf(&mut self, items: &[Item], things: &Simple) -> Child {
-        let indices = items.iter().map(|item| item.index as usize);
-        match items[0].kind {
-            SPHERE => {
-                self.spheres.push(Spheres::new(indices.map(|i| things.spheres[i])));
-                Child::new(Child::SPHERES, self.spheres.len() - 1)
-            }
-            QUAD => {
-                self.quads.push(Quads::new(indices.map(|i| things.quads[i])));
-                Child::new(Child::QUADS, self.quads.len() - 1)
-            }
-            _ => {
-                self.triangles.push(Eight::new(&things.triangles, items.iter().map(|item| item.index)));
-                Child::new(Child::TRIANGLES, self.triangles.len() - 1)
-            }
-        }
+/// Adds what is at a split, and all below it.
+fn add(split: usize, splits: &[Split], items: &[Item], nodes: &mut Vec<Node>, leaves: &mut Leaves) -> Child {
+    if let Below::Leaf { first, count } = splits[split].below {
+        let (tag, leaves) = match items[first as usize].kind() {
+            SPHERE => (Child::SPHERES, &mut leaves.spheres),
+            QUAD => (Child::QUADS, &mut leaves.quads),
+            _ => (Child::TRIANGLES, &mut leaves.triangles),
+        };
+        leaves.push(first as usize..(first + count) as usize);
+        return Child::new(tag, leaves.len() - 1);
     }
-
-    fn add(&mut self, split: usize, splits: &[Split], items: &[Item], things: &Simple) -> Child {
-        if let Below::Leaf { first, count } = splits[split].below {
-            return self.add_leaf(&items[first as usize..(first + count) as usize], things);
+    let mut below = [split; WIDTH];
+    let mut count = 1;
+    while count < WIDTH {
+        let mut largest: Option<(f64, usize, u32)> = None;
+        for (i, &at) in below[..count].iter().enumerate() {
+            if let Below::Two { second } = splits[at].below {
+                let area = splits[at].bounds.half_area();
+                if largest.is_none_or(|(most, ..)| area > most) {
+                    largest = Some((area, i, second));
+                }
+            }
         }
-        let mut below = vec![split];
-        while below.len() < WIDTH {
-            let area = |at: usize| match splits[at].below {
-                Below::Two { .. } => Some(splits[at].bounds.half_area()),
-                Below::Leaf { .. } => None,
-            };
-            let areas = below.iter().enumerate().filter_map(|(i, &at)| area(at).map(|area| (i, area)));
-            let Some((largest, _)) = areas.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))) else {
-                break;
-            };
-            let at = below[largest];
-            let Below::Two { second } = splits[at].below else { unreachable!("leaves have no area") };
-            below[largest] = at + 1;
-            below.insert(largest + 1, second as usize);
-        }
-        let index = self.nodes.len();
-        let nothing = Child(0);
-        let mut planes = [[0.0; WIDTH]; 6];
-        let bounds = below.iter().map(|&at| splits[at].bounds).chain(std::iter::repeat(Bounds::NOTHING));
-        for (lane, Bounds { low: [a, b, c], high: [d, e, f] }) in bounds.take(WIDTH).enumerate() {
-            place(&mut planes, lane, [a, b, c, d, e, f]);
-        }
-        self.nodes.push(Node { planes, children: [nothing; WIDTH] });
-        for (lane, &at) in below.iter().enumerate() {
-            let child = self.add(at, splits, items, things);
-            self.nodes[index].children[lane] = child;
-        }
-        Child::new(0, index)
+        let Some((_, i, second)) = largest else { break };
+        below.copy_within(i + 1..count, i + 2);
+        below[i] += 1;
+        below[i + 1] = second as usize;
+        count += 1;
     }
+    let index = nodes.len();
+    let mut node = Node { planes: Node::NOTHING, children: [Child(0); WIDTH] };
+    for (lane, &at) in below[..count].iter().enumerate() {
+        let Bounds { low: [a, b, c], high: [d, e, f] } = splits[at].bounds;
+        place(&mut node.planes, lane, [a, b, c, d, e, f]);
+    }
+    nodes.push(node);
+    for (lane, &at) in below[..count].iter().enumerate() {
+        let child = add(at, splits, items, nodes, leaves);
+        nodes[index].children[lane] = child;
+    }
+    Child::new(0, index)
 }

@@ -292,8 +292,8 @@ fn check(splits: &[Split], items: &[Item]) -> usize {
                 for i in first..first + count {
                     let item = &items[i as usize];
                     assert!(!std::mem::replace(&mut seen[i as usize], true), "twice");
-                    assert_eq!(bounds, bounds.with(&item.bounds));
-                    assert_eq!(item.kind, items[first as usize].kind);
+                    assert_eq!(bounds, bounds.with(&item.bounds()));
+                    assert_eq!(item.kind(), items[first as usize].kind());
                 }
                 0
             }
@@ -314,7 +314,7 @@ fn no_tree_is_deeper_than_a_rays_stack() {
     let heap = vec![point(1.0, 1.0); 3000];
     let halves: Vec<_> = (0..2000).map(|i| point(0.5_f32.powi(i % 150), 0.0)).collect();
     for (boxes, deepest) in [(anywhere, 40), (heap, 12), (halves, MAX_DEPTH)] {
-        let make = |(index, &bounds)| Item { bounds, kind: index as u32 % 2, index: index as u32 };
+        let make = |(index, bounds)| Item::new(bounds, index as u32 % 2, index as u32);
         let mut items: Vec<_> = boxes.iter().enumerate().map(make).collect();
         let unsorted = items.clone();
         let splits = build(&mut items, 1);

@@ -115,7 +115,7 @@ impl<F: Float> Probe<F> {
 /// Visits the leaves whose boxes a ray enters no later than at `t_max`, of a node's children the nearest
 /// first. `leaf` gives the new `t_max`, or `None` if it has seen enough.
 #[inline(always)]
-fn visit<F: Float>(
+fn visit<F: Float, const NEAREST_FIRST: bool>(
     tree: &Nodes,
     probe: &Probe<F>,
     mut t_max: f32,
@@ -130,26 +130,50 @@ fn visit<F: Float>(
                 let node = &tree.nodes[index];
                 let (near, entered) = probe.enter(node, F::splat(t_max));
                 let mut lanes = entered.bits();
-                // Most nodes lead on to one child or none.
-                if lanes != 0 && lanes & (lanes - 1) == 0 {
-                    child = node.children[lanes.trailing_zeros() as usize & (WIDTH - 1)];
-                    continue;
-                }
-                let mut nears = [0.0; MAX_LANES];
-                near.store(&mut nears);
-                let base = top;
-                while lanes != 0 {
-                    let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+                if lanes == 0 {
+                    // Most nodes that are left are waiting ones.
+                } else {
+                    let first = lanes.trailing_zeros() as usize & (WIDTH - 1);
                     lanes &= lanes - 1;
-                    // Farther ones go deeper down the stack.
-                    let new = Waiting { near: nears[lane], child: node.children[lane] };
-                    let mut at = top;
-                    while at > base && stack[(at - 1) & (STACK - 1)].near < new.near {
-                        stack[at & (STACK - 1)] = stack[(at - 1) & (STACK - 1)];
-                        at -= 1;
+                    if lanes == 0 {
+                        child = node.children[first];
+                        continue;
                     }
-                    stack[at & (STACK - 1)] = new;
+                    let mut nears = [0.0; MAX_LANES];
+                    near.store(&mut nears);
+                    let second = lanes.trailing_zeros() as usize & (WIDTH - 1);
+                    lanes &= lanes - 1;
+                    let waiting = |lane: usize| Waiting { near: nears[lane], child: node.children[lane] };
+                    let (mut nearest, mut next) = (waiting(first), waiting(second));
+                    if NEAREST_FIRST && next.near < nearest.near {
+                        (nearest, next) = (next, nearest);
+                    }
+                    let base = top;
+                    stack[top & (STACK - 1)] = next;
                     top += 1;
+                    while lanes != 0 {
+                        let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+                        lanes &= lanes - 1;
+                        let mut new = waiting(lane);
+                        if !NEAREST_FIRST {
+                            stack[top & (STACK - 1)] = new;
+                            top += 1;
+                            continue;
+                        }
+                        if new.near < nearest.near {
+                            (nearest, new) = (new, nearest);
+                        }
+                        // Farther ones go deeper down the stack.
+                        let mut at = top;
+                        while at > base && stack[(at - 1) & (STACK - 1)].near < new.near {
+                            stack[at & (STACK - 1)] = stack[(at - 1) & (STACK - 1)];
+                            at -= 1;
+                        }
+                        stack[at & (STACK - 1)] = new;
+                        top += 1;
+                    }
+                    child = nearest.child;
+                    continue;
                 }
             }
             target => match leaf(target, t_max) {
@@ -214,7 +238,7 @@ impl Kernel for Closest<'_> {
             |lane, ray| {
                 let probe = Probe::<F::Octet>::new(&ray);
                 let (mut best, mut best_row) = (NOTHING, u32::MAX);
-                visit(
+                visit::<_, true>(
                     tree,
                     &probe,
                     NOTHING,
@@ -266,7 +290,7 @@ impl Kernel for Any<'_> {
             |lane, ray| {
                 let probe = Probe::<F::Octet>::new(&ray);
                 let limit = t_max[lane];
-                visit(
+                visit::<_, false>(
                     tree,
                     &probe,
                     limit,

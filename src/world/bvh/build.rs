@@ -12,7 +12,7 @@ const BINS: usize = 16;
 
 /// How many bins so many things are worth: few things fall into few.
 fn bins_for(count: usize) -> usize {
-    (4 + count / 4).min(BINS)
+    (8 + count / 4).min(BINS)
 }
 
 /// What asking a leaf costs over what passing a split costs. A split is a seventh of a node with eight

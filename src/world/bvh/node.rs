@@ -240,6 +240,17 @@ impl Nodes {
         Nodes { root, nodes, spheres: spheres.collect(), quads: quads.collect(), triangles }
     }
 
+    /// Begins to read what a child is from memory.
+    #[inline(always)]
+    pub(super) fn prefetch(&self, child: Child) {
+        match child.target() {
+            Target::Node(index) => pages::prefetch(&self.nodes[index]),
+            Target::Triangles(index) => pages::prefetch(&self.triangles[index]),
+            // There are never so many of the others that they are far away.
+            _ => {}
+        }
+    }
+
     /// Bytes in memory.
     pub(super) fn bytes(&self) -> usize {
         let Nodes { root: _, nodes, spheres, quads, triangles } = self;

@@ -148,6 +148,8 @@ fn visit<F: Float, const NEAREST_FIRST: bool>(
                     if NEAREST_FIRST && next.near < nearest.near {
                         (nearest, next) = (next, nearest);
                     }
+                    tree.prefetch(nearest.child);
+                    tree.prefetch(next.child);
                     let base = top;
                     stack[top & (STACK - 1)] = next;
                     top += 1;

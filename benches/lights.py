@@ -4,8 +4,10 @@
     cargo bench --bench lights -- --write lamps.toml
     PYTHON benches/lights.py lamps.toml [--peers stride,cycles] [--spp 64] [--threads 2]
 
-PYTHON has numpy, OpenEXR, and bpy for Cycles, which takes minutes. Lamps are Cycles' own spheres; they cast no shadows
-there, so its picture is a little brighter. Prints seconds, relative variance without the worst 0.5% of pixels, and efficiency = 1/(variance × seconds).
+PYTHON has numpy, OpenEXR, and bpy for Cycles, which takes minutes. Lamps are Cycles' own spheres, which cast no shadows
+there. Only light from surfaces counts: Cycles hides its lamps from the camera, and of stride's pictures what is seen of
+the lamps is taken away. Prints seconds, relative variance without the worst 0.5% of pixels, and efficiency =
+1/(variance × seconds).
 """
 import argparse, json, os, subprocess, sys, tempfile, time, tomllib
 import numpy as np
@@ -32,9 +34,14 @@ def read_exr(path):
 def stride(seed, folder):
     picture, stats = os.path.join(folder, "p.exr"), os.path.join(folder, "s.json")
     program = os.environ.get("STRIDE", "target/release/stride")
-    subprocess.run([program, "render", arguments.scene, "--headless", "--quiet", "--threads", str(arguments.threads), "--seed",
-                    str(seed), "--spp", str(arguments.spp), "--stats", stats, "-o", picture], check=True)
-    return read_exr(picture), json.load(open(stats))["seconds"]
+
+    def render(*more):
+        subprocess.run([program, "render", arguments.scene, "--headless", "--quiet", "--threads", str(arguments.threads),
+                        "--seed", str(seed), "--spp", str(arguments.spp), "--stats", stats, "-o", picture, *more], check=True)
+        return read_exr(picture), json.load(open(stats))["seconds"]
+
+    (everything, seconds), (lamps, _) = render(), render("--max-depth", "0")
+    return everything - lamps, seconds
 
 
 def pose_cycles(bpy):
@@ -85,7 +92,7 @@ def pose_cycles(bpy):
                 lamp.use_soft_falloff = False
             thing = bpy.data.objects.new(f"lamp {i}", lamp)
             thing.location = shape["center"]
-            thing.visible_camera = True
+            thing.visible_camera = False
             world.collection.objects.link(thing)
     camera = bpy.data.cameras.new("camera")
     eye, target = (np.array(scene["camera"][key], float) for key in ("eye", "look_at"))

@@ -104,8 +104,8 @@ struct LightNode {
     axis: vec3f,
     power: f32,
     cos_o: f32,
-    sin_o: f32,
     cos_e: f32,
+    spread: f32,
     // Index of the second child (the first comes right after its parent), or of the light with LEAF set.
     link: u32,
 }

@@ -16,30 +16,31 @@ fn sine_of(cos: f32) -> f32 {
     return sqrt(float_max(1.0 - cos * cos, 0.0));
 }
 
-// What a node's lights may contribute to a point `p` on a surface with normal `n`, up to a common factor.
+// How much of their spread counts as distance.
+const NEARNESS = 0.2;
+
+// What a node's lights contribute to a point `p` on a surface with normal `n`, up to a common factor.
 fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
     let from_centre = p - node.centre;
     let distance2 = dot(from_centre, from_centre);
-    let near2 = node.radius * node.radius;
-    // Inside the bounds the distance says little: it counts as the bounds' own size.
-    let falloff = float_max(float_max(distance2, near2), SMALLEST_NORMAL);
-    let w = from_centre * (1.0 / sqrt(float_max(distance2, SMALLEST_NORMAL)));
+    let height = dot(from_centre, n);
+    // Means of cos² and of distance² over lights that spread alike in all directions.
+    let cos2 = (height * height + node.spread * (1.0 / 3.0)) / float_max(distance2 + node.spread, SMALLEST_NORMAL);
+    let falloff = float_max(distance2 + node.spread * NEARNESS, SMALLEST_NORMAL);
+    let importance = node.power * sqrt(cos2) / falloff;
 
     // θ_b: half the angle that the bounds fill as seen from p; π inside them.
+    let near2 = node.radius * node.radius;
     let sin2_b = near2 / float_max(distance2, SMALLEST_NORMAL);
     let outside = vec2f(sqrt(float_max(1.0 - sin2_b, 0.0)), sqrt(sin2_b));
     let b = select(outside, vec2f(-1.0, 0.0), distance2 <= near2);
 
     // θ' = max(0, θ_w − θ_o − θ_b): the least angle between p and a normal.
+    let w = from_centre * (1.0 / sqrt(float_max(distance2, SMALLEST_NORMAL)));
     let cos_w = dot(node.axis, w);
-    let x = less(vec2f(cos_w, sine_of(cos_w)), vec2f(node.cos_o, node.sin_o));
+    let x = less(vec2f(cos_w, sine_of(cos_w)), vec2f(node.cos_o, sine_of(node.cos_o)));
     let cos_p = less(x, b).x;
-
-    // The same for the receiver, which scatters on both sides.
-    let cos_i = abs(dot(w, n));
-    let cos_r = less(vec2f(cos_i, sine_of(cos_i)), b).x;
-    let importance = node.power * cos_p * float_max(cos_r, 0.0) / falloff;
-    return select(0.0, float_max(importance, 0.0), cos_p > node.cos_e);
+    return select(0.0, float_max(importance * cos_p, 0.0), cos_p > node.cos_e);
 }
 
 // The chance of going left at a node: its children's shares of importance, or half where both have none.

@@ -12,6 +12,10 @@ pub struct LightBounds {
     pub lo: [f32; 3],
     /// Greatest corner.
     pub hi: [f32; 3],
+    /// Where they are on average, each counted by its power.
+    pub mean: [f64; 3],
+    /// How far they are from there: the mean of the squared distance, each counted by its power.
+    pub spread: f64,
     /// Power, up to a common factor: the mean of the channels. In double precision: a scene may be as large
     /// and as bright as it likes.
     pub power: f64,
@@ -23,8 +27,12 @@ pub struct LightBounds {
     pub cos_e: f32,
 }
 
-fn mean(c: [f32; 3]) -> f64 {
+fn grey(c: [f32; 3]) -> f64 {
     c.into_iter().map(f64::from).sum::<f64>() / 3.0
+}
+
+fn distance2(a: [f64; 3], b: [f64; 3]) -> f64 {
+    [0, 1, 2].map(|c| (a[c] - b[c]) * (a[c] - b[c])).iter().sum()
 }
 
 fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
@@ -34,17 +42,12 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 impl LightBounds {
     /// Of a point light.
     pub fn point(position: [f32; 3], intensity: [f32; 3]) -> LightBounds {
-        let power = 4.0 * PI * mean(intensity);
-        LightBounds { lo: position, hi: position, power, axis: [0.0, 0.0, 1.0], cos_o: -1.0, cos_e: 0.0 }
-    }
-
-    /// Of a sphere, whichever side emits.
-    pub fn sphere(sphere: &Sphere, emission: [f32; 3]) -> LightBounds {
-        let r = sphere.radius;
-        let power = 4.0 * PI * PI * f64::from(r) * f64::from(r) * mean(emission);
+        let power = 4.0 * PI * grey(intensity);
         LightBounds {
-            lo: sphere.centre.map(|c| c - r),
-            hi: sphere.centre.map(|c| c + r),
+            lo: position,
+            hi: position,
+            mean: position.map(f64::from),
+            spread: 0.0,
             power,
             axis: [0.0, 0.0, 1.0],
             cos_o: -1.0,
@@ -52,41 +55,73 @@ impl LightBounds {
         }
     }
 
-    /// Of something flat with these corners that emits where `normal` points.
+    /// Of a sphere, whichever side emits.
+    pub fn sphere(sphere: &Sphere, emission: [f32; 3]) -> LightBounds {
+        let r = sphere.radius;
+        let power = 4.0 * PI * PI * f64::from(r) * f64::from(r) * grey(emission);
+        LightBounds {
+            lo: sphere.centre.map(|c| c - r),
+            hi: sphere.centre.map(|c| c + r),
+            mean: sphere.centre.map(f64::from),
+            spread: f64::from(r) * f64::from(r),
+            power,
+            axis: [0.0, 0.0, 1.0],
+            cos_o: -1.0,
+            cos_e: 0.0,
+        }
+    }
+
+    /// Of a triangle or parallelogram with these corners that emits where `normal` points.
     pub fn flat(corners: &[[f32; 3]], normal: [f32; 3], area: f32, emission: [f32; 3]) -> LightBounds {
         let bounds = Bounds::of(corners.iter().copied());
+        let count = corners.len() as f64;
+        let mean = [0, 1, 2].map(|c| corners.iter().map(|p| f64::from(p[c])).sum::<f64>() / count);
+        // The second moment of a triangle's area is a quarter of its corners', that of a parallelogram's a third.
+        let of_corners = corners.iter().map(|p| distance2(p.map(f64::from), mean)).sum::<f64>() / count;
+        let share = if corners.len() == 3 { 1.0 / 4.0 } else { 1.0 / 3.0 };
         LightBounds {
             lo: bounds.low,
             hi: bounds.high,
-            power: PI * f64::from(area) * mean(emission),
+            mean,
+            spread: share * of_corners,
+            power: PI * f64::from(area) * grey(emission),
             axis: normal,
             cos_o: 1.0,
             cos_e: 0.0,
         }
     }
 
-    /// The middle of the box along an axis.
-    pub fn centre(&self, axis: usize) -> f32 {
-        0.5 * (self.lo[axis] + self.hi[axis])
+    /// The radius of a ball about the mean that holds them all.
+    pub fn radius(&self) -> f64 {
+        let reach = [0, 1, 2].map(|c| {
+            let (lo, hi) = (f64::from(self.lo[c]), f64::from(self.hi[c]));
+            (hi - self.mean[c]).max(self.mean[c] - lo)
+        });
+        distance2(reach, [0.0; 3]).sqrt()
     }
 
     /// Bounds of both.
     pub fn union(&self, other: &LightBounds) -> LightBounds {
         let (axis, cos_o) = cone_union((self.axis, self.cos_o), (other.axis, other.cos_o));
+        let power = self.power + other.power;
+        // Of two groups without power each counts as half.
+        let share = if power > 0.0 { other.power / power } else { 0.5 };
+        let between = distance2(self.mean, other.mean);
         LightBounds {
             lo: [0, 1, 2].map(|c| self.lo[c].min(other.lo[c])),
             hi: [0, 1, 2].map(|c| self.hi[c].max(other.hi[c])),
-            power: self.power + other.power,
+            mean: [0, 1, 2].map(|c| self.mean[c] + share * (other.mean[c] - self.mean[c])),
+            spread: (1.0 - share) * self.spread + share * other.spread + share * (1.0 - share) * between,
+            power,
             axis,
             cos_o,
             cos_e: self.cos_e.min(other.cos_e),
         }
     }
 
-    /// What a split's side costs: power times surface area times the solid angle lit (ibid., §4.4).
+    /// What a split's side costs: power times spread, so that lights that are near each other stay together,
+    /// times the solid angle lit (ibid., §4.4, where the box's surface stands for the spread).
     pub fn cost(&self) -> f64 {
-        let [x, y, z] = [0, 1, 2].map(|c| f64::from(self.hi[c]) - f64::from(self.lo[c]));
-        let area = 2.0 * (x * y + y * z + z * x);
         let (cos_o, cos_e) = (f64::from(self.cos_o), f64::from(self.cos_e));
         let theta_o = libm::acos(cos_o.clamp(-1.0, 1.0));
         let theta_w = (theta_o + libm::acos(cos_e)).min(PI);
@@ -95,7 +130,7 @@ impl LightBounds {
             + PI / 2.0
                 * (2.0 * theta_w * sin_o - libm::cos(theta_o - 2.0 * theta_w) - 2.0 * theta_o * sin_o
                     + cos_o);
-        self.power * lit * area
+        self.power * self.spread * lit
     }
 }
 
@@ -151,5 +186,56 @@ mod tests {
         let both = a.union(&b);
         assert_eq!((both.lo, both.hi), ([0.5, 0.0, 0.0], [5.0, 2.5, 3.5]));
         assert_eq!(both.power, a.power + b.power);
+    }
+
+    /// A group's moments are those of its lights' points, whatever the order in which they were joined.
+    #[test]
+    fn moments_of_a_group_are_those_of_its_points() {
+        let points: Vec<([f32; 3], f32)> =
+            (0..7_u8).map(f32::from).map(|i| ([i * i, 3.0 - i, (i - 2.0) * (i - 5.0)], 1.0 + i)).collect();
+        let lights: Vec<_> = points.iter().map(|&(at, power)| LightBounds::point(at, [power; 3])).collect();
+        let forwards = lights.iter().copied().reduce(|a, b| a.union(&b)).unwrap();
+        let backwards = lights.iter().rev().copied().reduce(|a, b| a.union(&b)).unwrap();
+        let total: f64 = points.iter().map(|&(_, power)| f64::from(power)).sum();
+        let mean = [0, 1, 2].map(|c| {
+            points.iter().map(|&(at, power)| f64::from(power) * f64::from(at[c])).sum::<f64>() / total
+        });
+        let spread = points
+            .iter()
+            .map(|&(at, power)| f64::from(power) * distance2(at.map(f64::from), mean))
+            .sum::<f64>()
+            / total;
+        for group in [forwards, backwards] {
+            assert!(distance2(group.mean, mean) < 1e-20, "{:?}", group.mean);
+            assert!((group.spread - spread).abs() < 1e-9 * spread, "{} is not {spread}", group.spread);
+            assert!(lights.iter().all(|l| distance2(l.mean, mean).sqrt() <= group.radius() * (1.0 + 1e-12)));
+        }
+    }
+
+    /// The moments of surfaces, against the mean over a grid of points on them.
+    #[test]
+    fn moments_of_surfaces_are_those_of_their_points() {
+        let [a, b, c] = [[1.0, 0.0, 2.0], [4.0, 1.0, 2.0], [0.0, 3.0, -1.0]];
+        let d = [0, 1, 2].map(|i| b[i] + c[i] - a[i]);
+        let triangle = LightBounds::flat(&[a, b, c], [0.0, 0.0, 1.0], 1.0, [1.0; 3]);
+        let quad = LightBounds::flat(&[a, b, c, d], [0.0, 0.0, 1.0], 1.0, [1.0; 3]);
+        let steps = 400;
+        let grid = (0..steps).flat_map(|i| (0..steps).map(move |j| [i, j]));
+        let unit: Vec<[f64; 2]> =
+            grid.map(|at| at.map(|i| (f64::from(i) + 0.5) / f64::from(steps))).collect();
+        let on = |[u, v]: [f64; 2]| {
+            [0, 1, 2].map(|i| {
+                let [a, b, c] = [a[i], b[i], c[i]].map(f64::from);
+                a + u * (b - a) + v * (c - a)
+            })
+        };
+        let spread = |points: &[[f64; 2]], mean: [f64; 3]| {
+            points.iter().map(|&at| distance2(on(at), mean)).sum::<f64>() / points.len() as f64
+        };
+        let half: Vec<_> = unit.iter().copied().filter(|[u, v]| u + v < 1.0).collect();
+        for (group, expected) in [(triangle, spread(&half, triangle.mean)), (quad, spread(&unit, quad.mean))]
+        {
+            assert!((group.spread - expected).abs() < 0.01 * expected, "{} is not {expected}", group.spread);
+        }
     }
 }

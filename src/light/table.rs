@@ -184,9 +184,9 @@ impl LightTable {
     /// Builds a tree that chooses every light with the same chance, wherever it is asked from: what the other one
     /// is measured against.
     pub fn build_uniform_tree(&mut self) {
-        // Of equal powers, and so large that every place is within: nothing tells them apart.
+        // Of equal powers, and spread so far that every place is among them: nothing tells them apart.
         let alike = LightBounds::point([0.0; 3], [1.0; 3]);
-        let everywhere = LightBounds { lo: [-1e6; 3], hi: [1e6; 3], ..alike };
+        let everywhere = LightBounds { lo: [-1e6; 3], hi: [1e6; 3], spread: 1e12, ..alike };
         self.tree = LightTree::new(&vec![everywhere; self.len()]);
     }
 

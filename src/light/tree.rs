@@ -1,16 +1,21 @@
-//! Which light to ask: a tree of lights, descended by what each side may contribute.
+//! Which light to ask: a tree of lights, descended by what each side contributes.
 
 use super::bounds::LightBounds;
 use crate::math::{Float, Mask, Uint, Vec3};
 
-/// A binary tree over lights (Conty Estevez and Kulla 2018; the importance of a node as in Pharr, Jakob and
-/// Humphreys 2023, §12.6.3). Nodes are columns, so that each lane can stand at another one.
+/// A binary tree over lights (Conty Estevez and Kulla 2018). A node's lights are judged by the mean of their
+/// places and how far they spread about it, not by the box around them: a point among them then still learns which
+/// side has more of those that are near. Nodes are columns, so that each lane can stand at another one.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
     centre: [Vec<f32>; 3],
-    /// Half the box's diagonal.
-    radius: Vec<f32>,
+    /// Mean squared distance from the centre.
+    spread: Vec<f32>,
     power: Vec<f32>,
+    /// Whether some light does not shine in all directions; where all do, what follows is not looked at.
+    is_directed: bool,
+    /// Greatest distance from the centre.
+    radius: Vec<f32>,
     axis: [Vec<f32>; 3],
     cos_o: Vec<f32>,
     sin_o: Vec<f32>,
@@ -28,23 +33,28 @@ pub const LEAF: u32 = 0x8000_0000;
 /// One node of a [`LightTree`], for workers that keep the tree in another form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightNode {
-    /// Centre of the bounds.
+    /// Mean place of the lights, by their power.
     pub centre: [f32; 3],
-    /// Half the diagonal of the bounds.
-    pub radius: f32,
+    /// Mean squared distance from the centre.
+    pub spread: f32,
     /// Share of the power.
     pub power: f32,
+    /// Greatest distance from the centre.
+    pub radius: f32,
     /// Axis of the cone of normals.
     pub axis: [f32; 3],
     /// Cosine of the cone's half angle.
     pub cos_o: f32,
-    /// Its sine.
-    pub sin_o: f32,
     /// Cosine of the angle from a normal past which no light leaves.
     pub cos_e: f32,
     /// Index of the second child (the first comes right after its parent), or of the light with [`LEAF`] set.
     pub link: u32,
 }
+
+/// How much of their spread counts as distance: the harmonic mean of |d|² over lights about a point is less than the
+/// mean. Of 0.1 to 0.45 this gave the least variance over slabs, ceilings, clusters, lines and cubes of 100 to 10,000
+/// lights, where any of 0.1 to 0.3 is within a tenth of it.
+const NEARNESS: f32 = 0.2;
 
 /// From this depth on lights are split in halves, so that the way to each fits into a word.
 fn balanced_from(lights: usize) -> u32 {
@@ -54,7 +64,11 @@ fn balanced_from(lights: usize) -> u32 {
 impl LightTree {
     /// The tree over lights with these bounds.
     pub fn new(bounds: &[LightBounds]) -> LightTree {
-        let mut tree = LightTree { way: vec![0; bounds.len()], ..LightTree::default() };
+        let mut tree = LightTree {
+            way: vec![0; bounds.len()],
+            is_directed: bounds.iter().any(|b| b.cos_o > -1.0),
+            ..LightTree::default()
+        };
         // Only shares of power count, and these fit into f32 whatever the powers are.
         let greatest = bounds.iter().map(|b| b.power).fold(f64::MIN_POSITIVE, f64::max);
         let bounds: Vec<LightBounds> =
@@ -91,7 +105,10 @@ impl LightTree {
         for column in self.centre.iter_mut().chain(&mut self.axis) {
             column.push(0.0);
         }
-        for column in [&mut self.radius, &mut self.power, &mut self.cos_o, &mut self.sin_o, &mut self.cos_e] {
+        for column in [&mut self.spread, &mut self.power, &mut self.radius] {
+            column.push(0.0);
+        }
+        for column in [&mut self.cos_o, &mut self.sin_o, &mut self.cos_e] {
             column.push(0.0);
         }
         self.link.push(link);
@@ -99,13 +116,13 @@ impl LightTree {
     }
 
     fn set(&mut self, node: usize, bounds: &LightBounds) {
-        let half = [0, 1, 2].map(|c| 0.5 * (bounds.hi[c] - bounds.lo[c]));
         for c in 0..3 {
-            self.centre[c][node] = bounds.centre(c);
+            self.centre[c][node] = bounds.mean[c] as f32;
             self.axis[c][node] = bounds.axis[c];
         }
-        self.radius[node] = (half[0] * half[0] + half[1] * half[1] + half[2] * half[2]).sqrt();
+        self.spread[node] = bounds.spread as f32;
         self.power[node] = bounds.power as f32;
+        self.radius[node] = bounds.radius() as f32;
         self.cos_o[node] = bounds.cos_o;
         self.sin_o[node] = (1.0 - bounds.cos_o * bounds.cos_o).max(0.0).sqrt();
         self.cos_e[node] = bounds.cos_e;
@@ -116,11 +133,11 @@ impl LightTree {
         let at = |columns: &[Vec<f32>; 3], i: usize| [0, 1, 2].map(|c: usize| columns[c][i]);
         (0..self.link.len()).map(move |i| LightNode {
             centre: at(&self.centre, i),
-            radius: self.radius[i],
+            spread: self.spread[i],
             power: self.power[i],
+            radius: self.radius[i],
             axis: at(&self.axis, i),
             cos_o: self.cos_o[i],
-            sin_o: self.sin_o[i],
             cos_e: self.cos_e[i],
             link: self.link[i],
         })
@@ -131,38 +148,43 @@ impl LightTree {
         self.way[light]
     }
 
-    /// What a node's lights may contribute to a point `p` on a surface with normal `n`, up to a common
-    /// factor. Never zero where a light can matter, since angles are bounded from the favourable side.
+    /// What a node's lights contribute to a point `p` on a surface with normal `n` that scatters on both sides, up
+    /// to a common factor and without shadows. Never zero where a light can matter.
+    ///
+    /// Of lights that spread alike in all directions, σ² in all, the mean of (n·d)² is (n·d̄)² + σ²/3 and that of
+    /// |d|² is d̄² + σ²: the quotient of both is a mean of cos². Exact for one point.
     #[inline(always)]
     fn importance<F: Float>(&self, node: F::Uint, p: Vec3<F>, n: Vec3<F>) -> F {
-        let zero = F::zero();
+        let least = F::splat(f32::MIN_POSITIVE);
         let from_centre = p - Vec3::gather(&self.centre, node);
-        let radius = F::gather(&self.radius, node);
+        let spread = F::gather(&self.spread, node);
         let distance2 = from_centre.dot(from_centre);
-        let near2 = radius * radius;
-        // Inside the bounds the distance says little: it counts as the bounds' own size.
-        let falloff = distance2.max(near2).max(F::splat(f32::MIN_POSITIVE));
-        let w = from_centre * (F::splat(1.0) / distance2.max(F::splat(f32::MIN_POSITIVE)).sqrt());
+        let height = from_centre.dot(n);
+        let cos2 = (height * height + spread * (1.0 / 3.0)) / (distance2 + spread).max(least);
+        let falloff = (distance2 + spread * NEARNESS).max(least);
+        let importance = F::gather(&self.power, node) * cos2.sqrt() / falloff;
+        if !self.is_directed {
+            return importance;
+        }
 
         // θ_b: half the angle that the bounds fill as seen from p; π inside them.
+        let radius = F::gather(&self.radius, node);
+        let near2 = radius * radius;
         let inside = distance2.le(near2);
-        let sin2_b = near2 / distance2.max(F::splat(f32::MIN_POSITIVE));
-        let cos_b = F::select(inside, F::splat(-1.0), (-sin2_b + 1.0).max(zero).sqrt());
-        let sin_b = F::select(inside, zero, sin2_b.max(zero).sqrt());
+        let sin2_b = near2 / distance2.max(least);
+        let cos_b = F::select(inside, F::splat(-1.0), (-sin2_b + 1.0).max(F::zero()).sqrt());
+        let sin_b = sin2_b.sqrt().only(!inside);
 
-        // θ' = max(0, θ_w − θ_o − θ_b): the least angle between p and a normal.
+        // θ' = max(0, θ_w − θ_o − θ_b): the least angle between p and a normal (Pharr, Jakob and Humphreys 2023,
+        // §12.6.3).
+        let w = from_centre * (F::splat(1.0) / distance2.max(least).sqrt());
         let cos_w = Vec3::gather(&self.axis, node).dot(w);
-        let sin_w = (-cos_w * cos_w + 1.0).max(zero).sqrt();
+        let sin_w = (-cos_w * cos_w + 1.0).max(F::zero()).sqrt();
         let (cos_o, sin_o) = (F::gather(&self.cos_o, node), F::gather(&self.sin_o, node));
         let (cos_x, sin_x) = less(cos_w, sin_w, cos_o, sin_o);
         let (cos_p, _) = less(cos_x, sin_x, cos_b, sin_b);
         let lit = cos_p.gt(F::gather(&self.cos_e, node));
-
-        // The same for the receiver, which scatters on both sides.
-        let cos_i = w.dot(n).abs();
-        let sin_i = (-cos_i * cos_i + 1.0).max(zero).sqrt();
-        let (cos_r, _) = less(cos_i, sin_i, cos_b, sin_b);
-        (F::gather(&self.power, node) * cos_p * cos_r.max(zero) / falloff).only(lit).max(zero)
+        (importance * cos_p).only(lit).max(F::zero())
     }
 
     /// See [`super::LightTable::choose`].
@@ -242,9 +264,10 @@ fn less<F: Float>(cos_a: F, sin_a: F, cos_b: F, sin_b: F) -> (F, F) {
 fn split(bounds: &[LightBounds], lights: &mut [u32], by_cost: bool) -> usize {
     const BUCKETS: usize = 12;
     let half = lights.len() / 2;
+    let place = |light: u32, axis: usize| bounds[light as usize].mean[axis];
     let extent = |axis: usize| {
-        let centres = lights.iter().map(|&l| bounds[l as usize].centre(axis));
-        centres.fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), c| (lo.min(c), hi.max(c)))
+        let places = lights.iter().map(|&l| place(l, axis));
+        places.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
     };
     let extents = [0, 1, 2].map(extent);
     let widest =
@@ -255,21 +278,18 @@ fn split(bounds: &[LightBounds], lights: &mut [u32], by_cost: bool) -> usize {
             if hi <= lo {
                 continue;
             }
-            let bucket = |l: u32| bucket_of(bounds[l as usize].centre(axis), lo, hi, BUCKETS);
             let mut sums: [Option<LightBounds>; BUCKETS] = [None; BUCKETS];
             for &light in lights.iter() {
-                let sum = &mut sums[bucket(light)];
+                let sum = &mut sums[bucket_of(place(light, axis), lo, hi, BUCKETS)];
                 let own = bounds[light as usize];
                 *sum = Some(sum.map_or(own, |sum| sum.union(&own)));
             }
             let total = |sums: &[Option<LightBounds>]| {
                 sums.iter().flatten().copied().reduce(|a, b| a.union(&b)).map_or(0.0, |b| b.cost())
             };
-            // Long thin groups make poor bounds: the cost of an axis grows as it is short (ibid., §4.4).
-            let longest = extents.iter().map(|(lo, hi)| hi - lo).fold(0.0, f32::max);
             for at in 1..BUCKETS {
-                let cost = (total(&sums[..at]) + total(&sums[at..])) * f64::from(longest / (hi - lo));
-                if cost > 0.0 && best.is_none_or(|(least, ..)| cost < least) {
+                let cost = total(&sums[..at]) + total(&sums[at..]);
+                if best.is_none_or(|(least, ..)| cost < least) {
                     best = Some((cost, axis, at));
                 }
             }
@@ -277,7 +297,7 @@ fn split(bounds: &[LightBounds], lights: &mut [u32], by_cost: bool) -> usize {
     }
     if let Some((_, axis, at)) = best {
         let (lo, hi) = extents[axis];
-        let left = |&l: &u32| bucket_of(bounds[l as usize].centre(axis), lo, hi, BUCKETS) < at;
+        let left = |&l: &u32| bucket_of(place(l, axis), lo, hi, BUCKETS) < at;
         lights.sort_by_key(|l| !left(l));
         let middle = lights.iter().filter(|l| left(l)).count();
         if (1..lights.len()).contains(&middle) {
@@ -285,12 +305,12 @@ fn split(bounds: &[LightBounds], lights: &mut [u32], by_cost: bool) -> usize {
         }
     }
     let axis = widest.unwrap_or(0);
-    lights.sort_by(|&a, &b| bounds[a as usize].centre(axis).total_cmp(&bounds[b as usize].centre(axis)));
+    lights.sort_by(|&a, &b| place(a, axis).total_cmp(&place(b, axis)));
     half
 }
 
-fn bucket_of(centre: f32, lo: f32, hi: f32, buckets: usize) -> usize {
-    (((centre - lo) / (hi - lo) * buckets as f32) as usize).min(buckets - 1)
+fn bucket_of(place: f64, lo: f64, hi: f64, buckets: usize) -> usize {
+    (((place - lo) / (hi - lo) * buckets as f64) as usize).min(buckets - 1)
 }
 
 #[cfg(test)]

@@ -136,8 +136,8 @@ shared! {
         axis: [f32; 3],
         power: f32,
         cos_o: f32,
-        sin_o: f32,
         cos_e: f32,
+        spread: f32,
         link: u32,
     }
 

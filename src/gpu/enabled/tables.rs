@@ -164,6 +164,6 @@ pub(super) fn light_row(light: LightRow) -> Light {
 }
 
 pub(super) fn light_node(node: light::LightNode) -> LightNode {
-    let light::LightNode { centre, radius, power, axis, cos_o, sin_o, cos_e, link } = node;
-    LightNode { centre, radius, axis, power, cos_o, sin_o, cos_e, link }
+    let light::LightNode { centre, spread, power, radius, axis, cos_o, cos_e, link } = node;
+    LightNode { centre, radius, axis, power, cos_o, cos_e, spread, link }
 }

@@ -13,13 +13,17 @@
 //!
 //! Every arrow is a bounded channel. Ctrl-C closes the `stop` channel, a viewer or a sink that goes away
 //! closes its own, and either makes the accumulator stop; it closes the orders, and the workers end.
+//!
+//! Where the window moves the camera, all this is wired up again for each place that the scene is seen from.
 
-use crate::film::{Channel, Layer, MemoryError, Picture};
+use crate::film::file::Head;
+use crate::film::{Channel, Film, Layer, MemoryError, Milestone, Picture, ViewTransform};
 use crate::gpu;
-use crate::integrator::Integrator;
+use crate::integrator::{Integrator, Paths};
 use crate::math::lanes::Level;
-use crate::output::window::{self, Closed, Window, WindowOptions};
-use crate::output::{FilmError, FilmSink, OutputError, Progress, Reporter, SampleDump, Tev, TevError};
+use crate::output::window::orbit::Orbit;
+use crate::output::window::{self, Feed, Left, Window, WindowOptions};
+use crate::output::{FilmError, OutputError, Progress, Reporter, SampleDump, Tev, TevError};
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::{Accumulator, Barrier, Held, Region, Schedule, first_hit_layers, layer_samples};
 use crate::scene::Scene;
@@ -86,6 +90,8 @@ pub struct Settings {
     pub overlay: bool,
     /// What people see of it.
     pub view: View,
+    /// The camera as it stands in a scene file, where it is not the scene's own: it was moved in the window.
+    pub moved: Option<String>,
     /// The host and port of a tev that shows it, too.
     pub tev: Option<String>,
 }
@@ -181,34 +187,144 @@ pub enum SessionError {
 
 /// Renders. Closing `stop` ends the render with what there is.
 ///
+/// Where the camera is moved in the window, the render of the scene's own camera is set aside, to be gone on with
+/// when that is wanted back, and is written in the end.
+///
 /// Must run on the main thread if a window may open.
 pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, SessionError> {
-    let region = settings.region;
     let build_start = Instant::now();
     let crew = Crew::new(settings)?;
     let build = build_start.elapsed();
-    let device = crew.description();
+    let (device, devices, threads) = (crew.description(), crew.devices(), crew.workers());
+    let integrator = crew.integrator();
     let head = keeping::head(settings, &device);
-    let identity = head.identity.clone();
     let (film, milestone) = keeping::first_film(settings, &head)?;
-    let held = Held::of(&film, region, settings.first).map(Arc::new);
-    let sink = settings.film.clone().map(|path| FilmSink { path, head, range: settings.range() });
-    let layer_integrator = crew.layer_integrator(settings);
+    let region = settings.region;
     let tev = settings.tev.as_deref().map(|at| Tev::connect(at, &settings.name, region.width, region.height));
     let tev = tev.transpose()?;
-    let window = open_window(settings)?;
+    let mut window = open_window(settings, integrator.as_deref())?;
     let dump = settings.samples.as_deref().map(SampleDump::create).transpose()?;
+
+    let begun = Begun { film, milestone, spent: Duration::ZERO };
+    let task = Task { settings, crew, head: &head, begun, dump, tev };
+    let mut own = render(task, window.as_mut(), stop)?;
+    let mut toured = Ok(());
+    if let Some(window) = &mut window {
+        toured = tour(settings, &head, &mut own, integrator.as_ref(), window, stop);
+    }
+    if own.is_aside {
+        write_aside(settings, &head, &own)?;
+    }
+    if settings.view != View::Quiet {
+        // Standard error may be closed: these are courtesies.
+        let _ = tell(settings, &own.outcome, &mut std::io::stderr().lock());
+    }
+    toured?;
+    let Rendered { outcome, picture, .. } = own;
+    let Outcome { totals, whole, lost, made, .. } = outcome;
+    let made = |workers: Range<usize>| made[workers].iter().sum();
+    let devices = devices.into_iter().map(|(name, workers)| (name, made(workers))).collect();
+    let lost = lost.map(|lost| lost.to_string());
+    Ok(Report { totals, whole, device, devices, lost, threads, build, picture })
+}
+
+/// A film to begin or go on with, its last milestone, and how long it was rendered before.
+struct Begun {
+    film: Film,
+    milestone: Option<Milestone>,
+    spent: Duration,
+}
+
+/// A render of one camera.
+struct Task<'a> {
+    settings: &'a Settings,
+    crew: Crew,
+    head: &'a Head,
+    begun: Begun,
+    dump: Option<SampleDump>,
+    tev: Option<Tev>,
+}
+
+/// What became of it.
+struct Rendered {
+    outcome: Outcome,
+    picture: Picture,
+    tev: Option<Tev>,
+    /// Why the window left it, if there is one.
+    left: Option<Left>,
+    /// It is to be gone on with, and not written yet.
+    is_aside: bool,
+}
+
+/// Renders what the user moves the camera to, until the window is closed.
+fn tour(
+    settings: &Settings,
+    head: &Head,
+    own: &mut Rendered,
+    integrator: Option<&Arc<dyn Integrator>>,
+    window: &mut Window,
+    stop: &Receiver<Infallible>,
+) -> Result<(), SessionError> {
+    let mut left = own.left.take();
+    loop {
+        match left {
+            None | Some(Left::Closed | Left::Over) => return Ok(()),
+            Some(Left::Moved(camera)) => {
+                let settings = keeping::moved(settings, camera)?;
+                let crew = Crew::again(&settings, integrator)?;
+                let head = keeping::head(&settings, &crew.description());
+                let film = Film::new(head.width, head.height)?;
+                let begun = Begun { film, milestone: None, spent: Duration::ZERO };
+                let task = Task { settings: &settings, crew, head: &head, begun, dump: None, tev: None };
+                let view = render(task, Some(window), stop)?;
+                if !view.is_aside && settings.view != View::Quiet {
+                    let _ = tell(&settings, &view.outcome, &mut std::io::stderr().lock());
+                }
+                left = view.left;
+            }
+            Some(Left::Home) => {
+                let film = std::mem::replace(&mut own.outcome.film, Film::new(1, 1)?);
+                let milestone = own.outcome.milestone.take();
+                let begun = Begun { film, milestone, spent: own.outcome.totals.elapsed };
+                let crew = match integrator {
+                    Some(integrator) if settings.device == DeviceChoice::Cpu => {
+                        Crew::again(settings, Some(integrator))?
+                    }
+                    _ => Crew::new(settings)?,
+                };
+                let task = Task { settings, crew, head, begun, dump: None, tev: own.tev.take() };
+                let mut further = render(task, Some(window), stop)?;
+                further.outcome.follow(&own.outcome);
+                left = further.left.take();
+                *own = further;
+            }
+        }
+    }
+}
+
+/// Renders, and writes what comes of it unless the camera moves on.
+fn render(
+    task: Task<'_>,
+    window: Option<&mut Window>,
+    stop: &Receiver<Infallible>,
+) -> Result<Rendered, SessionError> {
+    let Task { settings, crew, head, begun: Begun { film, milestone, spent }, dump, tev } = task;
+    let region = settings.region;
+    let held = Held::of(&film, region, settings.first).map(Arc::new);
+    let sink = keeping::film_sink(settings, head);
+    let layer_integrator = crew.layer_integrator(settings);
     let workers = crew.workers();
-    let deadline = settings.time.and_then(|time| Instant::now().checked_add(time));
+    let time = settings.time.map(|time| time.saturating_sub(spent));
+    let deadline = time.and_then(|time| Instant::now().checked_add(time));
     let stops: Vec<u32> = settings.dump_at.iter().map(|at| settings.first + at).collect();
     let [least, most] = film.seen_range().map(|seen| seen.min(u64::from(settings.spp)) as u32);
     let schedule = Schedule::new(workers, region.len(), settings.range().end, deadline, stops.clone())
         .starting_at(settings.first + least, settings.first + most);
     let schedule = crew.deal(region.len(), schedule);
     let owners = Arc::new(schedule.owners(region.len()));
-    let (spare, devices) = (crew.spare(), crew.devices());
+    let spare = crew.spare();
 
-    let result = std::thread::scope(|scope| {
+    std::thread::scope(|scope| {
         let (batches_out, batches) = bounded(2 * workers);
         let (failures_out, failures) = bounded(workers);
         let crew::Lines { orders, updates } = crew.start(scope, settings, held, &batches_out, &failures_out);
@@ -229,7 +345,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
             scope.spawn(move || keeping::keep_film(sink, &pieces, &notes))
         });
         // Notes end with the last of those who write.
-        let (identity, owned) = (&identity, Arc::clone(&owners));
+        let (identity, owned) = (&head.identity, Arc::clone(&owners));
         let pictures = keeping::Pictures { settings, identity, owners: owned, notes: notes_out };
         let painter = scope.spawn({
             let pictures = pictures.clone();
@@ -238,11 +354,11 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
         let (progress_out, progress) = bounded(1);
         let (snapshots_out, snapshots) = bounded(1);
         let watched = window.is_some();
-        let remote = tev.map(|tev| {
-            let (remote_out, snapshots) = bounded(1);
+        let (remote_out, remote) = bounded(1);
+        let has_tev = tev.is_some();
+        let tev = tev.map(|tev| {
             let notes = pictures.notes.clone();
-            scope.spawn(move || tev.show(&snapshots, |line| keeping::tell(&notes, line)));
-            remote_out
+            scope.spawn(move || tev.show(&remote, |line| keeping::tell(&notes, line)))
         });
         let outbox = Outbox {
             orders,
@@ -250,7 +366,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
             barriers: Some(barriers_out),
             film: sink.is_some().then_some(film_out),
             snapshots: watched.then_some(snapshots_out),
-            remote,
+            remote: has_tev.then_some(remote_out),
             progress: (!watched).then_some(progress_out),
         };
         let target = (settings.spp < u32::MAX).then_some(settings.spp);
@@ -265,58 +381,91 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
             accumulator = accumulator.until_noise(noise, milestone);
         }
         let inbox = Inbox { batches, failures, stop: stop.clone() };
+        let (left_out, left_in) = bounded::<Left>(1);
         // One thread from the film to the files, so that they are written while the window stays open.
         let finisher = scope.spawn({
             let (pictures, sink) = (pictures.clone(), sink.as_ref());
+            let layer_integrator = layer_integrator.clone();
             move || {
                 let outcome = accumulator.run(inbox);
+                let is_aside = matches!(left_in.try_recv(), Ok(Left::Moved(_) | Left::Home));
                 // Whose pixels they are may have changed on the way.
                 let owners = outcome.owners.clone().unwrap_or_else(|| Arc::clone(&pictures.owners));
                 let pictures = keeping::Pictures { owners, ..pictures };
                 let picture = outcome.film.picture();
                 // A checkpoint that is still on its way must not replace the end.
                 let kept = keeper.is_none_or(|keeper| keeper.join().is_ok());
-                // A black picture is no replacement for whatever is there.
                 let layers = || layers(settings, layer_integrator.as_deref(), &outcome);
+                // A black picture is no replacement for whatever is there.
                 let written = match outcome.totals.samples {
                     0 => Ok(()),
+                    _ if is_aside => Ok(()),
                     _ => pictures.write_end(sink, &outcome, &picture, layers),
                 };
-                (outcome, picture, written, kept)
+                (outcome, picture, written, kept, is_aside)
             }
         });
-        match window {
+        let left = match window {
             Some(window) => {
                 let (requests_out, requests) = bounded(1);
                 scope.spawn(move || pictures.save_on_request(&requests));
                 scope.spawn(move || show_notes(&notes));
-                let Closed { .. } = window.run(snapshots, requests_out, stop.clone());
+                let (layers_out, layers) = bounded(1);
+                if let Some(integrator) = layer_integrator {
+                    scope.spawn(move || layers_out.send(preview(settings, &*integrator)));
+                }
+                let feed = Feed { snapshots, layers, stop: stop.clone() };
+                let left = window.run(&feed, &requests_out, settings.moved.is_some());
+                // It lies there before the accumulator sees that nobody watches any more, when the feed goes.
+                let _ = left_out.send(left.clone());
+                Some(left)
             }
             None => {
                 drop(pictures);
                 show_progress(settings, &progress, &notes);
+                None
             }
-        }
+        };
         let finished = finisher.join().map_err(|_| SessionError::Process("accumulator"));
-        let finished = finished.and_then(|(outcome, picture, written, kept)| match kept {
-            true => Ok((outcome, picture, written)),
+        let finished = finished.and_then(|(outcome, picture, written, kept, is_aside)| match kept {
+            true => Ok((outcome, picture, written, is_aside)),
             false => Err(SessionError::Process("film writer")),
         });
         let dumped =
             dumper.map_or(Ok(Ok(())), |d| d.join().map_err(|_| SessionError::Process("sample dump")));
         let painted = painter.join().map_err(|_| SessionError::Process("picture writer"));
-        combine(finished, dumped, painted)
-    });
-    let (outcome, picture) = result?;
-    if settings.view != View::Quiet {
-        // Standard error may be closed: these are courtesies.
-        let _ = tell(settings, &outcome, &mut std::io::stderr().lock());
+        let tev = tev.map_or(Ok(None), |tev| tev.join().map_err(|_| SessionError::Process("tev sender")));
+        let (outcome, picture, is_aside) = combine(finished, dumped, painted)?;
+        Ok(Rendered { outcome, picture, tev: tev?, left, is_aside })
+    })
+}
+
+/// Writes the render of the scene's own camera that was set aside.
+fn write_aside(settings: &Settings, head: &Head, own: &Rendered) -> Result<(), SessionError> {
+    let (outcome, sink) = (&own.outcome, keeping::film_sink(settings, head));
+    if outcome.totals.samples == 0 {
+        return Ok(());
     }
-    let Outcome { totals, whole, lost, made, .. } = outcome;
-    let made = |workers: Range<usize>| made[workers].iter().sum();
-    let devices = devices.into_iter().map(|(name, workers)| (name, made(workers))).collect();
-    let lost = lost.map(|lost| lost.to_string());
-    Ok(Report { totals, whole, device, devices, lost, threads: workers, build, picture })
+    let (notes_out, notes) = bounded(16);
+    let written = std::thread::scope(|scope| {
+        scope.spawn(move || show_notes(&notes));
+        let owners = outcome.owners.clone().unwrap_or_default();
+        let pictures = keeping::Pictures { settings, identity: &head.identity, owners, notes: notes_out };
+        let integrator = crew::layer_integrator(settings);
+        let layers = || layers(settings, integrator.as_deref(), outcome);
+        pictures.write_end(sink.as_ref(), outcome, &own.picture, layers)
+    });
+    Ok(written?)
+}
+
+/// Samples of a pixel that the window's layers are means of.
+const PREVIEW: u32 = 2;
+
+/// The layers that first hits tell, for the window.
+fn preview(settings: &Settings, integrator: &dyn Integrator) -> Vec<Channel> {
+    let samples = settings.first..settings.first.saturating_add(PREVIEW);
+    let (level, region) = (settings.level, settings.region);
+    first_hit_layers(integrator, level, region, samples, 1, &settings.layers)
 }
 
 /// The layers that are wanted, of what the render came to.
@@ -343,11 +492,11 @@ fn layers(settings: &Settings, layer_integrator: Option<&dyn Integrator>, outcom
 
 /// The outcome, or the first thing that went wrong.
 fn combine(
-    finished: Result<(Outcome, Picture, Written), SessionError>,
+    finished: Result<(Outcome, Picture, Written, bool), SessionError>,
     dumped: Result<Written, SessionError>,
     painted: Result<Written, SessionError>,
-) -> Result<(Outcome, Picture), SessionError> {
-    let (outcome, picture, written) = finished?;
+) -> Result<(Outcome, Picture, bool), SessionError> {
+    let (outcome, picture, written, is_aside) = finished?;
     if let Some(failure) = outcome.failure {
         let kept = match written {
             Err(error) => format!("the picture so far could not be written: {error}"),
@@ -359,26 +508,54 @@ fn combine(
     written?;
     dumped??;
     painted??;
-    Ok((outcome, picture))
+    Ok((outcome, picture, is_aside))
 }
 
-fn open_window(settings: &Settings) -> Result<Option<Window>, SessionError> {
+fn open_window(
+    settings: &Settings,
+    integrator: Option<&dyn Integrator>,
+) -> Result<Option<Window>, SessionError> {
     if matches!(settings.view, View::Progress | View::Quiet) {
         return Ok(None);
     }
+    let camera = if settings.samples.is_some() || !settings.dump_at.is_empty() {
+        Err("the camera stays: --samples and --dump-at are of one render".to_owned())
+    } else {
+        Ok(Orbit::new(&settings.scene.camera, distance(settings, integrator)))
+    };
+    let (region, film) = (settings.region, &settings.scene.film);
     let options = WindowOptions {
         name: settings.name.clone(),
-        width: settings.region.width,
-        height: settings.region.height,
-        exposure: settings.scene.film.exposure,
+        width: region.width,
+        height: region.height,
+        film_height: film.height,
+        corner: (region.x, region.y),
+        view: ViewTransform::of(film),
         overlay: settings.overlay,
         time_limit: settings.time.map(|time| time.as_secs_f64()),
+        camera,
     };
     match window::open(&options) {
         Ok(window) => Ok(Some(window)),
         Err(error) if settings.view == View::Window => Err(error.into()),
         Err(_) => Ok(None),
     }
+}
+
+/// How far in front of the camera a mouse turns it about: at what is seen in the middle of the film, or else as far
+/// as the origin.
+fn distance(settings: &Settings, integrator: Option<&dyn Integrator>) -> f64 {
+    let Scene { film, camera, .. } = &*settings.scene;
+    let mut hits = Vec::new();
+    if let Some(integrator) = integrator {
+        let middle = film.height / 2 * film.width + film.width / 2;
+        let pixels = [Region::whole(film.width, film.height).pixel(middle)];
+        let paths = Paths { pixels: &pixels, first_sample: settings.first, samples: 1 };
+        integrator.first_hits(settings.level, &paths, &mut hits);
+    }
+    let seen = hits.first().filter(|hit| hit.met).map(|hit| f64::from(hit.depth));
+    let origin = -camera.eye.dot(camera.forward);
+    seen.into_iter().chain([origin]).find(|&distance| distance > 0.0).unwrap_or(1.0)
 }
 
 /// Says where the pictures are, and what a user would not expect: samples that were left out and how to look at
@@ -392,6 +569,9 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
         let note =
             if early { format!(" (stopped early, before {} spp)", settings.spp) } else { String::new() };
         writeln!(out, "wrote {}{note}", names.join(", "))?;
+    }
+    if let Some(camera) = settings.moved.as_ref().filter(|_| outcome.totals.samples > 0) {
+        writeln!(out, "seen from\n{}", camera.trim_end())?;
     }
     if let Some(lost) = &outcome.lost {
         let note = if outcome.whole { ", and nothing is missing" } else { "" };

@@ -60,6 +60,7 @@ macro_rules! refuses {
 }
 
 refuses! {
+    a_tone_that_is_none: ["render", "scene.toml", "--tone", "sepia"] => 2, ["sepia", "srgb", "filmic"];
     tev_without_a_port: ["render", "scene.toml", "--headless", "--tev", "localhost"] => 2, ["localhost:14158"];
     tev_that_is_not_there: ["render", "scene.toml", "--headless", "--tev", "localhost:1"] => 1, ["localhost:1", "start it first"];
     info_of_nothing: ["info"] => 2, ["name a file", "stride info --devices"];

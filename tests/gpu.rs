@@ -14,6 +14,7 @@ use stride::render::accumulator::{Inbox, Outbox, Outcome};
 use stride::render::{Accumulator, Region, Schedule};
 use stride::scene::{
     Entity, FilmSettings, Filter, Integrator, Material, MaterialKind, RenderSettings, Sampler, Scene, Shape,
+    Tone,
 };
 use stride::world::compile;
 
@@ -29,7 +30,13 @@ fn scene(width: u32, height: u32) -> Scene {
     };
     let sphere = |x, y, z, radius| Shape::Sphere { center: DVec3::new(x, y, z), radius };
     Scene {
-        film: FilmSettings { width, height, exposure: 0.0, filter: Filter::Tent { radius: 1.0 } },
+        film: FilmSettings {
+            width,
+            height,
+            exposure: 0.0,
+            tone: Tone::Srgb,
+            filter: Filter::Tent { radius: 1.0 },
+        },
         camera: CameraSettings {
             eye: DVec3::ZERO,
             forward: DVec3::X,

@@ -116,7 +116,13 @@ fn the_cover_is_the_reports_program() {
 fn an_empty_file_has_the_defaults_of_the_design() {
     let Loaded { scene, warnings, .. } = read("");
     let expected = Scene {
-        film: FilmSettings { width: 640, height: 480, exposure: 0.0, filter: Filter::Tent { radius: 1.0 } },
+        film: FilmSettings {
+            width: 640,
+            height: 480,
+            exposure: 0.0,
+            tone: Tone::Srgb,
+            filter: Filter::Tent { radius: 1.0 },
+        },
         camera: CameraSettings {
             eye: DVec3::ZERO,
             forward: DVec3::X,
@@ -152,6 +158,7 @@ fn every_key_reaches_the_scene() {
         width = 1
         height = 65536
         exposure = -1.5
+        tone = "filmic"
         filter = { type = "box" }
         [camera]
         eye = [1, 2, 3]
@@ -220,7 +227,13 @@ fn every_key_reaches_the_scene() {
     assert_eq!(warnings, []);
     assert_eq!(
         scene.film,
-        FilmSettings { width: 1, height: 65536, exposure: -1.5, filter: Filter::Box { radius: 0.5 } }
+        FilmSettings {
+            width: 1,
+            height: 65536,
+            exposure: -1.5,
+            tone: Tone::Filmic,
+            filter: Filter::Box { radius: 0.5 }
+        }
     );
     assert_eq!(
         scene.camera,

@@ -3,7 +3,8 @@
 #![cfg(all(target_os = "linux", feature = "window"))]
 
 use std::fs;
-use std::path::Path;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -37,8 +38,8 @@ fn wait_for(what: &str, mut until: impl FnMut() -> bool) {
     }
 }
 
-/// A display, or none where its programs are missing and that is allowed.
-fn display() -> Option<Display> {
+/// A display for a test, 0 or 1, or none where its programs are missing and that is allowed.
+fn display(test: u32) -> Option<Display> {
     let there = |program| quiet(program, &["-version"]).status().is_ok();
     if !(there("Xvfb") && there("xdotool")) {
         assert!(
@@ -48,8 +49,8 @@ fn display() -> Option<Display> {
         println!("skipped: no Xvfb or no xdotool");
         return None;
     }
-    // A number that no other run has: that of this process.
-    let number = 100 + std::process::id() % 50_000;
+    // A number that no other run has, by that of this process, and no other test.
+    let number = 100 + std::process::id() % 25_000 * 2 + test;
     let name = format!(":{number}");
     // By itself it would start afresh whenever xdotool, its only client yet, leaves: a desktop's never does.
     let server =
@@ -65,25 +66,38 @@ impl Display {
         String::from_utf8_lossy(&output.expect("xdotool runs").stdout).trim().to_owned()
     }
 
+    /// Moves the pointer to a place in the window, to which the keyboard then goes: there is no window manager.
+    fn point(&self, x: u32, y: u32) {
+        let (x, y) = (x.to_string(), y.to_string());
+        let found = ["search", "--onlyvisible", "--name", "scene.toml"];
+        self.tool(&[&found[..], &["mousemove", "--window", "%1", &x, &y]].concat());
+    }
+
     fn title(&self) -> String {
         self.tool(&["search", "--onlyvisible", "--name", "scene.toml", "getwindowname"])
     }
 }
 
-#[test]
-fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
-    let Some(display) = display() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
+/// The program with a window on the cover scene, `scene.toml`.
+fn show(display: &Display, folder: &Path, more: &[&str]) -> Child {
     let cover =
         fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml")).expect("a scene");
-    fs::write(folder.path().join("scene.toml"), cover).expect("a writable folder");
-    let stride = quiet(env!("CARGO_BIN_EXE_stride"), &["render", "scene.toml", "--window"])
-        .args(["--size", "160x120", "--spp", "4000000000"])
-        .current_dir(folder.path())
+    fs::write(folder.join("scene.toml"), cover).expect("a writable folder");
+    quiet(env!("CARGO_BIN_EXE_stride"), &["render", "scene.toml", "--window"])
+        .args(more)
+        .current_dir(folder)
         .env("DISPLAY", &display.name)
+        .stdout(Stdio::piped())
         .stderr(Stdio::inherit())
         .spawn()
-        .expect("the program starts");
+        .expect("the program starts")
+}
+
+#[test]
+fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
+    let Some(display) = display(0) else { return };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let stride = show(&display, folder.path(), &["--size", "160x120", "--spp", "4000000000"]);
     let mut stride = Process(stride);
     wait_for("a title that counts", || {
         assert_eq!(stride.0.try_wait().expect("a child"), None, "the program has ended without a window");
@@ -91,18 +105,7 @@ fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
     });
     let picture = folder.path().join("scene.png");
     assert!(!picture.exists(), "nothing is written before it is asked for");
-    // Without a window manager the keyboard goes to the window under the pointer.
-    display.tool(&[
-        "search",
-        "--onlyvisible",
-        "--name",
-        "scene.toml",
-        "mousemove",
-        "--window",
-        "%1",
-        "20",
-        "20",
-    ]);
+    display.point(20, 20);
     wait_for("a saved picture", || {
         display.tool(&["key", "s"]);
         picture.exists()
@@ -119,4 +122,83 @@ fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
     assert_eq!(stride.0.wait().expect("a child").code(), Some(0));
     let bytes = fs::read(&picture).expect("closing the window writes the picture");
     assert_eq!(&bytes[1..4], b"PNG");
+}
+
+/// Renders a scene without a window, and returns the picture's bits.
+fn rendered(folder: &Path, scene: &str, picture: &str, spp: &str) -> Vec<[u32; 3]> {
+    let status = Command::new(env!("CARGO_BIN_EXE_stride"))
+        .args(["render", scene, "--headless", "-q", "--size", "64x48", "--spp", spp, "-o", picture])
+        .current_dir(folder)
+        .status();
+    assert!(status.expect("the program starts").success());
+    bits(folder.join(picture))
+}
+
+fn bits(path: PathBuf) -> Vec<[u32; 3]> {
+    let (_, picture) = stride::output::read_picture(&path).expect("a picture");
+    picture.rgb.iter().map(|rgb| rgb.map(f32::to_bits)).collect()
+}
+
+#[test]
+fn a_camera_that_is_moved_renders_anew_and_its_own_render_goes_on_where_it_was() {
+    let Some(display) = display(1) else { return };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = |name: &str| folder.path().join(name);
+    let spp = "1500";
+    let arguments =
+        ["--size", "64x48", "--spp", spp, "-o", "a.exr", "--film", "a.film", "--layers", "samples"];
+    let mut stride = Process(show(&display, folder.path(), &arguments));
+    wait_for("a title that counts", || {
+        assert_eq!(stride.0.try_wait().expect("a child"), None, "the program has ended without a window");
+        display.title().contains("spp")
+    });
+    display.point(150, 100);
+    wait_for("keys that are heard", || {
+        display.tool(&["key", "plus"]);
+        display.title().contains("EV")
+    });
+    display.tool(&["key", "c"]);
+    wait_for("a mouse that moves the camera", || display.title().contains("the mouse moves the camera"));
+    // A drag, step by step as by a hand.
+    display.tool(&["mousedown", "1"]);
+    for x in [160, 180, 200] {
+        std::thread::sleep(Duration::from_millis(100));
+        display.point(x, 110);
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    display.tool(&["mouseup", "1"]);
+    display.tool(&["click", "4"]);
+    display.tool(&["key", "c"]);
+    wait_for("a view that is not steered any more", || display.title().contains("moved camera"));
+    display.tool(&["key", "k"]);
+    wait_for("the moved camera's render", || display.title().contains("done"));
+    wait_for("its picture", || path("a-view-1.exr").exists());
+    display.tool(&["key", "r"]);
+    wait_for("the scene's own camera", || !display.title().contains("moved camera"));
+    wait_for("its render's end", || display.title().contains("done"));
+    wait_for("the end", || {
+        display.tool(&["key", "Escape"]);
+        stride.0.try_wait().expect("a child").is_some()
+    });
+    assert_eq!(stride.0.wait().expect("a child").code(), Some(0));
+    let mut camera = String::new();
+    stride.0.stdout.take().expect("a pipe").read_to_string(&mut camera).expect("text");
+
+    // The scene's own picture and film are as if nobody had looked elsewhere …
+    let own = rendered(folder.path(), "scene.toml", "own.exr", spp);
+    assert!(bits(path("a.exr")) == own);
+    assert!(
+        stride::output::open_film(&path("a.film")).expect("a film").holding().to_string()
+            == format!("0..{spp}")
+    );
+    // … and that of the moved camera is what a scene with the printed one gives.
+    let scene = fs::read_to_string(path("scene.toml")).expect("a scene");
+    let (before, after) = scene.split_once("[camera]").expect("a camera");
+    let (_, after) = after.split_once("\n[").expect("more than that");
+    let printed = camera.split("[camera]").nth(1).unwrap_or_else(|| panic!("no camera: {camera:?}"));
+    fs::write(path("moved.toml"), format!("{before}[camera]{printed}\n[{after}")).expect("a folder");
+    let moved = rendered(folder.path(), "moved.toml", "moved.exr", spp);
+    assert!(bits(path("a-view-1.exr")) == moved, "{printed}");
+    // Negative control: they are two pictures.
+    assert!(own != moved);
 }

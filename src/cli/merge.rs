@@ -2,11 +2,12 @@
 
 use super::{Failure, usage};
 use crate::film::file::Head;
-use crate::film::{Film, Holding, Identity, Ranges};
+use crate::film::{Film, Holding, Identity, Ranges, ViewTransform};
 use crate::output::{
     self, FilmError, FilmFile, Format, OutputError, PictureOptions, film, open_film, write_film,
     write_picture,
 };
+use crate::scene::Tone;
 use crate::session;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -22,6 +23,9 @@ pub(super) struct MergeArguments {
     /// Exposure of PNG in stops, instead of the films'
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = super::render::exposure)]
     exposure: Option<f64>,
+    /// Tone curve of PNG, srgb or filmic, instead of the first film's
+    #[arg(long, value_name = "NAME")]
+    tone: Option<Tone>,
     /// Say nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -65,8 +69,10 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
         part.open()?.add_to(&mut film).map_err(|reason| FilmError { path, reason })?;
     }
     let exposure = arguments.exposure.or_else(|| first.head.notes.get("exposure")?.parse().ok());
-    let head = merged_head(first, &holding, exposure.unwrap_or(0.0));
-    write_outputs(&arguments.outputs, &head, &film, &holding, exposure.unwrap_or(0.0))?;
+    let tone = arguments.tone.or_else(|| first.head.notes.get("tone")?.parse().ok());
+    let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
+    let head = merged_head(first, &holding, view);
+    write_outputs(&arguments.outputs, &head, &film, &holding, view)?;
     if !arguments.quiet {
         // Standard error may be closed: these are courtesies.
         let _ = tell(arguments, &holding, &mut std::io::stderr().lock());
@@ -122,12 +128,13 @@ fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, 
     Ok(all)
 }
 
-fn merged_head(first: &Part<'_>, holding: &Holding, exposure: f64) -> Head {
+fn merged_head(first: &Part<'_>, holding: &Holding, view: ViewTransform) -> Head {
     let ranges = || holding.whole().iter().chain(holding.open());
     let asked = ranges().map(|range| range.start).min().unwrap_or(0)
         ..ranges().map(|range| range.end).max().unwrap_or(0);
     let notes = Identity::default()
-        .with("exposure", exposure)
+        .with("exposure", view.exposure)
+        .with("tone", view.tone.name())
         .with("asked", format_args!("{}..{}", asked.start, asked.end));
     Head { notes, ..first.head.clone() }
 }
@@ -138,7 +145,7 @@ fn write_outputs(
     head: &Head,
     film: &Film,
     holding: &Holding,
-    exposure: f64,
+    view: ViewTransform,
 ) -> Result<(), OutputError> {
     let mut first_error = Ok(());
     let needs_picture = outputs.iter().any(|path| Format::of(path).is_ok());
@@ -148,7 +155,7 @@ fn write_outputs(
         let written = match &picture {
             Some(picture) if !is_film(path) => {
                 let facts = Some(&facts);
-                write_picture(path, picture, &PictureOptions { exposure, facts, channels: &[] })
+                write_picture(path, picture, &PictureOptions { view, facts, channels: &[] })
             }
             _ => write_film(path, head, film, holding, None),
         };

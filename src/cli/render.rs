@@ -6,7 +6,7 @@ use super::{Failure, stop, usage};
 use crate::film::Layer;
 use crate::math::lanes::Level;
 use crate::output::{self, atomic};
-use crate::scene::{Scene, Sources};
+use crate::scene::{Scene, Sources, Tone};
 use crate::session::{self, DeviceChoice, Settings, View};
 use crate::world::Finder;
 use clap::ValueEnum;
@@ -63,6 +63,9 @@ pub(super) struct RenderArguments {
     /// Exposure of PNG and window in stops, instead of the scene's
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
     exposure: Option<f64>,
+    /// Tone curve of PNG and window, instead of the scene's: srgb, clipped at white, or filmic
+    #[arg(long, value_name = "NAME")]
+    tone: Option<Tone>,
     /// Colour pixels by the worker that owns them (report figure 3.1)
     #[arg(long, value_enum, value_name = "NAME")]
     overlay: Option<Overlay>,
@@ -164,6 +167,9 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
     if let Some(exposure) = arguments.exposure {
         scene.film.exposure = exposure;
     }
+    if let Some(tone) = arguments.tone {
+        scene.film.tone = tone;
+    }
     let mut settings = settings(&arguments, scene, level)?;
     check_places(&arguments, &settings)?;
     settings.fingerprint = Some(fingerprint(&sources)?);
@@ -261,6 +267,7 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         fingerprint: None,
         overlay: arguments.overlay.is_some(),
         view,
+        moved: None,
         tev: arguments.tev.clone(),
     })
 }

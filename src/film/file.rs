@@ -42,7 +42,7 @@ pub struct Head {
     pub height: u32,
     /// What determines the bits.
     pub identity: Identity,
-    /// What does not: `exposure`, `asked` (the range of samples that the film is to have in the end).
+    /// What does not: `exposure`, `tone`, `asked` (the range of samples that the film is to have in the end).
     pub notes: Identity,
 }
 

@@ -7,6 +7,7 @@
 
 use super::Picture;
 use super::plane::{Plane, convolve};
+use super::tone::{aces, aces_inverse};
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 
@@ -65,22 +66,6 @@ pub fn hdr_flip(test: &Picture, reference: &Picture) -> HdrFlip {
         worst.iter_mut().zip(seen).for_each(|(worst, seen)| *worst = worst.max(seen));
     }
     HdrFlip { mean: mean(&worst), start, stop, exposures }
-}
-
-/// Numerator and denominator of Narkowicz's fit of the ACES film curve, with its usual pre-exposure of 0.6;
-/// highest power first.
-const ACES: [[f64; 3]; 2] = [[0.36 * 2.51, 0.6 * 0.03, 0.0], [0.36 * 2.43, 0.6 * 0.59, 0.14]];
-
-/// The ACES tone map of one linear channel, clamped to 0…1.
-fn aces(x: f64) -> f64 {
-    let [over, under] = ACES.map(|[square, linear, constant]| (square * x + linear) * x + constant);
-    (over / under).min(1.0)
-}
-
-/// The linear value that the tone map shows as `shown`, in (0, 1).
-fn aces_inverse(shown: f64) -> f64 {
-    let [a, b, c] = [0, 1, 2].map(|power| ACES[0][power] - shown * ACES[1][power]);
-    (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a)
 }
 
 /// Exposures, in stops, that put the brightest and the median luminance at 85% of white.

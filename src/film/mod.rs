@@ -20,6 +20,6 @@ pub use identity::Identity;
 pub use layers::{Channel, Layer};
 pub use noise::Milestone;
 pub use picture::Picture;
-pub use snapshot::Snapshot;
+pub use snapshot::{Snapshot, Statistics};
 pub use sums::{Film, MemoryError, PixelSums, Reject, WideSums};
-pub use tone::ToneMap;
+pub use tone::{ToneMap, ViewTransform};

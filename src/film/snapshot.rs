@@ -2,13 +2,35 @@
 
 use std::sync::Arc;
 
-use super::Picture;
+use super::{Film, Picture};
+
+/// What is known of each pixel beside its radiance.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// How many samples it is the mean of.
+    pub counts: Vec<u32>,
+    /// The variance of the mean, of its channels together, by the spread of its samples.
+    pub variances: Vec<f32>,
+}
+
+impl Statistics {
+    /// Those of a film.
+    pub fn of(film: &Film) -> Statistics {
+        let pixels = 0..film.width() as usize * film.height() as usize;
+        Statistics {
+            counts: pixels.clone().map(|pixel| film.count(pixel).min(u32::MAX.into()) as u32).collect(),
+            variances: pixels.map(|pixel| film.variance(pixel) as f32).collect(),
+        }
+    }
+}
 
 /// The film at one moment, made by the accumulator for the sinks that only look.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
     /// The picture so far.
     pub picture: Picture,
+    /// How good each pixel is; of the last picture to the latest sample, of others up to a second old.
+    pub statistics: Arc<Statistics>,
     /// Which worker makes each pixel, counted from zero; row-major like the picture.
     pub owners: Arc<Vec<u32>>,
     /// Samples per pixel so far, the mean over the picture.

@@ -92,6 +92,8 @@ pub trait Integrator: Send + Sync {
     fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64;
     /// Follows the camera rays of paths to what they meet first, in the order of the paths.
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>);
+    /// The same, where another camera looks at the same scene.
+    fn seen_by(&self, camera: Camera) -> Box<dyn Integrator>;
     /// Traces one path and tells what happens on it.
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>);
 }

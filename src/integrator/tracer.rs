@@ -4,6 +4,7 @@ use super::first_hit::{FirstHit, FirstHits};
 use super::lanes::{TracePaths, Transport, View};
 use super::observe::{Event, Record, Silent};
 use super::{Finished, Integrator, Paths, Pixel, Sample, Settings};
+use crate::camera::Camera;
 use crate::math::lanes::{Kernel, Level, dispatch};
 use crate::sampling::Sampler;
 use crate::world::{CompiledScene, World};
@@ -28,7 +29,9 @@ impl<T, W, S> PathTracer<T, W, S> {
     }
 }
 
-impl<T: Transport + Send + Sync, W: World, S: Sampler> Integrator for PathTracer<T, W, S> {
+impl<T: Transport + Send + Sync + 'static, W: World + 'static, S: Sampler + 'static> Integrator
+    for PathTracer<T, W, S>
+{
     fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
         out.reserve(paths.len());
         let transport = self.transport;
@@ -37,6 +40,11 @@ impl<T: Transport + Send + Sync, W: World, S: Sampler> Integrator for PathTracer
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
         dispatch(level, FirstHits { view: self.view(), paths, out });
+    }
+
+    fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
+        let (scene, world) = (Arc::new(self.scene.seen_by(camera)), Arc::clone(&self.world));
+        Box::new(PathTracer { transport: self.transport, scene, world, settings: self.settings })
     }
 
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {

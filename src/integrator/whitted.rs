@@ -4,6 +4,7 @@ use super::first_hit::{FirstHit, FirstHits};
 use super::lanes::View;
 use super::observe::{Event, Observer, Record, Silent, ray_event, rgb, vec3};
 use super::{Finished, Integrator, Paths, Pixel, Sample, Settings, camera_ray};
+use crate::camera::Camera;
 use crate::material::{Bxdf, Kind};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Level, dispatch};
@@ -33,7 +34,7 @@ pub struct Whitted<W, S> {
 /// A branch to follow: a ray, its share of the picture, its bounces so far.
 type Branch = (Ray<f32>, Rgb<f32>, u32);
 
-impl<W: World, S: Sampler> Integrator for Whitted<W, S> {
+impl<W: World + 'static, S: Sampler + 'static> Integrator for Whitted<W, S> {
     fn trace(&self, _level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
         let mut stack = Vec::new();
         let mut rays = 0;
@@ -49,6 +50,11 @@ impl<W: World, S: Sampler> Integrator for Whitted<W, S> {
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
         let view = View { scene: &self.scene, world: &*self.world, settings: &self.settings };
         dispatch(level, FirstHits { view, paths, out });
+    }
+
+    fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
+        let (scene, world) = (Arc::new(self.scene.seen_by(camera)), Arc::clone(&self.world));
+        Box::new(Whitted { scene, world, settings: self.settings, seed: self.seed })
     }
 
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {

@@ -31,6 +31,23 @@ pub fn exposure(stops: f64) -> String {
     format!("{sign}{} EV", hundredths(stops.abs()))
 }
 
+/// "0.2500", "12.50", "3.142e-9": so many significant digits.
+pub fn significant(value: f64, digits: usize) -> String {
+    let after = digits.saturating_sub(1);
+    let scientific = format!("{value:.after$e}");
+    let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
+    match exponent {
+        // No number at all, or nothing.
+        None => format!("{value}"),
+        Some(_) if value == 0.0 => "0".to_owned(),
+        Some(exponent @ -4..=5) => {
+            let decimals = (after as i32 - exponent).max(0) as usize;
+            format!("{value:.decimals$}")
+        }
+        Some(_) => scientific,
+    }
+}
+
 /// "128" or, while there are few, "3.4": samples per pixel. Never rounded up: 500 is there when it is there.
 pub fn samples_per_pixel(spp: f64) -> String {
     if spp < 10.0 { tenths((spp * 10.0).floor() / 10.0) } else { format!("{}", spp.floor()) }
@@ -90,6 +107,23 @@ mod tests {
             (273_600.0, "3 d 4 h"),
         ] {
             assert_eq!(duration(seconds), said);
+        }
+    }
+
+    #[test]
+    fn significant_digits() {
+        for (value, digits, said) in [
+            (0.25, 4, "0.2500"),
+            (12.5, 4, "12.50"),
+            (0.099_999_999, 2, "0.10"),
+            (99_999.9, 3, "100000"),
+            (1.5e7, 2, "1.5e7"),
+            (-3.141_59e-9, 4, "-3.142e-9"),
+            (0.0, 3, "0"),
+            (f64::INFINITY, 3, "inf"),
+            (f64::NAN, 3, "NaN"),
+        ] {
+            assert_eq!(significant(value, digits), said);
         }
     }
 

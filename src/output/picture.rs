@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
 use super::{atomic, exr, hdr, png};
-use crate::film::{Channel, Identity, Picture, ToneMap};
+use crate::film::{Channel, Identity, Picture, ToneMap, ViewTransform};
 
 /// A picture file's format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,8 +66,8 @@ fn known(formats: &[Format]) -> String {
 /// What a picture file depends on beside the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PictureOptions<'a> {
-    /// Stops that an 8-bit file is brightened by; linear files keep the radiance as it is.
-    pub exposure: f64,
+    /// How an 8-bit file shows it; linear files keep the radiance as it is.
+    pub view: ViewTransform,
     /// What determines the bits of the picture, for formats that can tell: EXR.
     pub facts: Option<&'a Identity>,
     /// Layers beside colour, for the format that has room for them: EXR.
@@ -106,7 +106,7 @@ pub fn encode(
     assert_eq!(picture.rgb.len(), picture.width as usize * picture.height as usize, "a picture with holes");
     match format {
         Format::Png => {
-            let tone = ToneMap::new(options.exposure);
+            let tone = ToneMap::new(options.view.of_file());
             let pixels: Vec<_> = picture.rgb.iter().map(|&rgb| tone.encode(rgb)).collect();
             png::encode(picture.width, picture.height, &pixels, out)
         }
@@ -117,8 +117,13 @@ pub fn encode(
 
 /// The name of the picture after `spp` samples per pixel: `cover.png` becomes `cover-10.png`.
 pub fn numbered_path(path: &Path, spp: u32) -> PathBuf {
+    suffixed_path(path, &spp.to_string())
+}
+
+/// The path with a suffix: `cover.png` becomes `cover-view-1.png`.
+pub fn suffixed_path(path: &Path, suffix: &str) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_os_string();
-    name.push(format!("-{spp}"));
+    name.push(format!("-{suffix}"));
     if let Some(extension) = path.extension() {
         name.push(".");
         name.push(extension);
@@ -132,6 +137,7 @@ pub(super) mod tests {
     use std::io::Cursor;
 
     use super::*;
+    use crate::scene::Tone;
 
     /// The sizes each format is tried at.
     pub(crate) const SIZES: [(u32, u32); 5] = [(1, 1), (3, 2), (17, 5), (1, 40), (64, 33)];
@@ -151,7 +157,13 @@ pub(super) mod tests {
 
     pub(crate) fn bytes(format: Format, picture: &Picture, exposure: f64) -> Vec<u8> {
         let mut out = Cursor::new(Vec::new());
-        encode(format, picture, &PictureOptions { exposure, ..PictureOptions::default() }, &mut out).unwrap();
+        encode(
+            format,
+            picture,
+            &PictureOptions { view: ViewTransform::exposed(exposure), ..PictureOptions::default() },
+            &mut out,
+        )
+        .unwrap();
         out.into_inner()
     }
 
@@ -199,6 +211,19 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn a_png_has_its_tone_curve_and_is_srgb_in_any_case() {
+        let picture = speckle(17, 5);
+        let file = |tone| {
+            let (mut out, view) = (Cursor::new(Vec::new()), ViewTransform { exposure: 0.0, tone });
+            encode(Format::Png, &picture, &PictureOptions { view, ..PictureOptions::default() }, &mut out)
+                .unwrap();
+            out.into_inner()
+        };
+        assert_ne!(file(Tone::Filmic), file(Tone::Srgb));
+        assert_eq!(file(Tone::Linear), file(Tone::Srgb));
+    }
+
+    #[test]
     fn only_png_depends_on_the_exposure() {
         let picture = speckle(17, 5);
         for format in Format::ALL {
@@ -214,8 +239,12 @@ pub(super) mod tests {
         for format in Format::ALL {
             let path = folder.path().join(format!("a{format}"));
             assert_eq!(check_writable(&path).unwrap(), format);
-            write_picture(&path, &picture, &PictureOptions { exposure: 1.0, ..PictureOptions::default() })
-                .unwrap();
+            write_picture(
+                &path,
+                &picture,
+                &PictureOptions { view: ViewTransform::exposed(1.0), ..PictureOptions::default() },
+            )
+            .unwrap();
             assert_eq!(fs::read(&path).unwrap(), bytes(format, &picture, 1.0));
         }
     }

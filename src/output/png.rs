@@ -29,7 +29,7 @@ mod tests {
 
     use super::super::picture::Format;
     use super::super::picture::tests::{SIZES, bytes, speckle};
-    use crate::film::ToneMap;
+    use crate::film::{ToneMap, ViewTransform};
 
     fn decode(file: &[u8]) -> (::png::Info<'static>, Vec<[u8; 3]>) {
         let mut reader = ::png::Decoder::new(Cursor::new(file)).read_info().unwrap();
@@ -44,7 +44,7 @@ mod tests {
             let mut picture = speckle(width, height);
             let (info, pixels) = decode(&bytes(Format::Png, &picture, -2.0));
             assert_eq!((info.width, info.height), (width, height));
-            let tone = ToneMap::new(-2.0);
+            let tone = ToneMap::new(ViewTransform::exposed(-2.0));
             let expected = |rgb: &[[f32; 3]]| rgb.iter().map(|&rgb| tone.encode(rgb)).collect::<Vec<_>>();
             assert_eq!(pixels, expected(&picture.rgb));
             picture.rgb[0][1] += 0.3;

@@ -172,7 +172,7 @@ mod tests {
     use ::exr::prelude::{AnyChannel, Encoding, Image, LayerAttributes, WritableImage, f16};
 
     use super::*;
-    use crate::film::ToneMap;
+    use crate::film::{ToneMap, ViewTransform};
     use crate::output::picture::tests::speckle;
     use crate::output::{PictureOptions, write_picture};
 
@@ -203,11 +203,16 @@ mod tests {
     fn a_png_is_made_linear() {
         let picture = speckle(9, 7);
         let (_folder, path) = in_folder("a.png");
-        write_picture(&path, &picture, &PictureOptions { exposure: -1.0, ..PictureOptions::default() })
-            .unwrap();
+        write_picture(
+            &path,
+            &picture,
+            &PictureOptions { view: ViewTransform::exposed(-1.0), ..PictureOptions::default() },
+        )
+        .unwrap();
         let (format, read) = read_picture(&path).unwrap();
         assert_eq!(format, Format::Png);
-        let (shown, again) = (ToneMap::new(-1.0), ToneMap::new(0.0));
+        let (shown, again) =
+            (ToneMap::new(ViewTransform::exposed(-1.0)), ToneMap::new(ViewTransform::default()));
         for (read, written) in read.rgb.iter().zip(&picture.rgb) {
             assert_eq!(again.encode(*read), shown.encode(*written));
         }

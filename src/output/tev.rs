@@ -54,15 +54,16 @@ impl Tev {
         Ok(Tev { client, address, name })
     }
 
-    /// Shows pictures until their channel closes, or tev does: then `say` hears of it.
-    pub fn show(mut self, snapshots: &Receiver<Arc<Snapshot>>, say: impl FnOnce(String)) {
+    /// Shows pictures until their channel closes, or tev does: then `say` hears of it, and there is none any more.
+    pub fn show(mut self, snapshots: &Receiver<Arc<Snapshot>>, say: impl FnOnce(String)) -> Option<Tev> {
         for snapshot in snapshots {
             if let Err(error) = self.send(&snapshot.picture) {
                 let address = &self.address;
                 say(format!("warning: tev at {address} is gone ({error}); the render goes on without it"));
-                return;
+                return None;
             }
         }
+        Some(self)
     }
 
     fn send(&mut self, picture: &Picture) -> io::Result<()> {

@@ -6,7 +6,7 @@ use super::schedule::{Deal, Order, Schedule};
 use super::stride::{Region, Stride};
 use crate::film::file::Piece;
 use crate::film::noise::FIRST_MILESTONE;
-use crate::film::{Film, Milestone, Picture, Reject, Snapshot};
+use crate::film::{Film, Milestone, Picture, Reject, Snapshot, Statistics};
 use crate::integrator::Sample;
 use crossbeam_channel::{Receiver, Sender, TrySendError, select};
 use std::convert::Infallible;
@@ -18,6 +18,9 @@ const FRAME: Duration = Duration::from_millis(33);
 
 /// Pixels of a checkpoint that are sent at a time: 2 MiB.
 const PIECE: u32 = 1 << 15;
+
+/// The statistics in a snapshot are at most this old: they cost more than the picture.
+const STATISTICS: Duration = Duration::from_secs(1);
 
 /// Making snapshots takes at most one part in this many of the time.
 const SNAPSHOT_SHARE: u32 = 20;
@@ -128,6 +131,20 @@ pub struct Outcome {
     pub rejects: Vec<(Traced, Reject)>,
 }
 
+impl Outcome {
+    /// Counts what was done before, by a render that this one has gone on with.
+    pub fn follow(&mut self, earlier: &Outcome) {
+        let totals = &mut self.totals;
+        totals.before = earlier.totals.before;
+        totals.rays += earlier.totals.rays;
+        totals.elapsed += earlier.totals.elapsed;
+        totals.adding += earlier.totals.adding;
+        self.made.iter_mut().zip(&earlier.made).for_each(|(made, before)| *made += before);
+        self.rejects.splice(0..0, earlier.rejects.iter().cloned());
+        self.rejects.truncate(NAMED_REJECTS);
+    }
+}
+
 /// The process that adds everything up.
 pub struct Accumulator {
     film: Film,
@@ -156,6 +173,8 @@ pub struct Accumulator {
     started: Instant,
     last_frame: Option<Instant>,
     frame_cost: Duration,
+    /// Those of the last snapshots, and when they were made.
+    statistics: Option<(Instant, Arc<Statistics>)>,
     target: Option<u32>,
     /// Somebody who was to get everything has gone: there is no use in going on.
     deserted: bool,
@@ -205,6 +224,7 @@ impl Accumulator {
             started: Instant::now(),
             last_frame: None,
             frame_cost: Duration::ZERO,
+            statistics: None,
             target,
             deserted: false,
         }
@@ -537,9 +557,15 @@ impl Accumulator {
         self.last_frame = Some(Instant::now());
     }
 
-    fn snapshot(&self, finished: bool) -> Snapshot {
+    fn snapshot(&mut self, finished: bool) -> Snapshot {
+        let fresh = |(at, _): &(Instant, Arc<Statistics>)| !finished && at.elapsed() < STATISTICS;
+        let known = self.statistics.take().filter(fresh);
+        let (at, statistics) =
+            known.unwrap_or_else(|| (Instant::now(), Arc::new(Statistics::of(&self.film))));
+        self.statistics = Some((at, Arc::clone(&statistics)));
         Snapshot {
             picture: self.film.picture(),
+            statistics,
             owners: self.owners.clone().unwrap_or_default(),
             spp_done: self.totals.samples as f64 / f64::from(self.region.len()),
             spp_before: self.totals.before as f64 / f64::from(self.region.len()),

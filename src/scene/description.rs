@@ -39,8 +39,37 @@ pub struct FilmSettings {
     pub height: u32,
     /// Exposure of PNG and window in stops: display values are radiance × 2^exposure.
     pub exposure: f64,
+    /// The tone curve of PNG and window.
+    pub tone: Tone,
     /// The reconstruction filter.
     pub filter: Filter,
+}
+
+/// How linear values become the codes of 8-bit pictures and screens.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tone {
+    /// As they are, by the transfer function of IEC 61966-2-1, clipped at one.
+    #[default]
+    Srgb,
+    /// Through Narkowicz's fit of the ACES film curve first (<https://knarkowicz.wordpress.com>, "ACES Filmic Tone
+    /// Mapping Curve", 2016): dark tones gain contrast, and highlights roll off, to white at ten.
+    Filmic,
+    /// Codes in proportion to the values, for looking at numbers in a window.
+    Linear,
+}
+
+impl Tone {
+    /// All of them, in the order in which a viewer goes through them.
+    pub const ALL: [Tone; 3] = [Tone::Srgb, Tone::Filmic, Tone::Linear];
+
+    /// The name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Tone::Srgb => "srgb",
+            Tone::Filmic => "filmic",
+            Tone::Linear => "linear",
+        }
+    }
 }
 
 /// A reconstruction filter with its radius in pixels.

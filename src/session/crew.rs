@@ -1,6 +1,7 @@
 //! Those who render: CPU workers, a GPU worker, or both.
 
 use super::{DeviceChoice, SessionError, Settings, View};
+use crate::camera::Camera;
 use crate::film::film_offset;
 use crate::gpu;
 use crate::integrator::{self, Integrator};
@@ -90,6 +91,24 @@ impl Crew {
         Ok(crew)
     }
 
+    /// A crew for the scene of a crew before, whose integrator this was, with another camera: nothing is compiled
+    /// anew where threads render. Beside a GPU they do it alone then: to measure it takes longer than to look.
+    pub(super) fn again(
+        settings: &Settings,
+        integrator: Option<&Arc<dyn Integrator>>,
+    ) -> Result<Crew, SessionError> {
+        let Some(integrator) = integrator else { return Crew::new(settings) };
+        let Scene { film, camera, .. } = &*settings.scene;
+        let seen = integrator.seen_by(Camera::new(camera, film.width, film.height));
+        let threads = settings.threads.get().min(settings.region.len() as usize);
+        Ok(Crew { integrator: Some(seen.into()), threads, gpu: None, times: 1.0 })
+    }
+
+    /// What the threads trace with, if there are any.
+    pub(super) fn integrator(&self) -> Option<Arc<dyn Integrator>> {
+        self.integrator.clone()
+    }
+
     /// Takes a GPU on, once both devices have shown how fast they are. They work side by side for it, as they will:
     /// a GPU that is the CPU in disguise gets no more than it has.
     fn measured_with(&mut self, settings: &Settings, mut gpu: Gpu) -> Result<(), gpu::GpuError> {
@@ -123,12 +142,7 @@ impl Crew {
         if settings.layers.iter().all(|layer| layer.is_of_film()) {
             return None;
         }
-        self.integrator.clone().or_else(|| {
-            let Scene { film, render, .. } = &*settings.scene;
-            let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
-            let offset = film_offset(film.filter);
-            Some(integrator::build(render, offset, Arc::new(compiled), geometry, settings.finder).into())
-        })
+        self.integrator.clone().or_else(|| layer_integrator(settings))
     }
 
     pub(super) fn workers(&self) -> usize {
@@ -221,6 +235,17 @@ impl Crew {
         }
         lines
     }
+}
+
+/// One that is built for it, if any layers are wanted that need it.
+pub(super) fn layer_integrator(settings: &Settings) -> Option<Arc<dyn Integrator>> {
+    if settings.layers.iter().all(|layer| layer.is_of_film()) {
+        return None;
+    }
+    let Scene { film, render, .. } = &*settings.scene;
+    let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
+    let offset = film_offset(film.filter);
+    Some(integrator::build(render, offset, Arc::new(compiled), geometry, settings.finder).into())
 }
 
 /// Samples a second of each worker, over some time from its first results on.

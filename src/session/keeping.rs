@@ -2,15 +2,15 @@
 
 use super::{SessionError, Settings};
 use crate::film::file::{Head, Piece};
-use crate::film::{Channel, Film, Holding, Identity, Milestone, Picture};
+use crate::film::{Channel, Film, Holding, Identity, Milestone, Picture, ViewTransform};
 use crate::output::window::Request;
 use crate::output::{
     FilmSink, Format, OutputError, Patience, PictureOptions, SampleDump, numbered_path, open_film,
-    write_owner_overlay, write_picture,
+    suffixed_path, write_owner_overlay, write_picture,
 };
 use crate::render::Barrier;
 use crate::render::accumulator::Outcome;
-use crate::scene::UNLIMITED;
+use crate::scene::{self, Scene, UNLIMITED};
 use crossbeam_channel::{Receiver, Sender};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ fn identity(settings: &Settings, device: &str) -> Identity {
         UNLIMITED => "unlimited".to_owned(),
         bounces => bounces.to_string(),
     };
-    Identity::default()
+    let identity = Identity::default()
         .with("program", concat!("stride ", env!("CARGO_PKG_VERSION")))
         .with("scene", settings.fingerprint.as_deref().unwrap_or("unknown"))
         .with("size", format_args!("{}x{}", scene.film.width, scene.film.height))
@@ -38,7 +38,37 @@ fn identity(settings: &Settings, device: &str) -> Identity {
         .with("sampler", scene.render.sampler)
         .with("max depth", max_depth)
         .with("seed", scene.render.seed)
-        .with("device", device)
+        .with("device", device);
+    match &settings.moved {
+        Some(camera) => identity.with("camera", one_line(camera)),
+        None => identity,
+    }
+}
+
+/// A camera's text, in a line.
+fn one_line(camera: &str) -> String {
+    camera.lines().skip(1).collect::<Vec<_>>().join("; ")
+}
+
+/// The settings for a camera that was moved in the window: pictures go to names that nothing has yet, and nothing
+/// else is written.
+pub(super) fn moved(settings: &Settings, camera: String) -> Result<Settings, SessionError> {
+    let parsed = scene::parse(&camera, Path::new("the moved camera"));
+    let parsed = parsed.map_err(|_| SessionError::Process("moved camera"))?;
+    let scene = Scene { camera: parsed.scene.camera, ..(*settings.scene).clone() };
+    let names = |view: u32| {
+        let name = |path: &PathBuf| suffixed_path(path, &format!("view-{view}"));
+        settings.outputs.iter().map(name).collect::<Vec<_>>()
+    };
+    let free = (1..).map(names).find(|names| !names.iter().any(|path| path.exists()));
+    Ok(Settings {
+        scene: Arc::new(scene),
+        moved: Some(camera),
+        outputs: free.unwrap_or_default(),
+        film: None,
+        resume: None,
+        ..settings.clone()
+    })
 }
 
 /// What a film file of this render says of itself.
@@ -46,9 +76,15 @@ pub(super) fn head(settings: &Settings, device: &str) -> Head {
     let range = settings.range();
     let notes = Identity::default()
         .with("exposure", settings.scene.film.exposure)
+        .with("tone", settings.scene.film.tone.name())
         .with("asked", format_args!("{}..{}", range.start, range.end));
     let (width, height) = (settings.region.width, settings.region.height);
     Head { width, height, identity: identity(settings, device), notes }
+}
+
+/// What writes the film file, if there is to be one.
+pub(super) fn film_sink(settings: &Settings, head: &Head) -> Option<FilmSink> {
+    settings.film.clone().map(|path| FilmSink { path, head: head.clone(), range: settings.range() })
 }
 
 /// What an EXR says of itself: what determines its bits.
@@ -131,22 +167,21 @@ impl Pictures<'_> {
     pub(super) fn write_barriers(&self, barriers: &Receiver<Barrier>) -> Written {
         let mut unwritten: VecDeque<(PathBuf, Identity, Picture)> = VecDeque::new();
         let mut first_error = Ok(());
-        let exposure = self.settings.scene.film.exposure;
+        let view = ViewTransform::of(&self.settings.scene.film);
         let say = |line| tell(&self.notes, line);
         let mut insist = |patience: &mut Patience, (path, facts, picture): (PathBuf, Identity, Picture)| {
-            let write = |path: &Path| self.write(path, &picture, &facts, &[], exposure);
+            let write = |path: &Path| self.write(path, &picture, &facts, &[], view);
             let written = patience.write(&path, &say, write);
             let before = std::mem::replace(&mut first_error, Ok(()));
             first_error = before.and(written);
         };
         for Barrier { end, picture } in barriers {
-            unwritten
-                .retain(|(path, facts, picture)| self.write(path, picture, facts, &[], exposure).is_err());
+            unwritten.retain(|(path, facts, picture)| self.write(path, picture, facts, &[], view).is_err());
             let held = u64::from(end - self.settings.first);
             let facts = facts(self.identity, &Holding::prefix(self.settings.range(), held, held));
             for path in &self.settings.outputs {
                 let path = numbered_path(path, end - self.settings.first);
-                if let Err(error) = self.write(&path, &picture, &facts, &[], exposure) {
+                if let Err(error) = self.write(&path, &picture, &facts, &[], view) {
                     say(format!("{error}; the render goes on, and the picture is tried again"));
                     unwritten.push_back((path, facts.clone(), picture.clone()));
                 }
@@ -179,9 +214,9 @@ impl Pictures<'_> {
             let written = patience.write(&sink.path, &say, write);
             first_error = first_error.and(written);
         }
-        let (layers, exposure) = (layers(), self.settings.scene.film.exposure);
+        let (layers, view) = (layers(), ViewTransform::of(&self.settings.scene.film));
         for path in &self.settings.outputs {
-            let write = |path: &Path| self.write(path, picture, &facts, &layers, exposure);
+            let write = |path: &Path| self.write(path, picture, &facts, &layers, view);
             let written = patience.write(path, &say, write);
             first_error = first_error.and(written);
         }
@@ -190,7 +225,7 @@ impl Pictures<'_> {
 
     /// Writes the outputs whenever the window asks for it.
     pub(super) fn save_on_request(&self, requests: &Receiver<Request>) {
-        for Request::Save { snapshot, exposure, reply } in requests {
+        for Request::Save { snapshot, view, reply } in requests {
             // How far each pixel is a view does not tell.
             let facts = self.identity.clone().with("samples", "unfinished");
             let mut saved = Ok(());
@@ -199,7 +234,7 @@ impl Pictures<'_> {
                 if snapshot.finished && !matches!(Format::of(path), Ok(Format::Png)) {
                     continue;
                 }
-                saved = saved.and(self.write(path, &snapshot.picture, &facts, &[], exposure));
+                saved = saved.and(self.write(path, &snapshot.picture, &facts, &[], view));
             }
             let names = self.settings.outputs.iter().map(|path| path.display().to_string());
             let line = match saved {
@@ -217,12 +252,12 @@ impl Pictures<'_> {
         picture: &Picture,
         facts: &Identity,
         channels: &[Channel],
-        exposure: f64,
+        view: ViewTransform,
     ) -> Written {
         if self.settings.overlay {
             write_owner_overlay(path, &self.owners, picture.width, picture.height)
         } else {
-            write_picture(path, picture, &PictureOptions { exposure, facts: Some(facts), channels })
+            write_picture(path, picture, &PictureOptions { view, facts: Some(facts), channels })
         }
     }
 }

@@ -28,6 +28,13 @@ pub struct CompiledScene {
     pub ambient: [f32; 3],
 }
 
+impl CompiledScene {
+    /// The same scene, seen by another camera.
+    pub fn seen_by(&self, camera: Camera) -> CompiledScene {
+        CompiledScene { camera, ..self.clone() }
+    }
+}
+
 /// The surfaces as rays meet them: the unbounded ones beside the bounded ones.
 pub type Geometry = Union<Simple, Simple>;
 

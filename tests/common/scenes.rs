@@ -7,7 +7,7 @@ use std::sync::Arc;
 use stride::camera::CameraSettings;
 use stride::scene::{
     Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, Mesh, RenderSettings, Sampler,
-    Scene, Shape,
+    Scene, Shape, Tone,
 };
 
 pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -69,7 +69,7 @@ pub fn point_light(position: DVec3, intensity: f64) -> Light {
 /// noise.
 pub fn scene(materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
-        film: FilmSettings { width: 16, height: 16, exposure: 0.0, filter: Filter::None },
+        film: FilmSettings { width: 16, height: 16, exposure: 0.0, tone: Tone::Srgb, filter: Filter::None },
         camera: CameraSettings {
             eye: DVec3::ZERO,
             forward: DVec3::X,

@@ -98,6 +98,7 @@ fn the_last_snapshot_is_the_finished_picture() {
         Wiring::default().render(&*common::integrator(&scene()));
     let last = snapshots.last().unwrap();
     assert!(last.finished && last.picture == outcome.film.picture());
+    assert!(*last.statistics == Statistics::of(&outcome.film) && last.statistics.counts == [16; 1200]);
     assert_eq!((last.samples, last.spp_done, last.spp_target), (16 * 1200, 16.0, Some(16)));
     assert!(snapshots.iter().rev().skip(1).all(|s| !s.finished));
     assert!(progress.is_sorted_by_key(|totals| totals.samples));

@@ -17,8 +17,9 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
+use stride::camera::Camera;
 use stride::film::file::Head;
-use stride::film::{Film, Identity, Milestone, Picture, Reject, Snapshot};
+use stride::film::{Film, Identity, Milestone, Picture, Reject, Snapshot, Statistics};
 use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths, Pixel, Sample};
 use stride::math::lanes::Level;
 use stride::output::{FilmSink, open_film};
@@ -61,6 +62,10 @@ impl<B: Fn(&Paths<'_>) + Send + Sync, A: Fn(&mut Sample) + Send + Sync> Integrat
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
         self.inner.first_hits(level, paths, out);
+    }
+
+    fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
+        self.inner.seen_by(camera)
     }
 
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {

@@ -11,7 +11,9 @@ broken!(
 broken!(
     unknown_key_with_no_near_spelling,
     "[film]\nbitdepth = 8\n",
-    [r#"2:1: unknown key "bitdepth" in the film; valid here: "width", "height", "exposure", "filter""#]
+    [
+        r#"2:1: unknown key "bitdepth" in the film; valid here: "width", "height", "exposure", "tone", "filter""#
+    ]
 );
 broken!(
     unknown_table,

@@ -17,6 +17,11 @@ broken!(
     ["2:12: exposure must be a finite number, not nan"]
 );
 broken!(
+    tone_unknown,
+    "[film]\ntone = \"filmik\"\n",
+    ["2:8: unknown tone curve \"filmik\"; did you mean \"filmic\"?"]
+);
+broken!(
     exposure_out_of_range,
     "[film]\nexposure = 100\n",
     ["2:12: exposure must be from -64 to 64, not 100"]

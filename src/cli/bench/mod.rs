@@ -125,6 +125,7 @@ impl<'a> Bench<'a> {
             fingerprint: None,
             overlay: false,
             view: if self.arguments.quiet { View::Quiet } else { view },
+            moved: None,
             tev: None,
         };
         let report = session::run(&settings, &self.stop)?;

@@ -1,12 +1,10 @@
 //! No window: the feature `window` was left out.
 
 use std::convert::Infallible;
-use std::sync::Arc;
 
-use crossbeam_channel::{Receiver, Sender};
+use crossbeam_channel::Sender;
 
-use super::{Closed, Request, WindowError, WindowOptions};
-use crate::film::Snapshot;
+use super::{Feed, Left, Request, WindowError, WindowOptions};
 
 /// A window; there is none in this build.
 #[derive(Debug)]
@@ -19,12 +17,7 @@ pub fn open(_options: &WindowOptions) -> Result<Window, WindowError> {
 
 impl Window {
     /// Cannot be called, as there is no window.
-    pub fn run(
-        self,
-        _snapshots: Receiver<Arc<Snapshot>>,
-        _requests: Sender<Request>,
-        _stop: Receiver<Infallible>,
-    ) -> Closed {
+    pub fn run(&mut self, _feed: &Feed, _requests: &Sender<Request>, _away: bool) -> Left {
         match self.0 {}
     }
 }
@@ -39,9 +32,12 @@ mod tests {
             name: "a".into(),
             width: 1,
             height: 1,
-            exposure: 0.0,
+            film_height: 1,
+            corner: (0, 0),
+            view: crate::film::ViewTransform::default(),
             overlay: false,
             time_limit: None,
+            camera: Err(String::new()),
         };
         let error = open(&options).unwrap_err();
         assert!(error.to_string().contains("--features window"), "{error}");

@@ -1,16 +1,15 @@
 //! The window, by minifb: X11 (loaded when it is opened, not linked), Windows, macOS.
 
-use std::convert::Infallible;
-use std::sync::Arc;
+use std::io::Write;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError, bounded};
-use minifb::{InputCallback, Key, ScaleMode};
+use minifb::{InputCallback, Key, MouseButton, MouseMode, ScaleMode};
 
+use super::keys::Action;
 use super::view::first_size;
-use super::viewer::{Action, Viewer};
-use super::{Closed, Request, WindowError, WindowOptions};
-use crate::film::Snapshot;
+use super::viewer::{Pointer, Viewer};
+use super::{Feed, Left, Request, WindowError, WindowOptions};
 
 /// A redraw at most this often, a look at the keys just as often: 30 a second.
 const TICK: Duration = Duration::from_millis(34);
@@ -112,22 +111,20 @@ impl InputCallback for Keyboard {
 }
 
 impl Window {
-    /// Shows snapshots and sends requests until the user closes the window, `stop` closes, or `snapshots`
-    /// closes without a finished one. After a finished one it stays open.
-    pub fn run(
-        mut self,
-        snapshots: Receiver<Arc<Snapshot>>,
-        requests: Sender<Request>,
-        stop: Receiver<Infallible>,
-    ) -> Closed {
+    /// Shows snapshots and sends requests until the user closes the window or moves the camera, `stop` closes, or
+    /// the snapshots end without a finished one. After a finished one it stays open. `away` says that the render
+    /// is of a camera that was moved.
+    pub fn run(&mut self, feed: &Feed, requests: &Sender<Request>, away: bool) -> Left {
+        self.viewer.begin(away, Instant::now());
         loop {
             let tick = Instant::now();
-            match snapshots.try_recv() {
-                Ok(snapshot) => self.viewer.show(snapshot),
-                Err(TryRecvError::Disconnected) if !self.viewer.finished() => {
-                    return self.viewer.closed(false);
-                }
+            match feed.snapshots.try_recv() {
+                Ok(snapshot) => self.viewer.show(snapshot, tick),
+                Err(TryRecvError::Disconnected) if !self.viewer.finished() => return Left::Over,
                 Err(_) => {}
+            }
+            if let Ok(channels) = feed.layers.try_recv() {
+                self.viewer.take_layers(&channels);
             }
             if let Ok(reply) = self.replies.1.try_recv() {
                 self.viewer.note(reply, tick);
@@ -136,19 +133,50 @@ impl Window {
             self.retitle(tick);
             while let Some(action) = self.next_action() {
                 match action {
-                    Action::Close => return self.viewer.closed(true),
-                    Action::Save => self.save(&requests, tick),
-                    other => self.viewer.act(other),
+                    Action::Close => return Left::Closed,
+                    Action::Home if self.viewer.is_away() => return Left::Home,
+                    Action::Save => self.save(requests, tick),
+                    Action::Print => self.print(tick),
+                    other => self.viewer.act(other, tick),
                 }
             }
             if !self.window.is_open() {
-                return self.viewer.closed(true);
+                return Left::Closed;
+            }
+            self.follow_mouse();
+            if let Some(camera) = self.viewer.camera_to_render(tick) {
+                return Left::Moved(camera);
             }
             let wait = TICK.saturating_sub(tick.elapsed());
-            if let Err(RecvTimeoutError::Disconnected) = stop.recv_timeout(wait) {
-                return self.viewer.closed(false);
+            if let Err(RecvTimeoutError::Disconnected) = feed.stop.recv_timeout(wait) {
+                return Left::Over;
             }
         }
+    }
+
+    fn follow_mouse(&mut self) {
+        let down = |button| self.window.get_mouse_down(button);
+        let shifted = self.window.is_key_down(Key::LeftShift) || self.window.is_key_down(Key::RightShift);
+        let left = down(MouseButton::Left);
+        let other = down(MouseButton::Right) || down(MouseButton::Middle) || (left && shifted);
+        let left = left && !other;
+        // A drag may leave the window.
+        let mode = if left || other { MouseMode::Pass } else { MouseMode::Discard };
+        let at = self.window.get_unscaled_mouse_pos(mode).map(|(x, y)| [f64::from(x), f64::from(y)]);
+        let (_, turned) = self.window.get_scroll_wheel().unwrap_or_default();
+        // Systems differ in what they call a notch: each is one at least.
+        let wheel =
+            if turned == 0.0 { 0 } else { turned.abs().round().clamp(1.0, 8.0).copysign(turned) as i32 };
+        let (width, height) = self.window.get_size();
+        self.viewer.point(Pointer { at, left, other, wheel }, (width as u32, height as u32));
+    }
+
+    fn print(&mut self, now: Instant) {
+        let Some(camera) = self.viewer.camera() else { return };
+        // Standard output may be closed: then the note says more than it should.
+        let mut out = std::io::stdout().lock();
+        let _ = out.write_all(camera.as_bytes()).and_then(|()| out.flush());
+        self.viewer.note("the camera is on standard output".into(), now);
     }
 
     /// Takes in the system's events, after putting the picture on the screen where that is due.
@@ -204,6 +232,14 @@ impl Window {
                         Key::Escape => return Some(Action::Close),
                         Key::S => return Some(Action::Save),
                         Key::O => return Some(Action::Overlay),
+                        Key::H => return Some(Action::Help),
+                        Key::P => return Some(Action::Probe),
+                        Key::T => return Some(Action::Tone),
+                        Key::L => return Some(Action::Layer),
+                        Key::F => return Some(Action::Fit),
+                        Key::C => return Some(Action::Camera),
+                        Key::K => return Some(Action::Print),
+                        Key::R => return Some(Action::Home),
                         _ => {}
                     }
                 }
@@ -213,8 +249,7 @@ impl Window {
 
     fn save(&mut self, requests: &Sender<Request>, now: Instant) {
         let Some(snapshot) = self.viewer.snapshot() else { return };
-        let request =
-            Request::Save { snapshot, exposure: self.viewer.exposure(), reply: self.replies.0.clone() };
+        let request = Request::Save { snapshot, view: self.viewer.view(), reply: self.replies.0.clone() };
         let note = match requests.try_send(request) {
             Ok(()) => "saving",
             Err(TrySendError::Full(_)) => "still busy with the last save",

@@ -1,14 +1,28 @@
-//! The live window: draws snapshots, listens to keys. It runs on the main thread, as some systems demand.
+//! The live window: draws snapshots, listens to keys and mouse. It runs on the main thread, as some systems demand.
+//!
+//! | file | what is in it |
+//! |---|---|
+//! | `enabled`, `disabled` | the system's window, or why there is none |
+//! | [`viewer`] | what is shown, and how keys and mouse change it |
+//! | [`keys`] | what keys ask for |
+//! | [`view`] | pictures scaled into windows |
+//! | [`layers`] | numbers of any range as pictures |
+//! | [`orbit`] | a camera that moves about a point |
+//! | [`text`] | lines over a picture |
 //!
 //! [`open`] fails cleanly where there is no display or the feature `window` was left out; the caller then
 //! shows [progress](super::progress) instead. [`Window::run`] takes snapshots from a channel and sends
-//! [`Request`]s, until one of: the user closes it; the `stop` channel closes; or the snapshots' channel
-//! closes without a finished snapshot, which is how a failed run looks from here. In all cases its ends of
-//! the channels are closed when it returns.
+//! [`Request`]s, until one of: the user closes it, or moves the camera; the `stop` channel closes; or the
+//! snapshots' channel closes without a finished snapshot, which is how a failed run looks from here. It says which
+//! ([`Left`]), and can be run again, with the channels of another render.
 //!
 //! It takes 30 snapshots a second at most, so that a bounded channel of one tells the accumulator how often
 //! to make them.
 
+pub mod keys;
+pub mod layers;
+pub mod orbit;
+pub mod text;
 pub mod view;
 pub mod viewer;
 
@@ -24,8 +38,9 @@ mod disabled;
 #[cfg(not(feature = "window"))]
 pub use disabled::{Window, open};
 
-use crate::film::Snapshot;
-use crossbeam_channel::Sender;
+use crate::film::{Channel, Snapshot, ViewTransform};
+use crossbeam_channel::{Receiver, Sender};
+use std::convert::Infallible;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -38,12 +53,29 @@ pub struct WindowOptions {
     pub width: u32,
     /// Rows of the picture.
     pub height: u32,
-    /// Exposure to begin with, in stops.
-    pub exposure: f64,
+    /// Rows of the whole film, of which the picture may be a part: what a camera's field of view spans.
+    pub film_height: u32,
+    /// The film's pixel that is the picture's left upper one.
+    pub corner: (u32, u32),
+    /// How the picture is shown to begin with.
+    pub view: ViewTransform,
     /// Begin with the owner overlay.
     pub overlay: bool,
     /// Seconds after which the run ends, where it has such an end; for the time left.
     pub time_limit: Option<f64>,
+    /// The camera, if it may be moved; otherwise why not.
+    pub camera: Result<orbit::Orbit, String>,
+}
+
+/// What the window hears of a render.
+#[derive(Clone, Debug)]
+pub struct Feed {
+    /// The picture so far.
+    pub snapshots: Receiver<Arc<Snapshot>>,
+    /// Layers of what its camera sees, once.
+    pub layers: Receiver<Vec<Channel>>,
+    /// Closes when the run is to end.
+    pub stop: Receiver<Infallible>,
 }
 
 /// What the user asks for.
@@ -53,20 +85,24 @@ pub enum Request {
     Save {
         /// What is on the screen.
         snapshot: Arc<Snapshot>,
-        /// The exposure on the screen, in stops.
-        exposure: f64,
+        /// How it is shown.
+        view: ViewTransform,
         /// Where to send a line for the title bar: what was written, or why not.
         reply: Sender<String>,
     },
 }
 
-/// How a window was left.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Closed {
-    /// The exposure on the screen at the end, in stops.
-    pub exposure: f64,
+/// Why the window left a render.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Left {
     /// The user closed it, by Esc or the window's own button.
-    pub by_user: bool,
+    Closed,
+    /// The run is over: it is to stop, or has failed.
+    Over,
+    /// The user moved the camera: here it is, as in a scene file.
+    Moved(String),
+    /// The user wants the scene's own camera back.
+    Home,
 }
 
 /// Why there is no window.

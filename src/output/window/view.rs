@@ -1,4 +1,6 @@
 //! Pictures scaled into windows: only as many pixels as the window has are ever looked at or tone mapped.
+//!
+//! A picture fits into its window, or is enlarged from there: [`Zoom`] says how much, and which part is seen.
 
 use crate::film::{Picture, ToneMap};
 
@@ -31,6 +33,100 @@ pub fn letterbox(picture: (u32, u32), window: (u32, u32)) -> Rect {
     Rect { x: (window.0 - width) / 2, y: (window.1 - height) / 2, width, height }
 }
 
+/// How much a picture is enlarged from where it fits its window, and which part of it is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Zoom {
+    /// Each enlarges by √2; zero fits the window.
+    steps: u32,
+    /// What is in the middle of the window, as a fraction of the picture's width and height.
+    centre: [f64; 2],
+}
+
+/// Where a picture lies in a window: the whole of it, whether or not it is within.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Place {
+    x: i64,
+    y: i64,
+    width: u64,
+    height: u64,
+}
+
+/// The most window pixels that a pixel of a picture is shown as, each way.
+const MOST_ENLARGED: f64 = 64.0;
+
+impl Zoom {
+    /// How much larger than the picture itself it is seen.
+    pub fn scale(&self, picture: (u32, u32), window: (u32, u32)) -> f64 {
+        self.place(picture, window).width as f64 / f64::from(picture.0.max(1))
+    }
+
+    /// Enlarges by some steps, or makes smaller, so that what is under a point of the window stays there.
+    pub fn at(&mut self, point: [f64; 2], steps: i32, picture: (u32, u32), window: (u32, u32)) {
+        let before = self.place(picture, window);
+        let fitted = f64::from(letterbox(picture, window).width) / f64::from(picture.0.max(1));
+        let most = (2.0 * libm::log2(MOST_ENLARGED / fitted)).floor().clamp(0.0, 64.0) as u32;
+        self.steps = self.steps.saturating_add_signed(steps).min(most);
+        let after = self.place(picture, window);
+        let under = [
+            (point[0] - before.x as f64) / before.width as f64,
+            (point[1] - before.y as f64) / before.height as f64,
+        ];
+        let middle = [f64::from(window.0) / 2.0, f64::from(window.1) / 2.0];
+        self.centre = [
+            under[0] + (middle[0] - point[0]) / after.width as f64,
+            under[1] + (middle[1] - point[1]) / after.height as f64,
+        ];
+        self.settle(picture, window);
+    }
+
+    /// Moves the picture by some window pixels, as far as there is more of it to see.
+    pub fn pan(&mut self, by: [f64; 2], picture: (u32, u32), window: (u32, u32)) {
+        let place = self.place(picture, window);
+        self.centre[0] -= by[0] / place.width as f64;
+        self.centre[1] -= by[1] / place.height as f64;
+        self.settle(picture, window);
+    }
+
+    /// The picture's pixel under a point of the window.
+    pub fn pixel_at(&self, point: [f64; 2], picture: (u32, u32), window: (u32, u32)) -> Option<(u32, u32)> {
+        let place = self.place(picture, window);
+        let along = |point: f64, from: i64, length: u64, pixels: u32| {
+            let at = ((point.floor() - from as f64 + 0.5) / length as f64 * f64::from(pixels)).floor();
+            (0.0..f64::from(pixels)).contains(&at).then_some(at as u32)
+        };
+        let x = along(point[0], place.x, place.width, picture.0)?;
+        Some((x, along(point[1], place.y, place.height, picture.1)?))
+    }
+
+    /// Makes the centre what it is as far as the picture covers the window.
+    fn settle(&mut self, picture: (u32, u32), window: (u32, u32)) {
+        let place = self.place(picture, window);
+        let middle =
+            |window: u32, at: i64, length: u64| (f64::from(window) / 2.0 - at as f64) / length as f64;
+        self.centre = [middle(window.0, place.x, place.width), middle(window.1, place.y, place.height)];
+    }
+
+    fn place(&self, picture: (u32, u32), window: (u32, u32)) -> Place {
+        let fit = letterbox(picture, window);
+        if self.steps == 0 {
+            let (x, y) = (fit.x.into(), fit.y.into());
+            return Place { x, y, width: fit.width.into(), height: fit.height.into() };
+        }
+        let factor = libm::exp2(f64::from(self.steps) / 2.0);
+        let along = |fit: u32, window: u32, centre: f64| {
+            let length = (f64::from(fit) * factor).round() as u64;
+            let window = i64::from(window);
+            let most = window - length as i64;
+            let at = (window as f64 / 2.0 - centre * length as f64).round() as i64;
+            // No black beside what is larger than the window; what is smaller lies in the middle.
+            (if most >= 0 { most / 2 } else { at.clamp(most, 0) }, length)
+        };
+        let (x, width) = along(fit.width, window.0, self.centre[0]);
+        let (y, height) = along(fit.height, window.1, self.centre[1]);
+        Place { x, y, width, height }
+    }
+}
+
 /// A window's size to begin with: the picture's, made smaller to fit into `most` pixels, or larger by a whole
 /// number to be seen at all.
 pub fn first_size(picture: (u32, u32), most: (u32, u32)) -> (u32, u32) {
@@ -44,13 +140,19 @@ pub fn first_size(picture: (u32, u32), most: (u32, u32)) -> (u32, u32) {
     (picture.0.max(1) * zoom, picture.1.max(1) * zoom)
 }
 
-/// Draws the picture, letterboxed on black, as 0x00RRGGBB; `window` is the size in pixels.
+/// Draws the picture on black as 0x00RRGGBB; `window` is the size in pixels.
 ///
 /// Where the picture is larger than its place, each window pixel is the mean of two by two of its pixels, in
 /// linear light; where it is smaller, its pixels are shown as squares, since they are what one wants to see.
-pub fn draw_picture(picture: &Picture, tone: &ToneMap, window: (u32, u32), buffer: &mut Vec<u32>) {
+pub fn draw_picture(
+    picture: &Picture,
+    tone: &ToneMap,
+    zoom: &Zoom,
+    window: (u32, u32),
+    buffer: &mut Vec<u32>,
+) {
     let pixel = |x: usize, y: usize| picture.rgb[y * picture.width as usize + x];
-    draw((picture.width, picture.height), window, buffer, |columns, rows| {
+    draw((picture.width, picture.height), zoom, window, buffer, |columns, rows| {
         let [a, b, c, d] = [
             pixel(columns.0, rows.0),
             pixel(columns.1, rows.0),
@@ -61,16 +163,17 @@ pub fn draw_picture(picture: &Picture, tone: &ToneMap, window: (u32, u32), buffe
     });
 }
 
-/// Draws the colour of each pixel's owner, letterboxed like the picture. Colours are never mixed: a mixture
+/// Draws the colour of each pixel's owner, in the picture's place. Colours are never mixed: a mixture
 /// would be another worker's.
 pub fn draw_owners(
     owners: &[u32],
     size: (u32, u32),
     palette: &[[u8; 3]],
+    zoom: &Zoom,
     window: (u32, u32),
     buffer: &mut Vec<u32>,
 ) {
-    draw(size, window, buffer, |columns, rows| {
+    draw(size, zoom, window, buffer, |columns, rows| {
         palette[owners[rows.0 * size.0 as usize + columns.0] as usize % palette.len()]
     });
 }
@@ -81,6 +184,7 @@ type Taps = (usize, usize);
 
 fn draw(
     picture: (u32, u32),
+    zoom: &Zoom,
     window: (u32, u32),
     buffer: &mut Vec<u32>,
     colour: impl Fn(Taps, Taps) -> [u8; 3],
@@ -90,29 +194,35 @@ fn draw(
     if buffer.is_empty() || picture.0 == 0 || picture.1 == 0 {
         return;
     }
-    let place = letterbox(picture, window);
-    let columns = taps(picture.0, place.width);
-    let rows = taps(picture.1, place.height);
-    let lines = buffer.chunks_exact_mut(window.0 as usize).skip(place.y as usize);
+    let place = zoom.place(picture, window);
+    let (left, columns) = taps(picture.0, place.x, place.width, window.0);
+    let (above, rows) = taps(picture.1, place.y, place.height, window.1);
+    let lines = buffer.chunks_exact_mut(window.0 as usize).skip(above);
     for (line, &row) in lines.zip(&rows) {
-        for (out, &column) in line[place.x as usize..].iter_mut().zip(&columns) {
+        for (out, &column) in line[left..].iter_mut().zip(&columns) {
             let [r, g, b] = colour(column, row).map(u32::from);
             *out = r << 16 | g << 8 | b;
         }
     }
 }
 
-fn taps(from: u32, to: u32) -> Vec<Taps> {
+/// How many window pixels lie before the picture, and what those that show it are made of.
+fn taps(from: u32, at: i64, to: u64, window: u32) -> (usize, Vec<Taps>) {
     // Integers: a picture at its own size has to come out pixel by pixel.
-    let at = |quarters: u64| (quarters * u64::from(from) / (4 * u64::from(to))) as usize;
-    (0..u64::from(to))
-        .map(|i| if from > to { (at(4 * i + 1), at(4 * i + 3)) } else { (at(4 * i + 2), at(4 * i + 2)) })
-        .collect()
+    let tap = |quarters: u64| (quarters * u64::from(from) / (4 * to)) as usize;
+    let (before, hidden) = (at.max(0) as u64, (-at).max(0) as u64);
+    let seen = hidden..to.min(hidden + u64::from(window).saturating_sub(before));
+    let smaller = u64::from(from) > to;
+    let taps = seen
+        .map(|i| if smaller { (tap(4 * i + 1), tap(4 * i + 3)) } else { (tap(4 * i + 2), tap(4 * i + 2)) })
+        .collect();
+    (before as usize, taps)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::ViewTransform;
 
     /// A picture of greys that count upwards from black in steps of one 8-bit code.
     fn ramp(width: u32, height: u32) -> (Picture, Vec<u32>) {
@@ -125,8 +235,64 @@ mod tests {
     fn drawn(picture: &Picture, window: (u32, u32)) -> Vec<u32> {
         // What was in the buffer must not show.
         let mut buffer = vec![0x00ff_00ff; 7];
-        draw_picture(picture, &ToneMap::new(0.0), window, &mut buffer);
+        draw_zoomed(picture, &Zoom::default(), window, &mut buffer);
         buffer
+    }
+
+    fn draw_zoomed(picture: &Picture, zoom: &Zoom, window: (u32, u32), buffer: &mut Vec<u32>) {
+        draw_picture(picture, &ToneMap::new(ViewTransform::default()), zoom, window, buffer);
+    }
+
+    #[test]
+    fn zooming_keeps_what_is_under_the_pointer() {
+        let (size, window) = ((64, 48), (100, 90));
+        let (picture, codes) = ramp(64, 48);
+        let mut zoom = Zoom::default();
+        let point = [70.0, 30.0];
+        let under = zoom.pixel_at(point, size, window).expect("a pixel");
+        for _ in 0..6 {
+            zoom.at(point, 1, size, window);
+            // To the window's own pixels, which are smaller than the picture's.
+            let now = zoom.pixel_at(point, size, window).expect("a pixel");
+            assert!(now.0.abs_diff(under.0) <= 1 && now.1.abs_diff(under.1) <= 1, "{now:?} for {under:?}");
+            let mut buffer = Vec::new();
+            draw_zoomed(&picture, &zoom, window, &mut buffer);
+            assert_eq!(buffer[30 * 100 + 70], codes[(now.1 * 64 + now.0) as usize]);
+            // Every pixel of the window shows what lies under it.
+            for (i, &shown) in buffer.iter().enumerate().step_by(7) {
+                let there = zoom.pixel_at([(i % 100) as f64, (i / 100) as f64], size, window);
+                assert_eq!(shown, there.map_or(0, |(x, y)| codes[(y * 64 + x) as usize]));
+            }
+        }
+        assert!((zoom.scale(size, window) / 12.5 - 1.0).abs() < 0.01);
+        // Negative control: another point does not stay.
+        let other = zoom.pixel_at([10.0, 80.0], size, window);
+        zoom.at(point, -2, size, window);
+        assert_ne!(zoom.pixel_at([10.0, 80.0], size, window), other);
+        zoom.at(point, -100, size, window);
+        assert_eq!(zoom.place(size, window), Zoom::default().place(size, window));
+    }
+
+    #[test]
+    fn panning_ends_at_the_edges_and_enlarging_ends() {
+        let (size, window) = ((64, 48), (64, 48));
+        let mut zoom = Zoom::default();
+        zoom.pan([10.0, 10.0], size, window);
+        assert_eq!(zoom.place(size, window), Place { x: 0, y: 0, width: 64, height: 48 });
+        zoom.at([0.0, 0.0], 2, size, window);
+        assert_eq!(zoom.place(size, window), Place { x: 0, y: 0, width: 128, height: 96 });
+        zoom.pan([-10.0, -7.0], size, window);
+        assert_eq!(zoom.place(size, window), Place { x: -10, y: -7, width: 128, height: 96 });
+        zoom.pan([-1000.0, -1000.0], size, window);
+        assert_eq!(zoom.place(size, window), Place { x: -64, y: -48, width: 128, height: 96 });
+        // No memory of how far it was pulled beyond the edge.
+        zoom.pan([1.0, 1.0], size, window);
+        assert_eq!(zoom.place(size, window), Place { x: -63, y: -47, width: 128, height: 96 });
+        zoom.at([32.0, 24.0], 1000, size, window);
+        assert_eq!(zoom.scale(size, window), 64.0);
+        assert!(zoom.pixel_at([-1.0, 500.0], size, window).is_some());
+        assert_eq!(Zoom::default().pixel_at([64.0, 0.0], size, window), None);
+        assert_eq!(Zoom::default().pixel_at([0.0, -1.0], size, window), None);
     }
 
     #[test]
@@ -206,7 +372,7 @@ mod tests {
         let palette = [[255, 0, 0], [0, 255, 0]];
         let owners: Vec<u32> = (0..64).map(|i| i % 2).collect();
         let mut buffer = Vec::new();
-        draw_owners(&owners, (8, 8), &palette, (3, 5), &mut buffer);
+        draw_owners(&owners, (8, 8), &palette, &Zoom::default(), (3, 5), &mut buffer);
         assert_eq!(buffer.len(), 15);
         assert!(buffer[..3].iter().all(|&pixel| pixel == 0), "the letterbox is black");
         assert!(buffer[3..12].iter().all(|pixel| [0x00ff_0000, 0x0000_ff00].contains(pixel)));
@@ -223,7 +389,7 @@ mod tests {
     fn a_huge_picture_costs_no_more_than_the_window_s_pixels() {
         let looked_at = std::cell::Cell::new(0u32);
         let mut buffer = Vec::new();
-        draw((8192, 8192), (100, 50), &mut buffer, |_, _| {
+        draw((8192, 8192), &Zoom::default(), (100, 50), &mut buffer, |_, _| {
             looked_at.set(looked_at.get() + 1);
             [0; 3]
         });

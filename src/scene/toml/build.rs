@@ -13,7 +13,7 @@ use super::report::{Reported, Reports, quote};
 use super::value::unit;
 use crate::scene::description::{
     CameraSettings, Colour, Entity, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene,
-    Shape, endless,
+    Shape, Tone, endless,
 };
 
 /// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would
@@ -122,8 +122,9 @@ pub(super) fn film(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<F
     let width = fields.get(&keys::WIDTH, reports);
     let height = fields.get(&keys::HEIGHT, reports);
     let exposure = fields.get(&keys::EXPOSURE, reports);
+    let tone = fields.get(&keys::TONE, reports);
     let filter = fields.get(&keys::FILTER, reports);
-    Ok(FilmSettings { width: width?, height: height?, exposure: exposure?, filter: filter? })
+    Ok(FilmSettings { width: width?, height: height?, exposure: exposure?, tone: tone?, filter: filter? })
 }
 
 pub(super) fn no_filter(_: &Fields<'_, '_>, _: &mut Reports<'_>) -> Read<Filter> {
@@ -406,6 +407,15 @@ impl FromStr for Sampler {
     /// The sampler of this name, as in a scene file.
     fn from_str(name: &str) -> Result<Self, String> {
         word(|reports| keys::SAMPLERS.pick(name, 0, reports), name)
+    }
+}
+
+impl FromStr for Tone {
+    type Err = String;
+
+    /// The tone curve of this name, as in a scene file.
+    fn from_str(name: &str) -> Result<Self, String> {
+        word(|reports| keys::TONES.pick(name, 0, reports), name)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a scene file says, in 32 bytes: whether two renders are of the same scene.
 //!
 //! It is a digest of the document's values, not of its text, so that comments, white space and the order of
-//! keys don't count; nor do `exposure` and `samples`, which change no sample. Of every file that the scene
+//! keys don't count; nor do `exposure`, `tone` and `samples`, which change no sample. Of every file that the scene
 //! names, by a key `file` anywhere in it, the bytes count.
 
 use std::fs::File;
@@ -62,7 +62,7 @@ impl io::Write for HashWriter<'_> {
 }
 
 /// Keys that change no sample, with the table that they are in.
-const WITHOUT_EFFECT: [(&str, &str); 2] = [("film", "exposure"), ("render", "samples")];
+const WITHOUT_EFFECT: [(&str, &str); 3] = [("film", "exposure"), ("film", "tone"), ("render", "samples")];
 
 /// Digests a table: its keys in alphabetical order, lengths before contents so that no two tables look alike.
 fn table(table: &DeTable<'_>, name: &str, digest: &mut Sha256, file: &mut impl FnMut(&str)) {

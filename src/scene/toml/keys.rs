@@ -8,7 +8,8 @@ use super::value::{
     Choice, Colour, Direction, Flag, Integer, IntegerOr, NonZero, Number, Pair, Rows, Triple, Vector, Word,
 };
 use crate::scene::description::{
-    CameraSettings, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene, Shape, UNLIMITED,
+    CameraSettings, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene, Shape, Tone,
+    UNLIMITED,
 };
 use glam::DAffine3;
 
@@ -80,7 +81,7 @@ pub(super) static HEADERS: &[(&str, &Table)] = &[
     ("[environment]", &ENVIRONMENT_TABLE),
 ];
 
-static FILM_TABLE: Table = Table::new("the film", &[&WIDTH, &HEIGHT, &EXPOSURE, &FILTER]);
+static FILM_TABLE: Table = Table::new("the film", &[&WIDTH, &HEIGHT, &EXPOSURE, &TONE, &FILTER]);
 
 pub(super) static WIDTH: Key<Integer> =
     Key::default("width", Integer { least: 1, most: 65536 }, "640", "Pixels in a row.");
@@ -92,6 +93,14 @@ pub(super) static EXPOSURE: Key<Number> = Key::default(
     "0",
     "Stops: PNG and window show radiance times 2 to this power.",
 );
+pub(super) static TONE: Key<Choice<Tone>> = Key::default(
+    "tone",
+    TONES,
+    "\"srgb\"",
+    "The curve of PNG and window: srgb (clipped at white) or filmic (highlights roll off).",
+);
+pub(super) const TONES: Choice<Tone> =
+    Choice { what: "tone curve", options: &[("srgb", Tone::Srgb), ("filmic", Tone::Filmic)] };
 pub(super) static FILTER: Key<WordOr<Filter>> = Key::default(
     "filter",
     FILTERS,

@@ -3,7 +3,7 @@
 use crate::camera::CameraSettings;
 use crate::scene::{
     Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, RenderSettings, Sampler, Scene,
-    Shape,
+    Shape, Tone,
 };
 use glam::DVec3;
 
@@ -38,7 +38,13 @@ fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3], material: usize) -> Entity {
 
 fn scene(width: u32, height: u32, materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
-        film: FilmSettings { width, height, exposure: 0.0, filter: Filter::Tent { radius: 1.0 } },
+        film: FilmSettings {
+            width,
+            height,
+            exposure: 0.0,
+            tone: Tone::Srgb,
+            filter: Filter::Tent { radius: 1.0 },
+        },
         camera: CameraSettings {
             eye: DVec3::ZERO,
             forward: DVec3::X,

@@ -1,0 +1,196 @@
+//! A camera that moves about a point: what a mouse does to it, and what it is as text.
+
+use crate::camera::CameraSettings;
+use crate::scene::parse;
+use glam::{DQuat, DVec3};
+
+/// The direction of view keeps this far from up and down, in radians: the camera has no left there.
+const FROM_POLES: f64 = 0.02;
+
+/// A camera that looks at a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Orbit {
+    camera: CameraSettings,
+    /// The point that it looks at, by its distance along `forward`.
+    distance: f64,
+    /// What `distance` was to begin with: a camera may come this much nearer or farther.
+    first_distance: f64,
+}
+
+/// How many times nearer or farther than at first a camera may get.
+const REACH: f64 = 1e4;
+
+impl Orbit {
+    /// A camera that looks at the point `distance` in front of it.
+    pub fn new(camera: &CameraSettings, distance: f64) -> Orbit {
+        Orbit { camera: camera.clone(), distance, first_distance: distance }
+    }
+
+    fn target(&self) -> DVec3 {
+        self.camera.eye + self.camera.forward * self.distance
+    }
+
+    fn left(&self) -> DVec3 {
+        self.camera.up.cross(self.camera.forward).normalize()
+    }
+
+    /// Turns the camera about its point, so that the scene follows a mouse that moves right and down by these
+    /// fractions of the picture's height: half a turn for one height.
+    pub fn turn(&mut self, right: f64, down: f64) {
+        use std::f64::consts::PI;
+        let target = self.target();
+        let (up, forward) = (self.camera.up, self.camera.forward);
+        // From straight up to straight down.
+        let angle = up.dot(forward).clamp(-1.0, 1.0).acos();
+        let lower = (angle + down * PI).clamp(FROM_POLES, PI - FROM_POLES) - angle;
+        let turn = DQuat::from_axis_angle(up, -right * PI) * DQuat::from_axis_angle(self.left(), lower);
+        self.camera.forward = (turn * forward).normalize();
+        self.camera.eye = target - self.camera.forward * self.distance;
+    }
+
+    /// Moves the camera along its own axes, so that its point follows a mouse that moves right and down by these
+    /// fractions of the picture's height.
+    pub fn pan(&mut self, right: f64, down: f64) {
+        let height = 2.0 * self.distance * (self.camera.vertical_fov / 2.0).tan();
+        let left = self.left();
+        let up = self.camera.forward.cross(left);
+        self.camera.eye += (left * right + up * down) * height;
+    }
+
+    /// Comes nearer to the point: by a tenth of the way each step, or back.
+    pub fn dolly(&mut self, steps: f64) {
+        let target = self.target();
+        let nearest = self.first_distance / REACH;
+        self.distance = (self.distance * 0.9_f64.powf(steps)).clamp(nearest, self.first_distance * REACH);
+        self.camera.eye = target - self.camera.forward * self.distance;
+    }
+
+    /// What a reader makes of the camera's text, if that is a camera: one that is too far away is none.
+    pub fn rendered(&self) -> Option<CameraSettings> {
+        parse(&self.to_toml(), "camera".as_ref()).ok().map(|loaded| loaded.scene.camera)
+    }
+
+    /// The camera as it stands in a scene file, to about six digits. What is rendered is what this text says, to
+    /// the bit.
+    pub fn to_toml(&self) -> String {
+        let camera = &self.camera;
+        let digits = (6.0 - self.distance.log10().floor()).clamp(0.0, 15.0) as usize;
+        let short = |value: f64| {
+            let text = format!("{value:.digits$}");
+            let text = if digits > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+            if text == "-0" { "0".to_owned() } else { text.to_owned() }
+        };
+        let point = |v: DVec3| v.to_array().map(short).join(", ");
+        let up = camera.up.to_array().map(|x| format!("{x:?}")).join(", ");
+        // A field of view that was written in degrees has few digits: those of its radians do not count.
+        let fov = (camera.vertical_fov.to_degrees() * 1e9).round() / 1e9;
+        let mut text = format!(
+            "[camera]\neye = [{}]\nlook_at = [{}]\nup = [{up}]\nvertical_fov = {fov:?}\n",
+            point(camera.eye),
+            point(self.target())
+        );
+        if camera.near > 0.0 {
+            text += &format!("near = {:?}\n", camera.near);
+        }
+        if camera.aperture_radius > 0.0 {
+            text += &format!(
+                "aperture_radius = {:?}\nfocus_distance = {:?}\n",
+                camera.aperture_radius, camera.focus_distance
+            );
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Camera;
+
+    fn camera(text: &str) -> CameraSettings {
+        parse(text, "a.toml".as_ref()).expect("a scene").scene.camera
+    }
+
+    fn orbit() -> Orbit {
+        let text = "[camera]\neye = [0, -6, 2.5]\nlook_at = [0, 0, 0.9]\nvertical_fov = 40\nnear = 0.5\n\
+                    aperture_radius = 0.1\nfocus_distance = 5.5\n";
+        let camera = camera(text);
+        Orbit::new(&camera, (36.0_f64 + 1.6 * 1.6).sqrt())
+    }
+
+    #[test]
+    fn an_orbit_keeps_its_point_and_distance() {
+        let mut orbit = orbit();
+        let (target, eye) = (orbit.target(), orbit.camera.eye);
+        assert!((target - DVec3::new(0.0, 0.0, 0.9)).length() < 1e-12);
+        for (right, down) in [(0.1, 0.0), (0.0, 0.2), (-0.7, 5.0), (0.3, -9.0), (0.0, 0.4)] {
+            orbit.turn(right, down);
+            assert!((orbit.target() - target).length() < 1e-9);
+            assert!(((orbit.camera.eye - target).length() - orbit.distance).abs() < 1e-9);
+            assert!(orbit.camera.up.cross(orbit.camera.forward).length() > 0.01, "not at a pole");
+        }
+        assert!((orbit.camera.eye - eye).length() > 1.0);
+    }
+
+    /// Where the camera sees a point: right and down of the middle, in heights of the picture.
+    fn seen(orbit: &Orbit, point: DVec3) -> [f64; 2] {
+        let (way, left) = (point - orbit.camera.eye, orbit.left());
+        let up = orbit.camera.forward.cross(left);
+        let scale = 1.0 / (2.0 * (orbit.camera.vertical_fov / 2.0).tan() * way.dot(orbit.camera.forward));
+        [-way.dot(left) * scale, -way.dot(up) * scale]
+    }
+
+    #[test]
+    fn what_is_looked_at_follows_the_mouse() {
+        let mut orbit = orbit();
+        let target = orbit.target();
+        orbit.pan(0.25, -0.1);
+        let [right, down] = seen(&orbit, target);
+        assert!((right - 0.25).abs() < 1e-9 && (down + 0.1).abs() < 1e-9, "{right} {down}");
+        // What is in front turns with the mouse: a point this side of the middle goes the mouse's way.
+        let mut orbit = self::orbit();
+        let near = orbit.target() - orbit.camera.forward;
+        orbit.turn(0.05, 0.0);
+        assert!(seen(&orbit, near)[0] > 0.01, "{:?}", seen(&orbit, near));
+        let mut orbit = self::orbit();
+        orbit.turn(0.0, 0.05);
+        assert!(seen(&orbit, near)[1] > 0.01, "{:?}", seen(&orbit, near));
+    }
+
+    #[test]
+    fn dollying_comes_nearer_and_ends() {
+        let mut orbit = orbit();
+        let (target, far) = (orbit.target(), orbit.distance);
+        orbit.dolly(1.0);
+        assert!((orbit.distance / far - 0.9).abs() < 1e-12);
+        assert!((orbit.target() - target).length() < 1e-9);
+        orbit.dolly(1e9);
+        assert!(orbit.distance > 0.0 && (orbit.target() - target).length() < 1e-6);
+        orbit.dolly(-1e9);
+        assert!(orbit.distance.is_finite());
+    }
+
+    #[test]
+    fn the_text_says_where_the_camera_is_and_the_rest_of_it() {
+        let mut orbit = orbit();
+        let text = orbit.to_toml();
+        assert!(text.contains("eye = [0, -6, 2.5]\nlook_at = [0, 0, 0.9]\n"), "{text}");
+        assert!(text.contains("vertical_fov = 40.0\nnear = 0.5\n"), "{text}");
+        assert_eq!(camera(&text), orbit.camera, "a camera that did not move");
+        orbit.turn(0.123, 0.0456);
+        orbit.pan(0.01, 0.002);
+        orbit.dolly(2.0);
+        let (said, meant) = (camera(&orbit.to_toml()), &orbit.camera);
+        let seen = |camera: &CameraSettings| Camera::new(camera, 640, 480);
+        let (said_seen, meant_seen) = (seen(&said), seen(meant));
+        for (a, b) in [(said_seen.eye, meant_seen.eye), (said_seen.forward, meant_seen.forward)] {
+            assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-6), "{a:?} {b:?}");
+        }
+        assert_eq!(
+            (said.near, said.aperture_radius, said.focus_distance),
+            (meant.near, meant.aperture_radius, meant.focus_distance)
+        );
+        // Negative control: it moved.
+        assert!((said.eye - camera(&text).eye).length() > 0.1);
+    }
+}

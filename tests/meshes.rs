@@ -276,7 +276,7 @@ fn transforms_place_meshes_and_mirrors_keep_outward_outward() {
         assert!((f64::from(hit.t) - t).abs() < 0.05, "{} is not {t}", hit.t);
         let point = tables.surfaces.point(&ray, &hit);
         assert!(point.n.dot(ray.d) < -0.9 && point.shading.dot(ray.d) < -0.9, "{point:?}");
-        assert_eq!(tables.surfaces.entity(point.surface.0), 0);
+        assert_eq!(tables.surfaces.entity(point.row.0), 0);
     }
 }
 

@@ -58,7 +58,7 @@ impl<W: World, S: Sampler> Kernel for FirstHits<'_, W, S> {
             if met.any() {
                 let point = scene.surfaces.point(&ray, &hit);
                 let (u, v) = scene.surfaces.uv(&point, met);
-                let mut material = scene.surfaces.material::<F>(point.surface);
+                let mut material = scene.surfaces.material(&point);
                 if scene.materials.uses_uv() {
                     material = scene.materials.resolve(material, u, v);
                 }

@@ -173,8 +173,8 @@ pub(super) fn meet<F: Float, W: World, S: Sampler, M, O: Observer>(
 
     let point = scene.surfaces.point(&state.ray, &hit);
     let cos_o = -state.ray.d.dot(point.n);
-    let emitted = scene.surfaces.emission::<F>(point.surface).only(cos_o.gt(F::zero()));
-    let mut material = scene.surfaces.material::<F>(point.surface);
+    let emitted = scene.surfaces.emission(&point).only(cos_o.gt(F::zero()));
+    let mut material = scene.surfaces.material(&point);
     if scene.materials.uses_uv() {
         let checkered = met & scene.materials.is_checkerboard::<F>(material);
         if checkered.any() {
@@ -184,7 +184,7 @@ pub(super) fn meet<F: Float, W: World, S: Sampler, M, O: Observer>(
     }
     if O::LISTENS {
         let (mut row, mut resolved) = ([0; MAX_LANES], [0; MAX_LANES]);
-        point.surface.store(&mut row);
+        point.row.store(&mut row);
         material.store(&mut resolved);
         observer.event(|| Event::Hit {
             distance: hit.t.lane(0),

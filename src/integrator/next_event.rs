@@ -147,7 +147,7 @@ fn weight_of_met<F: Float, W: World, S: Sampler>(
     vertex: &Vertex<F>,
 ) -> F {
     let one = F::splat(1.0);
-    let light = view.scene.surfaces.light::<F>(vertex.point.surface);
+    let light = view.scene.surfaces.light(&vertex.point);
     let Departure { p, n, pdf, .. } = state.memory;
     let contested =
         vertex.met & light.lt(F::Uint::splat(NO_LIGHT)) & pdf.gt(F::zero()) & vertex.cos_o.gt(F::zero());

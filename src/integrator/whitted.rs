@@ -104,15 +104,15 @@ impl<W: World, S: Sampler> Whitted<W, S> {
             return beta * Rgb::splat(scene.environment);
         }
         let point = scene.surfaces.point(&ray, &hit);
-        let emitted = scene.surfaces.emission::<f32>(point.surface);
+        let emitted = scene.surfaces.emission(&point);
         let emitted = if ray.d.dot(point.n) < 0.0 { emitted } else { Rgb::black() };
         let (u, v) = scene.surfaces.uv(&point, true);
-        let material = scene.materials.resolve(scene.surfaces.material::<f32>(point.surface), u, v);
+        let material = scene.materials.resolve(scene.surfaces.material(&point), u, v);
         observer.event(|| Event::Hit {
             distance: hit.t,
             point: vec3(point.p),
             normal: vec3(point.n),
-            entity: scene.surfaces.entity(point.surface.0),
+            entity: scene.surfaces.entity(point.row.0),
             material: material.0,
             emitted: rgb(emitted),
         });

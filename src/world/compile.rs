@@ -1,12 +1,13 @@
 //! From the description to the tables.
 
 use super::surfaces::{Look, NO_LIGHT, SurfaceTable};
-use super::{Simple, Triangles, Union};
+use super::{Instances, Simple, Triangles, Union};
 use crate::camera::Camera;
 use crate::light::{AreaLight, LightTable, PointLight, PointLights};
 use crate::material::{Kind, MaterialTable, Row};
 use crate::scene::{self, MaterialKind, Scene};
-use crate::shape::{Plane, Quad, Shape, Sphere};
+use crate::shape::{Mesh, Plane, Quad, Shape, Sphere};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// What a path looks up, whatever the world that finds its hits.
@@ -67,8 +68,50 @@ fn material_row(kind: &MaterialKind) -> Row {
     }
 }
 
+/// Triangles in all copies of a mesh from which on it is kept once, and rays are taken to each place where it
+/// stands: fewer are found faster in one tree.
+pub const SHARING_PAYS_FROM: usize = 1 << 16;
+
+/// Which mesh is shared by an entity, if it is: meshes that stand at several places, have so many triangles in all
+/// copies, and do not emit; a light is chosen triangle by triangle, each of which needs a place of its own.
+fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
+    let could = |entity: &scene::Entity| match &entity.shape {
+        scene::Shape::Mesh { mesh, transform }
+            if !entity.emission.iter().any(|&e| e > 0.0) && Instances::can_place(transform) =>
+        {
+            Some(Arc::as_ptr(mesh))
+        }
+        _ => None,
+    };
+    let mut copies = HashMap::new();
+    for mesh in scene.entities.iter().filter_map(could) {
+        *copies.entry(mesh).or_insert(0_usize) += 1;
+    }
+    let (mut meshes, mut numbers) = (Vec::new(), HashMap::new());
+    let of_entity = scene.entities.iter().map(|entity| {
+        let (pointer, scene::Shape::Mesh { mesh, .. }) = (could(entity)?, &entity.shape) else { return None };
+        let copies = copies[&pointer];
+        let pays = copies > 1 && copies.saturating_mul(mesh.triangles.len()) >= from;
+        pays.then(|| {
+            *numbers.entry(pointer).or_insert_with(|| {
+                meshes.push(&**mesh);
+                meshes.len() - 1
+            })
+        })
+    });
+    let of_entity = of_entity.collect();
+    (meshes, of_entity)
+}
+
 /// Compiles a scene for a film of `width` × `height` pixels.
 pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geometry) {
+    compile_sharing(scene, width, height, SHARING_PAYS_FROM)
+}
+
+/// With meshes shared that have so many triangles in all their copies.
+pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (CompiledScene, Geometry) {
+    let (shared_meshes, shared) = shared(scene, from);
+    let mut instances = Instances::default();
     let mut surfaces = SurfaceTable::default();
     let mut all = Simple::default();
     let mut triangles = Triangles::default();
@@ -106,6 +149,10 @@ pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geomet
                 }
                 all.quads.push((quad, surfaces.push(quad.surface(), look)));
             }
+            scene::Shape::Mesh { ref transform, .. } if shared[index].is_some() => {
+                let row = surfaces.push_instance(look, transform.matrix3.determinant() < 0.0);
+                instances.push(shared[index].unwrap_or_default(), transform, row);
+            }
             scene::Shape::Mesh { ref mesh, ref transform } => {
                 let first = triangles.push(mesh, transform, surfaces.len() as u32);
                 if emits {
@@ -119,9 +166,10 @@ pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geomet
             }
         }
     }
-    let triangles = Arc::new(triangles);
-    all.triangles = Arc::clone(&triangles);
-    surfaces.set_triangles(triangles);
+    instances.meshes = shared_meshes.into_iter().map(|mesh| triangles.push_shared(mesh)).collect();
+    all.triangles = Arc::new(triangles);
+    all.instances = Arc::new(instances);
+    surfaces.set_triangles(Arc::clone(&all.triangles), Arc::clone(&all.instances));
     lights.build_tree();
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),

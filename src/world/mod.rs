@@ -5,6 +5,7 @@
 
 mod bvh;
 mod compile;
+mod instances;
 mod pages;
 mod simple;
 mod surfaces;
@@ -12,7 +13,8 @@ mod triangles;
 mod union;
 
 pub use bvh::Bvh;
-pub use compile::{CompiledScene, Geometry, compile};
+pub use compile::{CompiledScene, Geometry, SHARING_PAYS_FROM, compile, compile_sharing};
+pub use instances::{Instances, NO_INSTANCE};
 pub use simple::Simple;
 pub use surfaces::{Look, NO_LIGHT, SurfacePoint, SurfaceTable};
 pub use triangles::{FIRST_TRIANGLE, Triangles};
@@ -59,22 +61,29 @@ pub struct Hit<F: Float> {
     /// The surface's number: its row in the [`SurfaceTable`], or [`FIRST_TRIANGLE`] and the triangle's index in
     /// [`Triangles`]; meaningless where nothing is met.
     pub surface: F::Uint,
+    /// [`NO_INSTANCE`], or one more than the index in [`Instances`] of the mesh whose triangle is met.
+    pub instance: F::Uint,
 }
 
 impl<F: Float> Hit<F> {
     /// No hit.
     #[inline(always)]
     pub fn none() -> Self {
-        Hit { t: F::splat(NOTHING), surface: F::Uint::splat(u32::MAX) }
+        let instance = F::Uint::splat(NO_INSTANCE);
+        Hit { t: F::splat(NOTHING), surface: F::Uint::splat(u32::MAX), instance }
     }
 
-    /// The nearer of two hits; of equal distances the lower row, so that no world's order of visits shows.
+    /// The nearer of two hits; of equal distances the lower instance and then the lower surface, so that no
+    /// world's order of visits shows.
     #[inline(always)]
     pub fn nearer(self, other: Self) -> Self {
-        let other_wins = other.t.lt(self.t) | (other.t.le(self.t) & other.surface.lt(self.surface));
+        let same = other.instance.eq(self.instance);
+        let lower = other.instance.lt(self.instance) | (same & other.surface.lt(self.surface));
+        let other_wins = other.t.lt(self.t) | (other.t.le(self.t) & lower);
         Hit {
             t: F::select(other_wins, other.t, self.t),
             surface: F::Uint::select(other_wins, other.surface, self.surface),
+            instance: F::Uint::select(other_wins, other.instance, self.instance),
         }
     }
 
@@ -87,7 +96,7 @@ impl<F: Float> Hit<F> {
 
 /// Everything that rays can meet.
 pub trait World: Send + Sync {
-    /// The first hit of each ray. Equal distances go to the lower surface. Lanes that do not ask hold nonsense.
+    /// The first hit of each ray. Equal distances go to the lower instance, and then to the lower surface. Lanes that do not ask hold nonsense.
     fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F>;
     /// The lanes whose ray meets anything before the distance `t_max`. Lanes that do not ask hold nonsense.
     fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> F::Mask;

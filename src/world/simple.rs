@@ -1,8 +1,9 @@
 //! The world that tries every surface.
 
-use super::{FIRST_TRIANGLE, Hit, Triangles, World};
+use super::{FIRST_TRIANGLE, Hit, Instances, NO_INSTANCE, Triangles, World};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
 use crate::shape::{Plane, Quad, Shape, Shears, Sphere};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Tries every surface, kind by kind (report §5.2.4, `SimpleWorld`): the fastest for a handful.
@@ -16,12 +17,15 @@ pub struct Simple {
     pub quads: Vec<(Quad, u32)>,
     /// The triangles of all meshes.
     pub triangles: Arc<Triangles>,
+    /// The meshes that are shared, and where they stand.
+    pub instances: Arc<Instances>,
 }
 
 impl Simple {
     /// How many surfaces there are.
     pub fn len(&self) -> usize {
-        self.planes.len() + self.spheres.len() + self.quads.len() + self.triangles.len()
+        let Simple { planes, spheres, quads, triangles, instances } = self;
+        planes.len() + spheres.len() + quads.len() + triangles.placed() + instances.len()
     }
 
     /// Whether there is none.
@@ -52,16 +56,46 @@ fn any<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut foun
     found
 }
 
-/// Distances to the triangles, each with its index.
+/// Distances to some triangles, each with its index.
 #[inline(always)]
-fn each_triangle<F: Float>(triangles: &Triangles, ray: &Ray<F>, mut found: impl FnMut(F, u32)) {
-    if triangles.is_empty() {
+fn each_triangle<F: Float>(
+    triangles: &Triangles,
+    range: Range<usize>,
+    ray: &Ray<F>,
+    mut found: impl FnMut(F, u32),
+) {
+    if range.is_empty() {
         return;
     }
     let shears = Shears::new(ray);
-    for triangle in 0..triangles.len() {
-        let corners = triangles.positions_of(triangle).map(Vec3::splat);
-        found(shears.meet(corners).t, triangle as u32);
+    for triangle in range {
+        let [a, b, c] = triangles.positions_of(triangle);
+        found(shears.meet([Vec3::splat(a), Vec3::splat(b), Vec3::splat(c)]).t, triangle as u32);
+    }
+}
+
+impl Simple {
+    /// Distances to all triangles, each with its instance and index, in the order in which equal ones count.
+    #[inline(always)]
+    fn every_triangle<F: Float>(&self, ray: &Ray<F>, mut found: impl FnMut(F, u32, u32)) {
+        let triangles = &self.triangles;
+        each_triangle(
+            triangles,
+            0..triangles.placed(),
+            ray,
+            #[inline(always)]
+            |t, triangle| found(t, NO_INSTANCE, triangle),
+        );
+        for (instance, &mesh) in self.instances.mesh.iter().enumerate() {
+            let ray = self.instances.splat::<F>(instance).ray(ray);
+            each_triangle(
+                triangles,
+                self.instances.meshes[mesh as usize].clone(),
+                &ray,
+                #[inline(always)]
+                |t, triangle| found(t, instance as u32 + 1, triangle),
+            );
+        }
     }
 }
 
@@ -72,11 +106,16 @@ impl World for Simple {
         let hit = closest(&self.spheres, ray, hit);
         let mut hit = closest(&self.quads, ray, hit);
         // Triangles come last and in the order of their numbers: the first of equal distances counts.
-        each_triangle(&self.triangles, ray, |t, triangle| {
-            let nearer = t.lt(hit.t);
-            hit.t = F::select(nearer, t, hit.t);
-            hit.surface = F::Uint::select(nearer, F::Uint::splat(FIRST_TRIANGLE | triangle), hit.surface);
-        });
+        self.every_triangle(
+            ray,
+            #[inline(always)]
+            |t, instance, triangle| {
+                let nearer = t.lt(hit.t);
+                hit.t = F::select(nearer, t, hit.t);
+                hit.surface = F::Uint::select(nearer, F::Uint::splat(FIRST_TRIANGLE | triangle), hit.surface);
+                hit.instance = F::Uint::select(nearer, F::Uint::splat(instance), hit.instance);
+            },
+        );
         hit
     }
 
@@ -86,7 +125,11 @@ impl World for Simple {
         let found = any(&self.planes, ray, t_max, none);
         let found = any(&self.spheres, ray, t_max, found);
         let mut found = any(&self.quads, ray, t_max, found);
-        each_triangle(&self.triangles, ray, |t, _| found = found | t.lt(t_max));
+        self.every_triangle(
+            ray,
+            #[inline(always)]
+            |t, _, _| found = found | t.lt(t_max),
+        );
         found
     }
 }

@@ -1,7 +1,8 @@
 //! What hits look up: one row for each surface, one column for each property.
 
-use super::Hit;
+use super::instances::Place;
 use super::triangles::{FIRST_TRIANGLE, Triangles};
+use super::{Hit, Instances, NO_INSTANCE};
 use crate::math::trig;
 use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3};
 use crate::shape::{POSITION_ERROR, Shears, Surface, triangle_error};
@@ -57,6 +58,7 @@ pub struct SurfaceTable {
     has_round: bool,
     rows: Vec<(Surface, Look)>,
     triangles: Option<Arc<Triangles>>,
+    instances: Option<Arc<Instances>>,
 }
 
 /// A point on a surface.
@@ -76,6 +78,8 @@ pub struct SurfacePoint<F: Float> {
     pub error: F,
     /// The surface's number: see [`Hit::surface`].
     pub surface: F::Uint,
+    /// Its row in the [`SurfaceTable`].
+    pub row: F::Uint,
 }
 
 fn push3(columns: &mut [Vec<f32>; 3], values: [f32; 3]) {
@@ -118,6 +122,15 @@ impl SurfaceTable {
         row
     }
 
+    /// Adds the row of an instance. What `mirrors` turns the order of its triangles' corners.
+    pub fn push_instance(&mut self, look: Look, mirrors: bool) -> u32 {
+        let row = self.push(Surface::OF_A_MESH, look);
+        if mirrors {
+            self.orientation[row as usize] *= -1.0;
+        }
+        row
+    }
+
     /// How many rows there are.
     pub fn len(&self) -> usize {
         self.rows.len()
@@ -133,9 +146,10 @@ impl SurfaceTable {
         &self.rows
     }
 
-    /// Gives the rows of meshes their triangles.
-    pub fn set_triangles(&mut self, triangles: Arc<Triangles>) {
+    /// Gives the rows of meshes their triangles, and those of instances their places.
+    pub fn set_triangles(&mut self, triangles: Arc<Triangles>, instances: Arc<Instances>) {
         self.triangles = (!triangles.is_empty()).then_some(triangles);
+        self.instances = (!instances.is_empty()).then_some(instances);
     }
 
     /// The triangles of all meshes.
@@ -149,26 +163,34 @@ impl SurfaceTable {
         self.triangles.as_ref().is_some_and(|triangles| triangles.has_normals)
     }
 
-    /// The entity of a surface.
-    pub fn entity(&self, surface: u32) -> u32 {
-        let row = match &self.triangles {
-            Some(triangles) if surface >= FIRST_TRIANGLE => {
-                triangles.rows[(surface - FIRST_TRIANGLE) as usize]
-            }
-            _ => surface,
-        };
+    /// The shared meshes, and where they stand.
+    pub fn instances(&self) -> Option<&Instances> {
+        self.instances.as_deref()
+    }
+
+    /// The entity of a row.
+    pub fn entity(&self, row: u32) -> u32 {
         self.rows[row as usize].1.entity
     }
 
-    /// Rows of surfaces.
+    /// Rows of what is met.
     #[inline(always)]
-    fn row<F: Float>(&self, surface: F::Uint) -> F::Uint {
-        let Some(triangles) = &self.triangles else { return surface };
-        let flat = surface.lt(F::Uint::splat(FIRST_TRIANGLE));
+    fn row<F: Float>(&self, hit: &Hit<F>) -> F::Uint {
+        let Some(triangles) = &self.triangles else { return hit.surface };
+        let flat = hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
         if !(!flat).any() {
-            return surface;
+            return hit.surface;
         }
-        F::Uint::select(flat, surface, F::Uint::gather(&triangles.rows, index::<F>(surface)))
+        let mut row = hit.surface;
+        if !triangles.rows.is_empty() {
+            row = F::Uint::select(flat, row, F::Uint::gather(&triangles.rows, index::<F>(hit.surface)));
+        }
+        if let Some(instances) = &self.instances {
+            let shared = !hit.instance.eq(F::Uint::splat(NO_INSTANCE));
+            let of_instance = F::Uint::gather(&instances.rows, hit.instance + F::Uint::splat(u32::MAX));
+            row = F::Uint::select(shared, of_instance, row);
+        }
+        row
     }
 
     /// The point that a ray met, put back onto its surface. Lanes without a hit hold nonsense; the table
@@ -179,7 +201,7 @@ impl SurfaceTable {
         if let Some(triangles) = &self.triangles {
             let on_mesh = hit.is_some() & !hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
             if on_mesh.any() {
-                self.mesh_point(triangles, ray, on_mesh, &mut point);
+                self.mesh_point(triangles, ray, hit, on_mesh, &mut point);
             }
         }
         point
@@ -192,35 +214,54 @@ impl SurfaceTable {
         &self,
         triangles: &Triangles,
         ray: &Ray<F>,
+        hit: &Hit<F>,
         on_mesh: F::Mask,
         point: &mut SurfacePoint<F>,
     ) {
         let vertices = triangles.vertices::<F>(index::<F>(point.surface));
-        let [a, b, c] = vertices.map(
-            #[inline(always)]
-            |vertex| triangles.position::<F>(vertex),
-        );
-        let weights = Shears::new(ray).meet([a, b, c]).weights;
+        let mut a = triangles.position::<F>(vertices[0]);
+        let mut b = triangles.position::<F>(vertices[1]);
+        let mut c = triangles.position::<F>(vertices[2]);
+        let world_d = ray.d;
+        let mut ray = *ray;
+        let mut place = None;
+        if let Some(instances) = &self.instances {
+            let shared = on_mesh & !hit.instance.eq(F::Uint::splat(NO_INSTANCE));
+            if shared.any() {
+                let of_lane = instances.gather::<F>(hit.instance);
+                let seen = of_lane.ray(&ray);
+                ray.o = Vec3::select(shared, seen.o, ray.o);
+                ray.d = Vec3::select(shared, seen.d, ray.d);
+                place = Some((shared, of_lane));
+            }
+        }
+        let weights = Shears::new(&ray).meet([a, b, c]).weights;
+        let mut error = triangle_error(a, b - a, c - a);
+        if let Some((shared, place)) = &place {
+            a = Vec3::select(*shared, place.point(a), a);
+            b = Vec3::select(*shared, place.point(b), b);
+            c = Vec3::select(*shared, place.point(c), c);
+            let of_place = triangle_error(a, b - a, c - a) + place.error(a, error);
+            error = F::select(*shared, of_place, error);
+        }
         let (ab, ac) = (b - a, c - a);
         let p = a + ab * weights[0] + ac * weights[1];
         let area = ab.cross(ac);
-        let orientation = F::gather(&self.orientation, self.row::<F>(point.surface));
+        let orientation = F::gather(&self.orientation, point.row);
         let n = area * (orientation / area.length());
-        let error = triangle_error(a, ab, ac);
 
         let mut shading = n;
         if triangles.has_normals {
-            let [na, nb, nc] = vertices.map(
-                #[inline(always)]
-                |vertex| Vec3::<F>::gather(&triangles.normals, vertex),
-            );
+            let na = shading_normal::<F>(triangles, vertices[0], &place);
+            let nb = shading_normal::<F>(triangles, vertices[1], &place);
+            let nc = shading_normal::<F>(triangles, vertices[2], &place);
             let mean = na + (nb - na) * weights[0] + (nc - na) * weights[1];
             let length = mean.length();
             // Which side is outward the order of the corners says.
             let smooth = mean * (F::splat(1.0) / length).copysign(mean.dot(n));
             // Where the ray comes from the one side of the triangle and the other of the smooth surface, there
             // is no smooth surface to speak of.
-            let (geometric, seen) = (ray.d.dot(n), ray.d.dot(smooth));
+            let (geometric, seen) = (world_d.dot(n), world_d.dot(smooth));
             let agrees = (geometric * seen).gt(F::zero()) & length.gt(F::zero());
             shading = Vec3::select(agrees, smooth, n);
         }
@@ -234,7 +275,7 @@ impl SurfaceTable {
     /// Points on all but meshes.
     #[inline(always)]
     fn smooth_point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
-        let row = hit.surface;
+        let row = self.row(hit);
         let p = ray.at(hit.t);
         let (axis, constant) = (Vec3::gather(&self.axis, row), F::gather(&self.constant, row));
         let mut normal = axis;
@@ -260,14 +301,15 @@ impl SurfaceTable {
             shading: n,
             weights: [F::zero(); 2],
             error: p.max_abs() * POSITION_ERROR + F::gather(&self.error, row),
-            surface: row,
+            surface: hit.surface,
+            row,
         }
     }
 
     /// uv of points, of use in the lanes where they are wanted: see the shapes for what they mean.
     #[inline(always)]
     pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> (F, F) {
-        let (p, row) = (point.p, self.row::<F>(point.surface));
+        let (p, row) = (point.p, point.row);
         let mut u = p.dot(Vec3::gather(&self.u_axis, row)) + F::gather(&self.u_offset, row);
         let mut v = p.dot(Vec3::gather(&self.v_axis, row)) + F::gather(&self.v_offset, row);
         if self.has_round {
@@ -285,17 +327,9 @@ impl SurfaceTable {
             let on_mesh = !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
             if on_mesh.any() {
                 let vertices = triangles.vertices::<F>(index::<F>(point.surface));
-                let mean = |column: &[f32], without: [f32; 3]| {
-                    let mut corners = [F::zero(); 3];
-                    for (i, corner) in corners.iter_mut().enumerate() {
-                        let given = F::gather(column, vertices[i]);
-                        *corner = F::select(given.le(given), given, F::splat(without[i]));
-                    }
-                    let [a, b, c] = corners;
-                    a + (b - a) * point.weights[0] + (c - a) * point.weights[1]
-                };
-                u = F::select(on_mesh, mean(&triangles.uv[0], [0.0, 1.0, 1.0]), u);
-                v = F::select(on_mesh, mean(&triangles.uv[1], [0.0, 0.0, 1.0]), v);
+                let weights = point.weights;
+                u = F::select(on_mesh, corner_mean(&triangles.uv[0], vertices, [0.0, 1.0, 1.0], weights), u);
+                v = F::select(on_mesh, corner_mean(&triangles.uv[1], vertices, [0.0, 0.0, 1.0], weights), v);
             }
         }
         (u, v)
@@ -303,26 +337,52 @@ impl SurfaceTable {
 
     /// Material rows of points.
     #[inline(always)]
-    pub fn material<F: Float>(&self, surface: F::Uint) -> F::Uint {
-        F::Uint::gather(&self.material, self.row::<F>(surface))
+    pub fn material<F: Float>(&self, point: &SurfacePoint<F>) -> F::Uint {
+        F::Uint::gather(&self.material, point.row)
     }
 
     /// Indices in the light table, or [`NO_LIGHT`].
     #[inline(always)]
-    pub fn light<F: Float>(&self, surface: F::Uint) -> F::Uint {
-        let row = self.row::<F>(surface);
-        let light = F::Uint::gather(&self.light, row);
+    pub fn light<F: Float>(&self, point: &SurfacePoint<F>) -> F::Uint {
+        let light = F::Uint::gather(&self.light, point.row);
         if self.triangles.is_none() {
             return light;
         }
-        let of_triangle = index::<F>(surface) + F::Uint::gather(&self.triangle_light, row);
-        let is_triangle = !surface.lt(F::Uint::splat(FIRST_TRIANGLE)) & light.lt(F::Uint::splat(NO_LIGHT));
+        let of_triangle = index::<F>(point.surface) + F::Uint::gather(&self.triangle_light, point.row);
+        let is_triangle =
+            !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE)) & light.lt(F::Uint::splat(NO_LIGHT));
         F::Uint::select(is_triangle, of_triangle, light)
     }
 
     /// Radiance that surfaces emit on their outward sides.
     #[inline(always)]
-    pub fn emission<F: Float>(&self, surface: F::Uint) -> Rgb<F> {
-        Rgb::gather(&self.emission, self.row::<F>(surface))
+    pub fn emission<F: Float>(&self, point: &SurfacePoint<F>) -> Rgb<F> {
+        Rgb::gather(&self.emission, point.row)
     }
+}
+
+/// Shading normals of vertices, where their instances stand in the lanes that have one.
+#[inline(always)]
+fn shading_normal<F: Float>(
+    triangles: &Triangles,
+    vertex: F::Uint,
+    place: &Option<(F::Mask, Place<F>)>,
+) -> Vec3<F> {
+    let n = Vec3::<F>::gather(&triangles.normals, vertex);
+    match place {
+        Some((shared, place)) => Vec3::select(*shared, place.normal(n), n),
+        None => n,
+    }
+}
+
+/// The weighted mean of what a column says of three vertices, or of other numbers where it says nothing.
+#[inline(always)]
+fn corner_mean<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3], weights: [F; 2]) -> F {
+    let mut corners = [F::zero(); 3];
+    for (i, corner) in corners.iter_mut().enumerate() {
+        let given = F::gather(column, vertices[i]);
+        *corner = F::select(given.le(given), given, F::splat(without[i]));
+    }
+    let [a, b, c] = corners;
+    a + (b - a) * weights[0] + (c - a) * weights[1]
 }

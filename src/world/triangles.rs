@@ -1,8 +1,9 @@
-//! The triangles of all meshes, in world space.
+//! The triangles of all meshes.
 
 use crate::math::{Bounds, Float, Uint, Vec3};
 use crate::shape::{BOUNDS_ERROR, Mesh};
 use glam::{DAffine3, DVec3};
+use std::ops::Range;
 
 /// Surfaces are numbered: rows of the surface table from 0, and triangles from here.
 pub const FIRST_TRIANGLE: u32 = 1 << 31;
@@ -12,9 +13,10 @@ pub const FIRST_TRIANGLE: u32 = 1 << 31;
 pub struct Triangles {
     /// Corners, as indices of vertices.
     pub corners: [Vec<u32>; 3],
-    /// The rows of their entities in the surface table.
+    /// The rows of the entities of those in world space in the surface table. The triangles after them are of
+    /// shared meshes, each in its own space: see [`super::Instances`].
     pub rows: Vec<u32>,
-    /// The vertices, in world space.
+    /// The vertices.
     pub positions: [Vec<f32>; 3],
     /// Shading normals of the vertices, towards the outward side; zero where the mesh has none.
     pub normals: [Vec<f32>; 3],
@@ -27,20 +29,42 @@ pub struct Triangles {
 impl Triangles {
     /// How many triangles there are.
     pub fn len(&self) -> usize {
-        self.rows.len()
+        self.corners[0].len()
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+        self.len() == 0
+    }
+
+    /// How many of them, from the first, are in world space.
+    pub fn placed(&self) -> usize {
+        self.rows.len()
     }
 
     /// Adds a mesh where a transform takes it, as the surface of a row, and returns its first triangle.
     ///
     /// A transform that mirrors turns the order of the corners, so that what was outward stays it.
     pub fn push(&mut self, mesh: &Mesh, transform: &DAffine3, row: u32) -> usize {
+        assert_eq!(self.len(), self.placed(), "shared meshes come last");
+        let first = self.add(mesh, transform);
+        self.rows.resize(self.len(), row);
+        first
+    }
+
+    /// Adds a mesh in its own space and returns its triangles. Those in world space come first.
+    pub fn push_shared(&mut self, mesh: &Mesh) -> Range<usize> {
+        let first = self.add(mesh, &DAffine3::IDENTITY);
+        first..self.len()
+    }
+
+    fn add(&mut self, mesh: &Mesh, transform: &DAffine3) -> usize {
         let first = self.len();
         let base = self.positions[0].len() as u32;
+        self.positions.iter_mut().for_each(|column| column.reserve(mesh.positions.len()));
+        self.normals.iter_mut().for_each(|column| column.reserve(mesh.positions.len()));
+        self.uv.iter_mut().for_each(|column| column.reserve(mesh.positions.len()));
+        self.corners.iter_mut().for_each(|column| column.reserve(mesh.triangles.len()));
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         for &p in &mesh.positions {
             let p = transform.transform_point3(wide(p)).to_array();
@@ -63,7 +87,6 @@ impl Triangles {
         for &[a, b, c] in &mesh.triangles {
             let corners = if mirrors { [a, c, b] } else { [a, b, c] };
             self.corners.iter_mut().zip(corners).for_each(|(column, i)| column.push(base + i));
-            self.rows.push(row);
         }
         first
     }

@@ -89,6 +89,9 @@ impl Item {
     }
 }
 
+/// The kind of things of which each is a leaf of its own.
+pub(super) const ALONE: u32 = 7;
+
 /// Things of one node: what is around them, and around their middles.
 #[derive(Clone, Copy, Debug)]
 struct Around {
@@ -209,7 +212,8 @@ fn divide(items: &mut [Item], around: &Around, depth: u32) -> Option<Sides> {
     if items.len() == 1 {
         return None;
     }
-    let may_be_leaf = items.len() <= LEAF && items.iter().all(|item| item.kind() == items[0].kind());
+    let kind = items[0].kind();
+    let may_be_leaf = items.len() <= LEAF && kind != ALONE && items.iter().all(|item| item.kind() == kind);
     let best = if depth < CHOSEN_DEPTH { cheapest(items, &around.middles) } else { None };
     if may_be_leaf {
         let area = around.boxes.bounds().half_area();

@@ -10,21 +10,29 @@ mod tests;
 mod traverse;
 
 use self::build::Item;
-use self::node::{Nodes, QUAD, SPHERE, TRIANGLE};
-use self::traverse::{Any, Closest, Rays};
-use super::{Geometry, Hit, Simple, Union, World, pages};
+use self::node::{INSTANCE, Nodes, QUAD, SPHERE, TRIANGLE};
+use self::traverse::{Any, Closest, Found, Rays};
+use super::{Geometry, Hit, Instances, Simple, Union, World, pages};
 use crate::math::lanes::MAX_LANES;
 use crate::math::{Bounds, Float, Mask, Ray, Uint};
-use crate::shape::Shape;
+use crate::shape::{BOUNDS_ERROR, Shape};
+use std::ops::Range;
+use std::sync::Arc;
 
 /// Coordinates as far out as this have squares that are not finite.
 const FARTHEST: f32 = 1e18;
 
-/// Bounded surfaces in a tree of boxes, eight at each node.
+/// Bounded surfaces in a tree of boxes, eight at each node. Shared meshes have trees of their own, each in the
+/// space of its mesh, which the instances in the first tree lead to.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     /// `None` if there is nothing.
     tree: Option<Nodes>,
+    /// The trees of the shared meshes.
+    meshes: Vec<Nodes>,
+    instances: Arc<Instances>,
+    /// By how much of its origin's largest coordinate a ray is moved beside the first tree's boxes.
+    share: f32,
 }
 
 impl Bvh {
@@ -40,7 +48,8 @@ impl Bvh {
 
     /// What the tree takes up in memory, in bytes.
     pub fn bytes(&self) -> usize {
-        self.tree.as_ref().map_or(0, Nodes::bytes)
+        let trees = self.tree.iter().chain(&self.meshes);
+        trees.map(Nodes::bytes).sum::<usize>() + self.instances.bytes()
     }
 
     /// With other boxes than the shapes' own.
@@ -63,20 +72,37 @@ impl Bvh {
                 None => beside.quads.push(*quad),
             }
         }
+        let triangles = |items: &mut Vec<Item>, range: Range<usize>| {
+            let others = items.len();
+            items.resize(others + range.len(), Item::new(&Bounds::EVERYTHING, TRIANGLE, 0));
+            in_parts(&mut items[others..], threads, |first, part| {
+                for (index, item) in part.iter_mut().enumerate() {
+                    let index = range.start + first + index;
+                    *item = Item::new(&change(all.triangles.bounds(index)), TRIANGLE, index as u32);
+                }
+            });
+        };
         // The triangles of a mesh all fit: its reader and its transform have been checked.
-        let others = items.len();
-        items.resize(others + all.triangles.len(), Item::new(&Bounds::EVERYTHING, TRIANGLE, 0));
-        in_parts(&mut items[others..], threads, |first, part| {
-            for (index, item) in part.iter_mut().enumerate() {
-                let index = first + index;
-                *item = Item::new(&change(all.triangles.bounds(index)), TRIANGLE, index as u32);
-            }
-        });
-        let tree = (!items.is_empty()).then(|| {
+        triangles(&mut items, 0..all.triangles.placed());
+        let tree_of = |mut items: Vec<Item>| {
             let splits = build::build(&mut items, threads);
             Nodes::new(&splits, &items, all, threads)
-        });
-        Union { first: beside, second: Bvh { tree } }
+        };
+        let mut meshes = Vec::new();
+        for range in &all.instances.meshes {
+            let mut items = pages::with_capacity(range.len());
+            triangles(&mut items, range.clone());
+            meshes.push(tree_of(items));
+        }
+        let mut share = BOUNDS_ERROR;
+        for (instance, &mesh) in all.instances.mesh.iter().enumerate() {
+            let (bounds, own) = all.instances.bounds(instance, &meshes[mesh as usize].boxes());
+            items.push(Item::new(&change(bounds), INSTANCE, instance as u32));
+            share = share.max(own);
+        }
+        let tree = (!items.is_empty()).then(|| tree_of(items));
+        let instances = Arc::clone(&all.instances);
+        Union { first: beside, second: Bvh { tree, meshes, instances, share } }
     }
 }
 
@@ -103,11 +129,12 @@ fn item(bounds: Bounds, kind: u32, index: usize) -> Option<Item> {
 impl World for Bvh {
     #[inline(always)]
     fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
-        let (mut t, mut row) = ([crate::shape::NOTHING; MAX_LANES], [u32::MAX; MAX_LANES]);
+        let mut found = Found::NOTHING;
         if let Some(tree) = &self.tree {
-            (t, row) = F::outlined(Closest { tree, rays: Rays::new(ray, asks) });
+            found = F::outlined(Closest { world: self, tree, rays: Rays::new(ray, asks) });
         }
-        Hit { t: F::load(&t), surface: F::Uint::load(&row) }
+        let Found { t, surface, instance } = &found;
+        Hit { t: F::load(t), surface: F::Uint::load(surface), instance: F::Uint::load(instance) }
     }
 
     #[inline(always)]
@@ -115,6 +142,6 @@ impl World for Bvh {
         let Some(tree) = &self.tree else { return F::Mask::splat(false) };
         let mut t_max = [0.0; MAX_LANES];
         limit.store(&mut t_max);
-        F::Mask::from_bits(F::outlined(Any { tree, rays: Rays::new(ray, asks), t_max }))
+        F::Mask::from_bits(F::outlined(Any { world: self, tree, rays: Rays::new(ray, asks), t_max }))
     }
 }

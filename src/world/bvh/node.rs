@@ -1,6 +1,6 @@
 //! Nodes of eight children, and what is in a leaf.
 
-use super::build::{Below, Item, LEAF, Split};
+use super::build::{ALONE, Below, Item, LEAF, Split};
 use super::in_parts;
 use crate::math::{Bounds, Float, Vec3};
 use crate::shape::{Quad, QuadForm, Sphere, SphereForm};
@@ -25,6 +25,11 @@ impl Node {
         let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
         [low, low, low, high, high, high]
     };
+
+    fn set_box(&mut self, lane: usize, bounds: &Bounds) {
+        let Bounds { low: [a, b, c], high: [d, e, f] } = *bounds;
+        place(&mut self.planes, lane, [a, b, c, d, e, f]);
+    }
 }
 
 /// A reference to a node or a leaf, in one word.
@@ -38,6 +43,8 @@ pub(super) enum Target {
     Spheres(usize),
     Quads(usize),
     Triangles(usize),
+    /// One instance of a shared mesh.
+    Instance(usize),
 }
 
 impl Child {
@@ -45,6 +52,7 @@ impl Child {
     const SPHERES: u32 = 1;
     const QUADS: u32 = 2;
     const TRIANGLES: u32 = 3;
+    const INSTANCE: u32 = 7;
 
     fn new(tag: u32, index: usize) -> Child {
         assert!(index < 1 << Child::INDEX_BITS, "a tree of {index} nodes");
@@ -58,7 +66,8 @@ impl Child {
             0 => Target::Node(index),
             Child::SPHERES => Target::Spheres(index),
             Child::QUADS => Target::Quads(index),
-            _ => Target::Triangles(index),
+            Child::TRIANGLES => Target::Triangles(index),
+            _ => Target::Instance(index),
         }
     }
 }
@@ -67,6 +76,7 @@ impl Child {
 pub(super) const SPHERE: u32 = 0;
 pub(super) const QUAD: u32 = 1;
 pub(super) const TRIANGLE: u32 = 2;
+pub(super) const INSTANCE: u32 = ALONE;
 
 /// Eight spheres, one column for each property. Places that are left over hold NaN, which nothing meets.
 #[derive(Clone, Debug)]
@@ -226,7 +236,17 @@ impl Nodes {
     pub(super) fn new(splits: &[Split], items: &[Item], things: &Simple, threads: usize) -> Nodes {
         let mut leaves = Leaves::default();
         let mut nodes = pages::with_capacity(splits.len() / 8);
-        let root = add(0, splits, items, &mut nodes, &mut leaves);
+        let root = match splits[0].below {
+            Below::Two { .. } => add(0, splits, items, &mut nodes, &mut leaves),
+            // One leaf: a node of one child, so that its box is somewhere.
+            Below::Leaf { .. } => {
+                let mut node = Node { planes: Node::NOTHING, children: [Child(0); WIDTH] };
+                node.set_box(0, &splits[0].bounds);
+                node.children[0] = add(0, splits, items, &mut nodes, &mut leaves);
+                nodes.push(node);
+                Child::new(0, 0)
+            }
+        };
         let all = |range: &Range| items[range.clone()].iter().map(|item| item.index() as usize);
         let spheres = leaves.spheres.iter().map(|range| Spheres::new(all(range).map(|i| things.spheres[i])));
         let quads = leaves.quads.iter().map(|range| Quads::new(all(range).map(|i| things.quads[i])));
@@ -251,6 +271,13 @@ impl Nodes {
         }
     }
 
+    /// The boxes of what is right below the root; empty ones hold nothing.
+    pub(super) fn boxes(&self) -> Vec<Bounds> {
+        let Node { planes: [low_x, low_y, low_z, high_x, high_y, high_z], .. } = &self.nodes[0];
+        let low = |i: usize| [low_x[i], low_y[i], low_z[i]];
+        (0..WIDTH).map(|i| Bounds { low: low(i), high: [high_x[i], high_y[i], high_z[i]] }).collect()
+    }
+
     /// Bytes in memory.
     pub(super) fn bytes(&self) -> usize {
         let Nodes { root: _, nodes, spheres, quads, triangles } = self;
@@ -267,6 +294,7 @@ fn add(split: usize, splits: &[Split], items: &[Item], nodes: &mut Vec<Node>, le
         let (tag, leaves) = match items[first as usize].kind() {
             SPHERE => (Child::SPHERES, &mut leaves.spheres),
             QUAD => (Child::QUADS, &mut leaves.quads),
+            INSTANCE => return Child::new(Child::INSTANCE, items[first as usize].index() as usize),
             _ => (Child::TRIANGLES, &mut leaves.triangles),
         };
         leaves.push(first as usize..(first + count) as usize);
@@ -293,8 +321,7 @@ fn add(split: usize, splits: &[Split], items: &[Item], nodes: &mut Vec<Node>, le
     let index = nodes.len();
     let mut node = Node { planes: Node::NOTHING, children: [Child(0); WIDTH] };
     for (lane, &at) in below[..count].iter().enumerate() {
-        let Bounds { low: [a, b, c], high: [d, e, f] } = splits[at].bounds;
-        place(&mut node.planes, lane, [a, b, c, d, e, f]);
+        node.set_box(lane, &splits[at].bounds);
     }
     nodes.push(node);
     for (lane, &at) in below[..count].iter().enumerate() {

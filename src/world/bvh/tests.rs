@@ -7,7 +7,7 @@ use crate::math::lanes::{Kernel, Level, dispatch};
 use crate::sampling::Stream;
 use crate::shape::{Mesh, NOTHING, Plane, Quad, Sphere};
 use crate::world::Triangles;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;
 use std::sync::Arc;
 
@@ -111,8 +111,68 @@ fn jumble(stream: &mut Stream) -> Jumble {
     unbounded.planes.sort_by_key(|(_, row)| *row);
     let mut triangles = Triangles::default();
     triangles.push(&mesh, &DAffine3::IDENTITY, 0);
+    if stream.random_range(0..3) == 0 {
+        bounded.instances = Arc::new(instances(&mut triangles, place, scale, spread, &mut targets, stream));
+    }
     bounded.triangles = Arc::new(triangles);
     Jumble { geometry: Union { first: unbounded, second: bounded }, scale, targets }
+}
+
+/// Shared meshes of a few triangles, turned, squeezed, mirrored and sheared; some stand twice in one place.
+fn instances(
+    triangles: &mut Triangles,
+    place: DVec3,
+    scale: f64,
+    spread: f64,
+    targets: &mut Vec<DVec3>,
+    stream: &mut Stream,
+) -> Instances {
+    let mut all = Instances::default();
+    let mut vertices = Vec::new();
+    for _ in 0..stream.random_range(1..3) {
+        let (size, away) = (10_f64.powi(stream.random_range(-6..=6)), [0.0, 3.0][stream.random_range(0..2)]);
+        let count = [1, 5, 12][stream.random_range(0..3)];
+        let mut mesh = Mesh::default();
+        for i in 0..count {
+            let corner = (direction(stream) + DVec3::X * away) * size;
+            let corners =
+                [corner, corner + direction(stream) * size, corner + direction(stream) * size * 0.3];
+            mesh.positions.extend(corners.map(|p| p.to_array().map(|x| x as f32)));
+            mesh.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+        }
+        all.meshes.push(triangles.push_shared(&mesh));
+        vertices.push((size, mesh.positions));
+    }
+    let count = [1, 2, 9][stream.random_range(0..3)];
+    let mut row = 100_000;
+    while all.len() < count {
+        let mesh = stream.random_range(0..vertices.len());
+        let (size, vertices) = &vertices[mesh];
+        let to = scale / size * 10_f64.powf(stream.random_range(-2.0..0.5));
+        let squeeze = [0.0, 0.0, 1.0, 1.0, 3.0][stream.random_range(0..5)];
+        let scales = DVec3::from([(); 3].map(|()| {
+            let sign = [1.0, 1.0, -1.0][stream.random_range(0..3)];
+            sign * to * 10_f64.powf(-squeeze * stream.random::<f64>())
+        }));
+        let turn = DQuat::from_axis_angle(direction(stream), stream.random_range(0.0..6.0));
+        let shear = DMat3::from_cols(DVec3::X, DVec3::new(squeeze, 1.0, 0.0), DVec3::Z);
+        let at = place + direction(stream) * scale * spread * stream.random::<f64>();
+        let mut transform = DAffine3::from_scale_rotation_translation(scales, turn, at);
+        transform.matrix3 *= shear;
+        if !Instances::can_place(&transform) {
+            continue;
+        }
+        for _ in 0..1 + u32::from(stream.random_range(0..5) == 0) {
+            all.push(mesh, &transform, row);
+            row += 1;
+        }
+        let some = vertices.chunks(3).take(8).flat_map(|corners| {
+            let [a, b, c] = [0, 1, 2].map(|i| DVec3::from(corners[i].map(f64::from)));
+            [a, (a + b) * 0.5, (a + b + c) / 3.0].map(|p| transform.transform_point3(p))
+        });
+        targets.extend(some);
+    }
+    all
 }
 
 impl Jumble {
@@ -153,7 +213,8 @@ impl Jumble {
     }
 }
 
-/// Hits of a world for rays, as bits: distance, row, and whether anything is nearer than each ray's limit.
+/// Hits of a world for rays, as bits: distance, surface, instance, and whether anything is nearer than each ray's
+/// limit.
 struct Ask<'a, W> {
     world: &'a W,
     rays: &'a [Ray<f32>],
@@ -161,7 +222,7 @@ struct Ask<'a, W> {
 }
 
 impl<W: World> Kernel for Ask<'_, W> {
-    type Output = Vec<(u32, u32, bool)>;
+    type Output = Vec<(u32, u32, u32, bool)>;
 
     #[inline(always)]
     fn run<F: Float>(self) -> Self::Output {
@@ -181,12 +242,14 @@ impl<W: World> Kernel for Ask<'_, W> {
             let asks = F::Mask::from_bits((1_u32 << chunk.len()) - 1);
             let hit = self.world.intersect(&ray, asks);
             let occluded = self.world.occluded(&ray, F::load(&t_max), asks).bits();
-            let (mut t, mut rows) = ([0.0; MAX_LANES], [0; MAX_LANES]);
+            let (mut t, mut rows, mut instances) = ([0.0; MAX_LANES], [0; MAX_LANES], [0; MAX_LANES]);
             hit.t.store(&mut t);
             hit.surface.store(&mut rows);
+            hit.instance.store(&mut instances);
             all.extend((0..chunk.len()).map(|i| {
-                let row = if t[i] < NOTHING { rows[i] } else { u32::MAX };
-                (t[i].to_bits(), row, occluded >> i & 1 != 0)
+                let is_some = t[i] < NOTHING;
+                let (row, instance) = if is_some { (rows[i], instances[i]) } else { (u32::MAX, 0) };
+                (t[i].to_bits(), row, instance, occluded >> i & 1 != 0)
             }));
         }
         all

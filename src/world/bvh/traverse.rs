@@ -3,11 +3,13 @@
 //! Paths that bounce agree on little, so that a packet of their rays would visit the nodes of all of them with
 //! most lanes idle.
 
+use super::Bvh;
 use super::build::MAX_DEPTH;
 use super::node::{Child, Node, Nodes, Target, WIDTH};
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Vec3};
 use crate::shape::{BOUNDS_ERROR, NOTHING, Sheared};
+use crate::world::NO_INSTANCE;
 
 /// Children that wait while a ray looks at nearer ones: seven at each level at most.
 const STACK: usize = (MAX_DEPTH * (WIDTH - 1)).next_power_of_two();
@@ -65,8 +67,8 @@ struct Probe<F> {
     sheared: (Sheared<F>, [usize; 3]),
     /// 1/d.
     inverse: Vec3<F>,
-    /// The origin as near sides see it, and as far sides do: moved apart by the error of a hit (see
-    /// [`BOUNDS_ERROR`]).
+    /// The origin as near sides see it, and as far sides do: moved apart by the error of a hit, which is a share
+    /// of its largest coordinate (see [`BOUNDS_ERROR`]).
     near_o: Vec3<F>,
     far_o: Vec3<F>,
     /// Which of a node's planes are near sides.
@@ -77,9 +79,9 @@ struct Probe<F> {
 
 impl<F: Float> Probe<F> {
     #[inline(always)]
-    fn new(ray: &Ray<f32>) -> Self {
+    fn new(ray: &Ray<f32>, share: f32) -> Self {
         let (o, d) = ([ray.o.x, ray.o.y, ray.o.z], [ray.d.x, ray.d.y, ray.d.z]);
-        let error = ray.o.max_abs() * BOUNDS_ERROR;
+        let error = ray.o.max_abs() * share;
         let splat = |v: [f32; 3]| Vec3::<F>::splat(v);
         // The sign of zero counts: it is that of the infinity that its inverse is.
         let back = d.map(|d| d.is_sign_negative());
@@ -216,64 +218,115 @@ fn distances<'a, F: Float>(tree: &'a Nodes, target: Target, probe: &Probe<F>) ->
             let block = &tree.quads[index];
             (block.form().intersect(ray), &block.rows)
         }
-        Target::Node(_) => unreachable!("no leaf"),
+        Target::Node(_) | Target::Instance(_) => unreachable!("no leaf"),
     }
 }
 
-/// The first hits of some rays: distances and rows.
+/// What the rays of all lanes met first, as [`crate::world::Hit`] has it.
+pub(super) struct Found {
+    pub(super) t: [f32; MAX_LANES],
+    pub(super) surface: [u32; MAX_LANES],
+    pub(super) instance: [u32; MAX_LANES],
+}
+
+impl Found {
+    pub(super) const NOTHING: Found =
+        Found { t: [NOTHING; MAX_LANES], surface: [u32::MAX; MAX_LANES], instance: [NO_INSTANCE; MAX_LANES] };
+}
+
+/// What one ray met first so far.
+#[derive(Clone, Copy)]
+struct Nearest {
+    t: f32,
+    surface: u32,
+    instance: u32,
+}
+
+impl Nearest {
+    /// Asks a leaf in the tree of an instance.
+    #[inline(always)]
+    fn ask<F: Float>(&mut self, tree: &Nodes, target: Target, probe: &Probe<F>, instance: u32) {
+        let (t, surfaces) = distances(tree, target, probe);
+        let mut near = (t.lt(F::splat(NOTHING)) & t.le(F::splat(self.t))).bits();
+        if near == 0 {
+            return;
+        }
+        let mut each = [0.0; MAX_LANES];
+        t.store(&mut each);
+        while near != 0 {
+            let i = near.trailing_zeros() as usize & (WIDTH - 1);
+            near &= near - 1;
+            // A tie goes to the lower instance and surface, so that no order of visits shows.
+            let lower = (instance, surfaces[i]) < (self.instance, self.surface);
+            if each[i] < self.t || (each[i] == self.t && lower) {
+                *self = Nearest { t: each[i], surface: surfaces[i], instance };
+            }
+        }
+    }
+}
+
+/// The first hits of some rays.
 pub(super) struct Closest<'a> {
+    pub(super) world: &'a Bvh,
     pub(super) tree: &'a Nodes,
     pub(super) rays: Rays,
 }
 
 // Closures too must be inlined into code that is compiled for the level, or run without its instructions.
 impl Kernel for Closest<'_> {
-    type Output = ([f32; MAX_LANES], [u32; MAX_LANES]);
+    type Output = Found;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> Self::Output {
-        let Closest { tree, rays } = self;
+    fn run<F: Float>(self) -> Found {
+        let Closest { world, tree, rays } = self;
         let mut stack = [Waiting { near: 0.0, child: tree.root }; STACK];
-        let (mut ts, mut rows) = ([NOTHING; MAX_LANES], [u32::MAX; MAX_LANES]);
+        let mut inner_stack = stack;
+        let mut found = Found::NOTHING;
         rays.for_each(
             #[inline(always)]
             |lane, ray| {
-                let probe = Probe::<F::Octet>::new(&ray);
-                let (mut best, mut best_row) = (NOTHING, u32::MAX);
+                let probe = Probe::<F::Octet>::new(&ray, world.share);
+                let mut nearest = Nearest { t: NOTHING, surface: u32::MAX, instance: NO_INSTANCE };
                 visit::<_, true>(
                     tree,
                     &probe,
                     NOTHING,
                     &mut stack,
                     #[inline(always)]
-                    |target, _| {
-                        let (t, block_rows) = distances(tree, target, &probe);
-                        let wide = F::Octet::splat;
-                        let mut near = (t.lt(wide(NOTHING)) & t.le(wide(best))).bits();
-                        if near != 0 {
-                            let mut each = [0.0; MAX_LANES];
-                            t.store(&mut each);
-                            while near != 0 {
-                                let i = near.trailing_zeros() as usize & (WIDTH - 1);
-                                near &= near - 1;
-                                // A tie goes to the lower row, so that no order of visits shows.
-                                if each[i] < best || (each[i] == best && block_rows[i] < best_row) {
-                                    (best, best_row) = (each[i], block_rows[i]);
-                                }
-                            }
-                        }
-                        Some(best)
+                    |target, t_max| {
+                        let Target::Instance(instance) = target else {
+                            nearest.ask(tree, target, &probe, NO_INSTANCE);
+                            return Some(nearest.t);
+                        };
+                        let mesh = &world.meshes[world.instances.mesh[instance] as usize];
+                        let ray = world.instances.place(instance).ray(&ray);
+                        let probe = Probe::<F::Octet>::new(&ray, BOUNDS_ERROR);
+                        visit::<_, true>(
+                            mesh,
+                            &probe,
+                            t_max,
+                            &mut inner_stack,
+                            #[inline(always)]
+                            |target, _| {
+                                nearest.ask(mesh, target, &probe, instance as u32 + 1);
+                                Some(nearest.t)
+                            },
+                        );
+                        Some(nearest.t)
                     },
                 );
-                (ts[lane], rows[lane]) = (best, best_row);
+                found.t[lane] = nearest.t;
+                found.surface[lane] = nearest.surface;
+                found.instance[lane] = nearest.instance;
             },
         );
-        (ts, rows)
+        found
     }
 }
 
 /// Which of some rays meet anything before a distance: bit `i` is lane `i`.
 pub(super) struct Any<'a> {
+    pub(super) world: &'a Bvh,
     pub(super) tree: &'a Nodes,
     pub(super) rays: Rays,
     pub(super) t_max: [f32; MAX_LANES],
@@ -284,14 +337,16 @@ impl Kernel for Any<'_> {
 
     #[inline(always)]
     fn run<F: Float>(self) -> u32 {
-        let Any { tree, rays, t_max } = self;
+        let Any { world, tree, rays, t_max } = self;
         let mut stack = [Waiting { near: 0.0, child: tree.root }; STACK];
+        let mut inner_stack = stack;
         let mut met = 0;
         rays.for_each(
             #[inline(always)]
             |lane, ray| {
-                let probe = Probe::<F::Octet>::new(&ray);
+                let probe = Probe::<F::Octet>::new(&ray, world.share);
                 let limit = t_max[lane];
+                let mut meets = false;
                 visit::<_, false>(
                     tree,
                     &probe,
@@ -299,14 +354,29 @@ impl Kernel for Any<'_> {
                     &mut stack,
                     #[inline(always)]
                     |target, limit| {
-                        let (t, _) = distances(tree, target, &probe);
-                        if t.lt(F::Octet::splat(limit)).any() {
-                            met |= 1 << lane;
-                            return None;
+                        if let Target::Instance(instance) = target {
+                            let mesh = &world.meshes[world.instances.mesh[instance] as usize];
+                            let ray = world.instances.place(instance).ray(&ray);
+                            let probe = Probe::<F::Octet>::new(&ray, BOUNDS_ERROR);
+                            visit::<_, false>(
+                                mesh,
+                                &probe,
+                                limit,
+                                &mut inner_stack,
+                                #[inline(always)]
+                                |target, limit| {
+                                    meets =
+                                        distances(mesh, target, &probe).0.lt(F::Octet::splat(limit)).any();
+                                    (!meets).then_some(limit)
+                                },
+                            );
+                        } else {
+                            meets = distances(tree, target, &probe).0.lt(F::Octet::splat(limit)).any();
                         }
-                        Some(limit)
+                        (!meets).then_some(limit)
                     },
                 );
+                met |= u32::from(meets) << lane;
             },
         );
         met

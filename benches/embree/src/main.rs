@@ -3,7 +3,7 @@
 //!
 //! ```sh
 //! apt-get install libembree-dev
-//! cargo run --release --manifest-path benches/embree/Cargo.toml -- [--rays N] [--rounds N] [mesh] [build]
+//! cargo run --release --manifest-path benches/embree/Cargo.toml -- [--rays N] [--rounds N] [mesh] [build] [instances] [watertight]
 //! ```
 //!
 //! Embree is robust, as `stride` is, and asked one ray at a time without coherence, as a path tracer asks it;
@@ -16,7 +16,7 @@ mod rays;
 
 use blob::{Icosphere, direction};
 use embree::{Embree, Quality};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 use rand::RngExt;
 use rays::{Answers, Rays};
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use std::time::Instant;
 use stride::math::lanes::Level;
 use stride::sampling::Stream;
 use stride::shape::Mesh;
-use stride::world::{Bvh, Simple, Triangles, Union, World};
+use stride::world::{Bvh, Instances, Simple, Triangles, Union, World};
 
 fn main() {
     let mut rays = 4_000_000;
@@ -47,6 +47,12 @@ fn main() {
     }
     if wants("build") {
         build(rounds);
+    }
+    if wants("instances") {
+        instances(level, rays, rounds);
+    }
+    if what.iter().any(|word| word == "watertight") {
+        watertight(level, 100_000_000);
     }
 }
 
@@ -169,6 +175,81 @@ fn compare<W: World>(level: Level, ours: &W, embree: [&Embree; 2], sets: &[(&str
             }
         }
     }
+}
+
+/// Eight meshes of 1.3 million triangles each, which stand at a thousand places.
+fn instances(level: Level, count: usize, rounds: usize) {
+    let sphere = Icosphere::new(8);
+    let meshes: Vec<Mesh> = (0..8).map(|seed| sphere.blob(seed)).collect();
+    let stream = &mut Stream::new(3, 0, 0);
+    let places: Vec<(usize, DAffine3)> = (0..1000)
+        .map(|i| {
+            let at = DVec3::new(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100)) - 4.5;
+            let at = at + DVec3::from([(); 3].map(|()| stream.random_range(-0.3..0.3_f64)));
+            let turn = DQuat::from_axis_angle(direction(stream), stream.random_range(0.0..6.0));
+            let scale = DVec3::splat(stream.random_range(0.2..0.5));
+            let place = DAffine3::from_scale_rotation_translation(scale, turn, at);
+            (i as usize % meshes.len(), DAffine3::from_scale(DVec3::splat(0.25)) * place)
+        })
+        .collect();
+    let triangles: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    println!("{triangles} triangles in {} meshes, {} instances", meshes.len(), places.len());
+    let (ours_seconds, ours) = seconds(|| {
+        let mut triangles = Triangles::default();
+        let mut instances = Instances::default();
+        instances.meshes = meshes.iter().map(|mesh| triangles.push_shared(mesh)).collect();
+        for (row, (mesh, place)) in places.iter().enumerate() {
+            instances.push(*mesh, place, row as u32);
+        }
+        let (triangles, instances) = (Arc::new(triangles), Arc::new(instances));
+        let bounded = Simple { triangles, instances, ..Simple::default() };
+        Bvh::built_by(&Union { first: Simple::default(), second: bounded }, 2)
+    });
+    let columns = |place: &DAffine3| place.to_cols_array().map(|x| x as f32);
+    let placed: Vec<_> = places.iter().map(|(mesh, place)| (*mesh, columns(place))).collect();
+    let of = |quality| seconds(|| Embree::new(&meshes, &placed, quality, 2));
+    let ((medium_seconds, medium), (high_seconds, high)) = (of(Quality::Medium), of(Quality::High));
+    let bytes = |bytes: f64| bytes / triangles as f64;
+    println!("                 stride     Embree medium, high");
+    println!("build, 2 threads {ours_seconds:6.3}     {medium_seconds:6.3} {high_seconds:6.3}");
+    println!(
+        "bytes a triangle {:6.1}     {:6.1} {:6.1}",
+        bytes(ours.second.bytes() as f64),
+        bytes(medium.bytes as f64),
+        bytes(high.bytes as f64)
+    );
+    compare(
+        level,
+        &ours,
+        [&medium, &high],
+        &[("primary", primary(count)), ("random", random(count))],
+        rounds,
+    );
+}
+
+/// Rays from inside of a closed mesh of more than a million triangles: how many leave it without meeting it.
+fn watertight(level: Level, count: usize) {
+    let mesh = Icosphere::new(8).blob(7);
+    let tree = stride_of(&mesh, 1);
+    let stream = &mut Stream::new(4, 0, 0);
+    let (mut left, mut asked) = (0, 0);
+    while asked < count {
+        let rays = Rays::new((0..1 << 20).map(|i| {
+            let o = direction(stream) * 0.3 * stream.random::<f64>();
+            let any = |stream: &mut Stream| {
+                let [a, b, c] = mesh.triangles[stream.random_range(0..mesh.triangles.len())]
+                    .map(|vertex| DVec3::from(mesh.positions[vertex as usize].map(f64::from)));
+                // A vertex, or a point of an edge.
+                if i % 4 == 0 { a } else { b.lerp(c, stream.random()) }
+            };
+            (o, if i % 2 == 0 { (any(stream) - o).normalize() } else { direction(stream) })
+        }));
+        let mut answers = rays.answers();
+        rays.closest(level, &tree, &mut answers);
+        left += answers.t.iter().filter(|t| !t.is_finite()).count();
+        asked += rays.len();
+    }
+    println!("{left} of {asked} rays leave a closed mesh of {} triangles", mesh.triangles.len());
 }
 
 fn build(rounds: usize) {

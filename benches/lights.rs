@@ -79,7 +79,7 @@ fn tracer(scene: &Scene, seed: u32, evenly: bool, max_depth: u32) -> impl Integr
     if evenly {
         compiled.lights.build_uniform_tree();
     }
-    let settings = Settings { sampler: Sobol { seed }, offset: film_offset(scene.film.filter), max_depth };
+    let settings = Settings { sampler: Sobol { seed }, offset: film_offset(&scene.film), max_depth };
     let (scene, world) = (Arc::new(compiled), Arc::new(Bvh::new(&geometry)));
     PathTracer { transport: NextEvent::default(), scene, world, settings }
 }

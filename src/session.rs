@@ -17,7 +17,7 @@
 //! Where the window moves the camera, all this is wired up again for each place that the scene is seen from.
 
 use crate::film::file::Head;
-use crate::film::{Channel, Film, Layer, MemoryError, Milestone, Picture, ViewTransform};
+use crate::film::{Channel, Film, Layer, Layout, MemoryError, Milestone, Picture, Rectangle, ViewTransform};
 use crate::gpu;
 use crate::integrator::{Integrator, Paths};
 use crate::math::lanes::Level;
@@ -26,7 +26,7 @@ use crate::output::window::{self, Feed, Left, Window, WindowOptions};
 use crate::output::{FilmError, OutputError, Progress, Reporter, SampleDump, Tev, TevError};
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::{Accumulator, Barrier, Held, Region, Schedule, first_hit_layers, layer_samples};
-use crate::scene::Scene;
+use crate::scene::{FilmMode, Scene};
 use crate::world::Finder;
 use crew::Crew;
 use crossbeam_channel::{Receiver, bounded, select};
@@ -53,6 +53,8 @@ pub struct Settings {
     pub scene: Arc<Scene>,
     /// The part of the film that is rendered.
     pub region: Region,
+    /// The part of that which becomes the picture: around it are pixels whose samples reach into it.
+    pub shown: Rectangle,
     /// The index of each pixel's first sample.
     pub first: u32,
     /// Samples a pixel, unless the time is up before.
@@ -97,6 +99,18 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// What the film's words are.
+    pub fn layout(&self) -> Layout {
+        let (Region { width, height, .. }, shown) = (self.region, self.shown);
+        Layout { width, height, weighted: self.scene.film.mode() == FilmMode::Continuous, shown }
+    }
+
+    /// The part of the film that becomes the picture.
+    pub fn picture_region(&self) -> Region {
+        let (Region { film_width, x, y, .. }, shown) = (self.region, self.shown);
+        Region { film_width, x: x + shown.x, y: y + shown.y, width: shown.width, height: shown.height }
+    }
+
     /// The indices of each pixel's samples.
     pub fn range(&self) -> Range<u32> {
         self.first..self.first.saturating_add(self.spp)
@@ -198,12 +212,13 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let (device, devices, threads) = (crew.description(), crew.devices(), crew.workers());
     let integrator = crew.integrator();
     let head = keeping::head(settings, &device);
+    let dumped = keeping::dumped(settings, &head);
     let (film, milestone) = keeping::first_film(settings, &head)?;
-    let region = settings.region;
-    let tev = settings.tev.as_deref().map(|at| Tev::connect(at, &settings.name, region.width, region.height));
+    let shown = settings.shown;
+    let tev = settings.tev.as_deref().map(|at| Tev::connect(at, &settings.name, shown.width, shown.height));
     let tev = tev.transpose()?;
     let mut window = open_window(settings, integrator.as_deref())?;
-    let dump = settings.samples.as_deref().map(SampleDump::create).transpose()?;
+    let dump = settings.samples.as_deref().map(|path| SampleDump::create(path, &dumped)).transpose()?;
 
     let begun = Begun { film, milestone, spent: Duration::ZERO };
     let task = Task { settings, crew, head: &head, begun, dump, tev };
@@ -273,7 +288,7 @@ fn tour(
                 let settings = keeping::moved(settings, camera)?;
                 let crew = Crew::again(&settings, integrator)?;
                 let head = keeping::head(&settings, &crew.description());
-                let film = Film::new(head.width, head.height)?;
+                let film = Film::with_layout(head.layout)?;
                 let begun = Begun { film, milestone: None, spent: Duration::ZERO };
                 let task = Task { settings: &settings, crew, head: &head, begun, dump: None, tev: None };
                 let view = render(task, Some(window), stop)?;
@@ -312,7 +327,7 @@ fn render(
     let region = settings.region;
     let held = Held::of(&film, region, settings.first).map(Arc::new);
     let sink = keeping::film_sink(settings, head);
-    let layer_integrator = crew.layer_integrator(settings);
+    let (layer_integrator, splatter) = (crew.layer_integrator(settings), crew.splatter());
     let workers = crew.workers();
     let time = settings.time.map(|time| time.saturating_sub(spent));
     let deadline = time.and_then(|time| Instant::now().checked_add(time));
@@ -320,8 +335,8 @@ fn render(
     let [least, most] = film.seen_range().map(|seen| seen.min(u64::from(settings.spp)) as u32);
     let schedule = Schedule::new(workers, region.len(), settings.range().end, deadline, stops.clone())
         .starting_at(settings.first + least, settings.first + most);
-    let schedule = crew.deal(region.len(), schedule);
-    let owners = Arc::new(schedule.owners(region.len()));
+    let schedule = crew.deal(region, schedule);
+    let owners = Arc::new(schedule.owners(&settings.layout()));
     let spare = crew.spare();
 
     std::thread::scope(|scope| {
@@ -374,6 +389,9 @@ fn render(
             .with_owners(Arc::clone(&owners))
             .with_checkpoints(settings.checkpoint)
             .going_on(settings.first);
+        if let Some(splatter) = splatter {
+            accumulator = accumulator.with_splatter(splatter);
+        }
         if let Some(spare) = spare {
             accumulator = accumulator.with_spare(spare, updates);
         }
@@ -464,7 +482,7 @@ const PREVIEW: u32 = 2;
 /// The layers that first hits tell, for the window.
 fn preview(settings: &Settings, integrator: &dyn Integrator) -> Vec<Channel> {
     let samples = settings.first..settings.first.saturating_add(PREVIEW);
-    let (level, region) = (settings.level, settings.region);
+    let (level, region) = (settings.level, settings.picture_region());
     first_hit_layers(integrator, level, region, samples, 1, &settings.layers)
 }
 
@@ -477,7 +495,7 @@ fn layers(settings: &Settings, layer_integrator: Option<&dyn Integrator>, outcom
     if let Some(integrator) = layer_integrator {
         let samples = layer_samples(outcome.totals.spp);
         let (first, threads) = (settings.first, settings.threads.get());
-        let (level, region) = (settings.level, settings.region);
+        let (level, region) = (settings.level, settings.picture_region());
         channels.extend(first_hit_layers(
             integrator,
             level,
@@ -523,13 +541,13 @@ fn open_window(
     } else {
         Ok(Orbit::new(&settings.scene.camera, distance(settings, integrator)))
     };
-    let (region, film) = (settings.region, &settings.scene.film);
+    let (shown, film) = (settings.picture_region(), &settings.scene.film);
     let options = WindowOptions {
         name: settings.name.clone(),
-        width: region.width,
-        height: region.height,
+        width: shown.width,
+        height: shown.height,
         film_height: film.height,
-        corner: (region.x, region.y),
+        corner: (shown.x, shown.y),
         view: ViewTransform::of(film),
         overlay: settings.overlay,
         time_limit: settings.time.map(|time| time.as_secs_f64()),

@@ -89,7 +89,13 @@ refuses! {
         => 2, ["unlimited", "path"];
     an_unknown_sampler: ["render", "scene.toml", "--sampler", "halton"] => 2, ["sobol", "independent"];
     an_unknown_filter: ["render", "scene.toml", "--filter", "tnet"] => 2, ["tent"];
-    a_later_filter: ["render", "scene.toml", "--filter", "mitchell"] => 2, ["later"];
+    an_unknown_film_mode: ["render", "scene.toml", "--film-mode", "splat"] => 2, ["importance", "continuous"];
+    a_negative_filter_to_draw_from: ["render", "scene.toml", "--filter", "mitchell", "--film-mode", "importance"]
+        => 2, ["negative", "continuous"];
+    a_continuous_film_of_pixel_centres: ["render", "scene.toml", "--filter", "none", "--film-mode", "continuous"]
+        => 2, ["none", "width"];
+    a_variance_without_squares: ["render", "scene.toml", "--filter", "mitchell", "--layers", "variance", "-o", "a.exr"]
+        => 2, ["variance", "importance"];
     an_unknown_world: ["render", "scene.toml", "--world", "octree"] => 2, ["simple", "bvh"];
     an_unknown_device: ["render", "scene.toml", "--device", "tpu"] => 2, ["cpu", "gpu"];
     an_unknown_overlay: ["render", "scene.toml", "--overlay", "depth"] => 2, ["owner"];

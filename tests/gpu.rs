@@ -36,6 +36,7 @@ fn scene(width: u32, height: u32) -> Scene {
             exposure: 0.0,
             tone: Tone::Srgb,
             filter: Filter::Tent { radius: 1.0 },
+            mode: None,
         },
         camera: CameraSettings {
             eye: DVec3::ZERO,
@@ -95,7 +96,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
             let job = Job {
                 scene: &compiled,
                 render: &scene.render,
-                offset: film_offset(scene.film.filter),
+                offset: film_offset(&scene.film),
                 region,
                 index: index as usize,
                 sends_samples: false,

@@ -78,7 +78,7 @@ fn pebbles(nudge: f64, lamp: f64) -> Scene {
 
 fn tracer(scene: &Scene, finder: Finder, sharing: usize) -> Box<dyn integrator::Integrator> {
     let (compiled, geometry) = compile_sharing(scene, scene.film.width, scene.film.height, sharing);
-    let offset = film_offset(scene.film.filter);
+    let offset = film_offset(&scene.film);
     integrator::build(&scene.render, offset, Arc::new(compiled), geometry, finder)
 }
 

@@ -122,6 +122,7 @@ fn an_empty_file_has_the_defaults_of_the_design() {
             exposure: 0.0,
             tone: Tone::Srgb,
             filter: Filter::Tent { radius: 1.0 },
+            mode: None,
         },
         camera: CameraSettings {
             eye: DVec3::ZERO,
@@ -232,7 +233,8 @@ fn every_key_reaches_the_scene() {
             height: 65536,
             exposure: -1.5,
             tone: Tone::Filmic,
-            filter: Filter::Box { radius: 0.5 }
+            filter: Filter::Box { radius: 0.5 },
+            mode: None
         }
     );
     assert_eq!(
@@ -303,6 +305,20 @@ fn filters_are_words_or_tables() {
     assert_eq!(filter("\"box\""), Filter::Box { radius: 0.5 });
     assert_eq!(filter("\"tent\""), Filter::Tent { radius: 1.0 });
     assert_eq!(filter("{ type = \"tent\", radius = 16 }"), Filter::Tent { radius: 16.0 });
+    assert_eq!(filter("\"gaussian\""), Filter::Gaussian { radius: 1.5, sigma: 0.5 });
+    assert_eq!(filter("\"blackman-harris\""), Filter::BlackmanHarris { radius: 1.5 });
+    assert_eq!(filter("\"lanczos\""), Filter::Lanczos { radius: 3.0 });
+    let catmull_rom = Filter::Mitchell { radius: 2.0, b: 0.0, c: 0.5 };
+    assert_eq!(filter("{ type = \"mitchell\", b = 0, c = 0.5 }"), catmull_rom);
+}
+
+#[test]
+fn a_film_without_a_mode_has_its_filters() {
+    let mode = |keys: &str| read(&format!("[film]\n{keys}")).scene.film.mode();
+    assert_eq!(mode("filter = \"tent\""), FilmMode::Importance);
+    assert_eq!(mode("filter = \"mitchell\""), FilmMode::Continuous);
+    assert_eq!(mode("filter = \"tent\"\nmode = \"continuous\""), FilmMode::Continuous);
+    assert_eq!(mode("filter = \"gaussian\"\nmode = \"importance\""), FilmMode::Importance);
 }
 
 #[test]
@@ -311,10 +327,9 @@ fn names_outside_files_are_read_as_in_files() {
     assert_eq!("box".parse(), Ok(Filter::Box { radius: 0.5 }));
     let error = "wihtted".parse::<Integrator>().expect_err("misspelt");
     assert_eq!(error, "unknown integrator \"wihtted\"; did you mean \"whitted\"?");
-    let error = "mitchell".parse::<Filter>().expect_err("not yet");
-    let message =
-        "filter type \"mitchell\" comes in a later version; valid in this one: \"none\", \"box\", \"tent\"";
-    assert_eq!(error, message);
+    assert_eq!("continuous".parse(), Ok(FilmMode::Continuous));
+    let error = "mitchel".parse::<Filter>().expect_err("misspelt");
+    assert_eq!(error, "unknown filter type \"mitchel\"; did you mean \"mitchell\"?");
 }
 
 const BALL: &str = r#"[materials.grey]

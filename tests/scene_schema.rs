@@ -122,7 +122,7 @@ const WRONG: &[(&str, &str)] = &[
     ("width = 640", "width = 65537"),
     ("width = 640", "width = 640.5"),
     ("width = 640", "width = \"640\""),
-    ("{ type = \"tent\", radius = 1 }", "\"gaussian\""),
+    ("{ type = \"tent\", radius = 1 }", "\"gausian\""),
     ("{ type = \"tent\", radius = 1 }", "{ radius = 1 }"),
     ("{ type = \"tent\", radius = 1 }", "{ type = \"none\", radius = 1 }"),
     ("{ type = \"tent\", radius = 1 }", "{ type = \"tent\", radius = 17 }"),

@@ -2,7 +2,7 @@
 
 use super::{Failure, usage};
 use crate::render::Region;
-use crate::scene::{self, Filter, Integrator, Sampler, Scene, Sources};
+use crate::scene::{self, FilmMode, Filter, Integrator, Sampler, Scene, Sources};
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -28,9 +28,13 @@ pub(super) struct SceneArguments {
     /// Largest number of bounces, instead of the scene's; 0 sees emitters only; or unlimited
     #[arg(long, value_name = "N", value_parser = max_depth)]
     pub max_depth: Option<u32>,
-    /// Reconstruction filter, instead of the scene's: none, box or tent
+    /// Reconstruction filter, instead of the scene's: none, box, tent, gaussian, mitchell, blackman-harris or lanczos
     #[arg(long, value_name = "NAME")]
     pub filter: Option<Filter>,
+    /// How samples are filtered, instead of the scene's way: importance (each pixel draws its own from the filter) or
+    /// continuous (each sample lands on every pixel in reach) [default: what suits the filter]
+    #[arg(long, value_name = "NAME")]
+    pub film_mode: Option<FilmMode>,
 }
 
 impl SceneArguments {
@@ -53,6 +57,12 @@ impl SceneArguments {
         }
         if let Some(filter) = self.filter {
             scene.film.filter = filter;
+        }
+        if let Some(mode) = self.film_mode {
+            scene.film.mode = Some(mode);
+        }
+        if let Some(problem) = scene.film.problem() {
+            return Err(usage(problem));
         }
         if let Some(seed) = self.seed {
             scene.render.seed = seed;

@@ -47,7 +47,8 @@ fn film(path: &Path) -> Result<String, Failure> {
         // Writing to a string can't fail.
         let _ = writeln!(text, "{name:<12}{value}");
     };
-    line("film", format!("{}×{} pixels", head.width, head.height));
+    let shown = head.layout.shown;
+    line("film", format!("{}×{} pixels", shown.width, shown.height));
     head.identity.facts().chain(head.notes.facts()).for_each(|(name, value)| line(name, value.to_owned()));
     line("samples", holding.to_string());
     if holding.open().is_some() {

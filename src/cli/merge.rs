@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let holding = join(first, &parts, arguments.outputs.iter().any(|path| is_film(path)))?;
 
     // One film's memory, however many there are.
-    let mut film = Film::new(first.head.width, first.head.height)?;
+    let mut film = Film::with_layout(first.head.layout)?;
     for part in &parts {
         let path = part.path.to_path_buf();
         part.open()?.add_to(&mut film).map_err(|reason| FilmError { path, reason })?;

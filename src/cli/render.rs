@@ -3,7 +3,7 @@
 use super::arguments::{SceneArguments, crop, duration, range, region};
 use super::stats::Stats;
 use super::{Failure, stop, usage};
-use crate::film::Layer;
+use crate::film::{Layer, Weights};
 use crate::math::lanes::Level;
 use crate::output::{self, atomic};
 use crate::scene::{Scene, Sources, Tone};
@@ -201,7 +201,9 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         Some(WorldName::Simple) => Finder::Simple,
         Some(WorldName::Bvh) => Finder::Bvh,
     };
-    let region = region(arguments.crop, scene.film.width, scene.film.height)?;
+    let asked_region = region(arguments.crop, scene.film.width, scene.film.height)?;
+    let reach = Weights::of(&scene.film).map_or(0, |weights| weights.reach());
+    let (region, shown) = asked_region.with_margin(reach, scene.film.height);
     let resumed = arguments.resume.as_deref().map(resumed).transpose()?;
     let (first, asked) = match (&arguments.range, resumed) {
         (Some(range), _) => (range.start, Some(range.end - range.start)),
@@ -249,6 +251,7 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         name: arguments.scene.name(),
         scene: Arc::new(scene),
         region,
+        shown,
         first,
         spp,
         time: arguments.time,
@@ -303,6 +306,11 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
         }
     }
     let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    if settings.layers.contains(&Layer::Variance) && settings.layout().weighted {
+        return Err(usage(
+            "--layers variance: with mode \"continuous\" samples are shared by pixels, and the film keeps no squares; mode \"importance\" has them",
+        ));
+    }
     if !settings.layers.is_empty() && !settings.outputs.iter().any(is_exr) {
         return Err(usage("--layers go into .exr files, and none is written; add -o FILE.exr"));
     }

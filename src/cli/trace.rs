@@ -47,7 +47,7 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
         return Err(usage(format!("pixel {x},{y} is not on the film, which has {width}×{height} pixels")));
     }
     let (compiled, geometry) = world::compile(&scene, width, height);
-    let offset = film_offset(scene.film.filter);
+    let offset = film_offset(&scene.film);
     let integrator = integrator::build(&scene.render, offset, Arc::new(compiled), geometry, Finder::Fastest);
     let (sample, events) = integrator.explain(Pixel { index: y * width + x, x, y }, arguments.sample);
     let mut text = format!(

@@ -6,6 +6,7 @@
 
 use super::holding::Holding;
 use super::identity::Identity;
+use super::layout::{Layout, Rectangle};
 use super::noise::Milestone;
 use super::picture::Picture;
 use super::sums::{Film, MemoryError};
@@ -17,9 +18,9 @@ use std::sync::Arc;
 /// What every film file begins with. A program that takes it for text changes it.
 const MAGIC: [u8; 8] = *b"\x89FILM\r\n\x1a";
 /// The version of the format that this program writes, and the only one that it reads.
-pub const VERSION: u32 = 1;
-/// Bytes before the text: magic, version, text length, width, height.
-const START_BYTES: u64 = 24;
+pub const VERSION: u32 = 2;
+/// Bytes before the text: magic, version, text length, width, height, whether samples have weights, the part shown.
+const START_BYTES: u64 = 44;
 /// Bytes of a pixel.
 const PIXEL_BYTES: u64 = Film::BYTES_PER_PIXEL;
 /// Bytes behind the pixels, before the ranges: their number, the open one, the milestone's samples and error.
@@ -36,10 +37,8 @@ const PIECE: usize = 1 << 14;
 /// What a film file says beside its pixels and their samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Head {
-    /// Pixels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
+    /// How the film lies in memory, and what its words are.
+    pub layout: Layout,
     /// What determines the bits.
     pub identity: Identity,
     /// What does not: `exposure`, `tone`, `asked` (the range of samples that the film is to have in the end).
@@ -49,10 +48,6 @@ pub struct Head {
 impl Head {
     fn text(&self) -> String {
         format!("{}\n{}", self.identity, self.notes)
-    }
-
-    fn pixels(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.height)
     }
 
     /// The range of samples that the film was to have when it was written.
@@ -117,7 +112,7 @@ pub enum Piece {
 pub struct FilmWriter<W> {
     out: W,
     digest: Sha256,
-    pixels: u64,
+    shown: u64,
     pixels_left: u64,
     seen: [u64; 2],
 }
@@ -126,11 +121,13 @@ impl<W: Write> FilmWriter<W> {
     /// Begins a film.
     pub fn new(out: W, head: &Head) -> io::Result<FilmWriter<W>> {
         let text = head.text();
-        let pixels = head.pixels();
+        let Layout { width, height, weighted, shown } = head.layout;
         let seen = [u64::MAX, 0];
-        let mut writer = FilmWriter { out, digest: Sha256::new(), pixels, pixels_left: pixels, seen };
+        let (pixels_left, digest) = (head.layout.len(), Sha256::new());
+        let mut writer = FilmWriter { out, digest, shown: head.layout.shown_len(), pixels_left, seen };
         writer.put(&MAGIC)?;
-        for word in [VERSION, text.len() as u32, head.width, head.height] {
+        let part = [shown.x, shown.y, shown.width, shown.height];
+        for word in [VERSION, text.len() as u32, width, height, u32::from(weighted)].into_iter().chain(part) {
             writer.put(&word.to_le_bytes())?;
         }
         writer.put(text.as_bytes())?;
@@ -158,7 +155,7 @@ impl<W: Write> FilmWriter<W> {
 
     /// Ends the film, whose pixels are all written, and returns what it was written to.
     pub fn finish(mut self, holding: &Holding, milestone: Option<&Milestone>) -> io::Result<W> {
-        let fits = |m: &Milestone| m.samples > 0 && m.picture.rgb.len() as u64 == self.pixels;
+        let fits = |m: &Milestone| m.samples > 0 && m.picture.rgb.len() as u64 == self.shown;
         if self.pixels_left > 0 || !holding.allows(self.seen) || !milestone.is_none_or(fits) {
             return Err(io::Error::other("a film that contradicts itself"));
         }
@@ -205,7 +202,7 @@ pub fn write<W: Write>(
     milestone: Option<&Milestone>,
 ) -> io::Result<W> {
     let mut writer = FilmWriter::new(out, head)?;
-    let len = head.pixels() as usize;
+    let len = head.layout.len() as usize;
     for first in (0..len).step_by(PIECE) {
         writer.pixels(&film.bytes(first..len.min(first + PIECE)))?;
     }
@@ -235,14 +232,19 @@ impl<R: Read + Seek> FilmReader<R> {
         if start[..8] != MAGIC {
             return Err(FilmFileError::NotAFilm);
         }
-        read_exactly(&mut input, &mut start[8..], found)?;
-        let [version, text_length, width, height] = [8, 12, 16, 20].map(|at| word(&start, at));
+        read_exactly(&mut input, &mut start[8..12], found)?;
+        let version = word(&start, 8);
         if version != VERSION {
             return Err(FilmFileError::Version(version));
         }
-        if text_length > LONGEST_TEXT {
+        read_exactly(&mut input, &mut start[12..], found)?;
+        let [text_length, width, height, weighted] = [12, 16, 20, 24].map(|at| word(&start, at));
+        let part = [28, 32, 36, 40].map(|at| word(&start, at));
+        let shown = Rectangle { x: part[0], y: part[1], width: part[2], height: part[3] };
+        if text_length > LONGEST_TEXT || weighted > 1 || !shown.fits(width, height) {
             return Err(FilmFileError::Damaged);
         }
+        let layout = Layout { width, height, weighted: weighted == 1, shown };
         // Nothing is allocated for what the file doesn't have.
         let pixels = (u64::from(width) * u64::from(height)).saturating_mul(PIXEL_BYTES);
         let before_tail = pixels.saturating_add(START_BYTES + u64::from(text_length));
@@ -256,7 +258,7 @@ impl<R: Read + Seek> FilmReader<R> {
         let mut tail = vec![0; TAIL_BYTES as usize];
         input.read_exact(&mut tail)?;
         let (ranges, samples) = (u64::from(word(&tail, 0)), word(&tail, 12));
-        let plane = if samples > 0 { pixels / PIXEL_BYTES * MILESTONE_BYTES } else { 0 };
+        let plane = if samples > 0 { layout.shown_len() * MILESTONE_BYTES } else { 0 };
         let more = 8 * ranges + plane;
         if found != length(more) {
             return Err(FilmFileError::Length { found, expected: length(more) });
@@ -278,13 +280,13 @@ impl<R: Read + Seek> FilmReader<R> {
             let float = |pixel: &[u8], at| f32::from_bits(word(pixel, at));
             let rgb = behind[..plane as usize].chunks_exact(MILESTONE_BYTES as usize);
             let rgb = rgb.map(|pixel| [0, 4, 8].map(|at| float(pixel, at))).collect();
-            let picture = Arc::new(Picture { width, height, rgb });
+            let picture = Arc::new(Picture { width: shown.width, height: shown.height, rgb });
             Milestone { samples, error: (error >= 0.0).then_some(error), picture }
         });
         let mut digest = Sha256::new();
         digest.update(start);
         digest.update(&text);
-        let head = Head { width, height, identity, notes };
+        let head = Head { layout, identity, notes };
         Ok(FilmReader { input, head, holding, digest, tail, milestone })
     }
 
@@ -305,18 +307,22 @@ impl<R: Read + Seek> FilmReader<R> {
 
     /// Reads the whole film.
     pub fn read(self) -> Result<Film, FilmFileError> {
-        let mut film = Film::new(self.head.width, self.head.height)?;
+        let mut film = Film::with_layout(self.head.layout)?;
         self.add_to(&mut film)?;
         Ok(film)
     }
 
     /// Adds the pixels to a film, a piece at a time. After an error what the film holds is worth nothing.
     pub fn add_to(mut self, film: &mut Film) -> Result<(), FilmFileError> {
-        let (found, expected) = ([self.head.width, self.head.height], [film.width(), film.height()]);
-        if found != expected {
-            return Err(FilmFileError::Size { found, expected });
+        let (ours, theirs) = (self.head.layout, film.layout());
+        if ours != theirs {
+            let size = |layout: Layout| [layout.width, layout.height];
+            return Err(match size(ours) != size(theirs) {
+                true => FilmFileError::Size { found: size(ours), expected: size(theirs) },
+                false => FilmFileError::Contradiction("its words are of another kind than its facts say"),
+            });
         }
-        let len = self.head.pixels() as usize;
+        let len = self.head.layout.len() as usize;
         let mut piece = vec![0; len.min(PIECE) * PIXEL_BYTES as usize];
         let mut range = [u64::MAX, 0];
         for first in (0..len).step_by(PIECE) {

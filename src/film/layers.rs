@@ -72,7 +72,8 @@ impl Layer {
 
     /// The values of a layer that the film tells.
     pub fn of_film(self, film: &Film) -> Vec<f32> {
-        let pixels = 0..film.width() as usize * film.height() as usize;
+        let layout = film.layout();
+        let pixels = layout.places();
         match self {
             Layer::Variance => pixels.map(|pixel| film.variance(pixel) as f32).collect(),
             _ => pixels.map(|pixel| film.count(pixel) as f32).collect(),

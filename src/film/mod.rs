@@ -2,24 +2,30 @@
 
 pub mod compare;
 pub mod file;
-mod filter;
+pub mod filter;
 pub mod flip;
 pub mod holding;
 pub mod identity;
 pub mod layers;
+mod layout;
 pub mod noise;
 pub mod picture;
 mod plane;
 pub mod snapshot;
+pub mod splat;
 pub mod sums;
 pub mod tone;
+pub mod weights;
 
 pub use filter::film_offset;
 pub use holding::{Holding, Ranges};
 pub use identity::Identity;
 pub use layers::{Channel, Layer};
+pub use layout::{Layout, Rectangle};
 pub use noise::Milestone;
 pub use picture::Picture;
 pub use snapshot::{Snapshot, Statistics};
+pub use splat::{Band, Made, Splatter};
 pub use sums::{Film, MemoryError, PixelSums, Reject, WideSums};
 pub use tone::{ToneMap, ViewTransform};
+pub use weights::Weights;

@@ -9,18 +9,21 @@ use super::{Film, Picture};
 pub struct Statistics {
     /// How many samples it is the mean of.
     pub counts: Vec<u32>,
-    /// The variance of the mean, of its channels together, by the spread of its samples.
+    /// The variance of the mean, of its channels together, by the spread of its samples. Empty where samples count
+    /// by weights.
     pub variances: Vec<f32>,
 }
 
 impl Statistics {
     /// Those of a film.
     pub fn of(film: &Film) -> Statistics {
-        let pixels = 0..film.width() as usize * film.height() as usize;
-        Statistics {
-            counts: pixels.clone().map(|pixel| film.count(pixel).min(u32::MAX.into()) as u32).collect(),
-            variances: pixels.map(|pixel| film.variance(pixel) as f32).collect(),
-        }
+        let layout = film.layout();
+        let counts = layout.places().map(|pixel| film.count(pixel).min(u32::MAX.into()) as u32).collect();
+        let variances = match layout.weighted {
+            true => Vec::new(),
+            false => layout.places().map(|pixel| film.variance(pixel) as f32).collect(),
+        };
+        Statistics { counts, variances }
     }
 }
 

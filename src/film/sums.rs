@@ -4,13 +4,14 @@
 //! addition. Integers commute, so the picture does not depend on the order in which samples arrive, and
 //! films of disjoint samples merge exactly.
 
-use super::Picture;
+use super::splat::WEIGHT_BITS;
+use super::{Layout, Picture};
 
 /// Bits behind the binary point of every sum: radiance in multiples of 2⁻³², squares in multiples of 2⁻³²
 /// of their own unit.
 pub const FRACTION_BITS: u32 = 32;
 
-const SCALE: f64 = (1_u64 << FRACTION_BITS) as f64;
+pub(super) const SCALE: f64 = (1_u64 << FRACTION_BITS) as f64;
 
 /// The rounding unit of radiance.
 pub const QUANTUM: f64 = 1.0 / SCALE;
@@ -52,12 +53,18 @@ pub fn check(radiance: [f32; 3]) -> Result<(), Reject> {
     }
 }
 
-/// Rounds to the nearest integer, ties to even, for 0 ≤ x < 2⁵¹: in that range adding 1.5·2⁵² leaves the
+/// Rounds to the nearest integer, ties to even, for |x| < 2⁵¹: in that range adding 1.5·2⁵² leaves the
 /// integer in the low bits of the sum, on every processor and without a call.
 #[inline(always)]
-fn round_small(x: f64) -> i64 {
+pub(super) fn round_small(x: f64) -> i64 {
     const MAGIC: f64 = 6_755_399_441_055_744.0;
     (x + MAGIC).to_bits() as i64 - MAGIC.to_bits() as i64
+}
+
+/// The same for |x| < 2⁶³.
+#[inline]
+pub(super) fn round_large(x: f64) -> i64 {
+    if x.abs() < 1e15 { round_small(x) } else { x.round_ties_even() as i64 }
 }
 
 /// The square of a radiance that sums carry, r² + g² + b², scaled and rounded half up to an integer: at
@@ -114,20 +121,20 @@ pub fn fits([r, g, b]: [f32; 3]) -> bool {
 /// One pixel of a film: 64 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
-struct FilmPixel {
+pub(super) struct FilmPixel {
     /// Low 64 bits of the radiance sums, in two's complement.
     rgb_low: [u64; 3],
-    /// Sum of squares, low and high word.
+    /// Sum of squares, low and high word. Where samples count by weights, the sum of these, in two's complement.
     squares: [u64; 2],
-    count: u64,
+    pub(super) count: u64,
     /// High 32 bits of the radiance sums.
     rgb_high: [i32; 3],
-    rejected: u32,
+    pub(super) rejected: u32,
 }
 
 impl FilmPixel {
     #[inline(always)]
-    fn add_radiance(&mut self, channel: usize, value: i64) {
+    pub(super) fn add_radiance(&mut self, channel: usize, value: i64) {
         let (low, carry) = self.rgb_low[channel].overflowing_add(value as u64);
         self.rgb_low[channel] = low;
         self.rgb_high[channel] += (value >> 63) as i32 + i32::from(carry);
@@ -138,6 +145,28 @@ impl FilmPixel {
         let [low, high] = self.squares;
         let sum = (u128::from(high) << 64 | u128::from(low)) + value;
         self.squares = [sum as u64, (sum >> 64) as u64];
+    }
+
+    /// Adds a weight, in multiples of 2^−[`WEIGHT_BITS`].
+    #[inline(always)]
+    pub(super) fn add_weight(&mut self, weight: i64) {
+        let [low, high] = self.squares;
+        let (low, carry) = low.overflowing_add(weight as u64);
+        let sign = (weight >> 63) as u64;
+        self.squares = [low, high.wrapping_add(sign).wrapping_add(u64::from(carry))];
+    }
+
+    /// The sums of radiance, and of what else there is, as integers.
+    #[cfg(test)]
+    pub(super) fn words(&self) -> ([i128; 3], i128) {
+        let [low, high] = self.squares;
+        ([0, 1, 2].map(|c| self.radiance_words(c)), i128::from(high as i64) << 64 | i128::from(low))
+    }
+
+    /// The sum of weights.
+    fn weight(&self) -> f64 {
+        let [low, high] = self.squares;
+        (i128::from(high as i64) << 64 | i128::from(low)) as f64 * (1.0 / (1_u64 << WEIGHT_BITS) as f64)
     }
 
     fn seen(&self) -> u64 {
@@ -231,9 +260,8 @@ fn available_memory() -> Option<u64> {
 /// Exact sums for every pixel of a rectangle, row-major from the top left.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Film {
-    width: u32,
-    height: u32,
-    pixels: Vec<FilmPixel>,
+    layout: Layout,
+    pub(super) pixels: Vec<FilmPixel>,
 }
 
 impl Film {
@@ -245,8 +273,14 @@ impl Film {
         u64::from(width) * u64::from(height) * (Film::BYTES_PER_PIXEL + 12 + 4)
     }
 
-    /// An empty film; an error where the memory for it and its pictures is not there.
+    /// An empty film whose samples all count the same.
     pub fn new(width: u32, height: u32) -> Result<Film, MemoryError> {
+        Film::with_layout(Layout::plain(width, height))
+    }
+
+    /// An empty film; an error where the memory for it and its pictures is not there.
+    pub fn with_layout(layout: Layout) -> Result<Film, MemoryError> {
+        let Layout { width, height, .. } = layout;
         let needed = Film::memory(width, height);
         let available = available_memory();
         let error = MemoryError { width, height, needed, available };
@@ -257,17 +291,22 @@ impl Film {
         let mut pixels = Vec::new();
         pixels.try_reserve_exact(len).map_err(|_| error)?;
         pixels.resize(len, FilmPixel::default());
-        Ok(Film { width, height, pixels })
+        Ok(Film { layout, pixels })
     }
 
     /// Pixels in a row.
     pub fn width(&self) -> u32 {
-        self.width
+        self.layout.width
     }
 
     /// Rows.
     pub fn height(&self) -> u32 {
-        self.height
+        self.layout.height
+    }
+
+    /// What its words are.
+    pub fn layout(&self) -> Layout {
+        self.layout
     }
 
     /// Adds a batch's sums to a pixel.
@@ -350,9 +389,14 @@ impl Film {
         self.pixels.iter().map(|p| u64::from(p.rejected)).sum()
     }
 
-    /// Mean radiance of a pixel; black without samples.
+    /// Mean radiance of a pixel; black without samples, and where weights have no sum above zero.
     pub fn mean(&self, pixel: usize) -> [f32; 3] {
         let from = &self.pixels[pixel];
+        if self.layout.weighted {
+            let weight = from.weight();
+            let mean = |channel| if weight > 0.0 { from.radiance_sum(channel) / weight } else { 0.0 };
+            return [mean(0) as f32, mean(1) as f32, mean(2) as f32];
+        }
         if from.count == 0 {
             return [0.0; 3];
         }
@@ -361,10 +405,11 @@ impl Film {
     }
 
     /// The variance of a pixel's mean radiance, of its channels together, by the spread of its samples: what it
-    /// is if they are independent, more than it is if they are spread evenly. Zero with fewer than two.
+    /// is if they are independent, more than it is if they are spread evenly. Zero with fewer than two, and where samples
+    /// count by weights: such a film has no squares.
     pub fn variance(&self, pixel: usize) -> f64 {
         let from = &self.pixels[pixel];
-        if from.count < 2 {
+        if from.count < 2 || self.layout.weighted {
             return 0.0;
         }
         let [low, high] = from.squares;
@@ -374,10 +419,11 @@ impl Film {
         (spread / (count - 1.0)).max(0.0)
     }
 
-    /// The picture so far.
+    /// The picture so far, of the part of the film that is shown.
     pub fn picture(&self) -> Picture {
-        let rgb = (0..self.pixels.len()).map(|pixel| self.mean(pixel)).collect();
-        Picture { width: self.width, height: self.height, rgb }
+        let shown = self.layout.shown;
+        let rgb = self.layout.places().map(|pixel| self.mean(pixel)).collect();
+        Picture { width: shown.width, height: shown.height, rgb }
     }
 }
 

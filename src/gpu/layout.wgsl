@@ -29,6 +29,8 @@ struct Scene {
     region_x: u32,
     region_y: u32,
     region_width: u32,
+    // Of `FilmOffset::Drawn`: 65 nodes, four a row.
+    offset_nodes: array<vec4f, 17>,
 }
 
 // One dispatch: the same samples for each of some slots of a stride.

@@ -121,6 +121,10 @@ fn uniform_sphere(u: vec2f) -> vec3f {
     return vec3f(r * sin_cos_turns(u.y).yx, 1.0 - u.x * 2.0);
 }
 
+fn offset_node(i: u32) -> f32 {
+    return scene.offset_nodes[i >> 2u][i & 3u];
+}
+
 // An offset from a pixel's centre along one axis, in pixels.
 fn film_offset(u: f32) -> f32 {
     switch scene.offset_kind {
@@ -129,6 +133,14 @@ fn film_offset(u: f32) -> f32 {
         }
         case OFFSET_TENT: {
             return tent(u) * scene.offset_radius;
+        }
+        case OFFSET_DRAWN: {
+            let side = u * 2.0 - 1.0;
+            let at = sqrt(1.0 - abs(side)) * 64.0;
+            let node = min(u32(at), 63u);
+            let near = offset_node(node);
+            let offset = near + (offset_node(node + 1u) - near) * (at - f32(node));
+            return select(offset, -offset, side < 0.0);
         }
         default: {
             return 0.0;

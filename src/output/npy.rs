@@ -3,13 +3,16 @@
 //! A record is 28 bytes, little-endian: `pixel` u4, `sample` u4, `x` f4, `y` f4, `radiance` 3 × f4, as in
 //! [`Sample`]. Records come in any order.
 //!
+//! What they are samples of stands in the header behind the dictionary, as a comment that Python skips: `#` and a
+//! list of names and values in JSON, the facts and notes of a film file (`docs/film-format.md`). [`read`] gets all
+//! of it back.
+//!
 //! The file stands in its place from the start and can be loaded at any time, also after `kill -9`: records
 //! are written first, then the count in the header, so that the header never promises what is not there. At
 //! most [`FLUSH_BYTES`] or [`FLUSH_SECONDS`] of samples are lost with the program. Only
 //! [`SampleDump::finish`] asks the system to put the file on the disk: until then a power cut, unlike a kill,
 //! may lose more.
 
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -17,7 +20,10 @@ use std::time::{Duration, Instant};
 
 use super::atomic;
 use super::error::OutputError;
+use crate::film::Identity;
 use crate::integrator::Sample;
+
+pub mod read;
 
 /// Bytes of one sample.
 pub const RECORD_BYTES: usize = 28;
@@ -26,8 +32,12 @@ pub const FLUSH_BYTES: usize = 1 << 20;
 /// Seconds that samples are kept back at most, while others follow.
 pub const FLUSH_SECONDS: f64 = 1.0;
 
-/// Bytes of the header, with room for any count; a multiple of 64, as the format asks.
-const HEADER_BYTES: usize = 192;
+/// The longest header that NumPy reads without being asked to trust the file.
+const LONGEST_HEADER: usize = 10_000;
+
+/// The type of a record, as Python writes it.
+const DESCRIPTION: &str =
+    "[('pixel', '<u4'), ('sample', '<u4'), ('x', '<f4'), ('y', '<f4'), ('radiance', '<f4', (3,))]";
 
 /// Finds out, before hours of rendering, whether samples can be dumped to `path`. Leaves nothing behind.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
@@ -48,11 +58,12 @@ pub struct SampleDump {
 }
 
 impl SampleDump {
-    /// Puts an empty dump at `path`, in place of what was there.
-    pub fn create(path: &Path) -> Result<Self, OutputError> {
+    /// Puts an empty dump of samples of this at `path`, in place of what was there.
+    pub fn create(path: &Path, facts: &Identity) -> Result<Self, OutputError> {
         check_writable(path)?;
-        let file = atomic::create_in_place(path, &header(0))?;
-        Ok(Self { path: path.to_path_buf(), file, records: Records::new() })
+        let records = Records::new(facts);
+        let file = atomic::create_in_place(path, &records.header(0))?;
+        Ok(Self { path: path.to_path_buf(), file, records })
     }
 
     /// Adds samples. After an error the file holds what was flushed before it, and the dump takes no more.
@@ -80,6 +91,10 @@ impl Drop for SampleDump {
 /// Samples on their way into a file.
 #[derive(Debug)]
 struct Records {
+    /// What stands behind the dictionary, in the header.
+    comment: String,
+    /// Bytes of the header.
+    start: usize,
     kept_back: Vec<u8>,
     written: u64,
     last_flush: Instant,
@@ -87,9 +102,29 @@ struct Records {
 }
 
 impl Records {
-    fn new() -> Self {
+    fn new(facts: &Identity) -> Self {
         let kept_back = Vec::with_capacity(FLUSH_BYTES + RECORD_BYTES);
-        Self { kept_back, written: 0, last_flush: Instant::now(), failed: false }
+        let facts: Vec<(&str, &str)> = facts.facts().collect();
+        let comment = match serde_json::to_string(&facts) {
+            Ok(text) if !facts.is_empty() && text.is_ascii() && text.len() < LONGEST_HEADER / 2 => {
+                format!(" # {text}")
+            }
+            _ => String::new(),
+        };
+        // Room for any count; a multiple of 64, as the format asks.
+        let start = (10 + dictionary(u64::MAX).len() + comment.len() + 1).next_multiple_of(64);
+        Self { comment, start, kept_back, written: 0, last_flush: Instant::now(), failed: false }
+    }
+
+    /// The header of `count` records: magic, version 1.0, length, a Python dictionary, a comment, spaces, a line's end.
+    fn header(&self, count: u64) -> Vec<u8> {
+        let text = dictionary(count) + &self.comment;
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend(((self.start - 10) as u16).to_le_bytes());
+        bytes.extend(text.as_bytes());
+        bytes.resize(self.start, b' ');
+        bytes[self.start - 1] = b'\n';
+        bytes
     }
 
     fn write(&mut self, samples: &[Sample], out: &mut (impl Write + Seek)) -> io::Result<()> {
@@ -115,10 +150,10 @@ impl Records {
         }
         let count = self.written + (self.kept_back.len() / RECORD_BYTES) as u64;
         let result = out
-            .seek(SeekFrom::Start(HEADER_BYTES as u64 + self.written * RECORD_BYTES as u64))
+            .seek(SeekFrom::Start(self.start as u64 + self.written * RECORD_BYTES as u64))
             .and_then(|_| out.write_all(&self.kept_back))
             .and_then(|()| out.rewind())
-            .and_then(|()| out.write_all(&header(count)))
+            .and_then(|()| out.write_all(&self.header(count)))
             .and_then(|()| out.flush());
         self.failed = result.is_err();
         if result.is_ok() {
@@ -145,20 +180,9 @@ fn record(sample: &Sample) -> [u8; RECORD_BYTES] {
     bytes
 }
 
-/// The header of `count` records: magic, version 1.0, length, a Python dictionary, spaces, a line's end.
-fn header(count: u64) -> [u8; HEADER_BYTES] {
-    let mut text = String::from(
-        "{'descr': [('pixel', '<u4'), ('sample', '<u4'), ('x', '<f4'), ('y', '<f4'), ('radiance', '<f4', (3,))], \
-         'fortran_order': False, ",
-    );
-    // Writing to a string cannot fail.
-    let _ = write!(text, "'shape': ({count},), }}");
-    let mut bytes = [b' '; HEADER_BYTES];
-    bytes[..8].copy_from_slice(b"\x93NUMPY\x01\x00");
-    bytes[8..10].copy_from_slice(&((HEADER_BYTES - 10) as u16).to_le_bytes());
-    bytes[10..10 + text.len()].copy_from_slice(text.as_bytes());
-    bytes[HEADER_BYTES - 1] = b'\n';
-    bytes
+/// What the format says of `count` records.
+fn dictionary(count: u64) -> String {
+    format!("{{'descr': {DESCRIPTION}, 'fortran_order': False, 'shape': ({count},), }}")
 }
 
 #[cfg(test)]
@@ -173,6 +197,10 @@ mod tests {
         Sample { pixel: i * 7, sample: i, x: f + 0.25, y: f * 0.5, radiance: [f, -0.0, 1.0 / (f + 1.0)] }
     }
 
+    fn facts() -> Identity {
+        Identity::default().with("scene", "5eed").with("device", "an \"odd' # name}")
+    }
+
     fn samples(range: std::ops::Range<u32>) -> Vec<Sample> {
         range.map(sample).collect()
     }
@@ -183,7 +211,7 @@ mod tests {
         let length = usize::from(u16::from_le_bytes([file[8], file[9]]));
         assert_eq!((10 + length) % 64, 0);
         let text = std::str::from_utf8(&file[10..10 + length]).unwrap();
-        assert!(text.ends_with('\n') && text.trim_end().ends_with('}'));
+        assert!(text.ends_with('\n') && text.trim_end().ends_with(['}', ']']));
         let shape = text.split("'shape': (").nth(1).unwrap().split(',').next().unwrap();
         let count: usize = shape.parse().unwrap();
         let word = |record: &[u8], i: usize| [0, 1, 2, 3].map(|byte| record[4 * i + byte]);
@@ -204,13 +232,13 @@ mod tests {
     fn what_is_written_is_read_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.npy");
-        let mut dump = SampleDump::create(&path).unwrap();
+        let mut dump = SampleDump::create(&path, &facts()).unwrap();
         dump.write(&samples(0..3)).unwrap();
         dump.write(&[]).unwrap();
         dump.write(&samples(3..100_000)).unwrap();
         assert_eq!(dump.finish().unwrap(), 100_000);
         let file = fs::read(&path).unwrap();
-        assert_eq!(file.len(), HEADER_BYTES + 100_000 * RECORD_BYTES);
+        assert_eq!(file.len(), Records::new(&facts()).start + 100_000 * RECORD_BYTES);
         let read = load(&file);
         assert!(read == samples(0..100_000));
         let mut changed = samples(0..100_000);
@@ -222,7 +250,7 @@ mod tests {
     fn an_empty_dump_is_an_empty_array() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.npy");
-        assert_eq!(SampleDump::create(&path).unwrap().finish().unwrap(), 0);
+        assert_eq!(SampleDump::create(&path, &facts()).unwrap().finish().unwrap(), 0);
         assert!(load(&fs::read(&path).unwrap()).is_empty());
     }
 
@@ -230,7 +258,7 @@ mod tests {
     fn the_file_is_whole_at_every_moment() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.npy");
-        let mut dump = SampleDump::create(&path).unwrap();
+        let mut dump = SampleDump::create(&path, &facts()).unwrap();
         assert!(load(&fs::read(&path).unwrap()).is_empty());
         for round in 0..5 {
             dump.write(&samples(round * 20_000..(round + 1) * 20_000)).unwrap();
@@ -249,8 +277,8 @@ mod tests {
 
     #[test]
     fn a_kill_between_the_records_and_the_count_loses_only_those_records() {
-        let mut out = Cursor::new(header(0).to_vec());
-        let mut records = Records::new();
+        let mut records = Records::new(&facts());
+        let mut out = Cursor::new(records.header(0));
         records.write(&samples(0..10), &mut out).unwrap();
         records.flush(&mut out).unwrap();
         let mut file = out.into_inner();
@@ -263,7 +291,7 @@ mod tests {
     fn a_dropped_dump_keeps_its_samples() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.npy");
-        let mut dump = SampleDump::create(&path).unwrap();
+        let mut dump = SampleDump::create(&path, &facts()).unwrap();
         dump.write(&samples(0..5)).unwrap();
         drop(dump);
         assert!(load(&fs::read(&path).unwrap()) == samples(0..5));
@@ -271,8 +299,8 @@ mod tests {
 
     #[test]
     fn samples_do_not_wait_longer_than_a_second_for_company() {
-        let mut out = Cursor::new(header(0).to_vec());
-        let mut records = Records::new();
+        let mut records = Records::new(&facts());
+        let mut out = Cursor::new(records.header(0));
         records.write(&samples(0..1), &mut out).unwrap();
         assert_eq!(records.written, 0);
         records.last_flush -= Duration::from_secs_f64(FLUSH_SECONDS);
@@ -283,8 +311,12 @@ mod tests {
     #[test]
     fn any_count_fits_the_header() {
         for count in [0, 1, 1 << 32, u64::MAX] {
-            let text = String::from_utf8_lossy(&header(count)[10..]).into_owned();
-            assert!(text.contains(&format!("'shape': ({count},), }}")), "{text}");
+            for facts in [facts(), Identity::default()] {
+                let header = Records::new(&facts).header(count);
+                let text = String::from_utf8_lossy(&header[10..]).into_owned();
+                assert!(text.contains(&format!("'shape': ({count},), }}")), "{text}");
+                assert!(header.len().is_multiple_of(64) && text.ends_with('\n'));
+            }
         }
     }
 
@@ -294,7 +326,7 @@ mod tests {
             println!("skipped: no /dev/full");
             return;
         };
-        let mut records = Records::new();
+        let mut records = Records::new(&facts());
         let error = records.write(&samples(0..50_000), &mut full).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);
         assert_eq!(records.written, 0);
@@ -305,7 +337,7 @@ mod tests {
     #[test]
     fn only_npy_is_accepted() {
         let folder = tempfile::tempdir().unwrap();
-        let error = SampleDump::create(&folder.path().join("a.csv")).unwrap_err();
+        let error = SampleDump::create(&folder.path().join("a.csv"), &facts()).unwrap_err();
         assert!(error.to_string().contains("use .npy"), "{error}");
         assert!(check_writable(&folder.path().join("a.NPY")).is_ok());
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);

@@ -6,7 +6,7 @@ use super::schedule::{Deal, Order, Schedule};
 use super::stride::{Region, Stride};
 use crate::film::file::Piece;
 use crate::film::noise::FIRST_MILESTONE;
-use crate::film::{Film, Milestone, Picture, Reject, Snapshot, Statistics};
+use crate::film::{Film, Milestone, Picture, Reject, Snapshot, Splatter, Statistics};
 use crate::integrator::Sample;
 use crossbeam_channel::{Receiver, Sender, TrySendError, select};
 use std::convert::Infallible;
@@ -151,6 +151,8 @@ pub struct Accumulator {
     region: Region,
     schedule: Schedule,
     outbox: Outbox,
+    /// What puts samples on a film where they count in all pixels around them.
+    splatter: Option<Arc<Splatter>>,
     /// The index of each pixel's first sample.
     first: u32,
     /// Orders that each worker has and has not completed.
@@ -165,9 +167,10 @@ pub struct Accumulator {
     last_checkpoint: Instant,
     /// The next place to send, of a film that is under way.
     sending: Option<u32>,
-    /// The error to end at, and the last milestone on the way.
+    /// The error to end at, the last milestone on the way, and where the next is.
     asked: Option<f64>,
     milestone: Option<Milestone>,
+    next_milestone: Option<u32>,
     totals: Totals,
     rejects: Vec<(Traced, Reject)>,
     started: Instant,
@@ -208,6 +211,7 @@ impl Accumulator {
             region,
             schedule,
             outbox,
+            splatter: None,
             first: 0,
             outstanding: vec![0; workers],
             gathering: barriers.iter().map(gather).collect(),
@@ -219,6 +223,7 @@ impl Accumulator {
             sending: None,
             asked: None,
             milestone: None,
+            next_milestone: None,
             totals: Totals::default(),
             rejects: Vec::new(),
             started: Instant::now(),
@@ -233,6 +238,14 @@ impl Accumulator {
     /// Says which worker made each pixel, for viewers that show it.
     pub fn with_owners(mut self, owners: Arc<Vec<u32>>) -> Accumulator {
         self.owners = Some(owners);
+        self
+    }
+
+    /// Says that samples count in all pixels around them, and what puts them there. A pixel is at a barrier only when
+    /// those around it are: all wait where a picture is to be gathered.
+    pub fn with_splatter(mut self, splatter: Arc<Splatter>) -> Accumulator {
+        self.splatter = Some(splatter);
+        self.schedule.decide(None, self.next_gate());
         self
     }
 
@@ -264,9 +277,16 @@ impl Accumulator {
         let next = u32::try_from(most.max(1).next_power_of_two()).unwrap_or(1 << 31);
         let gate = self.milestone.as_ref().map_or(next.max(FIRST_MILESTONE), |m| m.samples.saturating_mul(2));
         let end = self.milestone.as_ref().and_then(|milestone| milestone.end(asked));
-        self.schedule.decide(end, Some(gate));
+        self.next_milestone = Some(gate);
+        self.schedule.decide(end, self.next_gate());
         self.estimate();
         self
+    }
+
+    /// Where all wait next: at a milestone, or for a picture that can't be gathered share by share.
+    fn next_gate(&self) -> Option<u32> {
+        let pictures = self.splatter.is_some().then(|| self.gathering.iter().map(|g| g.barrier.end).min());
+        self.next_milestone.into_iter().chain(pictures.flatten()).min()
     }
 
     /// Says how often the film is to be sent.
@@ -355,7 +375,7 @@ impl Accumulator {
             }
         }
         if self.owners.is_some() {
-            self.owners = Some(Arc::new(self.schedule.owners(self.region.len())));
+            self.owners = Some(Arc::new(self.schedule.owners(&self.film.layout())));
         }
         self.give_orders();
     }
@@ -406,6 +426,10 @@ impl Accumulator {
         }
         match payload {
             Payload::Samples(samples) => {
+                if self.splatter.is_some() {
+                    // They may count anywhere.
+                    self.send_film_past(|_| false);
+                }
                 for &sample in &samples {
                     self.add(sample);
                 }
@@ -425,6 +449,23 @@ impl Accumulator {
                     self.film.add_wide(stride.place(*slot) as usize, sums);
                 }
             }
+            Payload::Splats { first_slot, made, band, bright, samples } => {
+                let [width, height] = [self.region.width, self.region.height];
+                let places = band.places(width, height);
+                self.send_film_past(|next| places.is_none_or(|[first, last]| next <= first || last < next));
+                self.film.add_band(&band);
+                for (slot, &made) in (first_slot..).zip(&made) {
+                    self.film.add_made(stride.place(slot) as usize, made);
+                }
+                for sample in bright {
+                    self.add(sample);
+                }
+                if !samples.is_empty() {
+                    self.totals.adding += start.elapsed();
+                    self.pass_on(samples);
+                    start = Instant::now();
+                }
+            }
         }
         self.totals.adding += start.elapsed();
         if let Some(end) = completes {
@@ -435,7 +476,12 @@ impl Accumulator {
     }
 
     fn add(&mut self, sample: Sample) {
-        if let Err(reject) = self.film.add_sample(self.region.place(sample.pixel) as usize, sample.radiance) {
+        let place = self.region.place(sample.pixel) as usize;
+        let added = match &self.splatter {
+            Some(splatter) => self.film.splat(splatter, place, &sample),
+            None => self.film.add_sample(place, sample.radiance),
+        };
+        if let Err(reject) = added {
             self.remember((Traced { pixel: sample.pixel, sample: sample.sample }, reject));
         }
     }
@@ -447,6 +493,7 @@ impl Accumulator {
     }
 
     fn pass_on(&mut self, samples: Vec<Sample>) {
+        // Samples of a worker that has no sums to send may be of no interest to anybody else.
         if let Some(sink) = &self.outbox.samples
             && sink.send(samples).is_err()
         {
@@ -458,7 +505,9 @@ impl Accumulator {
     fn complete(&mut self, worker: usize, stride: Stride, end: u32) {
         self.schedule.complete(stride, end);
         self.totals.spp = self.schedule.completed().saturating_sub(self.first);
-        if let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) {
+        if self.splatter.is_some() {
+            self.gather_whole();
+        } else if let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) {
             let gathering = &mut self.gathering[index];
             gathering.barrier.picture.rgb.resize(self.region.len() as usize, [0.0; 3]);
             for slot in 0..stride.len(self.region.len()) {
@@ -468,12 +517,7 @@ impl Accumulator {
             gathering.missing -= 1;
             if gathering.missing == 0 {
                 let done = self.gathering.swap_remove(index);
-                if let Some(sink) = &self.outbox.barriers
-                    && sink.send(done.barrier).is_err()
-                {
-                    self.outbox.barriers = None;
-                    self.deserted = true;
-                }
+                self.send_barrier(done.barrier);
             }
         }
         self.outstanding[worker] -= 1;
@@ -482,12 +526,35 @@ impl Accumulator {
         self.give_orders();
     }
 
-    /// Decides where to end, when all wait for that: at a power of two of samples, from sums that are exact and
-    /// hence the same however they came about.
+    fn send_barrier(&mut self, barrier: Barrier) {
+        if let Some(sink) = &self.outbox.barriers
+            && sink.send(barrier).is_err()
+        {
+            self.outbox.barriers = None;
+            self.deserted = true;
+        }
+    }
+
+    /// Gathers the picture of a barrier at which all pixels are.
+    fn gather_whole(&mut self) {
+        let end = self.schedule.completed();
+        if let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) {
+            self.gathering.swap_remove(index);
+            self.send_barrier(Barrier { end, picture: self.film.picture() });
+        }
+    }
+
+    /// Goes on when all wait at a gate. At a milestone it is decided where to end: at a power of two of samples, from
+    /// sums that are exact and hence the same however they came about.
     fn pass_gate(&mut self) {
-        let (Some(gate), Some(asked)) = (self.schedule.waits_at(), self.asked) else { return };
+        let Some(gate) = self.schedule.waits_at() else { return };
+        let (Some(asked), true) = (self.asked, self.next_milestone == Some(gate)) else {
+            self.schedule.decide(None, self.next_gate());
+            return;
+        };
         let milestone = Milestone::new(gate - self.first, self.film.picture(), self.milestone.as_ref());
-        self.schedule.decide(milestone.end(asked), gate.checked_mul(2));
+        self.next_milestone = gate.checked_mul(2);
+        self.schedule.decide(milestone.end(asked), self.next_gate());
         self.milestone = Some(milestone);
         // Pixels that were sent before have less than those that follow may have: the film begins anew.
         self.sending = None;
@@ -507,26 +574,39 @@ impl Accumulator {
         if self.sending.is_none() && self.last_checkpoint.elapsed() < self.checkpoint {
             return;
         }
-        while !film.is_full() {
-            let (piece, next) = match self.sending {
-                None => (Piece::Start(self.milestone.clone()), 0),
-                Some(place) => {
-                    let end = self.region.len().min(place + PIECE);
-                    (Piece::Pixels(self.film.bytes(place as usize..end as usize)), end)
-                }
-            };
-            // Whoever keeps the film has gone only if all is over.
-            if film.send(piece).is_err() {
-                self.outbox.film = None;
-                return;
-            }
-            self.sending = Some(next);
-            if next == self.region.len() {
-                self.sending = None;
-                self.last_checkpoint = Instant::now();
-                return;
-            }
+        let mut room = !film.is_full();
+        while room {
+            let more = self.send_piece();
+            room = more && self.outbox.film.as_ref().is_some_and(|film| !film.is_full());
         }
+    }
+
+    /// Sends pieces of a film that is under way until nothing of it that is sent yet is `clear` of what is to be added:
+    /// samples that count in several pixels are in all pixels of a film or in none.
+    fn send_film_past(&mut self, clear: impl Fn(u32) -> bool) {
+        while self.sending.is_some_and(|next| next > 0 && !clear(next)) && self.send_piece() {}
+    }
+
+    /// Sends the next piece of a film, waiting until it is taken; whether more of the film is left.
+    fn send_piece(&mut self) -> bool {
+        let Some(film) = &self.outbox.film else { return false };
+        let (piece, next) = match self.sending {
+            None => (Piece::Start(self.milestone.clone()), 0),
+            Some(place) => {
+                let end = self.region.len().min(place + PIECE);
+                (Piece::Pixels(self.film.bytes(place as usize..end as usize)), end)
+            }
+        };
+        // Whoever keeps the film has gone only if all is over.
+        if film.send(piece).is_err() {
+            self.outbox.film = None;
+            return false;
+        }
+        self.sending = (next < self.region.len()).then_some(next);
+        if self.sending.is_none() {
+            self.last_checkpoint = Instant::now();
+        }
+        self.sending.is_some()
     }
 
     /// Tells those who watch, if they have taken the last word.

@@ -1,7 +1,7 @@
 //! What workers send.
 
 use super::stride::Stride;
-use crate::film::{PixelSums, Reject, WideSums};
+use crate::film::{Band, Made, PixelSums, Reject, WideSums};
 use crate::integrator::Sample;
 
 /// Samples of some of the pixels of an order: themselves, or exact sums of them.
@@ -63,5 +63,18 @@ pub enum Payload {
         /// Slots whose sums don't fit into 64 bits, from a worker that adds bright samples up itself: more
         /// of their radiance and squares. Their counts are among `sums`.
         wide: Vec<(u32, WideSums)>,
+    },
+    /// Exact sums over a band of rows, of samples that count in all pixels around them.
+    Splats {
+        /// The first of consecutive slots of the stride that the samples were made for.
+        first_slot: u32,
+        /// How many were made for each of them.
+        made: Vec<Made>,
+        /// The sums.
+        band: Band,
+        /// Samples that are too bright to be summed in 64 bits, but that a film takes.
+        bright: Vec<Sample>,
+        /// All samples, where a sink wants them: they are in the sums already.
+        samples: Vec<Sample>,
     },
 }

@@ -9,6 +9,7 @@
 //! at a time, so that its samples arrive in order and what a film holds of a pixel are always its first ones.
 
 use super::stride::Stride;
+use crate::film::Layout;
 use std::time::{Duration, Instant};
 
 /// Work for one worker: these sample indices for every pixel of a share.
@@ -46,6 +47,12 @@ const SHARES: u32 = 8;
 
 /// Pixels that a share has at least, unless its whole stride has fewer: with less, lanes run empty.
 const FEWEST_PIXELS: u32 = 64;
+
+/// Stripes of rows in a share, where there are enough rows: what is slow in a picture is in all of them.
+const STRIPES: u32 = 4;
+
+/// Rows of a stripe at most: with that many, few samples count beyond it.
+const MOST_ROWS: u32 = 8;
 
 /// A worker that is this many barriers ahead of another helps it out. One less, and equals would take each
 /// other's shares all the time.
@@ -133,6 +140,19 @@ impl Schedule {
             deadline,
             stops,
         }
+    }
+
+    /// The same over stripes of rows, of a region with so many pixels in a row: samples that count in all pixels
+    /// around them are summed up over what lies side by side.
+    pub fn in_stripes(mut self, pixels: u32, width: u32) -> Schedule {
+        let shares = self.shares.len() as u32;
+        let rows = (pixels / width / (shares * STRIPES)).clamp(1, MOST_ROWS);
+        // With fewer rows than shares, less than a row.
+        let run = (rows * width).min(pixels.div_ceil(shares)).max(1);
+        for (i, share) in (0..).zip(&mut self.shares) {
+            share.stride = Stride { first: i * run, step: shares * run, run };
+        }
+        self
     }
 
     /// The same, beginning with this sample index: what comes before is there, or somebody else's. Some pixels
@@ -237,15 +257,16 @@ impl Schedule {
         }
     }
 
-    /// The worker that owns each of the first `len` places.
-    pub fn owners(&self, len: u32) -> Vec<u32> {
+    /// The worker that owns each pixel of a film's picture.
+    pub fn owners(&self, layout: &Layout) -> Vec<u32> {
+        let len = layout.len() as u32;
         let mut owners = vec![0; len as usize];
         for share in &self.shares {
             for slot in 0..share.stride.len(len) {
                 owners[share.stride.place(slot) as usize] = share.owner as u32;
             }
         }
-        owners
+        layout.places().map(|place| owners[place]).collect()
     }
 
     /// Whether no order is under way.

@@ -1,5 +1,6 @@
 //! Strides: who owns which pixels (report §3.2, figure 3.1).
 
+use crate::film::Rectangle;
 use crate::integrator::Pixel;
 
 /// The part of a film that is rendered.
@@ -21,6 +22,26 @@ impl Region {
     /// The whole of a film.
     pub fn whole(width: u32, height: u32) -> Region {
         Region { film_width: width, x: 0, y: 0, width, height }
+    }
+
+    /// The region with so many pixels more on each side, as far as the film has them, and where in that it lies.
+    pub fn with_margin(self, margin: u32, film_height: u32) -> (Region, Rectangle) {
+        let wider = |from: u32, len: u32, side: u32| {
+            let first = from.saturating_sub(margin);
+            (first, side.min(from + len + margin) - first)
+        };
+        let (x, width) = wider(self.x, self.width, self.film_width);
+        let (y, height) = wider(self.y, self.height, film_height);
+        let inner = Rectangle { x: self.x - x, y: self.y - y, width: self.width, height: self.height };
+        (Region { film_width: self.film_width, x, y, width, height }, inner)
+    }
+
+    /// Whether all of another region is in it.
+    pub fn holds(&self, other: Region) -> bool {
+        let within = |from: u32, len: u32, inner: u32, inner_len: u32| {
+            from <= inner && inner + inner_len <= from + len
+        };
+        within(self.x, self.width, other.x, other.width) && within(self.y, self.height, other.y, other.height)
     }
 
     /// How many pixels there are: fewer than 2³².
@@ -127,6 +148,15 @@ mod tests {
             }
         }
         assert_eq!(places(Stride { first: 2, step: 10, run: 3 }, 24), [2, 3, 4, 12, 13, 14, 22, 23]);
+    }
+
+    #[test]
+    fn a_margin_ends_with_the_film() {
+        let region = Region { film_width: 100, x: 10, y: 1, width: 85, height: 40 };
+        let (wider, inner) = region.with_margin(3, 42);
+        assert_eq!(wider, Region { film_width: 100, x: 7, y: 0, width: 91, height: 42 });
+        assert_eq!(inner, Rectangle { x: 3, y: 1, width: 85, height: 40 });
+        assert_eq!(region.with_margin(0, 42).0, region);
     }
 
     #[test]

@@ -3,8 +3,9 @@
 use super::batch::{NAMED_REJECTS, Payload, SampleBatch, Traced};
 use super::held::Held;
 use super::schedule::Order;
-use super::stride::Region;
+use super::stride::{Region, Stride};
 use crate::film::sums::{PixelSums, Reject, check, fits};
+use crate::film::{Band, Made, Splatter};
 use crate::integrator::{Finished, Integrator, Paths, Pixel, Sample};
 use crate::math::lanes::Level;
 use crossbeam_channel::{Receiver, Sender, never};
@@ -41,6 +42,8 @@ pub struct Worker<'a> {
     pub region: Region,
     /// Whether a sink wants every sample.
     pub sends_samples: bool,
+    /// What puts samples on a film where they count in all pixels around them.
+    pub splatter: Option<&'a Splatter>,
     /// What pixels have already, where not all have the same.
     pub held: Option<&'a Held>,
 }
@@ -80,7 +83,7 @@ impl Worker<'_> {
     ) -> Option<()> {
         let slots = order.stride.len(self.region.len());
         let mut since = Instant::now();
-        let mut batch = SampleBatch::empty(self.index, self.sends_samples, order.stride, 0);
+        let (mut batch, mut last) = self.empty_batch(order.stride, 0..slots);
         let mut slot = 0;
         while slot < slots {
             let rest = |slot| match held {
@@ -89,7 +92,7 @@ impl Worker<'_> {
             };
             let samples = rest(slot);
             let slots_per_block = (scratch.block / samples.len().max(1)).max(1) as u32;
-            let mut block = slot..slots.min(slot.saturating_add(slots_per_block));
+            let mut block = slot..last.min(slot.saturating_add(slots_per_block));
             if held.is_some() {
                 // A block has the same samples for each of its pixels.
                 block.end = block.clone().find(|&slot| rest(slot) != samples).unwrap_or(block.end);
@@ -100,17 +103,46 @@ impl Worker<'_> {
             slot = block.end;
             scratch.adapt(start.elapsed());
             let long = match &batch.payload {
-                Payload::Samples(samples) => samples.len() >= MOST_SAMPLES,
+                Payload::Samples(samples) | Payload::Splats { samples, .. } => samples.len() >= MOST_SAMPLES,
                 Payload::Sums { .. } => false,
             };
-            if slot < slots && (long || since.elapsed() >= SEND_AFTER) {
-                let next = SampleBatch::empty(self.index, self.sends_samples, order.stride, slot);
+            if slot < slots && (long || slot == last || since.elapsed() >= SEND_AFTER) {
+                let (next, until) = self.empty_batch(order.stride, slot..slots);
                 batches.send(std::mem::replace(&mut batch, next)).ok()?;
-                since = Instant::now();
+                (last, since) = (until, Instant::now());
             }
         }
         batch.completes = Some(order.end);
         batches.send(batch).ok()
+    }
+
+    /// A batch for the first of some slots, and the slot at which it is full.
+    fn empty_batch(&self, stride: Stride, slots: Range<u32>) -> (SampleBatch, u32) {
+        let (first_slot, mut last) = (slots.start, slots.end);
+        let mut batch = SampleBatch::empty(self.index, self.sends_samples, stride, first_slot);
+        if let Some(splatter) = self.splatter {
+            let band;
+            (band, last) = self.band(splatter, stride, slots);
+            let (made, bright, samples) = (Vec::new(), Vec::new(), Vec::new());
+            batch.payload = Payload::Splats { first_slot, made, band, bright, samples };
+        }
+        (batch, last)
+    }
+
+    /// A band for as many of the slots, from the first on, as may share one, and the end of these.
+    fn band(&self, splatter: &Splatter, stride: Stride, slots: Range<u32>) -> (Band, u32) {
+        if slots.is_empty() {
+            return (Band::empty(), slots.end);
+        }
+        let first = stride.place(slots.start);
+        let end = u64::from(first) + u64::from(splatter.places_from(first, self.region.width));
+        // Places ascend with slots: the first slot past the end, by bisection.
+        let (mut inside, mut outside) = (slots.start, slots.end);
+        while inside + 1 < outside {
+            let middle = inside + (outside - inside) / 2;
+            if u64::from(stride.place(middle)) < end { inside = middle } else { outside = middle }
+        }
+        (splatter.band(first, stride.place(inside), self.region.width), outside)
     }
 
     fn trace_block(
@@ -132,6 +164,20 @@ impl Worker<'_> {
         batch.paths += paths.len() as u64;
         match &mut batch.payload {
             Payload::Samples(samples) => samples.extend(scratch.finished.iter().map(|f| f.sample)),
+            Payload::Splats { made, band, bright, samples, .. } => {
+                let Some(splatter) = self.splatter else { return };
+                let base = made.len();
+                made.resize(base + scratch.pixels.len(), Made::default());
+                let made = &mut made[base..];
+                for index in splatter.add(self.level, &scratch.finished, band, made) {
+                    let Finished { slot, sample } = scratch.finished[index];
+                    let rejected = &mut made[slot as usize].rejected;
+                    add_unusual(sample, rejected, bright, &mut batch.rejects);
+                }
+                if self.sends_samples {
+                    samples.extend(scratch.finished.iter().map(|f| f.sample));
+                }
+            }
             Payload::Sums { sums, bright, .. } => {
                 let base = sums.len();
                 sums.resize(base + scratch.pixels.len(), PixelSums::default());
@@ -141,7 +187,7 @@ impl Worker<'_> {
                     if fits(finished.sample.radiance) {
                         sum.add(finished.sample.radiance);
                     } else {
-                        add_unusual(finished.sample, sum, bright, &mut batch.rejects);
+                        add_unusual(finished.sample, &mut sum.rejected, bright, &mut batch.rejects);
                     }
                 }
             }
@@ -153,14 +199,14 @@ impl Worker<'_> {
 #[cold]
 fn add_unusual(
     sample: Sample,
-    sum: &mut PixelSums,
+    rejected: &mut u32,
     bright: &mut Vec<Sample>,
     rejects: &mut Vec<(Traced, Reject)>,
 ) {
     match check(sample.radiance) {
         Ok(()) => bright.push(sample),
         Err(reject) => {
-            sum.rejected += 1;
+            *rejected += 1;
             if rejects.len() < NAMED_REJECTS {
                 rejects.push((Traced { pixel: sample.pixel, sample: sample.sample }, reject));
             }

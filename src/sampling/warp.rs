@@ -1,6 +1,6 @@
 //! Warps from the unit square, each beside its density.
 
-use crate::math::{Float, Vec3, trig};
+use crate::math::{Float, Uint, Vec3, trig};
 use std::f32::consts::FRAC_1_PI;
 
 /// A symmetric triangle on (−1, 1) (report §5.2.2), by inverting its distribution function.
@@ -66,6 +66,7 @@ pub fn uniform_sphere_pdf<F: Float>() -> F {
 /// How samples are spread around a pixel's centre, so that their plain mean is the filtered picture. The
 /// film chooses it; integrators only draw from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is one of it")]
 pub enum FilmOffset {
     /// At the centre.
     Centre,
@@ -73,29 +74,57 @@ pub enum FilmOffset {
     Uniform(f32),
     /// [`tent`] along each axis, scaled by this many pixels.
     Tent(f32),
+    /// Of a symmetric density that falls from its middle to an end: node i is the distance, in pixels, beyond which
+    /// (i/64)² of it lies. In between these distances run straight. Counted by the square, they do so nearly
+    /// where the density falls to its end, at which it may have any slope.
+    Drawn([f32; OFFSET_NODES]),
 }
+
+/// Nodes of [`FilmOffset::Drawn`].
+pub const OFFSET_NODES: usize = 65;
 
 impl FilmOffset {
     /// An offset from the centre along one axis, in pixels.
     #[inline(always)]
-    pub fn sample<F: Float>(self, u: F) -> F {
-        match self {
+    pub fn sample<F: Float>(&self, u: F) -> F {
+        match *self {
             FilmOffset::Centre => F::zero(),
             FilmOffset::Uniform(radius) => (u * 2.0 - 1.0) * radius,
             FilmOffset::Tent(radius) => tent(u) * radius,
+            FilmOffset::Drawn(ref nodes) => {
+                let side = u * 2.0 - 1.0;
+                let at = (-side.abs() + 1.0).sqrt() * (OFFSET_NODES - 1) as f32;
+                let node = at.floor();
+                let index = node.to_uint();
+                let from = F::gather(nodes, index);
+                let to = F::gather(nodes, index + F::Uint::splat(1));
+                (from + (to - from) * (at - node)).copysign(side)
+            }
         }
     }
 
     /// Density of [`FilmOffset::sample`] per pixel; `Centre` has none and gives zero.
     #[inline(always)]
-    pub fn pdf<F: Float>(self, x: F) -> F {
-        match self {
+    pub fn pdf<F: Float>(&self, x: F) -> F {
+        match *self {
             FilmOffset::Centre => F::zero(),
             FilmOffset::Uniform(radius) => {
                 let inside = x.lt(F::splat(radius)) & F::splat(-radius).le(x);
                 F::splat(0.5 / radius).only(inside)
             }
             FilmOffset::Tent(radius) => tent_pdf(x / radius) / radius,
+            FilmOffset::Drawn(ref nodes) => {
+                let (x, share) = (x.abs(), 1.0 / (OFFSET_NODES - 1) as f32);
+                let mut pdf = F::zero();
+                for i in 0..OFFSET_NODES - 1 {
+                    let (far, near) = (nodes[i], nodes[i + 1]);
+                    // Beyond x lies the square of its share, which runs straight from node to node.
+                    let outside = ((F::splat(far) - x) / (far - near) + i as f32) * share;
+                    let density = outside * (share / (far - near));
+                    pdf = F::select(F::splat(near).le(x) & x.lt(F::splat(far)), density, pdf);
+                }
+                pdf
+            }
         }
     }
 }
@@ -162,8 +191,8 @@ mod tests {
             [FilmOffset::Uniform(0.5), FilmOffset::Uniform(1.5), FilmOffset::Tent(1.0), FilmOffset::Tent(2.0)]
         {
             let radius = match offset {
-                FilmOffset::Centre => 0.0,
                 FilmOffset::Uniform(radius) | FilmOffset::Tent(radius) => f64::from(radius),
+                FilmOffset::Centre | FilmOffset::Drawn(_) => 0.0,
             };
             chi_square(-radius, radius, |u| offset.sample(u), |x| offset.pdf(x)).unwrap();
         }

@@ -43,6 +43,40 @@ pub struct FilmSettings {
     pub tone: Tone,
     /// The reconstruction filter.
     pub filter: Filter,
+    /// How samples are filtered; none leaves it to [`Filter::usual_mode`].
+    pub mode: Option<FilmMode>,
+}
+
+impl FilmSettings {
+    /// How samples are filtered.
+    pub fn mode(&self) -> FilmMode {
+        self.mode.unwrap_or(self.filter.usual_mode())
+    }
+
+    /// What is wrong with the filter in this mode.
+    pub fn problem(&self) -> Option<&'static str> {
+        match (self.mode(), self.filter) {
+            (FilmMode::Importance, filter) if filter.has_negative_lobes() => Some(
+                "this filter is negative in places, and no sample can be drawn with a negative chance: it needs mode \"continuous\"",
+            ),
+            (FilmMode::Continuous, Filter::None) => Some(
+                "filter \"none\" takes samples in pixel centres only: mode \"continuous\" needs a filter with a width",
+            ),
+            (FilmMode::Continuous, filter) if filter.radius() < 0.5 => Some(
+                "samples would fall between the pixels: with mode \"continuous\" a filter's radius is at least 0.5",
+            ),
+            _ => None,
+        }
+    }
+}
+
+/// How samples are filtered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilmMode {
+    /// Each pixel draws samples of its own from the filter, and all count the same (report §5.2.5).
+    Importance,
+    /// Samples are spread evenly over the film, and each lands on every pixel within the filter's reach.
+    Continuous,
 }
 
 /// How linear values become the codes of 8-bit pictures and screens.
@@ -87,6 +121,74 @@ pub enum Filter {
         /// Half the filter's width in pixels.
         radius: f64,
     },
+    /// exp(−x²/2σ²), lowered so that it ends at zero.
+    Gaussian {
+        /// Half the filter's width in pixels.
+        radius: f64,
+        /// σ in pixels.
+        sigma: f64,
+    },
+    /// Two cubic pieces (Mitchell and Netravali 1988), stretched to the radius.
+    Mitchell {
+        /// Half the filter's width in pixels.
+        radius: f64,
+        /// B: 1 blurs.
+        b: f64,
+        /// C: 1 rings.
+        c: f64,
+    },
+    /// The window of four cosines (Harris 1978).
+    BlackmanHarris {
+        /// Half the filter's width in pixels.
+        radius: f64,
+    },
+    /// sinc x · sinc(x/radius).
+    Lanczos {
+        /// Half the filter's width in pixels, and how many lobes there are on each side.
+        radius: f64,
+    },
+}
+
+impl Filter {
+    /// Half the filter's width in pixels.
+    pub fn radius(self) -> f64 {
+        match self {
+            Filter::None => 0.0,
+            Filter::Box { radius }
+            | Filter::Tent { radius }
+            | Filter::Gaussian { radius, .. }
+            | Filter::Mitchell { radius, .. }
+            | Filter::BlackmanHarris { radius }
+            | Filter::Lanczos { radius } => radius,
+        }
+    }
+
+    /// The same, stretched or cut off at another radius.
+    pub fn with_radius(mut self, to: f64) -> Filter {
+        match &mut self {
+            Filter::None => {}
+            Filter::Box { radius }
+            | Filter::Tent { radius }
+            | Filter::Gaussian { radius, .. }
+            | Filter::Mitchell { radius, .. }
+            | Filter::BlackmanHarris { radius }
+            | Filter::Lanczos { radius } => *radius = to,
+        }
+        self
+    }
+
+    /// Whether some of its weights may be below zero.
+    pub fn has_negative_lobes(self) -> bool {
+        matches!(self, Filter::Mitchell { .. } | Filter::Lanczos { .. })
+    }
+
+    /// The mode of a film that doesn't say: what was measured to serve each filter best (see CONTRIBUTING.md).
+    pub fn usual_mode(self) -> FilmMode {
+        match self {
+            Filter::None | Filter::Box { .. } | Filter::Tent { .. } => FilmMode::Importance,
+            _ => FilmMode::Continuous,
+        }
+    }
 }
 
 /// What is wrong with following paths to any depth with this integrator, if it has no roulette to end them.

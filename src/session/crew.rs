@@ -2,12 +2,12 @@
 
 use super::{DeviceChoice, SessionError, Settings, View};
 use crate::camera::Camera;
-use crate::film::film_offset;
+use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
 use crate::integrator::{self, Integrator};
 use crate::render::accumulator::WorkerFailure;
 use crate::render::worker::Worker;
-use crate::render::{Held, Order, SampleBatch, Schedule, Stride};
+use crate::render::{Held, Order, Region, SampleBatch, Schedule, Stride};
 use crate::scene::Scene;
 use crate::world;
 use crossbeam_channel::{Receiver, Sender, bounded, never};
@@ -28,6 +28,7 @@ const MEASURED_BY: u32 = 256;
 
 /// Those who render. The GPU worker, if there is one, has the last number.
 pub(super) struct Crew {
+    splatter: Option<Arc<Splatter>>,
     integrator: Option<Arc<dyn Integrator>>,
     threads: usize,
     gpu: Option<Gpu>,
@@ -61,7 +62,9 @@ impl Crew {
         };
         let (compiled, geometry) = world::compile_sharing(&settings.scene, film.width, film.height, sharing);
         let compiled = Arc::new(compiled);
-        let offset = film_offset(film.filter);
+        let offset = film_offset(film);
+        let splatter = splatter(settings);
+        let weighted = splatter.is_some();
         let open = |name: &Option<String>, index| {
             let device = gpu::Device::open(name.as_deref())?;
             let job = gpu::Job {
@@ -70,20 +73,21 @@ impl Crew {
                 offset,
                 region: settings.region,
                 index,
-                sends_samples: settings.samples.is_some(),
+                // The accumulator puts a GPU's samples on a film where they count in all pixels around them.
+                sends_samples: settings.samples.is_some() || weighted,
             };
             let worker = Box::new(gpu::GpuWorker::new(&device, &job)?);
             Ok::<_, gpu::GpuError>(Gpu { worker, name: device.description().to_string() })
         };
         if let DeviceChoice::Gpu(name) = &settings.device {
             let gpu = Some(open(name, 0)?);
-            return Ok(Crew { integrator: None, threads: 0, gpu, times: 1.0 });
+            return Ok(Crew { splatter, integrator: None, threads: 0, gpu, times: 1.0 });
         }
         // A worker without a pixel would have nothing to do.
         let threads = settings.threads.get().min(settings.region.len() as usize);
         let build = || integrator::build(render, offset, Arc::clone(&compiled), geometry, settings.finder);
         let integrator: Arc<dyn Integrator> = build().into();
-        let mut crew = Crew { integrator: Some(integrator), threads, gpu: None, times: 1.0 };
+        let mut crew = Crew { splatter, integrator: Some(integrator), threads, gpu: None, times: 1.0 };
         if let DeviceChoice::All(name) = &settings.device {
             let measured = open(name, threads).and_then(|gpu| crew.measured_with(settings, gpu));
             if let Err(error) = measured
@@ -106,7 +110,13 @@ impl Crew {
         let Scene { film, camera, .. } = &*settings.scene;
         let seen = integrator.seen_by(Camera::new(camera, film.width, film.height));
         let threads = settings.threads.get().min(settings.region.len() as usize);
-        Ok(Crew { integrator: Some(seen.into()), threads, gpu: None, times: 1.0 })
+        let splatter = splatter(settings);
+        Ok(Crew { splatter, integrator: Some(seen.into()), threads, gpu: None, times: 1.0 })
+    }
+
+    /// What spreads samples over pixels, if the film wants that.
+    pub(super) fn splatter(&self) -> Option<Arc<Splatter>> {
+        self.splatter.clone()
     }
 
     /// What the threads trace with, if there are any.
@@ -159,10 +169,11 @@ impl Crew {
         (self.gpu.is_some() && self.threads > 0).then_some(self.threads)
     }
 
-    /// Deals strides in proportion to speed.
-    pub(super) fn deal(&self, pixels: u32, schedule: Schedule) -> Schedule {
+    /// Deals strides in proportion to speed, or stripes where samples count in all pixels around them.
+    pub(super) fn deal(&self, region: Region, schedule: Schedule) -> Schedule {
         match self.spare() {
-            Some(_) => schedule.with_faster(pixels, self.times),
+            Some(_) => schedule.with_faster(region.len(), self.times),
+            None if self.splatter.is_some() => schedule.in_stripes(region.len(), region.width),
             None => schedule,
         }
     }
@@ -193,7 +204,8 @@ impl Crew {
     ) {
         let Some(integrator) = self.integrator.as_deref() else { return };
         let (level, region, sends_samples) = (settings.level, settings.region, settings.samples.is_some());
-        let worker = Worker { index, integrator, level, region, sends_samples, held };
+        let splatter = self.splatter.as_deref();
+        let worker = Worker { index, integrator, level, region, sends_samples, splatter, held };
         worker.run_with_updates(&mail.orders, updates, &mail.batches);
     }
 
@@ -249,8 +261,14 @@ pub(super) fn layer_integrator(settings: &Settings) -> Option<Arc<dyn Integrator
     }
     let Scene { film, render, .. } = &*settings.scene;
     let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
-    let offset = film_offset(film.filter);
+    let offset = film_offset(film);
     Some(integrator::build(render, offset, Arc::new(compiled), geometry, settings.finder).into())
+}
+
+/// What spreads samples over pixels, if the film wants that.
+fn splatter(settings: &Settings) -> Option<Arc<Splatter>> {
+    let weights = Weights::of(&settings.scene.film)?;
+    Some(Arc::new(Splatter::new(weights, [settings.region.x, settings.region.y])))
 }
 
 /// Samples a second of each worker, over some time from its first results on.

@@ -8,8 +8,8 @@ use crate::output::{
     FilmSink, Format, OutputError, Patience, PictureOptions, SampleDump, numbered_path, open_film,
     suffixed_path, write_owner_overlay, write_picture,
 };
-use crate::render::Barrier;
 use crate::render::accumulator::Outcome;
+use crate::render::{Barrier, Region};
 use crate::scene::{self, Scene, UNLIMITED};
 use crossbeam_channel::{Receiver, Sender};
 use std::collections::VecDeque;
@@ -23,7 +23,7 @@ const MOST_UNWRITTEN: usize = 4;
 
 /// What determines the bits of a render's samples, on a device.
 fn identity(settings: &Settings, device: &str) -> Identity {
-    let (scene, region) = (&settings.scene, settings.region);
+    let (scene, region) = (&settings.scene, settings.picture_region());
     let max_depth = match scene.render.max_depth {
         UNLIMITED => "unlimited".to_owned(),
         bounces => bounces.to_string(),
@@ -34,6 +34,7 @@ fn identity(settings: &Settings, device: &str) -> Identity {
         .with("size", format_args!("{}x{}", scene.film.width, scene.film.height))
         .with("crop", format_args!("{},{},{},{}", region.x, region.y, region.width, region.height))
         .with("filter", scene.film.filter)
+        .with("mode", scene.film.mode())
         .with("integrator", scene.render.integrator)
         .with("sampler", scene.render.sampler)
         .with("max depth", max_depth)
@@ -78,8 +79,15 @@ pub(super) fn head(settings: &Settings, device: &str) -> Head {
         .with("exposure", settings.scene.film.exposure)
         .with("tone", settings.scene.film.tone.name())
         .with("asked", format_args!("{}..{}", range.start, range.end));
-    let (width, height) = (settings.region.width, settings.region.height);
-    Head { width, height, identity: identity(settings, device), notes }
+    Head { layout: settings.layout(), identity: identity(settings, device), notes }
+}
+
+/// What a dump of this render's samples says of itself: facts and notes of a film, and where there are samples.
+pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
+    let Region { x, y, width, height, .. } = settings.region;
+    let all = head.identity.facts().chain(head.notes.facts());
+    all.fold(Identity::default(), |all, (name, value)| all.with(name, value))
+        .with("rendered", format_args!("{x},{y},{width},{height}"))
 }
 
 /// What writes the film file, if there is to be one.
@@ -97,7 +105,7 @@ pub(super) fn first_film(
     settings: &Settings,
     head: &Head,
 ) -> Result<(Film, Option<Milestone>), SessionError> {
-    let Some(path) = &settings.resume else { return Ok((Film::new(head.width, head.height)?, None)) };
+    let Some(path) = &settings.resume else { return Ok((Film::with_layout(head.layout)?, None)) };
     let refuse = |reason: String| SessionError::Resume { path: path.clone(), reason };
     let file = open_film(path)?;
     if let Some(difference) = head.identity.difference(&file.head().identity) {

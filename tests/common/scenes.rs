@@ -69,7 +69,14 @@ pub fn point_light(position: DVec3, intensity: f64) -> Light {
 /// noise.
 pub fn scene(materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
-        film: FilmSettings { width: 16, height: 16, exposure: 0.0, tone: Tone::Srgb, filter: Filter::None },
+        film: FilmSettings {
+            width: 16,
+            height: 16,
+            exposure: 0.0,
+            tone: Tone::Srgb,
+            filter: Filter::None,
+            mode: None,
+        },
         camera: CameraSettings {
             eye: DVec3::ZERO,
             forward: DVec3::X,

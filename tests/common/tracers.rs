@@ -39,7 +39,7 @@ pub fn tracer(method: Method, numbers: Numbers, scene: &Scene, seed: u32) -> Box
 fn with_sampler<S: Sampler>(method: Method, sampler: S, scene: &Scene) -> Box<dyn Integrator> {
     let (compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
     let (scene_tables, world) = (Arc::new(compiled), Arc::new(geometry));
-    let offset = film_offset(scene.film.filter);
+    let offset = film_offset(&scene.film);
     let settings = Settings { sampler, offset, max_depth: scene.render.max_depth };
     match method {
         Method::PathNaive => Box::new(PathTracer { transport: Naive, scene: scene_tables, world, settings }),

@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 use stride::camera::Camera;
 use stride::film::file::Head;
-use stride::film::{Film, Identity, Milestone, Picture, Reject, Snapshot, Statistics};
+use stride::film::{Film, Identity, Layout, Milestone, Picture, Reject, Snapshot, Statistics};
 use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths, Pixel, Sample};
 use stride::math::lanes::Level;
 use stride::output::{FilmSink, open_film};

@@ -6,7 +6,7 @@ use super::*;
 fn a_fast_worker_owns_as_much_as_it_is_faster() {
     for (workers, times) in [(2, 1.0), (3, 7.5), (17, 100.0), (3, 0.25)] {
         let schedule = Schedule::new(workers, 1_000_000, 1, None, vec![]).with_faster(1_000_000, times);
-        let owners = schedule.owners(1_000_000);
+        let owners = schedule.owners(&Layout::plain(1_000_000, 1));
         let share = |worker: usize| owners.iter().filter(|&&owner| owner as usize == worker).count() as f64;
         for other in 0..workers - 1 {
             let ratio = share(workers - 1) / share(other);

@@ -84,8 +84,7 @@ fn films_written_on_the_way_hold_the_first_samples_of_each_pixel() {
             }
         });
         let head = Head {
-            width: WIDTH,
-            height: HEIGHT,
+            layout: Layout::plain(WIDTH, HEIGHT),
             identity: Identity::default().with("a", "b"),
             notes: Identity::default(),
         };

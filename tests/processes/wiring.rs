@@ -84,6 +84,7 @@ impl Wiring {
                     level: level(),
                     region: self.region,
                     sends_samples: self.sends_samples,
+                    splatter: None,
                     held: held.as_ref(),
                 };
                 let (batches_out, failures_out) = (batches_out.clone(), failures_out.clone());

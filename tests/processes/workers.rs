@@ -3,7 +3,8 @@
 use super::*;
 
 fn lone_worker(integrator: &dyn Integrator) -> Worker<'_> {
-    Worker { index: 0, integrator, level: level(), region: WHOLE, sends_samples: false, held: None }
+    let (level, region) = (level(), WHOLE);
+    Worker { index: 0, integrator, level, region, sends_samples: false, splatter: None, held: None }
 }
 
 #[test]

@@ -4,11 +4,17 @@ use super::{python_with, run};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use stride::film::Identity;
 use stride::integrator::Sample;
 use stride::output::SampleDump;
 
 fn sample(i: u32) -> Sample {
     Sample { pixel: i / 4, sample: i % 4, x: i as f32 + 0.5, y: 0.25, radiance: [i as f32, 2.0, 0.1] }
+}
+
+/// Words that a Python parser could stumble over.
+fn facts() -> Identity {
+    Identity::default().with("scene", "5eed").with("device", "an \"odd' # name}").with("filter", "tent 1")
 }
 
 /// Loads in one line, checks the records against the rule of `sample`, prints how many there are.
@@ -32,14 +38,14 @@ fn numpy_opens_a_dump_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npy");
     for count in [0, 1, 100_000] {
-        let mut dump = SampleDump::create(&path).unwrap();
+        let mut dump = SampleDump::create(&path, &facts()).unwrap();
         dump.write(&(0..count).map(sample).collect::<Vec<_>>()).unwrap();
         assert_eq!(dump.finish().unwrap(), u64::from(count));
         assert_eq!(run(&python, CHECK, &[&path]).expect("it holds"), count.to_string());
     }
 
     // The check notices a wrong record.
-    let mut dump = SampleDump::create(&path).unwrap();
+    let mut dump = SampleDump::create(&path, &facts()).unwrap();
     dump.write(&[sample(0), Sample { y: 0.5, ..sample(1) }]).unwrap();
     dump.finish().unwrap();
     assert!(run(&python, CHECK, &[&path]).unwrap_err().contains("AssertionError"));

@@ -12,7 +12,7 @@ broken!(
     unknown_key_with_no_near_spelling,
     "[film]\nbitdepth = 8\n",
     [
-        r#"2:1: unknown key "bitdepth" in the film; valid here: "width", "height", "exposure", "tone", "filter""#
+        r#"2:1: unknown key "bitdepth" in the film; valid here: "width", "height", "exposure", "tone", "filter", "mode""#
     ]
 );
 broken!(

@@ -129,7 +129,7 @@ type = "point"
     [
         "2:9: width must be from 1 to 65536, not 0",
         r#"3:1: unknown key "hieght" in the film; did you mean "height"?"#,
-        r#"4:10: unknown filter type "sinc"; valid here: "none", "box", "tent""#,
+        r#"4:10: unknown filter type "sinc"; valid here: "none", "box", "tent", "gaussian", "mitchell", "blackman-harris", "lanczos""#,
         "7:11: the direction of view is parallel to up, which is [0, 0, 1] unless the file says otherwise; up = [0, 1, 0] would do",
         r#"8:19: missing key "focus_distance" in the camera: a lens needs one; give focus_distance, or take aperture_radius away for a pinhole"#,
         r#"11:14: unknown integrator "pth"; did you mean "path"?"#,

@@ -35,25 +35,43 @@ filter = "tnet"
     [r#"2:10: unknown filter type "tnet"; did you mean "tent"?"#]
 );
 broken!(
-    filter_of_a_later_version,
-    r#"
-[film]
-filter = "gaussian"
-"#,
-    [r#"2:10: filter type "gaussian" comes in a later version; valid in this one: "none", "box", "tent""#]
-);
-broken!(
-    filter_table_of_a_later_version,
+    a_filter_that_is_negative_in_places_cannot_be_drawn_from,
     r#"
 [film]
 filter = { type = "lanczos", radius = 3 }
+mode = "importance"
 "#,
-    [r#"2:19: filter type "lanczos" comes in a later version; valid in this one: "none", "box", "tent""#]
+    [
+        r#"3:8: this filter is negative in places, and no sample can be drawn with a negative chance: it needs mode "continuous""#
+    ]
+);
+broken!(
+    a_continuous_film_without_a_filter,
+    r#"
+[film]
+mode = "continuous"
+filter = "none"
+"#,
+    [
+        r#"2:8: filter "none" takes samples in pixel centres only: mode "continuous" needs a filter with a width"#
+    ]
+);
+broken!(
+    a_continuous_film_with_gaps,
+    r#"
+[film]
+filter = { type = "mitchell", radius = 0.4 }
+"#,
+    [
+        r#"2:10: samples would fall between the pixels: with mode "continuous" a filter's radius is at least 0.5"#
+    ]
 );
 broken!(
     filter_without_type,
     "[film]\nfilter = { radius = 1 }\n",
-    [r#"2:10: missing key "type" in filter; a filter is one of "none", "box", "tent""#]
+    [
+        r#"2:10: missing key "type" in filter; a filter is one of "none", "box", "tent", "gaussian", "mitchell", "blackman-harris", "lanczos""#
+    ]
 );
 broken!(
     filter_without_radius_to_set,
@@ -82,7 +100,9 @@ filter = { type = "tent", radius = 16.5 }
 broken!(
     filter_is_a_number,
     "[film]\nfilter = 1\n",
-    [r#"2:10: filter must be a string or a table, not an integer; valid here: "none", "box", "tent""#]
+    [
+        r#"2:10: filter must be a string or a table, not an integer; valid here: "none", "box", "tent", "gaussian", "mitchell", "blackman-harris", "lanczos""#
+    ]
 );
 
 // Camera.

@@ -7,6 +7,7 @@ mod threads;
 
 use super::arguments::SceneArguments;
 use super::{Failure, print, stop, usage};
+use crate::film::Layout;
 use crate::math::lanes::Level;
 use crate::output::atomic::{check_place, write_atomically};
 use crate::output::plot::Chart;
@@ -107,6 +108,7 @@ impl<'a> Bench<'a> {
             name: self.arguments.scene.name(),
             scene: Arc::new(scene),
             region,
+            shown: Layout::plain(region.width, region.height).shown,
             first: 0,
             spp,
             time: None,

@@ -1,11 +1,14 @@
 use super::*;
 use crate::film::sums::{MAX_RADIANCE, PixelSums};
+use crate::film::{Splatter, Weights};
+use crate::integrator::Sample;
+use crate::scene::Filter;
 use std::io::Cursor;
 
 fn head(width: u32, height: u32) -> Head {
     let identity = Identity::default().with("scene", "5eed").with("seed", 7);
     let notes = Identity::default().with("exposure", 1.5).with("asked", "10..20");
-    Head { width, height, identity, notes }
+    Head { layout: Layout::plain(width, height), identity, notes }
 }
 
 /// A film whose pixels have between `least` and `most` samples, bright ones and ones left out among them.
@@ -49,6 +52,37 @@ fn what_is_written_is_read_back() {
 }
 
 #[test]
+fn weighted_films_and_what_is_shown_of_them_are_read_back() {
+    let shown = Rectangle { x: 1, y: 0, width: 2, height: 2 };
+    let layout = Layout { weighted: true, shown, ..Layout::plain(4, 3) };
+    let head = Head { layout, ..head(4, 3) };
+    let mut film = Film::with_layout(layout).unwrap();
+    let splatter = Splatter::new(Weights::new(Filter::Lanczos { radius: 3.0 }), [0, 0]);
+    for (i, x) in (0..12).zip([0.5, 3.7, 1.0, 2.2].into_iter().cycle()) {
+        let radiance = [MAX_RADIANCE, x, 1e-9];
+        let sample = Sample { pixel: i, sample: 0, x, y: 1.6, radiance };
+        film.splat(&splatter, i as usize, &sample).unwrap();
+    }
+    let bytes = file(&head, &film);
+    let (read_head, _, read_film) = read(&bytes).unwrap();
+    assert!(read_head == head && read_film == film);
+    let picture = film.picture();
+    assert_eq!([picture.width, picture.height, picture.rgb.len() as u32], [2, 2, 4]);
+    assert_eq!(picture.rgb[3], film.mean(6));
+    // The same words mean another picture where samples have no weights, and none that does not lie on the film.
+    let mut other = Film::new(4, 3).unwrap();
+    assert!(matches!(
+        FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut other),
+        Err(FilmFileError::Contradiction(_))
+    ));
+    for (at, bad) in [(24, 2), (28, 3), (36, 0), (36, 9), (40, 4)] {
+        let mut bytes = bytes.clone();
+        bytes[at] = bad;
+        assert!(matches!(read(&bytes), Err(FilmFileError::Damaged)), "{bad} at {at}");
+    }
+}
+
+#[test]
 fn the_layout_is_the_documented_one() {
     let (head, mut film) = (head(2, 1), Film::new(2, 1).unwrap());
     film.add_sample(1, [2.0, 0.5, 1.0]).unwrap();
@@ -56,7 +90,8 @@ fn the_layout_is_the_documented_one() {
     let file = file(&head, &film);
     let text = "scene: 5eed\nseed: 7\n\nexposure: 1.5\nasked: 10..20\n";
     let mut expected = b"\x89FILM\r\n\x1a".to_vec();
-    for word in [1, text.len() as u32, 2, 1] {
+    // The version, bytes of text, the size, no weights, and the part that is shown.
+    for word in [2, text.len() as u32, 2, 1, 0, 0, 0, 2, 1] {
         expected.extend(word.to_le_bytes());
     }
     expected.extend(text.as_bytes());
@@ -159,9 +194,9 @@ fn sizes_that_no_machine_has_are_refused_before_memory_is_asked_for() {
 fn what_other_programs_write_is_told_apart() {
     let good = file(&head(3, 2), &film(3, 2, 1, 1));
     let mut newer = good.clone();
-    newer[8] = 2;
+    newer[8] = 3;
     let said = read(&sealed(newer)).unwrap_err().to_string();
-    assert!(said.contains("version 2") && said.contains("version 1"), "{said}");
+    assert!(said.contains("version 3") && said.contains("version 2"), "{said}");
     assert!(matches!(read(b"\x89PNG\r\n\x1a\n and so on"), Err(FilmFileError::NotAFilm)));
     // A right digest over a wrong count.
     let mut liar = good.clone();

@@ -70,7 +70,8 @@ shared! {
         region_x: u32,
         region_y: u32,
         region_width: u32,
-        _end: [u32; 3],
+        _gap: [u32; 3],
+        offset_nodes: [[f32; 4]; 17],
     }
 
     /// One dispatch: the same samples for each of some slots of a stride.
@@ -178,6 +179,7 @@ shared! {
 pub(super) const OFFSET_CENTRE: u32 = 0;
 pub(super) const OFFSET_UNIFORM: u32 = 1;
 pub(super) const OFFSET_TENT: u32 = 2;
+pub(super) const OFFSET_DRAWN: u32 = 3;
 
 /// The bits of [`SlotSums::rejected`] below the reason.
 pub(super) const REJECT_SHIFT: u32 = 30;
@@ -246,6 +248,7 @@ pub(super) fn constants(variant: Variant) -> String {
         ("OFFSET_CENTRE", OFFSET_CENTRE),
         ("OFFSET_UNIFORM", OFFSET_UNIFORM),
         ("OFFSET_TENT", OFFSET_TENT),
+        ("OFFSET_DRAWN", OFFSET_DRAWN),
         ("FRACTION_BITS", FRACTION_BITS),
         ("MAX_RADIANCE_BITS", MAX_RADIANCE.to_bits()),
         ("REJECT_NONE", 0),

@@ -4,7 +4,7 @@ use super::layout::{self, Light, LightNode, Material, Scene, Surface};
 use crate::gpu::{GpuError, Job};
 use crate::light::{self, LightRow};
 use crate::material::{Kind, Row};
-use crate::sampling::warp::FilmOffset;
+use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
 use crate::shape;
 use crate::world::{CompiledScene, SurfaceTable};
@@ -46,10 +46,15 @@ impl Tables {
         };
         let [planes_end, spheres_end, quads_end] = [Form::Plane, Form::Sphere, Form::Quad].map(&mut take);
         let point_lights = lights.rows().take_while(|light| light.kind == light::POINT).count();
+        let mut offset_nodes = [[0.0; 4]; 17];
         let (offset_kind, offset_radius) = match job.offset {
             FilmOffset::Centre => (layout::OFFSET_CENTRE, 0.0),
             FilmOffset::Uniform(radius) => (layout::OFFSET_UNIFORM, radius),
             FilmOffset::Tent(radius) => (layout::OFFSET_TENT, radius),
+            FilmOffset::Drawn(nodes) => {
+                offset_nodes.as_flattened_mut()[..OFFSET_NODES].copy_from_slice(&nodes);
+                (layout::OFFSET_DRAWN, 0.0)
+            }
         };
         let scene = Scene {
             eye: camera.eye,
@@ -76,6 +81,7 @@ impl Tables {
             region_x: job.region.x,
             region_y: job.region.y,
             region_width: job.region.width,
+            offset_nodes,
             ..Scene::default()
         };
         Ok(Tables {

@@ -186,6 +186,8 @@ impl GpuWorker {
                 *samples = buffers.samples(task, |words| words.iter().map(readback::sample).collect())?;
                 batch.rays = buffers.sums(task, |words| words.iter().map(|w| u64::from(w.rays)).sum())?;
             }
+            // Nobody makes such a batch here.
+            Payload::Splats { .. } => return None,
             Payload::Sums { sums, wide, .. } => {
                 let rejects = &mut batch.rejects;
                 batch.rays = buffers.sums(task, |words| {

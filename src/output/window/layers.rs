@@ -67,17 +67,17 @@ fn shown(layer: &str, values: &[Vec<f32>]) -> Vec<[f32; 3]> {
     }
 }
 
-/// The error of each pixel's mean, by the spread of its samples, as a part of its radiance.
-pub fn error_of(snapshot: &Snapshot, pixel: usize) -> [f64; 2] {
-    let error = f64::from(snapshot.statistics.variances.get(pixel).copied().unwrap_or(0.0)).sqrt();
+/// The error of a pixel's mean, by the spread of its samples, and as a part of its radiance, if it is known.
+pub fn error_of(snapshot: &Snapshot, pixel: usize) -> Option<[f64; 2]> {
+    let error = f64::from(*snapshot.statistics.variances.get(pixel)?).sqrt();
     let radiance = snapshot.picture.rgb[pixel].iter().map(|&c| f64::from(c).powi(2)).sum::<f64>().sqrt();
-    [error, if error > 0.0 { error / radiance } else { 0.0 }]
+    Some([error, if error > 0.0 { error / radiance } else { 0.0 }])
 }
 
 /// Where the error is: white where it is a quarter of the radiance or more.
 pub fn errors(snapshot: &Snapshot) -> LayerView {
     let Picture { width, height, ref rgb } = snapshot.picture;
-    let part = |pixel| (error_of(snapshot, pixel)[1] / WHITE_ERROR).min(1.0);
+    let part = |pixel| error_of(snapshot, pixel).map_or(0.0, |[_, part]| (part / WHITE_ERROR).min(1.0));
     let rgb = (0..rgb.len()).map(|pixel| [srgb_to_linear(part(pixel)) as f32; 3]).collect();
     LayerView { name: "error".into(), picture: Picture { width, height, rgb }, values: Vec::new() }
 }

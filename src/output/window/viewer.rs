@@ -313,11 +313,11 @@ impl Viewer {
             return Some(format!("{film_x},{film_y}  {} {}", layer.name, values.join(" ")));
         }
         let [r, g, b] = picture.rgb[pixel].map(number);
-        let [error, part] = layers::error_of(snapshot, pixel);
         let count = snapshot.statistics.counts.get(pixel).copied().unwrap_or(0);
-        let percent = human::significant(100.0 * part, 2);
-        let error = human::significant(error, 2);
-        Some(format!("{film_x},{film_y}  {r} {g} {b} ±{error} ({percent}%)  {count} samples"))
+        let error = layers::error_of(snapshot, pixel).map_or(String::new(), |[error, part]| {
+            format!(" ±{} ({}%)", human::significant(error, 2), human::significant(100.0 * part, 2))
+        });
+        Some(format!("{film_x},{film_y}  {r} {g} {b}{error}  {count} samples"))
     }
 
     /// The title bar: `cover.toml — 128/500 spp, 7.9 Msamples/s, 41 s left — +1.5 EV`.

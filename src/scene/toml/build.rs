@@ -12,8 +12,8 @@ use super::materials::{self, Raw};
 use super::report::{Reported, Reports, quote};
 use super::value::unit;
 use crate::scene::description::{
-    CameraSettings, Colour, Entity, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene,
-    Shape, Tone, endless,
+    CameraSettings, Colour, Entity, FilmMode, FilmSettings, Filter, Integrator, Light, RenderSettings,
+    Sampler, Scene, Shape, Tone, endless,
 };
 
 /// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would
@@ -124,7 +124,23 @@ pub(super) fn film(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<F
     let exposure = fields.get(&keys::EXPOSURE, reports);
     let tone = fields.get(&keys::TONE, reports);
     let filter = fields.get(&keys::FILTER, reports);
-    Ok(FilmSettings { width: width?, height: height?, exposure: exposure?, tone: tone?, filter: filter? })
+    let mode = fields.find(&keys::MODE, reports);
+    let film = FilmSettings {
+        width: width?,
+        height: height?,
+        exposure: exposure?,
+        tone: tone?,
+        filter: filter?,
+        mode: mode?,
+    };
+    match film.problem() {
+        None => Ok(film),
+        Some(problem) => {
+            let given = fields.has(&keys::MODE);
+            let at = if given { fields.place_of(&keys::MODE) } else { fields.place_of(&keys::FILTER) };
+            Err(reports.error(at, problem))
+        }
+    }
 }
 
 pub(super) fn no_filter(_: &Fields<'_, '_>, _: &mut Reports<'_>) -> Read<Filter> {
@@ -137,6 +153,27 @@ pub(super) fn box_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> 
 
 pub(super) fn tent_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
     Ok(Filter::Tent { radius: fields.get(&keys::TENT_RADIUS, reports)? })
+}
+
+pub(super) fn gaussian_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
+    let radius = fields.get(&keys::GAUSSIAN_RADIUS, reports);
+    let sigma = fields.get(&keys::SIGMA, reports);
+    Ok(Filter::Gaussian { radius: radius?, sigma: sigma? })
+}
+
+pub(super) fn mitchell_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
+    let radius = fields.get(&keys::MITCHELL_RADIUS, reports);
+    let b = fields.get(&keys::MITCHELL_B, reports);
+    let c = fields.get(&keys::MITCHELL_C, reports);
+    Ok(Filter::Mitchell { radius: radius?, b: b?, c: c? })
+}
+
+pub(super) fn blackman_harris_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
+    Ok(Filter::BlackmanHarris { radius: fields.get(&keys::BLACKMAN_HARRIS_RADIUS, reports)? })
+}
+
+pub(super) fn lanczos_filter(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Filter> {
+    Ok(Filter::Lanczos { radius: fields.get(&keys::LANCZOS_RADIUS, reports)? })
 }
 
 pub(super) fn camera(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<CameraSettings> {
@@ -376,14 +413,34 @@ impl FromStr for Filter {
     }
 }
 
-/// "tent 1": the name and the radius.
+/// "tent 1", "gaussian 1.5, sigma 0.5": the name, the radius, and what else there is to it.
 impl fmt::Display for Filter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Filter::None => f.write_str("none"),
             Filter::Box { radius } => write!(f, "box {radius}"),
             Filter::Tent { radius } => write!(f, "tent {radius}"),
+            Filter::Gaussian { radius, sigma } => write!(f, "gaussian {radius}, sigma {sigma}"),
+            Filter::Mitchell { radius, b, c } => write!(f, "mitchell {radius}, b {b}, c {c}"),
+            Filter::BlackmanHarris { radius } => write!(f, "blackman-harris {radius}"),
+            Filter::Lanczos { radius } => write!(f, "lanczos {radius}"),
         }
+    }
+}
+
+/// The name, as in a scene file.
+impl fmt::Display for FilmMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(keys::MODES.name(*self))
+    }
+}
+
+impl FromStr for FilmMode {
+    type Err = String;
+
+    /// The mode of this name, as in a scene file.
+    fn from_str(name: &str) -> Result<Self, String> {
+        word(|reports| keys::MODES.pick(name, 0, reports), name)
     }
 }
 

@@ -8,8 +8,8 @@ use super::value::{
     Choice, Colour, Direction, Flag, Integer, IntegerOr, NonZero, Number, Pair, Rows, Triple, Vector, Word,
 };
 use crate::scene::description::{
-    CameraSettings, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene, Shape, Tone,
-    UNLIMITED,
+    CameraSettings, FilmMode, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene, Shape,
+    Tone, UNLIMITED,
 };
 use glam::DAffine3;
 
@@ -81,7 +81,7 @@ pub(super) static HEADERS: &[(&str, &Table)] = &[
     ("[environment]", &ENVIRONMENT_TABLE),
 ];
 
-static FILM_TABLE: Table = Table::new("the film", &[&WIDTH, &HEIGHT, &EXPOSURE, &TONE, &FILTER]);
+static FILM_TABLE: Table = Table::new("the film", &[&WIDTH, &HEIGHT, &EXPOSURE, &TONE, &FILTER, &MODE]);
 
 pub(super) static WIDTH: Key<Integer> =
     Key::default("width", Integer { least: 1, most: 65536 }, "640", "Pixels in a row.");
@@ -105,7 +105,7 @@ pub(super) static FILTER: Key<WordOr<Filter>> = Key::default(
     "filter",
     FILTERS,
     "\"tent\"",
-    "The reconstruction filter: none (pixel centres), box or tent; or a table that gives its radius.",
+    "The reconstruction filter: none (pixel centres), box, tent, gaussian, mitchell, blackman-harris or lanczos; or a table that gives its radius.",
 );
 pub(super) const FILTERS: WordOr<Filter> = WordOr(OneOf {
     what: "filter",
@@ -113,17 +113,62 @@ pub(super) const FILTERS: WordOr<Filter> = WordOr(OneOf {
         Variant::new("none", &NO_FILTER_TABLE, build::no_filter),
         Variant::new("box", &BOX_TABLE, build::box_filter),
         Variant::new("tent", &TENT_TABLE, build::tent_filter),
+        Variant::new("gaussian", &GAUSSIAN_TABLE, build::gaussian_filter),
+        Variant::new("mitchell", &MITCHELL_TABLE, build::mitchell_filter),
+        Variant::new("blackman-harris", &BLACKMAN_HARRIS_TABLE, build::blackman_harris_filter),
+        Variant::new("lanczos", &LANCZOS_TABLE, build::lanczos_filter),
     ],
-    later: &["gaussian", "mitchell", "blackman-harris", "lanczos"],
+    later: &[],
 });
 static NO_FILTER_TABLE: Table = Table::new("filter \"none\"", &[]);
 static BOX_TABLE: Table = Table::new("filter \"box\"", &[&BOX_RADIUS]);
 static TENT_TABLE: Table = Table::new("filter \"tent\"", &[&TENT_RADIUS]);
+static GAUSSIAN_TABLE: Table = Table::new("filter \"gaussian\"", &[&GAUSSIAN_RADIUS, &SIGMA]);
+static MITCHELL_TABLE: Table =
+    Table::new("filter \"mitchell\"", &[&MITCHELL_RADIUS, &MITCHELL_B, &MITCHELL_C]);
+static BLACKMAN_HARRIS_TABLE: Table = Table::new("filter \"blackman-harris\"", &[&BLACKMAN_HARRIS_RADIUS]);
+static LANCZOS_TABLE: Table = Table::new("filter \"lanczos\"", &[&LANCZOS_RADIUS]);
 
 pub(super) static BOX_RADIUS: Key<Number> =
     Key::default("radius", FILTER_RADIUS, "0.5", "Half the filter's width in pixels.");
 pub(super) static TENT_RADIUS: Key<Number> =
     Key::default("radius", FILTER_RADIUS, "1.0", "Half the filter's width in pixels.");
+pub(super) static GAUSSIAN_RADIUS: Key<Number> =
+    Key::default("radius", FILTER_RADIUS, "1.5", "Half the filter's width in pixels.");
+pub(super) static SIGMA: Key<Number> =
+    Key::default("sigma", Number::between(0.05, 16.0), "0.5", "Standard deviation in pixels.");
+pub(super) static MITCHELL_RADIUS: Key<Number> =
+    Key::default("radius", FILTER_RADIUS, "2.0", "Half the filter's width in pixels.");
+pub(super) static MITCHELL_B: Key<Number> = Key::default(
+    "b",
+    Number::between(0.0, 1.0),
+    "0.3333333333333333",
+    "Mitchell and Netravali's B: 1 blurs.",
+);
+pub(super) static MITCHELL_C: Key<Number> = Key::default(
+    "c",
+    Number::between(0.0, 1.0),
+    "0.3333333333333333",
+    "Mitchell and Netravali's C: 1 rings.",
+);
+pub(super) static BLACKMAN_HARRIS_RADIUS: Key<Number> =
+    Key::default("radius", FILTER_RADIUS, "1.5", "Half the filter's width in pixels.");
+pub(super) static LANCZOS_RADIUS: Key<Number> = Key::default(
+    "radius",
+    FILTER_RADIUS,
+    "3.0",
+    "Half the filter's width in pixels: the lobes on each side of its middle.",
+);
+
+pub(super) static MODE: Key<Choice<FilmMode>> = Key::optional(
+    "mode",
+    MODES,
+    "How samples are filtered: importance (each pixel draws its own from the filter) or continuous (each sample lands on every pixel within the filter's reach); the filter decides if this is absent.",
+);
+pub(super) const MODES: Choice<FilmMode> = Choice {
+    what: "mode",
+    options: &[("importance", FilmMode::Importance), ("continuous", FilmMode::Continuous)],
+};
 
 static CAMERA_TABLE: Table = Table {
     what: "the camera",

@@ -28,7 +28,15 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
             let (batches_out, integrator) = (batches_out.clone(), &*integrator);
             move || {
                 let level = Level::from_environment().unwrap();
-                let worker = Worker { index: 0, integrator, level, region, sends_samples: false, held: None };
+                let worker = Worker {
+                    index: 0,
+                    integrator,
+                    level,
+                    region,
+                    sends_samples: false,
+                    splatter: None,
+                    held: None,
+                };
                 worker.run_with_updates(&cpu_orders, &updates, &batches_out);
             }
         });

@@ -55,7 +55,7 @@ impl Prepared {
         let (width, height) = (scene.film.width, scene.film.height);
         let (compiled, geometry) = compile(scene, width, height);
         let render = RenderSettings { seed, ..scene.render.clone() };
-        let offset = film_offset(scene.film.filter);
+        let offset = film_offset(&scene.film);
         Prepared { scene: compiled, geometry, render, offset, whole: Region::whole(width, height) }
     }
 

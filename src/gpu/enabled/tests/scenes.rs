@@ -44,6 +44,7 @@ fn scene(width: u32, height: u32, materials: Vec<Material>, entities: Vec<Entity
             exposure: 0.0,
             tone: Tone::Srgb,
             filter: Filter::Tent { radius: 1.0 },
+            mode: None,
         },
         camera: CameraSettings {
             eye: DVec3::ZERO,

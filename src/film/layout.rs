@@ -1,0 +1,72 @@
+//! What a film's words are, and which pixels become the picture.
+
+/// Some columns of some rows of a film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rectangle {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Rectangle {
+    /// Its places on a film with so many pixels in a row, row by row.
+    pub fn places(self, film_width: u32) -> impl Iterator<Item = usize> + Clone {
+        let row = move |y: u32| {
+            let first = y as usize * film_width as usize + self.x as usize;
+            first..first + self.width as usize
+        };
+        (self.y..self.y + self.height).flat_map(row)
+    }
+
+    /// Whether it lies within so many columns and rows and is not empty.
+    pub fn fits(self, width: u32, height: u32) -> bool {
+        let fits =
+            |from: u32, len: u32, side: u32| len > 0 && from.checked_add(len).is_some_and(|end| end <= side);
+        fits(self.x, self.width, width) && fits(self.y, self.height, height)
+    }
+}
+
+/// How a film lies in memory, and what its words are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Whether samples count by weights, which a pixel's words then sum up.
+    pub weighted: bool,
+    /// The part of it that becomes the picture. Pixels around it are there because their samples reach into it.
+    pub shown: Rectangle,
+}
+
+impl Layout {
+    /// A film whose samples all count the same and that is shown as a whole.
+    pub fn plain(width: u32, height: u32) -> Layout {
+        Layout { width, height, weighted: false, shown: Rectangle { x: 0, y: 0, width, height } }
+    }
+
+    /// Pixels of the film.
+    pub fn len(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// Whether there is no pixel.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Pixels of the picture.
+    pub fn shown_len(&self) -> u64 {
+        u64::from(self.shown.width) * u64::from(self.shown.height)
+    }
+
+    /// Places of the film that become the picture, row by row.
+    pub fn places(&self) -> impl Iterator<Item = usize> + Clone {
+        self.shown.places(self.width)
+    }
+}

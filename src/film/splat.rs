@@ -1,0 +1,260 @@
+//! Samples that count in every pixel within the filter's reach.
+//!
+//! What a sample adds to a pixel is its radiance times two taps, an exact product, rounded once to the film's
+//! quantum; and the product of the taps, a multiple of 2⁻²⁸, is added to the pixel's weight. A pixel of the picture is
+//! one sum over the other. Workers add up a *band* of some rows at a time, in 64-bit words, and send it; the film
+//! adds bands to wider words.
+
+use super::sums::{Film, Reject, check, fits, round_large, round_small};
+use super::weights::{MOST_TAPS, TAP_BITS, Weights, taps, with_width};
+use super::{Rectangle, sums};
+use crate::integrator::{Finished, Sample};
+use crate::math::Float;
+use crate::math::lanes::{Kernel, Level, dispatch};
+
+/// Bits behind the binary point of a pixel's weight.
+pub const WEIGHT_BITS: u32 = 2 * TAP_BITS;
+
+/// The largest band, in pixels: 4 MiB. A worker fills one and has sent two at most that nobody has taken yet.
+pub const BAND_PIXELS: u32 = 1 << 17;
+
+/// The most rows of pixels that a band is filled from.
+pub const BAND_ROWS: u32 = 16;
+
+/// One unit of a tap.
+const TAP: f64 = 1.0 / (1_u32 << TAP_BITS) as f64;
+
+/// Samples that were made for a pixel, wherever they count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Made {
+    /// Samples added.
+    pub count: u32,
+    /// Samples left out.
+    pub rejected: u32,
+}
+
+/// Sums of samples over some rows, as they travel in a batch. At most [`sums::MAX_COUNT`] samples a pixel fit, of at
+/// most [`sums::MAX_SUMMED`]: a pixel gets less than nine times the samples of one, because a filter's taps have
+/// absolute values whose sum is one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Band {
+    /// The first column, counted from the film's; may lie before it.
+    x: i64,
+    /// The first row, likewise.
+    y: i64,
+    width: usize,
+    height: usize,
+    /// For each pixel, row by row: radiance in multiples of the quantum, weight in multiples of 2^−[`WEIGHT_BITS`].
+    sums: Vec<[i64; 4]>,
+}
+
+impl Band {
+    /// A band without pixels.
+    pub fn empty() -> Band {
+        Band { x: 0, y: 0, width: 0, height: 0, sums: Vec::new() }
+    }
+
+    /// Columns and rows that lie on a film of so many.
+    fn on(&self, width: u32, height: u32) -> Option<Rectangle> {
+        let clip = |from: i64, len: usize, side: u32| {
+            let (first, end) = (from.max(0), (from + len as i64).min(i64::from(side)));
+            (first < end).then_some((first as u32, (end - first) as u32))
+        };
+        let ((x, width), (y, height)) =
+            (clip(self.x, self.width, width)?, clip(self.y, self.height, height)?);
+        Some(Rectangle { x, y, width, height })
+    }
+
+    /// The first and the last place on a film of this size that it may add to.
+    pub fn places(&self, width: u32, height: u32) -> Option<[u32; 2]> {
+        let on = self.on(width, height)?;
+        Some([on.y * width + on.x, (on.y + on.height - 1) * width + on.x + on.width - 1])
+    }
+}
+
+/// What puts samples on a film.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Splatter {
+    weights: Weights,
+    /// Column and row of the film's first pixel, where positions count from elsewhere.
+    origin: [i64; 2],
+}
+
+impl Splatter {
+    /// Puts samples on a film whose first pixel is in this column and row of what their positions are on.
+    pub fn new(weights: Weights, origin: [u32; 2]) -> Splatter {
+        Splatter { weights, origin: origin.map(i64::from) }
+    }
+
+    /// The weights.
+    pub fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    /// Columns and rows by which a band is larger than what it is filled from.
+    fn margin(&self) -> u32 {
+        2 * self.weights.reach() + self.weights.width() as u32
+    }
+
+    /// How many places, from one on, a band may be filled from on a film with so many pixels in a row.
+    pub fn places_from(&self, place: u32, film_width: u32) -> u32 {
+        let margin = self.margin();
+        let rows = (BAND_PIXELS / (film_width + margin)).saturating_sub(margin).min(BAND_ROWS);
+        let left_in_row = film_width - place % film_width;
+        if rows > 0 {
+            left_in_row + (rows - 1) * film_width
+        } else {
+            left_in_row.min((BAND_PIXELS / (margin + 1)).saturating_sub(margin).max(1))
+        }
+    }
+
+    /// An empty band for samples of the pixels at these places.
+    pub fn band(&self, first: u32, last: u32, film_width: u32) -> Band {
+        let [top, bottom] = [first, last].map(|place| place / film_width);
+        let columns =
+            if top == bottom { [first % film_width, last % film_width] } else { [0, film_width - 1] };
+        let (reach, margin) = (i64::from(self.weights.reach()), self.margin());
+        let (width, height) =
+            ((columns[1] - columns[0] + 1 + margin) as usize, (bottom - top + 1 + margin) as usize);
+        let (x, y) = (i64::from(columns[0]) - reach, i64::from(top) - reach);
+        Band { x, y, width, height, sums: vec![[0; 4]; width * height] }
+    }
+
+    /// Adds samples to a band and counts them in the pixels that they were made for. Returns the places in the list of
+    /// those that don't fit into its words.
+    pub fn add(&self, level: Level, samples: &[Finished], band: &mut Band, made: &mut [Made]) -> Vec<usize> {
+        let mut unusual = Vec::new();
+        dispatch(level, Add { splatter: self, samples, band, made, unusual: &mut unusual });
+        unusual
+    }
+}
+
+/// [`Splatter::add`], compiled for each level's instructions.
+struct Add<'a> {
+    splatter: &'a Splatter,
+    samples: &'a [Finished],
+    band: &'a mut Band,
+    made: &'a mut [Made],
+    unusual: &'a mut Vec<usize>,
+}
+
+impl Kernel for Add<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Float>(self) {
+        with_width!(self.splatter.weights.width(), N => self.run_with::<N>());
+    }
+}
+
+impl Add<'_> {
+    #[inline(always)]
+    fn run_with<const N: usize>(self) {
+        let Splatter { weights, origin } = self.splatter;
+        let (rows, shift) = (weights.rows::<N>(), weights.shift());
+        let (left, top) = (origin[0] + self.band.x, origin[1] + self.band.y);
+        let width = self.band.width;
+        for (i, finished) in self.samples.iter().enumerate() {
+            let Sample { x, y, radiance, .. } = finished.sample;
+            if !fits(radiance) {
+                self.unusual.push(i);
+                continue;
+            }
+            self.made[finished.slot as usize].count += 1;
+            let (column, across) = taps::<N>(rows, shift, x);
+            let (row, down) = taps::<N>(rows, shift, y);
+            let [r, g, b] = radiance;
+            let sample = [
+                f64::from(r) * sums::SCALE,
+                f64::from(g) * sums::SCALE,
+                f64::from(b) * sums::SCALE,
+                (1_u32 << WEIGHT_BITS) as f64,
+            ];
+            // All products are exact. Written as plain arrays, they become whole registers.
+            let mut product = [[0.0; 4]; N];
+            let mut weights = [0.0; N];
+            for k in 0..N {
+                let weight = f64::from(across[k]) * TAP;
+                product[k] = [sample[0] * weight, sample[1] * weight, sample[2] * weight, sample[3] * weight];
+                weights[k] = f64::from(down[k]) * TAP;
+            }
+            let mut first = (row - top) as usize * width + (column - left) as usize;
+            for weight in weights {
+                let to = &mut self.band.sums[first..first + N];
+                for (to, product) in to.iter_mut().zip(&product) {
+                    for (to, product) in to.iter_mut().zip(product) {
+                        *to += round_small(product * weight);
+                    }
+                }
+                first += width;
+            }
+        }
+    }
+}
+
+impl Film {
+    /// Adds a band's sums to the pixels that are on the film.
+    pub fn add_band(&mut self, band: &Band) {
+        let Some(on) = band.on(self.width(), self.height()) else { return };
+        let from =
+            |y: u32| (i64::from(y) - band.y) as usize * band.width + (i64::from(on.x) - band.x) as usize;
+        for y in on.y..on.y + on.height {
+            let sums = &band.sums[from(y)..][..on.width as usize];
+            let first = y as usize * self.width() as usize + on.x as usize;
+            for (to, sums) in self.pixels[first..].iter_mut().zip(sums) {
+                let [r, g, b, weight] = *sums;
+                to.add_radiance(0, r);
+                to.add_radiance(1, g);
+                to.add_radiance(2, b);
+                to.add_weight(weight);
+            }
+        }
+    }
+
+    /// Counts samples that were made for a pixel.
+    #[inline]
+    pub fn add_made(&mut self, pixel: usize, made: Made) {
+        self.pixels[pixel].count += u64::from(made.count);
+        self.pixels[pixel].rejected += made.rejected;
+    }
+
+    /// Adds one sample, of any radiance, to all pixels in which it counts, or counts it as rejected. `pixel` is the one
+    /// that it was made for.
+    pub fn splat(&mut self, splatter: &Splatter, pixel: usize, sample: &Sample) -> Result<(), Reject> {
+        if let Err(reject) = check(sample.radiance) {
+            self.pixels[pixel].rejected += 1;
+            return Err(reject);
+        }
+        self.pixels[pixel].count += 1;
+        let mut all = [[0; MOST_TAPS]; 2];
+        let weights = &splatter.weights;
+        let [column, row] = with_width!(weights.width(), N => {
+            let mut look = |axis: usize, at: f32| {
+                let (first, taps) = taps::<N>(weights.rows::<N>(), weights.shift(), at);
+                all[axis][..N].copy_from_slice(&taps);
+                first - splatter.origin[axis]
+            };
+            [look(0, sample.x), look(1, sample.y)]
+        });
+        let (width, height) = (i64::from(self.width()), i64::from(self.height()));
+        let scaled = sample.radiance.map(|c| f64::from(c) * sums::SCALE * (TAP * TAP));
+        for (y, down) in (row..).zip(all[1]) {
+            for (x, across) in (column..).zip(all[0]) {
+                let weight = i64::from(down) * i64::from(across);
+                if weight == 0 || !(0..width).contains(&x) || !(0..height).contains(&y) {
+                    continue;
+                }
+                let to = &mut self.pixels[(y * width + x) as usize];
+                for (channel, c) in scaled.into_iter().enumerate() {
+                    // Exact: the weight has 28 bits, but no more than 28 of them and those of the float count.
+                    to.add_radiance(channel, round_large(c * weight as f64));
+                }
+                to.add_weight(weight);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -42,7 +42,7 @@ use std::time::{Duration, Instant};
 mod crew;
 mod keeping;
 
-pub(crate) use keeping::facts;
+pub(crate) use keeping::{NOTES, facts};
 
 /// Everything that a render is asked for, checked.
 #[derive(Clone, Debug)]

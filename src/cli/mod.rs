@@ -4,6 +4,7 @@ mod arguments;
 mod bench;
 mod check;
 mod compare;
+mod develop;
 mod devices;
 mod info;
 mod merge;
@@ -36,6 +37,8 @@ enum Command {
     Bench(bench::BenchArguments),
     /// Add films of different samples of one render up, exactly
     Merge(merge::MergeArguments),
+    /// Make a picture of samples that were dumped, with any filter
+    Develop(develop::DevelopArguments),
     /// Say how far apart two pictures are
     Compare(compare::CompareArguments),
     /// Say what a film or a picture is, or what there is to render with
@@ -72,6 +75,7 @@ pub fn main() -> ExitCode {
         Command::Trace(arguments) => trace::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
+        Command::Develop(arguments) => develop::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
     };

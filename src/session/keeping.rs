@@ -82,6 +82,9 @@ pub(super) fn head(settings: &Settings, device: &str) -> Head {
     Head { layout: settings.layout(), identity: identity(settings, device), notes }
 }
 
+/// What a dump says beside the facts of its samples: notes that don't determine their bits.
+pub(crate) const NOTES: [&str; 4] = ["exposure", "tone", "asked", "rendered"];
+
 /// What a dump of this render's samples says of itself: facts and notes of a film, and where there are samples.
 pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
     let Region { x, y, width, height, .. } = settings.region;

@@ -1,0 +1,184 @@
+//! `stride develop`: a picture from samples that were dumped.
+
+use super::arguments::{self, range};
+use super::{Failure, usage};
+use crate::film::develop::Developer;
+use crate::film::{Film, Holding, Identity, Layout, Splatter, ViewTransform, Weights};
+use crate::math::lanes::Level;
+use crate::output::{self, PictureOptions, npy, write_picture};
+use crate::render::Region;
+use crate::scene::{FilmMode, FilmSettings, Filter, Tone};
+use crate::session;
+use std::io::Write;
+use std::ops::Range;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct DevelopArguments {
+    /// Samples (render --samples), of a film of mode continuous or of a whole one with filter box
+    samples: PathBuf,
+    /// Reconstruction filter: box, tent, gaussian, mitchell, blackman-harris or lanczos
+    #[arg(long, value_name = "NAME")]
+    filter: Filter,
+    /// The filter's radius in pixels, instead of its usual one
+    #[arg(long, value_name = "PIXELS")]
+    radius: Option<f64>,
+    /// Size of the film in pixels, where the file does not say of what its samples are
+    #[arg(long, value_name = "WxH", value_parser = arguments::size)]
+    size: Option<(u32, u32)>,
+    /// Picture to write: .png, .exr or .hdr; may be given several times
+    #[arg(short, long = "output", value_name = "FILE", required = true)]
+    outputs: Vec<PathBuf>,
+    /// Exposure of PNG in stops, instead of the render's
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = super::render::exposure)]
+    exposure: Option<f64>,
+    /// Tone curve of PNG, srgb or filmic, instead of the render's
+    #[arg(long, value_name = "NAME")]
+    tone: Option<Tone>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Samples that are read at a time.
+const PIECE: usize = 1 << 16;
+
+/// What a dump says that its samples are of.
+struct Dumped {
+    facts: Identity,
+    width: u32,
+    height: u32,
+    /// The part that becomes the picture, and the part of which there are samples.
+    shown: Region,
+    rendered: Region,
+    /// The samples that every pixel was to have.
+    asked: Option<Range<u32>>,
+}
+
+pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
+    let level = Level::from_environment().map_err(usage)?;
+    for path in &arguments.outputs {
+        output::check_writable(path)?;
+    }
+    let filter = match arguments.radius {
+        Some(radius) if !(0.5..=16.0).contains(&radius) => return Err(usage("a radius is 0.5 to 16 pixels")),
+        Some(radius) => arguments.filter.with_radius(radius),
+        None => arguments.filter,
+    };
+    let mut dump = npy::read::open_dump(&arguments.samples)?;
+    let dumped = match (dump.facts(), arguments.size) {
+        (Some(facts), None) => Dumped::told(facts, arguments)?,
+        (Some(_), Some(_)) => {
+            return Err(usage("the file says of which film its samples are; leave --size out"));
+        }
+        (None, Some((width, height))) => Dumped::of_size(width, height),
+        (None, None) => {
+            return Err(usage(format!(
+                "{:?} does not say of which film its samples are (was it saved by another program?); give its --size",
+                arguments.samples
+            )));
+        }
+    };
+    let film = FilmSettings {
+        width: dumped.width,
+        height: dumped.height,
+        exposure: 0.0,
+        tone: Tone::default(),
+        filter,
+        mode: Some(FilmMode::Continuous),
+    };
+    if let Some(problem) = film.problem() {
+        return Err(usage(problem));
+    }
+    let weights = Weights::new(filter);
+    let (region, shown) = dumped.shown.with_margin(weights.reach(), dumped.height);
+    if !dumped.rendered.holds(region) {
+        return Err(anyhow::anyhow!(
+            "{:?} is of a crop, with samples around it for a narrower filter than {filter}; render the crop with a filter as wide as this",
+            arguments.samples
+        )
+        .into());
+    }
+    let layout = Layout { weighted: true, shown, ..Layout::plain(region.width, region.height) };
+    let origin = [region.x, region.y];
+    let mut developer = Developer::new(layout, Splatter::new(weights, origin), dumped.width, origin, level)?;
+    let failed = |reason: String| anyhow::anyhow!("cannot develop {:?}: {reason}", arguments.samples);
+    loop {
+        let samples = dump.next(PIECE).map_err(|fault| failed(fault.to_string()))?;
+        if samples.is_empty() {
+            break;
+        }
+        developer.add(&samples).map_err(|misplaced| {
+            failed(format!("{misplaced}; is the film's size {}×{}?", dumped.width, dumped.height))
+        })?;
+    }
+    let film = developer.finish();
+    let facts = dumped.developed(filter, &film);
+    let exposure = arguments.exposure.or_else(|| dumped.facts.get("exposure")?.parse().ok());
+    let tone = arguments.tone.or_else(|| dumped.facts.get("tone")?.parse().ok());
+    let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
+    let picture = film.picture();
+    let options = PictureOptions { view, facts: Some(&facts), channels: &[] };
+    // All of them, even if one fails.
+    let written: Vec<_> =
+        arguments.outputs.iter().map(|path| write_picture(path, &picture, &options)).collect();
+    written.into_iter().collect::<Result<(), _>>()?;
+    if !arguments.quiet {
+        let names: Vec<String> = arguments.outputs.iter().map(|path| path.display().to_string()).collect();
+        // Standard error may be closed: this is a courtesy.
+        let _ = writeln!(std::io::stderr(), "{} samples; wrote {}", dump.count(), names.join(", "));
+    }
+    Ok(())
+}
+
+impl Dumped {
+    /// From what the file says.
+    fn told(facts: &Identity, arguments: &DevelopArguments) -> Result<Dumped, Failure> {
+        let path = &arguments.samples;
+        let strange =
+            || anyhow::anyhow!("{path:?} does not say what its samples are of in a way that is known here");
+        let fact = |name: &str| facts.get(name).ok_or_else(strange);
+        let (width, height) = arguments::size(fact("size")?).map_err(|_| strange())?;
+        let part = |text: &str| {
+            let crop = arguments::crop(text).map_err(|_| strange())?;
+            arguments::region(Some(crop), width, height).map_err(|_| strange())
+        };
+        let (shown, rendered) = (part(fact("crop")?)?, part(fact("rendered")?)?);
+        let (filter, mode) = (fact("filter")?, fact("mode")?);
+        let whole = shown == Region::whole(width, height);
+        let even = mode == FilmMode::Continuous.to_string() || (filter == "box 0.5" && whole);
+        if !even {
+            return Err(anyhow::anyhow!(
+                "{path:?} has samples that were drawn from the filter {filter}, and no other can be had of them; render with mode \"continuous\" (--film-mode continuous) for samples that lie evenly"
+            )
+            .into());
+        }
+        let asked = facts.get("asked").and_then(|asked| range(asked).ok());
+        Ok(Dumped { facts: facts.clone(), width, height, shown, rendered, asked })
+    }
+
+    /// From the size alone.
+    fn of_size(width: u32, height: u32) -> Dumped {
+        let whole = Region::whole(width, height);
+        let facts = Identity::default()
+            .with("program", concat!("stride ", env!("CARGO_PKG_VERSION")))
+            .with("size", format_args!("{width}x{height}"))
+            .with("filter", "")
+            .with("mode", "");
+        Dumped { facts, width, height, shown: whole, rendered: whole, asked: None }
+    }
+
+    /// What a picture of these samples with a filter says of itself: what a render's would.
+    fn developed(&self, filter: Filter, film: &Film) -> Identity {
+        let [least, most] = film.seen_range();
+        let end = u32::try_from(most).unwrap_or(u32::MAX);
+        let holding = Holding::prefix(self.asked.clone().unwrap_or(0..end), least, most);
+        let facts = self.facts.facts().filter(|(name, _)| !session::NOTES.contains(name));
+        let facts = facts.fold(Identity::default(), |facts, (name, value)| match name {
+            "filter" => facts.with(name, filter),
+            "mode" => facts.with(name, FilmMode::Continuous),
+            _ => facts.with(name, value),
+        });
+        session::facts(&facts, &holding)
+    }
+}

@@ -22,7 +22,7 @@ use crate::math::{Float, Ray};
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{Block, Independent, PathId, Sampler, Sobol};
 use crate::scene;
-use crate::world::{Bvh, CompiledScene, Finder, Geometry, World};
+use crate::world::{Bvh, CompiledScene, Finder, Geometry, Treed, World};
 use std::sync::Arc;
 
 /// One sample: where it fell on the film and what it saw.
@@ -118,10 +118,10 @@ pub fn build(
     geometry: Geometry,
     finder: Finder,
 ) -> Box<dyn Integrator> {
-    if finder.wants_tree(&geometry.second) {
-        build_in(render, offset, scene, Bvh::new(&geometry))
-    } else {
-        build_in(render, offset, scene, geometry)
+    match finder.treed(&geometry.second) {
+        Treed::Nothing => build_in(render, offset, scene, geometry),
+        Treed::Meshes => build_in(render, offset, scene, Bvh::of_meshes(&geometry)),
+        Treed::Everything => build_in(render, offset, scene, Bvh::new(&geometry)),
     }
 }
 

@@ -35,16 +35,28 @@ pub enum Finder {
     Bvh,
 }
 
+/// What of the bounded surfaces goes into a tree; the others are tried one by one, by all lanes at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Treed {
+    /// Nothing: no tree is worth it.
+    Nothing,
+    /// Triangles and instances.
+    Meshes,
+    /// Everything.
+    Everything,
+}
+
 impl Finder {
-    /// Whether a tree is to be built over these bounded surfaces.
-    pub fn wants_tree(self, bounded: &Simple) -> bool {
+    /// What of these surfaces is to be in a tree.
+    pub fn treed(self, bounded: &Simple) -> Treed {
+        // To try a quad takes about twice as long as to try a sphere, and so does a triangle.
+        let others = bounded.spheres.len() + 2 * bounded.quads.len();
+        let all = others + 2 * (bounded.triangles.len() + bounded.instances.len());
         match self {
-            // To try a quad takes about twice as long as to try a sphere.
-            Finder::Fastest => {
-                bounded.spheres.len() + 2 * (bounded.quads.len() + bounded.triangles.len()) >= TREE_PAYS_FROM
-            }
-            Finder::Simple => false,
-            Finder::Bvh => true,
+            Finder::Simple => Treed::Nothing,
+            Finder::Fastest if all < TREE_PAYS_FROM => Treed::Nothing,
+            Finder::Fastest if others < BESIDE_UP_TO => Treed::Meshes,
+            Finder::Fastest | Finder::Bvh => Treed::Everything,
         }
     }
 }
@@ -52,6 +64,10 @@ impl Finder {
 /// Spheres from which on a tree is faster than trying them all: about 70 where sixteen paths run side by side,
 /// 40 where eight do, 35 and 28 with quads for two each.
 const TREE_PAYS_FROM: usize = 56;
+
+/// Spheres up to which trying them all is faster where there is a tree of meshes anyway: rays that have met something
+/// near need not go there.
+const BESIDE_UP_TO: usize = 24;
 
 /// What a ray meets first.
 #[derive(Clone, Copy, Debug)]
@@ -96,8 +112,37 @@ impl<F: Float> Hit<F> {
 
 /// Everything that rays can meet.
 pub trait World: Send + Sync {
-    /// The first hit of each ray. Equal distances go to the lower instance, and then to the lower surface. Lanes that do not ask hold nonsense.
-    fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F>;
+    /// The first hit of each ray. Equal distances go to the lower instance, and then to the lower surface. Lanes
+    /// that do not ask hold nonsense.
+    #[inline(always)]
+    fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
+        self.intersect_within(ray, F::splat(NOTHING), asks)
+    }
+    /// The same of hits no farther than `t_max`; where there is none, a farther one or no hit.
+    fn intersect_within<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F>;
     /// The lanes whose ray meets anything before the distance `t_max`. Lanes that do not ask hold nonsense.
     fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> F::Mask;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Sphere;
+    use glam::DVec3;
+
+    #[test]
+    fn few_surfaces_stay_out_of_trees() {
+        let spheres = |count: usize| {
+            let sphere = (Sphere::new(DVec3::ZERO, 1.0), 0);
+            Simple { spheres: vec![sphere; count], ..Simple::default() }
+        };
+        for (finder, count, treed) in [
+            (Finder::Fastest, 3, Treed::Nothing),
+            (Finder::Fastest, 1000, Treed::Everything),
+            (Finder::Bvh, 3, Treed::Everything),
+            (Finder::Simple, 1000, Treed::Nothing),
+        ] {
+            assert_eq!(finder.treed(&spheres(count)), treed, "{finder:?}, {count} spheres");
+        }
+    }
 }

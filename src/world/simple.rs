@@ -101,7 +101,7 @@ impl Simple {
 
 impl World for Simple {
     #[inline(always)]
-    fn intersect<F: Float>(&self, ray: &Ray<F>, _asks: F::Mask) -> Hit<F> {
+    fn intersect_within<F: Float>(&self, ray: &Ray<F>, _t_max: F, _asks: F::Mask) -> Hit<F> {
         let hit = closest(&self.planes, ray, Hit::none());
         let hit = closest(&self.spheres, ray, hit);
         let mut hit = closest(&self.quads, ray, hit);

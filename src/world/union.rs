@@ -15,8 +15,9 @@ pub struct Union<A, B> {
 
 impl<A: World, B: World> World for Union<A, B> {
     #[inline(always)]
-    fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
-        self.first.intersect(ray, asks).nearer(self.second.intersect(ray, asks))
+    fn intersect_within<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F> {
+        let first = self.first.intersect_within(ray, t_max, asks);
+        first.nearer(self.second.intersect_within(ray, first.t.min(t_max), asks))
     }
 
     #[inline(always)]

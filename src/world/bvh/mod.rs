@@ -46,6 +46,14 @@ impl Bvh {
         Bvh::with(geometry, |bounds| bounds, threads)
     }
 
+    /// A tree of the meshes alone, which joins everything else.
+    pub fn of_meshes(geometry: &Geometry) -> Union<Simple, Bvh> {
+        let Union { mut first, mut second } = geometry.clone();
+        first.spheres.append(&mut second.spheres);
+        first.quads.append(&mut second.quads);
+        Bvh::new(&Union { first, second })
+    }
+
     /// What the tree takes up in memory, in bytes.
     pub fn bytes(&self) -> usize {
         let trees = self.tree.iter().chain(&self.meshes);
@@ -126,13 +134,24 @@ fn item(bounds: Bounds, kind: u32, index: usize) -> Option<Item> {
     fits.then(|| Item::new(&bounds, kind, index as u32))
 }
 
+/// A number of each lane.
+#[inline(always)]
+fn column<F: Float>(x: F) -> [f32; MAX_LANES] {
+    let mut column = [0.0; MAX_LANES];
+    x.store(&mut column);
+    column
+}
+
 impl World for Bvh {
     #[inline(always)]
-    fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
-        let mut found = Found::NOTHING;
-        if let Some(tree) = &self.tree {
-            found = F::outlined(Closest { world: self, tree, rays: Rays::new(ray, asks) });
+    fn intersect_within<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F> {
+        let Some(tree) = &self.tree else { return Hit::none() };
+        let asks = asks & tree.reached(ray, t_max, self.share);
+        if !asks.any() {
+            return Hit::none();
         }
+        let rays = Rays::new(ray, asks);
+        let found = F::outlined(Closest { world: self, tree, rays, t_max: column(t_max) });
         let Found { t, surface, instance } = &found;
         Hit { t: F::load(t), surface: F::Uint::load(surface), instance: F::Uint::load(instance) }
     }
@@ -140,8 +159,11 @@ impl World for Bvh {
     #[inline(always)]
     fn occluded<F: Float>(&self, ray: &Ray<F>, limit: F, asks: F::Mask) -> F::Mask {
         let Some(tree) = &self.tree else { return F::Mask::splat(false) };
-        let mut t_max = [0.0; MAX_LANES];
-        limit.store(&mut t_max);
-        F::Mask::from_bits(F::outlined(Any { world: self, tree, rays: Rays::new(ray, asks), t_max }))
+        let asks = asks & tree.reached(ray, limit, self.share);
+        if !asks.any() {
+            return asks;
+        }
+        let rays = Rays::new(ray, asks);
+        F::Mask::from_bits(F::outlined(Any { world: self, tree, rays, t_max: column(limit) }))
     }
 }

@@ -2,8 +2,8 @@
 
 use super::build::{ALONE, Below, Item, LEAF, Split};
 use super::in_parts;
-use crate::math::{Bounds, Float, Vec3};
-use crate::shape::{Quad, QuadForm, Sphere, SphereForm};
+use crate::math::{Bounds, Float, Ray, Vec3};
+use crate::shape::{BOUNDS_ERROR, Quad, QuadForm, Sphere, SphereForm};
 use crate::world::{FIRST_TRIANGLE, Simple, Triangles, pages};
 
 /// Children of a node.
@@ -213,6 +213,8 @@ impl Eight {
 #[derive(Clone, Debug)]
 pub(super) struct Nodes {
     pub(super) root: Child,
+    /// Around everything, with room for what rounding does to a ray.
+    around: Bounds,
     pub(super) nodes: Vec<Node>,
     pub(super) spheres: Vec<Spheres>,
     pub(super) quads: Vec<Quads>,
@@ -257,7 +259,33 @@ impl Nodes {
                 block.fill(&things.triangles, &items[range.clone()]);
             }
         });
-        Nodes { root, nodes, spheres: spheres.collect(), quads: quads.collect(), triangles }
+        Nodes {
+            root,
+            around: splits[0].bounds.grown(BOUNDS_ERROR),
+            nodes,
+            spheres: spheres.collect(),
+            quads: quads.collect(),
+            triangles,
+        }
+    }
+
+    /// The lanes whose ray comes to the box around everything before `t_max` or there, all at once; `share` as for
+    /// the boxes within (see [`super::Bvh`]), twice, so that no ray is turned away that one of them would let in.
+    #[inline(always)]
+    pub(super) fn reached<F: Float>(&self, ray: &Ray<F>, t_max: F, share: f32) -> F::Mask {
+        let error = ray.o.max_abs() * (2.0 * share);
+        let (mut near, mut far) = (F::zero(), t_max);
+        let Bounds { low, high } = self.around;
+        for (axis, (o, d)) in
+            [(ray.o.x, ray.d.x), (ray.o.y, ray.d.y), (ray.o.z, ray.d.z)].into_iter().enumerate()
+        {
+            let inverse = F::splat(1.0) / d;
+            let a = (F::splat(low[axis]) - error - o) * inverse;
+            let b = (F::splat(high[axis]) + error - o) * inverse;
+            near = a.min(b).max(near);
+            far = a.max(b).min(far);
+        }
+        !near.gt(far)
     }
 
     /// Begins to read what a child is from memory.
@@ -280,7 +308,7 @@ impl Nodes {
 
     /// Bytes in memory.
     pub(super) fn bytes(&self) -> usize {
-        let Nodes { root: _, nodes, spheres, quads, triangles } = self;
+        let Nodes { root: _, around: _, nodes, spheres, quads, triangles } = self;
         size_of_val(&nodes[..])
             + size_of_val(&spheres[..])
             + size_of_val(&quads[..])

@@ -270,6 +270,8 @@ pub(super) struct Closest<'a> {
     pub(super) world: &'a Bvh,
     pub(super) tree: &'a Nodes,
     pub(super) rays: Rays,
+    /// Distances up to which hits count.
+    pub(super) t_max: [f32; MAX_LANES],
 }
 
 // Closures too must be inlined into code that is compiled for the level, or run without its instructions.
@@ -278,7 +280,7 @@ impl Kernel for Closest<'_> {
 
     #[inline(always)]
     fn run<F: Float>(self) -> Found {
-        let Closest { world, tree, rays } = self;
+        let Closest { world, tree, rays, t_max } = self;
         let mut stack = [Waiting { near: 0.0, child: tree.root }; STACK];
         let mut inner_stack = stack;
         let mut found = Found::NOTHING;
@@ -286,11 +288,12 @@ impl Kernel for Closest<'_> {
             #[inline(always)]
             |lane, ray| {
                 let probe = Probe::<F::Octet>::new(&ray, world.share);
-                let mut nearest = Nearest { t: NOTHING, surface: u32::MAX, instance: NO_INSTANCE };
+                let limit = t_max[lane];
+                let mut nearest = Nearest { t: limit, surface: u32::MAX, instance: NO_INSTANCE };
                 visit::<_, true>(
                     tree,
                     &probe,
-                    NOTHING,
+                    limit,
                     &mut stack,
                     #[inline(always)]
                     |target, t_max| {
@@ -315,6 +318,9 @@ impl Kernel for Closest<'_> {
                         Some(nearest.t)
                     },
                 );
+                if nearest.surface == u32::MAX {
+                    return;
+                }
                 found.t[lane] = nearest.t;
                 found.surface[lane] = nearest.surface;
                 found.instance[lane] = nearest.instance;

@@ -55,7 +55,8 @@ pub fn write_atomically(
 }
 
 /// A file that is written bit by bit under a temporary name, and put in place when it is whole. Dropped
-/// before that, it leaves nothing behind.
+/// before that, it leaves nothing behind. While it is open it is locked, which tells it from one whose writer was
+/// killed; where files can't be locked, none is taken for such.
 pub(super) struct Draft {
     path: PathBuf,
     place: Place,
@@ -70,8 +71,14 @@ impl Draft {
         let name = place.path.file_name().unwrap_or_default().to_string_lossy();
         let prefix = format!(".stride-{name}-");
         sweep(&place.folder, &prefix);
-        let file = temporary_called(&prefix, path, &place)?;
-        Ok(Draft { path: path.to_path_buf(), place, file })
+        loop {
+            let file = temporary_called(&prefix, path, &place)?;
+            // Somebody who sweeps may hold it for a moment, between its birth and this lock, and then it is gone.
+            let locked = file.as_file().lock().is_ok();
+            if !locked || file.path().exists() {
+                return Ok(Draft { path: path.to_path_buf(), place, file });
+            }
+        }
     }
 
     /// The file, to write to.
@@ -87,12 +94,18 @@ impl Draft {
     }
 }
 
-/// Removes temporary files that nobody will finish. It is a courtesy: what can't be removed stays.
+/// Removes temporary files that nobody will finish: those that nobody has locked. It is a courtesy: what can't be
+/// removed stays.
 fn sweep(folder: &Path, prefix: &str) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        if name.starts_with(prefix) && name.ends_with(SUFFIX) {
+        if name.starts_with(prefix)
+            && name.ends_with(SUFFIX)
+            && let Ok(file) = File::open(entry.path())
+            && file.try_lock().is_ok()
+        {
+            // The lock is held until it is gone: see `Draft::begin`.
             let _ = fs::remove_file(entry.path());
         }
     }
@@ -245,6 +258,49 @@ mod tests {
         check_place(&folder.path().join("b.png")).unwrap();
         assert_eq!(fs::read(folder.path().join("b.png")).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["b.png"]);
+    }
+
+    #[test]
+    fn what_was_left_by_the_dead_is_swept_up_and_what_the_living_write_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.film");
+        // Another writer's, under way, and one that nobody holds any more.
+        let other = Draft::begin(&path).unwrap();
+        let left = folder.path().join(".stride-a.film-dead.tmp");
+        fs::write(&left, "half").unwrap();
+        let unrelated = folder.path().join(".stride-ab.film-dead.tmp");
+        fs::write(&unrelated, "half").unwrap();
+        let ours = Draft::begin(&path).unwrap();
+        assert!(other.file.path().exists() && ours.file.path().exists() && unrelated.exists());
+        assert!(!left.exists());
+        other.file().unwrap().write_all(b"theirs").unwrap();
+        other.commit().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"theirs");
+        ours.file().unwrap().write_all(b"ours").unwrap();
+        ours.commit().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"ours");
+        assert_eq!(names(folder.path()), [".stride-ab.film-dead.tmp", "a.film"]);
+        // What is in place is nobody's draft: it can be locked.
+        File::open(&path).unwrap().try_lock().unwrap();
+    }
+
+    #[test]
+    fn many_who_begin_at_once_do_not_sweep_each_other_up() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.film");
+        std::thread::scope(|scope| {
+            for writer in 0..8 {
+                let path = &path;
+                scope.spawn(move || {
+                    for round in 0..40 {
+                        let draft = Draft::begin(path).unwrap();
+                        write!(draft.file().unwrap(), "{writer} {round}").unwrap();
+                        draft.commit().unwrap();
+                    }
+                });
+            }
+        });
+        assert_eq!(names(folder.path()), ["a.film"]);
     }
 
     #[test]

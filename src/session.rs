@@ -11,12 +11,16 @@
 //! Workers are CPU threads, a GPU, or both (`crew.rs`). If a GPU is lost beside threads, these hear what pixels have and
 //! get its orders.
 //!
+//! What the window saves and what is written at the end are the same files: the finisher tells the saver that the
+//! end is coming, and writes when the saver waits for it.
+//!
 //! Every arrow is a bounded channel. Ctrl-C closes the `stop` channel, a viewer or a sink that goes away
 //! closes its own, and either makes the accumulator stop; it closes the orders, and the workers end.
 //!
 //! Where the window moves the camera, all this is wired up again for each place that the scene is seen from.
 
 use crate::film::file::Head;
+use crate::film::noise::FIRST_MILESTONE;
 use crate::film::{Channel, Film, Layer, Layout, MemoryError, Milestone, Picture, Rectangle, ViewTransform};
 use crate::gpu;
 use crate::integrator::{Integrator, Paths};
@@ -26,12 +30,13 @@ use crate::output::window::{self, Feed, Left, Window, WindowOptions};
 use crate::output::{FilmError, OutputError, Progress, Reporter, SampleDump, Tev, TevError};
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::{Accumulator, Barrier, Held, Region, Schedule, first_hit_layers, layer_samples};
-use crate::scene::{FilmMode, Scene};
+use crate::scene::{FilmMode, Fingerprint, Scene};
 use crate::world::Finder;
 use crew::Crew;
 use crossbeam_channel::{Receiver, bounded, select};
 use keeping::Written;
 use std::convert::Infallible;
+use std::fmt;
 use std::io::Write;
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -86,7 +91,7 @@ pub struct Settings {
     /// The film file of a run that this one goes on with.
     pub resume: Option<PathBuf>,
     /// What tells the scene from others, where films or pictures are to say so.
-    pub fingerprint: Option<String>,
+    pub fingerprint: Option<Fingerprint>,
     /// Show which worker owns each pixel instead of what it saw: in the pictures, which then have to be PNG
     /// files, and at first in the window.
     pub overlay: bool,
@@ -146,6 +151,8 @@ pub enum View {
 pub struct Report {
     /// The figures.
     pub totals: Totals,
+    /// What became of the error that was asked for.
+    pub noise: Option<Noise>,
     /// Whether every pixel has the same number of samples.
     pub whole: bool,
     /// What rendered.
@@ -160,6 +167,48 @@ pub struct Report {
     pub build: Duration,
     /// The picture.
     pub picture: Picture,
+}
+
+/// What became of an error that a render was to end at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// The error that was asked for.
+    pub asked: f64,
+    /// The error by estimate, where there were samples enough for one.
+    pub estimated: Option<f64>,
+    /// Samples that every pixel has.
+    pub spp: u32,
+}
+
+impl Noise {
+    fn of(asked: f64, totals: &Totals) -> Noise {
+        Noise { asked, estimated: totals.noise.map(|[now, _]| now), spp: totals.spp }
+    }
+
+    /// Whether it is as small as was asked for, as far as is known.
+    pub fn reached(&self) -> bool {
+        self.estimated.is_some_and(|estimated| estimated <= self.asked)
+    }
+}
+
+impl fmt::Display for Noise {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Noise { asked, estimated, spp } = *self;
+        let least = 2 * FIRST_MILESTONE;
+        match estimated {
+            Some(now) if self.reached() => {
+                write!(f, "the error is {now:.5} by estimate; {asked} was asked for")
+            }
+            Some(now) => write!(
+                f,
+                "the error that was asked for, {asked}, is not reached: it is {now:.5} by estimate at {spp} samples a pixel"
+            ),
+            None => write!(
+                f,
+                "whether the error that was asked for, {asked}, is reached is not known: an estimate takes {least} samples a pixel, and the render ended at {spp}"
+            ),
+        }
+    }
 }
 
 /// Why a render failed. Whatever was rendered has been written all the same.
@@ -230,6 +279,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     if own.is_aside {
         write_aside(settings, &head, &own)?;
     }
+    let noise = warn_of_noise(settings, &own.outcome);
     if settings.view != View::Quiet {
         // Standard error may be closed: these are courtesies.
         let _ = tell(settings, &own.outcome, &mut std::io::stderr().lock());
@@ -240,7 +290,17 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let made = |workers: Range<usize>| made[workers].iter().sum();
     let devices = devices.into_iter().map(|(name, workers)| (name, made(workers))).collect();
     let lost = lost.map(|lost| lost.to_string());
-    Ok(Report { totals, whole, device, devices, lost, threads, build, picture })
+    Ok(Report { totals, noise, whole, device, devices, lost, threads, build, picture })
+}
+
+/// What came of the goal of an error, if one was asked for. Those who want quiet are warned, too, where it was missed:
+/// the picture is not what was asked for.
+fn warn_of_noise(settings: &Settings, outcome: &Outcome) -> Option<Noise> {
+    let noise = settings.noise.map(|asked| Noise::of(asked, &outcome.totals))?;
+    if !noise.reached() && outcome.totals.samples > 0 {
+        let _ = writeln!(std::io::stderr(), "warning: {noise}");
+    }
+    Some(noise)
 }
 
 /// A film to begin or go on with, its last milestone, and how long it was rendered before.
@@ -292,6 +352,9 @@ fn tour(
                 let begun = Begun { film, milestone: None, spent: Duration::ZERO };
                 let task = Task { settings: &settings, crew, head: &head, begun, dump: None, tev: None };
                 let view = render(task, Some(window), stop)?;
+                if !view.is_aside {
+                    warn_of_noise(&settings, &view.outcome);
+                }
                 if !view.is_aside && settings.view != View::Quiet {
                     let _ = tell(&settings, &view.outcome, &mut std::io::stderr().lock());
                 }
@@ -400,6 +463,7 @@ fn render(
         }
         let inbox = Inbox { batches, failures, stop: stop.clone() };
         let (left_out, left_in) = bounded::<Left>(1);
+        let (ending_out, ending) = bounded(0);
         // One thread from the film to the files, so that they are written while the window stays open.
         let finisher = scope.spawn({
             let (pictures, sink) = (pictures.clone(), sink.as_ref());
@@ -411,8 +475,11 @@ fn render(
                 let owners = outcome.owners.clone().unwrap_or_else(|| Arc::clone(&pictures.owners));
                 let pictures = keeping::Pictures { owners, ..pictures };
                 let picture = outcome.film.picture();
-                // A checkpoint that is still on its way must not replace the end.
+                // Neither a checkpoint that is still on its way nor what the window saves must replace the end.
                 let kept = keeper.is_none_or(|keeper| keeper.join().is_ok());
+                let (written_out, written) = bounded(0);
+                // Without a window there is nobody to wait for.
+                let _ = ending_out.send(written);
                 let layers = || layers(settings, layer_integrator.as_deref(), &outcome);
                 // A black picture is no replacement for whatever is there.
                 let written = match outcome.totals.samples {
@@ -420,13 +487,14 @@ fn render(
                     _ if is_aside => Ok(()),
                     _ => pictures.write_end(sink, &outcome, &picture, layers),
                 };
+                drop(written_out);
                 (outcome, picture, written, kept, is_aside)
             }
         });
         let left = match window {
             Some(window) => {
                 let (requests_out, requests) = bounded(1);
-                scope.spawn(move || pictures.save_on_request(&requests));
+                scope.spawn(move || pictures.save_on_request(&requests, &ending));
                 scope.spawn(move || show_notes(&notes));
                 let (layers_out, layers) = bounded(1);
                 if let Some(integrator) = layer_integrator {
@@ -439,7 +507,7 @@ fn render(
                 Some(left)
             }
             None => {
-                drop(pictures);
+                drop((pictures, ending));
                 show_progress(settings, &progress, &notes);
                 None
             }
@@ -488,10 +556,8 @@ fn preview(settings: &Settings, integrator: &dyn Integrator) -> Vec<Channel> {
 
 /// The layers that are wanted, of what the render came to.
 fn layers(settings: &Settings, layer_integrator: Option<&dyn Integrator>, outcome: &Outcome) -> Vec<Channel> {
-    let of_film = settings.layers.iter().filter(|layer| layer.is_of_film());
-    let mut channels: Vec<Channel> = of_film
-        .flat_map(|layer| layer.channels().map(|name| Channel { name, values: layer.of_film(&outcome.film) }))
-        .collect();
+    let mut channels: Vec<Channel> =
+        settings.layers.iter().flat_map(|layer| layer.channels_of_film(&outcome.film)).collect();
     if let Some(integrator) = layer_integrator {
         let samples = layer_samples(outcome.totals.spp);
         let (first, threads) = (settings.first, settings.threads.get());
@@ -595,9 +661,9 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
         let note = if outcome.whole { ", and nothing is missing" } else { "" };
         writeln!(out, "warning: {lost}; the CPU went on{note}")?;
     }
-    if let Some([now, asked]) = outcome.totals.noise {
-        let early = if now > asked { ": the render ended early" } else { "" };
-        writeln!(out, "the error is {now:.5} by estimate, and {asked} was asked for{early}")?;
+    if let Some(noise) = settings.noise.map(|asked| Noise::of(asked, &outcome.totals)).filter(Noise::reached)
+    {
+        writeln!(out, "{noise}")?;
     }
     let rejected = outcome.totals.rejected;
     if rejected > 0 {

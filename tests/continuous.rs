@@ -91,6 +91,13 @@ fn threads_lanes_and_shards_in_any_order_give_the_same_files() {
     succeed(dir.path(), &[&["merge", "-q"], &films[..], &["-o", "m.exr", "-o", "m.film"]].concat());
     assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "whole.exr"));
     assert!(picture(dir.path(), "m.exr") == picture(dir.path(), "whole.exr"));
+    // Of the layers that films tell there is the count of samples, and no variance.
+    succeed(dir.path(), &["merge", "-q", "m.film", "--layers", "all", "-o", "l.exr"]);
+    assert!(picture(dir.path(), "l.exr") == picture(dir.path(), "whole.exr"));
+    let has = |name: &str| bytes(dir.path(), "l.exr").windows(name.len()).any(|at| at == name.as_bytes());
+    assert!(has("samples.Y") && !has("variance.Y"));
+    let said = refused(dir.path(), 2, &["merge", "m.film", "--layers", "variance", "-o", "l.exr"]);
+    assert!(said.contains("mode \"importance\" has them"), "{said}");
     // Negative controls: one shard less, another filter, another mode.
     succeed(dir.path(), &[&["merge", "-q"], &films[1..], &["-o", "m.exr"]].concat());
     assert!(picture(dir.path(), "m.exr") != picture(dir.path(), "whole.exr"));

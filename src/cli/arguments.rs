@@ -14,10 +14,10 @@ pub(super) struct SceneArguments {
     /// Scene file (TOML)
     pub scene: PathBuf,
     /// Seed of all randomness, instead of the scene's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = seed)]
     pub seed: Option<u32>,
     /// Size of the film in pixels, instead of the scene's
-    #[arg(long, value_name = "WxH", value_parser = size)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = size)]
     pub size: Option<(u32, u32)>,
     /// How light is followed, instead of the scene's way: path, path-naive or whitted
     #[arg(long, value_name = "NAME")]
@@ -26,7 +26,7 @@ pub(super) struct SceneArguments {
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<Sampler>,
     /// Largest number of bounces, instead of the scene's; 0 sees emitters only; or unlimited
-    #[arg(long, value_name = "N", value_parser = max_depth)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = max_depth)]
     pub max_depth: Option<u32>,
     /// Reconstruction filter, instead of the scene's: none, box, tent, gaussian, mitchell, blackman-harris or lanczos
     #[arg(long, value_name = "NAME")]
@@ -107,6 +107,11 @@ pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
     let (width, height) = text.split_once(['x', '×']).ok_or_else(error)?;
     let side = |text: &str| text.parse().ok().filter(|side| (1..=65_536).contains(side)).ok_or_else(error);
     Ok((side(width)?, side(height)?))
+}
+
+/// "7".
+pub(super) fn seed(text: &str) -> Result<u32, String> {
+    text.parse().map_err(|_| "a seed is a whole number from 0 to 4294967295".to_owned())
 }
 
 /// "12" or "unlimited" as a number of bounces.

@@ -5,7 +5,7 @@ use super::{Failure, usage};
 use crate::film::develop::Developer;
 use crate::film::{Film, Holding, Identity, Layout, Splatter, ViewTransform, Weights};
 use crate::math::lanes::Level;
-use crate::output::{self, PictureOptions, npy, write_picture};
+use crate::output::{self, Crop, PictureOptions, npy, write_picture};
 use crate::render::Region;
 use crate::scene::{FilmMode, FilmSettings, Filter, Tone};
 use crate::session;
@@ -118,7 +118,7 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
     let tone = arguments.tone.or_else(|| dumped.facts.get("tone")?.parse().ok());
     let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
     let picture = film.picture();
-    let options = PictureOptions { view, facts: Some(&facts), channels: &[] };
+    let options = PictureOptions { view, facts: Some(&facts), channels: &[], crop: Crop::of(&facts) };
     // All of them, even if one fails.
     let written: Vec<_> =
         arguments.outputs.iter().map(|path| write_picture(path, &picture, &options)).collect();

@@ -1,10 +1,11 @@
 //! `stride merge`: films of disjoint samples add up to one, exactly.
 
+use super::render::{Layers, NO_SQUARES};
 use super::{Failure, usage};
 use crate::film::file::Head;
-use crate::film::{Film, Holding, Identity, Ranges, ViewTransform};
+use crate::film::{Channel, Film, Holding, Identity, Layer, Ranges, ViewTransform};
 use crate::output::{
-    self, FilmError, FilmFile, Format, OutputError, PictureOptions, film, open_film, write_film,
+    self, Crop, FilmError, FilmFile, Format, OutputError, PictureOptions, film, open_film, write_film,
     write_picture,
 };
 use crate::scene::Tone;
@@ -20,6 +21,10 @@ pub(super) struct MergeArguments {
     /// What to write: .film, .exr, .png or .hdr; may be given several times
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     outputs: Vec<PathBuf>,
+    /// Layers that EXR files get beside colour, of those that films tell: variance, samples [default: those that the
+    /// films were rendered with]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = super::render::layer)]
+    layers: Vec<Layers>,
     /// Exposure of PNG in stops, instead of the films'
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = super::render::exposure)]
     exposure: Option<f64>,
@@ -60,6 +65,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let parts: Vec<Part<'_>> =
         arguments.films.iter().map(|path| Part::read(path)).collect::<Result<_, _>>()?;
     let Some(first) = parts.first() else { return Err(usage("there is no film to merge")) };
+    let (layers, of_scene) = layers(&arguments.layers, &parts)?;
     let holding = join(first, &parts, arguments.outputs.iter().any(|path| is_film(path)))?;
 
     // One film's memory, however many there are.
@@ -71,13 +77,51 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let exposure = arguments.exposure.or_else(|| first.head.notes.get("exposure")?.parse().ok());
     let tone = arguments.tone.or_else(|| first.head.notes.get("tone")?.parse().ok());
     let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
-    let head = merged_head(first, &holding, view);
-    write_outputs(&arguments.outputs, &head, &film, &holding, view)?;
+    let head = merged_head(&parts, first, &holding, view);
+    write_outputs(&arguments.outputs, &head, &film, &holding, view, &layers)?;
     if !arguments.quiet {
         // Standard error may be closed: these are courtesies.
-        let _ = tell(arguments, &holding, &mut std::io::stderr().lock());
+        let _ = tell(arguments, &holding, &of_scene, &mut std::io::stderr().lock());
     }
     Ok(())
+}
+
+/// The layers to write, and those that the films were rendered with and can't tell.
+fn layers(asked: &[Layers], parts: &[Part<'_>]) -> Result<(Vec<Layer>, Vec<Layer>), Failure> {
+    if let Some(layer) = asked.iter().filter_map(|asked| asked.0).find(|layer| !layer.is_of_film()) {
+        return Err(usage(format!("a film does not tell the layer {}; {}", layer.name(), remedy(&[layer]))));
+    }
+    let shares = parts.first().is_some_and(|part| part.head.layout.weighted);
+    if shares && asked.iter().any(|asked| asked.0 == Some(Layer::Variance)) {
+        return Err(usage(NO_SQUARES));
+    }
+    let noted = noted_layers(parts);
+    let noted = |layer: &Layer| noted.contains(layer);
+    let wanted = |layer: &Layer| match asked {
+        [] => noted(layer),
+        asked => asked.iter().any(|asked| asked.0.is_none_or(|asked| asked == *layer)),
+    };
+    let told = |layer: &Layer| layer.is_of_film() && !(shares && *layer == Layer::Variance);
+    let of_film = Layer::ALL.into_iter().filter(told).filter(wanted).collect();
+    Ok((of_film, Layer::ALL.into_iter().filter(|layer| !layer.is_of_film() && noted(layer)).collect()))
+}
+
+/// The layers that the films were rendered with.
+fn noted_layers(parts: &[Part<'_>]) -> Vec<Layer> {
+    let noted = |layer: &Layer| {
+        let mut notes = parts.iter().filter_map(|part| part.head.notes.get("layers"));
+        notes.any(|names| names.split(',').any(|name| name == layer.name()))
+    };
+    Layer::ALL.into_iter().filter(noted).collect()
+}
+
+/// How to get layers that are made of the scene.
+fn remedy(layers: &[Layer]) -> String {
+    let names: Vec<&str> = layers.iter().map(|layer| layer.name()).collect();
+    format!(
+        "render SCENE --resume FILE.film --layers {} -o FILE.exr writes it all from a whole film",
+        names.join(",")
+    )
 }
 
 fn is_film(path: &Path) -> bool {
@@ -99,7 +143,7 @@ fn check_outputs(outputs: &[PathBuf]) -> Result<(), OutputError> {
 fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, Failure> {
     let mut all = Holding::default();
     for (i, part) in parts.iter().enumerate() {
-        if let Some(difference) = first.head.identity.difference(&part.head.identity) {
+        if let Some(difference) = first.head.difference(&part.head) {
             let (path, other) = (part.path, first.path);
             return Err(anyhow::anyhow!(
                 "{path:?} and {other:?} are of different renders: of the first, {difference}"
@@ -128,14 +172,21 @@ fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, 
     Ok(all)
 }
 
-fn merged_head(first: &Part<'_>, holding: &Holding, view: ViewTransform) -> Head {
+fn merged_head(parts: &[Part<'_>], first: &Part<'_>, holding: &Holding, view: ViewTransform) -> Head {
     let ranges = || holding.whole().iter().chain(holding.open());
     let asked = ranges().map(|range| range.start).min().unwrap_or(0)
         ..ranges().map(|range| range.end).max().unwrap_or(0);
-    let notes = Identity::default()
+    let mut notes = Identity::default()
         .with("exposure", view.exposure)
         .with("tone", view.tone.name())
         .with("asked", format_args!("{}..{}", asked.start, asked.end));
+    let layers: Vec<&str> = noted_layers(parts).iter().map(|layer| layer.name()).collect();
+    if !layers.is_empty() {
+        notes = notes.with("layers", layers.join(","));
+    }
+    if let Some(outline) = first.head.notes.get("parts") {
+        notes = notes.with("parts", outline);
+    }
     Head { notes, ..first.head.clone() }
 }
 
@@ -146,7 +197,9 @@ fn write_outputs(
     film: &Film,
     holding: &Holding,
     view: ViewTransform,
+    layers: &[Layer],
 ) -> Result<(), OutputError> {
+    let channels: Vec<Channel> = layers.iter().flat_map(|layer| layer.channels_of_film(film)).collect();
     let mut first_error = Ok(());
     let needs_picture = outputs.iter().any(|path| Format::of(path).is_ok());
     let picture = needs_picture.then(|| film.picture());
@@ -154,8 +207,8 @@ fn write_outputs(
     for path in outputs {
         let written = match &picture {
             Some(picture) if !is_film(path) => {
-                let facts = Some(&facts);
-                write_picture(path, picture, &PictureOptions { view, facts, channels: &[] })
+                let (facts, crop) = (Some(&facts), Crop::of(&head.identity));
+                write_picture(path, picture, &PictureOptions { view, facts, channels: &channels, crop })
             }
             _ => write_film(path, head, film, holding, None),
         };
@@ -164,11 +217,21 @@ fn write_outputs(
     first_error
 }
 
-fn tell(arguments: &MergeArguments, holding: &Holding, out: &mut impl Write) -> std::io::Result<()> {
+fn tell(
+    arguments: &MergeArguments,
+    holding: &Holding,
+    of_scene: &[Layer],
+    out: &mut impl Write,
+) -> std::io::Result<()> {
     let names: Vec<String> = arguments.outputs.iter().map(|path| path.display().to_string()).collect();
     let count = arguments.films.len();
     let films = if count == 1 { "film has" } else { "films have" };
     writeln!(out, "{count} {films} the samples {holding}; wrote {}", names.join(", "))?;
+    let is_exr = |path: &PathBuf| Format::of(path).is_ok_and(|format| format == Format::Exr);
+    if !of_scene.is_empty() && arguments.outputs.iter().any(is_exr) {
+        let names: Vec<&str> = of_scene.iter().map(|layer| layer.name()).collect();
+        writeln!(out, "without the layers {}, which no film tells: {}", names.join(", "), remedy(of_scene))?;
+    }
     let missing = holding.missing();
     if !missing.is_empty() {
         let hint = Ranges(&missing[..1]);

@@ -6,7 +6,7 @@ use super::{Failure, stop, usage};
 use crate::film::{Layer, Weights};
 use crate::math::lanes::Level;
 use crate::output::{self, atomic};
-use crate::scene::{Scene, Sources, Tone};
+use crate::scene::{Fingerprint, Scene, Tone};
 use crate::session::{self, DeviceChoice, Settings, View};
 use crate::world::Finder;
 use clap::ValueEnum;
@@ -25,24 +25,26 @@ pub(super) struct RenderArguments {
     /// in the current folder]
     #[arg(short, long = "output", value_name = "FILE")]
     outputs: Vec<PathBuf>,
-    /// Samples a pixel, instead of the scene's
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Samples a pixel, instead of the scene's: those with the numbers 0 to N − 1, also where --resume goes on with
+    /// a film that begins later
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
     /// Render these samples only, for merging: 16..32 are the samples 16 to 31 of each pixel
-    #[arg(long, value_name = "FIRST..END", value_parser = range, conflicts_with = "spp")]
+    #[arg(long, allow_hyphen_values = true, value_name = "FIRST..END", value_parser = range, conflicts_with = "spp")]
     range: Option<Range<u32>>,
-    /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h) or at --spp, not at the scene's samples
-    #[arg(long, value_name = "TIME", value_parser = duration)]
+    /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h) or at the end of --spp or --range; neither the
+    /// scene's samples nor those that a resumed film was begun for count then
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = duration)]
     time: Option<Duration>,
     /// Stop when the estimated error, √relMSE without the worst 0.5% of pixels, is this small: 0.05 is a preview,
-    /// 0.01 is clean; or at --spp, not at the scene's samples
-    #[arg(long, value_name = "ERROR", value_parser = noise, conflicts_with = "range")]
+    /// 0.01 is clean; or at --spp (and say so), like --time. Known from 16 samples a pixel on
+    #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = noise, conflicts_with = "range")]
     noise: Option<f64>,
     /// Threads that render, 1 to 1024 [default: one a core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Part of the film to render, in pixels
-    #[arg(long, value_name = "X,Y,W,H", value_parser = crop)]
+    #[arg(long, allow_hyphen_values = true, value_name = "X,Y,W,H", value_parser = crop)]
     crop: Option<[u32; 4]>,
     /// What finds the surfaces that rays meet, on the CPU; the picture is the same [default: the faster one for
     /// as many surfaces as there are]
@@ -70,7 +72,7 @@ pub(super) struct RenderArguments {
     #[arg(long, value_enum, value_name = "NAME")]
     overlay: Option<Overlay>,
     /// Also write numbered pictures at these sample counts: 10,100,500
-    #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     dump_at: Vec<u32>,
     /// Layers that EXR files get beside colour: albedo, normal, position, depth, uv, variance, samples, or all
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = layer)]
@@ -82,7 +84,7 @@ pub(super) struct RenderArguments {
     #[arg(long, value_name = "FILE.film")]
     film: Option<PathBuf>,
     /// How often the film file is written while the render runs
-    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "60s")]
+    #[arg(long, allow_hyphen_values = true, value_name = "TIME", value_parser = duration, default_value = "60s")]
     checkpoint: Duration,
     /// Go on where a film stopped, and write the same film [unless --film names another]
     #[arg(long, value_name = "FILE.film")]
@@ -125,9 +127,9 @@ fn device(text: &str) -> Result<DeviceChoice, String> {
 
 /// One layer, or all.
 #[derive(Clone, Copy, Debug)]
-struct Layers(Option<Layer>);
+pub(super) struct Layers(pub(super) Option<Layer>);
 
-fn layer(text: &str) -> Result<Layers, String> {
+pub(super) fn layer(text: &str) -> Result<Layers, String> {
     if text == "all" {
         return Ok(Layers(None));
     }
@@ -172,7 +174,7 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
     }
     let mut settings = settings(&arguments, scene, level)?;
     check_places(&arguments, &settings)?;
-    settings.fingerprint = Some(fingerprint(&sources)?);
+    settings.fingerprint = Some(Fingerprint::of(&settings.scene, &sources));
     if let Some(film) = &settings.film
         && arguments.resume.is_none()
         && film.exists()
@@ -205,19 +207,8 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
     let reach = Weights::of(&scene.film).map_or(0, |weights| weights.reach());
     let (region, shown) = asked_region.with_margin(reach, scene.film.height);
     let resumed = arguments.resume.as_deref().map(resumed).transpose()?;
-    let (first, asked) = match (&arguments.range, resumed) {
-        (Some(range), _) => (range.start, Some(range.end - range.start)),
-        (None, Some((first, asked))) => (first, asked),
-        (None, None) => (0, None),
-    };
-    let decides = arguments.time.is_some() || arguments.noise.is_some();
-    let spp = match (arguments.spp, decides, asked) {
-        (Some(spp), ..) => spp,
-        // With a limit of time or error alone, that decides.
-        (None, true, None) => u32::MAX,
-        (None, _, Some(asked)) => asked,
-        (None, false, None) => scene.render.samples,
-    };
+    let Range { start: first, end } = samples(arguments, resumed, scene.render.samples)?;
+    let spp = end - first;
     if arguments.noise.is_some() && first > 0 {
         return Err(usage("--noise tells the error of renders from sample 0 on, and this film begins later"));
     }
@@ -275,21 +266,42 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
     })
 }
 
-/// The first sample of a film that is gone on with, and how many it was to have, where that is known.
+/// The samples that a pixel is to have: `of_scene` many where nothing says more.
+fn samples(
+    arguments: &RenderArguments,
+    resumed: Option<(u32, Option<u32>)>,
+    of_scene: u32,
+) -> Result<Range<u32>, Failure> {
+    if let Some(range) = &arguments.range {
+        return Ok(range.clone());
+    }
+    let (first, begun_for) = resumed.unwrap_or((0, None));
+    let end = match (arguments.spp, begun_for) {
+        (Some(spp), _) if spp > first => spp,
+        (Some(spp), _) => {
+            return Err(usage(format!(
+                "--spp {spp} asks for the samples 0 to {}, and this film begins with sample {first}; to go on with it, ask for more",
+                spp - 1
+            )));
+        }
+        // With a limit of time or error alone, that decides, whatever the film was begun for.
+        (None, _) if arguments.time.is_some() || arguments.noise.is_some() => u32::MAX,
+        (None, Some(end)) => end,
+        (None, None) => first.saturating_add(of_scene),
+    };
+    Ok(first..end)
+}
+
+/// The first sample of a film that is gone on with, and the end that it was begun for, where that is known.
 fn resumed(path: &Path) -> Result<(u32, Option<u32>), Failure> {
     let film = output::open_film(path)?;
     let asked = film.head().asked();
     let first = film.holding().start().or(asked.as_ref().map(|asked| asked.start)).unwrap_or(0);
-    let end = asked.map(|asked| asked.end).filter(|&end| end > first && end < u32::MAX);
-    Ok((first, end.map(|end| end - first)))
+    Ok((first, asked.map(|asked| asked.end).filter(|&end| end > first && end < u32::MAX)))
 }
 
-fn fingerprint(sources: &Sources) -> Result<String, Failure> {
-    let read = sources.fingerprint();
-    read.map_err(|(path, error)| {
-        anyhow::anyhow!("cannot read {path:?}, which the scene names: {error}").into()
-    })
-}
+/// Why continuous films have no variance.
+pub(super) const NO_SQUARES: &str = "--layers variance: with mode \"continuous\" samples are shared by pixels, and the film keeps no squares; mode \"importance\" has them";
 
 /// Finds out before the render whether its files can be written after it, each in a place of its own.
 fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), Failure> {
@@ -307,9 +319,7 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
     }
     let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     if settings.layers.contains(&Layer::Variance) && settings.layout().weighted {
-        return Err(usage(
-            "--layers variance: with mode \"continuous\" samples are shared by pixels, and the film keeps no squares; mode \"importance\" has them",
-        ));
+        return Err(usage(NO_SQUARES));
     }
     if !settings.layers.is_empty() && !settings.outputs.iter().any(is_exr) {
         return Err(usage("--layers go into .exr files, and none is written; add -o FILE.exr"));

@@ -11,6 +11,9 @@ pub(super) struct Stats {
     resumed_samples: u64,
     spp: f64,
     estimated_noise: Option<f64>,
+    /// The error that was asked for, and whether it is reached as far as is known.
+    noise_asked: Option<f64>,
+    noise_reached: Option<bool>,
     seconds: f64,
     samples_per_second: f64,
     rays: u64,
@@ -50,6 +53,8 @@ impl Stats {
             resumed_samples: totals.before,
             spp: if report.whole { f64::from(totals.spp) } else { totals.samples as f64 / pixels },
             estimated_noise: totals.noise.map(|[now, _]| now),
+            noise_asked: report.noise.map(|noise| noise.asked),
+            noise_reached: report.noise.map(|noise| noise.reached()),
             seconds,
             samples_per_second: totals.made() as f64 / seconds.max(1e-9),
             rays: totals.rays,

@@ -14,10 +14,10 @@ pub(super) struct TraceArguments {
     #[command(flatten)]
     scene: SceneArguments,
     /// Column and row of the pixel, from the film's top left; or its index alone
-    #[arg(long, value_name = "X,Y", value_parser = pixel)]
+    #[arg(long, allow_hyphen_values = true, value_name = "X,Y", value_parser = pixel)]
     pixel: Where,
     /// Index among the pixel's samples
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 0)]
     sample: u32,
 }
 

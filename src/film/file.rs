@@ -5,11 +5,12 @@
 //! file of which anything is missing or changed is not a film.
 
 use super::holding::Holding;
-use super::identity::Identity;
+use super::identity::{Difference, Identity};
 use super::layout::{Layout, Rectangle};
 use super::noise::Milestone;
 use super::picture::Picture;
 use super::sums::{Film, MemoryError};
+use crate::scene::fingerprint;
 use sha2::{Digest, Sha256};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
@@ -41,13 +42,24 @@ pub struct Head {
     pub layout: Layout,
     /// What determines the bits.
     pub identity: Identity,
-    /// What does not: `exposure`, `tone`, `asked` (the range of samples that the film is to have in the end).
+    /// What does not: `exposure`, `tone`, `asked` (the range of samples that the film is to have in the end), `layers`
+    /// (those that its picture was to have), `parts` (the outline of the scene).
     pub notes: Identity,
 }
 
 impl Head {
     fn text(&self) -> String {
         format!("{}\n{}", self.identity, self.notes)
+    }
+
+    /// What makes another film one of another render, if it is one. Of a scene that differs, what of it does.
+    pub fn difference(&self, other: &Head) -> Option<Difference> {
+        let mut difference = self.identity.difference(&other.identity)?;
+        if difference.name == "scene" {
+            let outlines = self.notes.get("parts").zip(other.notes.get("parts"));
+            difference.within = outlines.map(|(ours, theirs)| fingerprint::differing(ours, theirs));
+        }
+        Some(difference)
     }
 
     /// The range of samples that the film was to have when it was written.

@@ -16,6 +16,8 @@ pub struct Difference {
     pub ours: Option<String>,
     /// And in the other.
     pub theirs: Option<String>,
+    /// What differs within it, in words, where that tells more than the two values.
+    pub within: Option<String>,
 }
 
 impl Identity {
@@ -46,6 +48,7 @@ impl Identity {
                 name: name.clone(),
                 ours: ours.map(str::to_owned),
                 theirs: theirs.map(str::to_owned),
+                within: None,
             })
     }
 
@@ -68,7 +71,10 @@ impl fmt::Display for Identity {
 /// "its seed is 1, not 2".
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Difference { name, ours, theirs } = self;
+        let Difference { name, ours, theirs, within } = self;
+        if let Some(within) = within {
+            return write!(f, "its {name} differs in {within}");
+        }
         match (ours, theirs) {
             (Some(ours), Some(theirs)) => write!(f, "its {name} is {theirs}, not {ours}"),
             (None, Some(theirs)) => write!(f, "its {name} is {theirs}, and here there is none"),

@@ -66,18 +66,20 @@ impl Layer {
     }
 
     /// Whether the film's own words tell it; the others are told by first hits.
-    pub fn is_of_film(self) -> bool {
+    pub fn is_of_film(&self) -> bool {
         matches!(self, Layer::Variance | Layer::Samples)
     }
 
-    /// The values of a layer that the film tells.
-    pub fn of_film(self, film: &Film) -> Vec<f32> {
+    /// The channels of a layer that the film tells; none of another.
+    pub fn channels_of_film(self, film: &Film) -> Vec<Channel> {
         let layout = film.layout();
         let pixels = layout.places();
-        match self {
+        let values = match self {
             Layer::Variance => pixels.map(|pixel| film.variance(pixel) as f32).collect(),
-            _ => pixels.map(|pixel| film.count(pixel) as f32).collect(),
-        }
+            Layer::Samples => pixels.map(|pixel| film.count(pixel) as f32).collect(),
+            _ => return Vec::new(),
+        };
+        self.channels().map(|name| Channel { name, values: Vec::clone(&values) }).collect()
     }
 }
 

@@ -9,9 +9,10 @@ use std::io::{self, Read, Seek, Write};
 use ::exr::compression::Compression;
 use ::exr::image::{AnyChannel, AnyChannels, Blocks, FlatSamples};
 use ::exr::meta::attribute::{Chromaticities, LineOrder, Text};
-use ::exr::prelude::{Encoding, Image, Layer, LayerAttributes, MetaData, Vec2, WritableImage};
+use ::exr::prelude::{Encoding, Image, IntegerBounds, Layer, LayerAttributes, MetaData, Vec2, WritableImage};
 
-use crate::film::{Channel, Identity, Picture};
+use super::picture::PictureOptions;
+use crate::film::{Identity, Picture};
 
 /// The primaries and white point of Rec. 709. They are what a reader assumes anyway; saying it settles it.
 const REC_709: Chromaticities = Chromaticities {
@@ -22,13 +23,14 @@ const REC_709: Chromaticities = Chromaticities {
 };
 
 /// Writes a picture's radiance, bit for bit, layers beside it, and what determines these bits: a line for each
-/// fact, in the attribute `comments`. Attributes of our own would come in an order of their own each time.
+/// fact, in the attribute `comments`. Attributes of our own would come in an order of their own each time. The
+/// display window is the film, the data window the picture's part of it.
 pub fn encode(
     picture: &Picture,
-    layers: &[Channel],
-    facts: Option<&Identity>,
+    options: &PictureOptions<'_>,
     out: &mut (impl Write + Seek),
 ) -> io::Result<()> {
+    let PictureOptions { facts, channels: layers, crop, view: _ } = *options;
     let colour = ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| {
         AnyChannel::new(name, FlatSamples::F32(picture.rgb.iter().map(|rgb| rgb[c]).collect()))
     });
@@ -48,7 +50,12 @@ pub fn encode(
         ..LayerAttributes::default()
     };
     let size = (picture.width as usize, picture.height as usize);
-    let mut image = Image::from_layer(Layer::new(size, attributes, encoding, channels));
+    let mut layer = Layer::new(size, attributes, encoding, channels);
+    let pair = |[x, y]: [u32; 2]| Vec2(x as usize, y as usize);
+    layer.attributes.layer_position = crop.map_or(Vec2(0, 0), |crop| pair(crop.from).to_i32());
+    let mut image = Image::from_layer(layer);
+    image.attributes.display_window =
+        IntegerBounds::from_dimensions(crop.map_or(size.into(), |c| pair(c.film)));
     image.attributes.chromaticities = Some(REC_709);
     // One thread: the order of blocks is then the order of lines, and the renderer has the other threads.
     image.write().non_parallel().to_buffered(out).map_err(to_io)
@@ -81,8 +88,9 @@ mod tests {
     use ::exr::prelude::{ReadChannels, ReadLayers, read};
 
     use super::*;
-    use crate::output::picture::Format;
+    use crate::film::Channel;
     use crate::output::picture::tests::{SIZES, bytes, speckle};
+    use crate::output::picture::{Crop, Format};
 
     fn decode(file: &[u8]) -> Picture {
         let image = read()
@@ -124,7 +132,7 @@ mod tests {
         let picture = speckle(17, 5);
         let file = |facts: Option<&Identity>| {
             let mut out = Cursor::new(Vec::new());
-            encode(&picture, &[], facts, &mut out).unwrap();
+            encode(&picture, &PictureOptions { facts, ..PictureOptions::default() }, &mut out).unwrap();
             out.into_inner()
         };
         assert_eq!(super::facts(&file(Some(&facts))[..]), Some(facts.clone()));
@@ -146,7 +154,8 @@ mod tests {
         };
         let layers = [channel("normal.X", 2), channel("albedo.R", 0), channel("depth.Z", 1)];
         let mut out = Cursor::new(Vec::new());
-        encode(&picture, &layers, None, &mut out).unwrap();
+        let options = PictureOptions { channels: &layers, ..PictureOptions::default() };
+        encode(&picture, &options, &mut out).unwrap();
         let file = out.into_inner();
         assert_eq!(super::channels(&file[..]), ["B", "G", "R", "albedo.R", "depth.Z", "normal.X"]);
         assert!(bits(&decode(&file)) == bits(&picture));
@@ -157,6 +166,30 @@ mod tests {
             let found = list.iter().find(|channel| channel.name.to_string() == layer.name).unwrap();
             assert!(found.sample_data == FlatSamples::F32(layer.values.clone()), "{}", layer.name);
         }
+    }
+
+    #[test]
+    fn a_part_of_a_film_says_where_on_it_it_lies() {
+        let facts = Identity::default().with("size", "40x30").with("crop", "5,9,17,6");
+        let crop = Crop::of(&facts);
+        assert_eq!(crop, Some(Crop { film: [40, 30], from: [5, 9] }));
+        let mut out = Cursor::new(Vec::new());
+        let picture = speckle(17, 6);
+        encode(&picture, &PictureOptions { crop, ..PictureOptions::default() }, &mut out).unwrap();
+        let file = out.into_inner();
+        let meta = MetaData::read_from_buffered(Cursor::new(&file), true).unwrap();
+        let header = &meta.headers[0];
+        assert_eq!(header.shared_attributes.display_window, IntegerBounds::from_dimensions((40, 30)));
+        assert_eq!(header.data_window(), IntegerBounds::new((5, 9), (17, 6)));
+        assert!(bits(&decode(&file)) == bits(&picture));
+        for bad in ["5", "a,b,c,d", "-1,0,3,3"] {
+            assert_eq!(Crop::of(&Identity::default().with("size", "40x30").with("crop", bad)), None, "{bad}");
+        }
+        // A whole film is its own window.
+        let mut out = Cursor::new(Vec::new());
+        encode(&picture, &PictureOptions::default(), &mut out).unwrap();
+        let meta = MetaData::read_from_buffered(Cursor::new(out.into_inner()), true).unwrap();
+        assert_eq!(meta.headers[0].data_window(), meta.headers[0].shared_attributes.display_window);
     }
 
     #[test]

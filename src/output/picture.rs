@@ -72,6 +72,27 @@ pub struct PictureOptions<'a> {
     pub facts: Option<&'a Identity>,
     /// Layers beside colour, for the format that has room for them: EXR.
     pub channels: &'a [Channel],
+    /// Where the picture lies on its film, for the format that can tell: EXR. None where it is the whole of it.
+    pub crop: Option<Crop>,
+}
+
+/// A film and the place on it where a picture begins, in pixels from the top left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// Width and height of the film.
+    pub film: [u32; 2],
+    /// Column and row of the picture's first pixel.
+    pub from: [u32; 2],
+}
+
+impl Crop {
+    /// What a film says of itself: its facts `size` and `crop`.
+    pub fn of(identity: &Identity) -> Option<Crop> {
+        let (width, height) = identity.get("size")?.split_once('x')?;
+        let mut numbers = identity.get("crop")?.split(',').map(|number| number.parse().ok());
+        let from = [numbers.next()??, numbers.next()??];
+        Some(Crop { film: [width.parse().ok()?, height.parse().ok()?], from })
+    }
 }
 
 /// Finds out, before hours of rendering, whether a picture can be written to `path`, and in which format.
@@ -110,7 +131,7 @@ pub fn encode(
             let pixels: Vec<_> = picture.rgb.iter().map(|&rgb| tone.encode(rgb)).collect();
             png::encode(picture.width, picture.height, &pixels, out)
         }
-        Format::Exr => exr::encode(picture, options.channels, options.facts, out),
+        Format::Exr => exr::encode(picture, options, out),
         Format::Hdr => hdr::encode(picture, out),
     }
 }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`description`] | the scene as plain data |
 //! | [`diagnostic`] | errors and warnings with their places |
+//! | [`fingerprint`] | whether two scenes are the same, and what differs |
 //! | [`mesh`] | the readers of mesh files |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
 //!
@@ -22,9 +23,11 @@
 
 pub mod description;
 pub mod diagnostic;
+pub mod fingerprint;
 pub mod mesh;
 pub mod toml;
 
 pub use description::*;
 pub use diagnostic::{Diagnostic, Position, SceneErrors};
-pub use toml::{Loaded, Sources, load, parse};
+pub use fingerprint::{Fingerprint, Sources};
+pub use toml::{Loaded, load, parse};

@@ -2,17 +2,18 @@
 
 use super::{SessionError, Settings};
 use crate::film::file::{Head, Piece};
-use crate::film::{Channel, Film, Holding, Identity, Milestone, Picture, ViewTransform};
+use crate::film::{Channel, Film, Holding, Identity, Milestone, Picture, Snapshot, ViewTransform};
 use crate::output::window::Request;
 use crate::output::{
-    FilmSink, Format, OutputError, Patience, PictureOptions, SampleDump, numbered_path, open_film,
+    Crop, FilmSink, Format, OutputError, Patience, PictureOptions, SampleDump, numbered_path, open_film,
     suffixed_path, write_owner_overlay, write_picture,
 };
 use crate::render::accumulator::Outcome;
 use crate::render::{Barrier, Region};
-use crate::scene::{self, Scene, UNLIMITED};
-use crossbeam_channel::{Receiver, Sender};
+use crate::scene::{self, Fingerprint, Scene, UNLIMITED};
+use crossbeam_channel::{Receiver, Sender, never, select};
 use std::collections::VecDeque;
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -30,7 +31,7 @@ fn identity(settings: &Settings, device: &str) -> Identity {
     };
     let identity = Identity::default()
         .with("program", concat!("stride ", env!("CARGO_PKG_VERSION")))
-        .with("scene", settings.fingerprint.as_deref().unwrap_or("unknown"))
+        .with("scene", settings.fingerprint.as_ref().map_or("unknown".to_owned(), Fingerprint::digits))
         .with("size", format_args!("{}x{}", scene.film.width, scene.film.height))
         .with("crop", format_args!("{},{},{},{}", region.x, region.y, region.width, region.height))
         .with("filter", scene.film.filter)
@@ -75,15 +76,22 @@ pub(super) fn moved(settings: &Settings, camera: String) -> Result<Settings, Ses
 /// What a film file of this render says of itself.
 pub(super) fn head(settings: &Settings, device: &str) -> Head {
     let range = settings.range();
-    let notes = Identity::default()
+    let mut notes = Identity::default()
         .with("exposure", settings.scene.film.exposure)
         .with("tone", settings.scene.film.tone.name())
         .with("asked", format_args!("{}..{}", range.start, range.end));
+    if !settings.layers.is_empty() {
+        let names: Vec<&str> = settings.layers.iter().map(|layer| layer.name()).collect();
+        notes = notes.with("layers", names.join(","));
+    }
+    if let Some(outline) = settings.fingerprint.as_ref().and_then(Fingerprint::outline) {
+        notes = notes.with("parts", outline);
+    }
     Head { layout: settings.layout(), identity: identity(settings, device), notes }
 }
 
 /// What a dump says beside the facts of its samples: notes that don't determine their bits.
-pub(crate) const NOTES: [&str; 4] = ["exposure", "tone", "asked", "rendered"];
+pub(crate) const NOTES: [&str; 6] = ["exposure", "tone", "asked", "layers", "parts", "rendered"];
 
 /// What a dump of this render's samples says of itself: facts and notes of a film, and where there are samples.
 pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
@@ -111,10 +119,12 @@ pub(super) fn first_film(
     let Some(path) = &settings.resume else { return Ok((Film::with_layout(head.layout)?, None)) };
     let refuse = |reason: String| SessionError::Resume { path: path.clone(), reason };
     let file = open_film(path)?;
-    if let Some(difference) = head.identity.difference(&file.head().identity) {
+    if let Some(difference) = head.difference(file.head()) {
         let remedy = match difference.name.as_str() {
             "program" => "samples of different versions may differ: finish it with the one that began it",
-            "scene" => "the scene file, or one that it names, is not what it was",
+            "scene" => {
+                "the scene file, or one that it names, is not what it was: undo that, or begin another film"
+            }
             _ => "give this render the settings of the film, or begin another film",
         };
         return Err(refuse(format!("{difference}; {remedy}")));
@@ -131,8 +141,11 @@ pub(super) fn first_film(
     let film = file.read().map_err(|reason| crate::output::FilmError { path: path.clone(), reason })?;
     let most = film.seen_range()[1];
     if most > u64::from(settings.spp) {
-        let spp = settings.spp;
-        return Err(refuse(format!("it has {most} samples a pixel already, and {spp} are asked for")));
+        let (asked, end) = (settings.range(), u64::from(settings.first) + most);
+        return Err(refuse(format!(
+            "it has the samples up to {end} already, and {} to {} are asked for; ask for more (--spp), or begin another film",
+            asked.start, asked.end
+        )));
     }
     if let Some(early) = settings.dump_at.iter().find(|&&at| u64::from(at) <= most) {
         return Err(refuse(format!(
@@ -160,6 +173,41 @@ pub(super) fn keep_samples(
         dump.write(&samples)?;
     }
     dump.finish().map(drop)
+}
+
+/// Closes when everything that is written at the end has been written.
+pub(super) type Ended = Receiver<Infallible>;
+
+/// Serves a window's requests by `save`, which gets what to save, how to show it, and whether the end is written
+/// already, and says what came of it. Whoever writes the end sends over `ending` first: once that is received no save
+/// is under way, and none is begun before the end is written. From then on nothing unfinished is saved.
+fn serve_saves(
+    requests: &Receiver<Request>,
+    ending: &Receiver<Ended>,
+    save: impl Fn(&Snapshot, ViewTransform, bool) -> String,
+) {
+    let (mut ending, mut ended) = (ending.clone(), false);
+    loop {
+        select! {
+            recv(ending) -> end => {
+                if let Ok(end) = end {
+                    ended = true;
+                    // Nothing is ever sent over it: it closes.
+                    let _ = end.recv();
+                }
+                ending = never();
+            },
+            recv(requests) -> request => {
+                let Ok(Request::Save { snapshot, view, reply }) = request else { return };
+                let line = match ended && !snapshot.finished {
+                    true => "the end is written already".to_owned(),
+                    false => save(&snapshot, view, ended),
+                };
+                // The window may have closed meanwhile.
+                let _ = reply.send(line);
+            },
+        }
+    }
 }
 
 /// What the picture files of a render have in common, and who is told of those that can't be written.
@@ -234,27 +282,25 @@ impl Pictures<'_> {
         first_error
     }
 
-    /// Writes the outputs whenever the window asks for it.
-    pub(super) fn save_on_request(&self, requests: &Receiver<Request>) {
-        for Request::Save { snapshot, view, reply } in requests {
-            // How far each pixel is a view does not tell.
-            let facts = self.identity.clone().with("samples", "unfinished");
+    /// Writes the outputs whenever the window asks for it, until it closes; see [`serve_saves`].
+    pub(super) fn save_on_request(&self, requests: &Receiver<Request>, ending: &Receiver<Ended>) {
+        // How far each pixel is a view does not tell.
+        let facts = self.identity.clone().with("samples", "unfinished");
+        serve_saves(requests, ending, |snapshot, view, whole| {
             let mut saved = Ok(());
             for path in &self.settings.outputs {
                 // In the end all files are there, with layers and all; only what people see may look different.
-                if snapshot.finished && !matches!(Format::of(path), Ok(Format::Png)) {
+                if whole && !matches!(Format::of(path), Ok(Format::Png)) {
                     continue;
                 }
                 saved = saved.and(self.write(path, &snapshot.picture, &facts, &[], view));
             }
             let names = self.settings.outputs.iter().map(|path| path.display().to_string());
-            let line = match saved {
+            match saved {
                 Ok(()) => format!("saved {}", names.collect::<Vec<_>>().join(", ")),
                 Err(error) => error.to_string(),
-            };
-            // The window may have closed meanwhile.
-            let _ = reply.send(line);
-        }
+            }
+        });
     }
 
     fn write(
@@ -268,7 +314,83 @@ impl Pictures<'_> {
         if self.settings.overlay {
             write_owner_overlay(path, &self.owners, picture.width, picture.height)
         } else {
-            write_picture(path, picture, &PictureOptions { view, facts: Some(facts), channels })
+            let crop = Crop::of(facts);
+            write_picture(path, picture, &PictureOptions { view, facts: Some(facts), channels, crop })
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Statistics;
+    use crossbeam_channel::{bounded, unbounded};
+    use std::time::Duration;
+
+    fn request(finished: bool, replies: &Sender<String>) -> Request {
+        let snapshot = Snapshot {
+            picture: Picture { width: 1, height: 1, rgb: vec![[0.0; 3]] },
+            statistics: Arc::new(Statistics { counts: vec![1], variances: vec![0.0] }),
+            owners: Arc::new(vec![0]),
+            spp_done: 1.0,
+            spp_before: 0.0,
+            spp_target: None,
+            noise: None,
+            samples: 1,
+            seconds: 1.0,
+            finished,
+        };
+        Request::Save { snapshot: Arc::new(snapshot), view: ViewTransform::default(), reply: replies.clone() }
+    }
+
+    #[test]
+    fn what_a_window_saves_never_replaces_the_end() {
+        let (requests_out, requests) = bounded(1);
+        let (ending_out, ending) = bounded::<Ended>(0);
+        let (replies_out, replies) = unbounded();
+        // What happens to the files, in order.
+        let (log_out, log) = unbounded();
+        std::thread::scope(|scope| {
+            let saves = log_out.clone();
+            scope.spawn(move || {
+                serve_saves(&requests, &ending, |snapshot, _, whole| {
+                    saves.send("save begins").unwrap();
+                    std::thread::sleep(Duration::from_millis(50));
+                    saves.send(if whole { "save of the end" } else { "save" }).unwrap();
+                    format!("{}", snapshot.finished)
+                });
+            });
+            requests_out.send(request(false, &replies_out)).unwrap();
+            assert_eq!(log.recv().unwrap(), "save begins");
+            // A save is under way; another follows it, and the end comes meanwhile.
+            let (written_out, written) = bounded(0);
+            ending_out.send(written).unwrap();
+            log_out.send("end").unwrap();
+            requests_out.send(request(false, &replies_out)).unwrap();
+            std::thread::sleep(Duration::from_millis(50));
+            log_out.send("end is written").unwrap();
+            drop(written_out);
+            requests_out.send(request(true, &replies_out)).unwrap();
+            drop(requests_out);
+        });
+        drop((log_out, replies_out));
+        let log: Vec<_> = log.iter().collect();
+        assert_eq!(log, ["save", "end", "end is written", "save begins", "save of the end"]);
+        let replies: Vec<_> = replies.iter().collect();
+        assert_eq!(replies, ["false", "the end is written already", "true"]);
+    }
+
+    #[test]
+    fn a_run_that_ends_without_a_word_leaves_the_window_its_saves() {
+        let (requests_out, requests) = bounded(1);
+        let (ending_out, ending) = bounded::<Ended>(0);
+        let (replies_out, replies) = unbounded();
+        drop(ending_out);
+        std::thread::scope(|scope| {
+            scope.spawn(move || serve_saves(&requests, &ending, |_, _, whole| format!("{whole}")));
+            requests_out.send(request(false, &replies_out)).unwrap();
+            drop(requests_out);
+        });
+        assert_eq!(replies.recv().unwrap(), "false");
     }
 }

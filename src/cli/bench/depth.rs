@@ -10,13 +10,13 @@ pub(super) struct DepthArguments {
     #[command(flatten)]
     common: CommonArguments,
     /// Largest numbers of bounces
-    #[arg(long, value_name = "N,N,…", value_delimiter = ',', default_value = "2,3,5", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', default_value = "2,3,5", value_parser = clap::value_parser!(u32).range(0..=10_000))]
     depths: Vec<u32>,
     /// Threads that render, 1 to 1024 [default: one a core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Runs of each, of which the median counts
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
     repeat: u16,
 }
 

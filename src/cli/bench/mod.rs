@@ -46,7 +46,7 @@ struct CommonArguments {
     #[command(flatten)]
     scene: SceneArguments,
     /// Samples a pixel
-    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     spp: u32,
     /// Write the table as comma-separated values, with a header row
     #[arg(long, value_name = "FILE")]

@@ -7,7 +7,6 @@
 //! | `value` | the values themselves: numbers, vectors, words |
 //! | `build` | from values to a [`Scene`]: what no single key can check |
 //! | `materials` | names to indices, checkerboards after what they name |
-//! | `fingerprint` | whether two files say the same |
 //! | `report` | errors and warnings, and the nearest spelling |
 //! | `schema` | the JSON Schema |
 //!
@@ -22,11 +21,11 @@ use ::toml::de::{DeTable, DeValue, Error as SyntaxError};
 
 use super::description::Scene;
 use super::diagnostic::{Cursor, Diagnostic, SceneErrors};
+use super::fingerprint::Sources;
 use form::{Form, Value};
 use report::Reports;
 
 mod build;
-mod fingerprint;
 mod form;
 mod keys;
 mod materials;
@@ -34,7 +33,6 @@ mod report;
 mod schema;
 mod value;
 
-pub use fingerprint::Sources;
 pub use schema::schema;
 
 /// The largest scene file in bytes. Text of this size describes a hundred thousand entities.
@@ -47,7 +45,7 @@ pub struct Loaded {
     pub scene: Scene,
     /// What is legal but surely unmeant, in the order of the file.
     pub warnings: Vec<Diagnostic>,
-    /// What it was read from.
+    /// The mesh files that it was read from.
     pub sources: Sources,
 }
 
@@ -68,9 +66,9 @@ pub fn parse(text: &str, file_name: &Path) -> Result<Loaded, SceneErrors> {
         Ok(()) => keys::SCENE.read("scene", &document, &mut reports),
         Err(reported) => Err(reported),
     };
-    let loaded = match (scene, document.get_ref()) {
-        (Ok(scene), DeValue::Table(table)) if !reports.has_errors() => {
-            let sources = Sources::of(table, file_name);
+    let loaded = match scene {
+        Ok(scene) if !reports.has_errors() => {
+            let sources = reports.sources();
             Ok(Loaded { scene, warnings: reports.into_warnings(file_name), sources })
         }
         _ => Err(reports.into_errors(file_name)),

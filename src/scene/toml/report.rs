@@ -8,6 +8,7 @@ use ::toml::de::Error as SyntaxError;
 
 use super::form::Placed;
 use crate::scene::diagnostic::{Cursor, Diagnostic, Position, SceneErrors};
+use crate::scene::fingerprint::Sources;
 use crate::scene::mesh::{self, Mesh};
 
 /// Errors that are described one by one; a file of garbage has millions.
@@ -77,6 +78,14 @@ impl<'t> Reports<'t> {
         };
         self.meshes.insert(path, mesh.clone());
         mesh
+    }
+
+    /// The files that meshes were read from.
+    pub(super) fn sources(&self) -> Sources {
+        let read = |(path, mesh): (&PathBuf, &Result<Arc<Mesh>, _>)| Some((path.clone(), mesh.clone().ok()?));
+        let mut files: Vec<_> = self.meshes.iter().filter_map(read).collect();
+        files.sort_by(|a, b| a.0.cmp(&b.0));
+        Sources(files)
     }
 
     pub(super) fn has_errors(&self) -> bool {

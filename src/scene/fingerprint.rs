@@ -1,0 +1,394 @@
+//! What a scene is, in 32 bytes: whether two renders are of the same scene, and if they are not, what differs.
+//!
+//! Only what changes the bits of samples counts, by its value: not how a file spells it, whether it spells out a
+//! default, what things are called, nor materials that nothing has. Film, integrator, sampler, depth, samples and
+//! seed do not count either: a film names each of them itself.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use sha2::{Digest as _, Sha256};
+
+use super::description::{CameraSettings, Entity, Integrator, Light, Material, MaterialKind, Scene, Shape};
+use crate::shape::Mesh;
+
+/// The mesh files that a scene was read from, in any order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sources(pub Vec<(PathBuf, Arc<Mesh>)>);
+
+/// A digest of a scene and of each of its parts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fingerprint {
+    parts: Vec<Part>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Part {
+    /// What people call it. Does not count.
+    name: String,
+    digest: [u8; 32],
+}
+
+/// Scenes of more parts than this don't list them: an outline is a courtesy, and not worth megabytes.
+const MOST_LISTED: usize = 2000;
+
+/// Differences that are told one by one.
+const MOST_TOLD: usize = 4;
+
+impl Fingerprint {
+    /// Of a scene, with the files that its meshes come from.
+    pub fn of(scene: &Scene, sources: &Sources) -> Fingerprint {
+        // What is left out here, a film tells itself, or it changes no sample. A new setting has to be thought of.
+        let Scene { film: _, camera, render, materials, entities, lights, environment } = scene;
+        let mut parts = camera_parts(camera);
+        parts.push(Part::new("environment.radiance", |digest| digest.numbers(environment)));
+        if render.integrator == Integrator::Whitted {
+            parts.push(Part::new("render.ambient", |digest| digest.numbers(&render.ambient)));
+        }
+        let mut meshes: Vec<&Arc<Mesh>> = Vec::new();
+        for entity in entities {
+            let Entity { name, shape, material, emission, flip_normal } = entity;
+            parts.push(Part::new(&format!("the shape of {name}"), |digest| {
+                digest.shape(shape, &mut meshes);
+                digest.word(u64::from(*flip_normal));
+            }));
+            parts.push(Part::new(&format!("the material of {name}"), |digest| {
+                digest.material(*material, materials);
+            }));
+            parts.push(Part::new(&format!("the emission of {name}"), |digest| digest.numbers(emission)));
+        }
+        for (i, light) in lights.iter().enumerate() {
+            parts.push(Part::new(&format!("light {}", i + 1), |digest| match light {
+                Light::Point { position, intensity } => {
+                    digest.tag("point");
+                    digest.numbers(&position.to_array());
+                    digest.numbers(intensity);
+                }
+            }));
+        }
+        for (i, mesh) in meshes.into_iter().enumerate() {
+            let file = sources.0.iter().find(|(_, known)| Arc::ptr_eq(known, mesh));
+            let name = file.map_or_else(|| format!("mesh {}", i + 1), |(path, _)| path.display().to_string());
+            parts.push(Part::new(&name, |digest| digest.mesh(mesh)));
+        }
+        Fingerprint { parts }
+    }
+
+    /// The digest of it all, in hexadecimal digits.
+    pub fn digits(&self) -> String {
+        let mut all = Sha256::new();
+        self.parts.iter().for_each(|part| all.update(part.digest));
+        hexadecimal(&all.finalize())
+    }
+
+    /// Its parts on one line, in short, for [`differing`]; none of a scene of thousands.
+    pub fn outline(&self) -> Option<String> {
+        let mut line = String::new();
+        for part in &self.parts {
+            let name = part.name.replace(SEPARATOR, ",");
+            // Writing to a string can't fail.
+            let _ = write!(line, "{}{name}{SEPARATOR}", hexadecimal(&part.digest[..4]));
+        }
+        (self.parts.len() <= MOST_LISTED).then_some(line)
+    }
+}
+
+/// What ends a part of an outline.
+const SEPARATOR: char = ';';
+
+/// What differs between two scenes, by their outlines.
+pub fn differing(ours: &str, theirs: &str) -> String {
+    fn parts(outline: &str) -> Vec<(&str, &str)> {
+        outline.split_terminator(SEPARATOR).filter_map(|part| part.split_at_checked(8)).collect()
+    }
+    let (ours, theirs) = (parts(ours), parts(theirs));
+    let mut names: Vec<&str> = ours.iter().filter(|part| !theirs.contains(part)).map(|part| part.1).collect();
+    let gone = theirs.iter().filter(|part| ours.iter().all(|ours| ours.1 != part.1));
+    names.extend(gone.map(|part| part.1));
+    match names.len() {
+        0 => "the order of its entities".to_owned(),
+        n if n > MOST_TOLD => format!("{} and {} more", names[..MOST_TOLD].join(", "), n - MOST_TOLD),
+        _ => names.join(", "),
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn camera_parts(camera: &CameraSettings) -> Vec<Part> {
+    let CameraSettings {
+        eye,
+        forward,
+        up,
+        vertical_fov,
+        focal_length,
+        near,
+        aperture_radius,
+        focus_distance,
+    } = camera;
+    let vectors = [("eye", eye), ("forward", forward), ("up", up)];
+    let numbers = [
+        ("vertical_fov", vertical_fov),
+        ("focal_length", focal_length),
+        ("near", near),
+        ("aperture_radius", aperture_radius),
+        ("focus_distance", focus_distance),
+    ];
+    let vector = |(name, v): (&str, &glam::DVec3)| {
+        Part::new(&format!("camera.{name}"), |digest| digest.numbers(&v.to_array()))
+    };
+    let number = |(name, &x): (&str, &f64)| Part::new(&format!("camera.{name}"), |d| d.numbers(&[x]));
+    vectors.map(vector).into_iter().chain(numbers.map(number)).collect()
+}
+
+impl Part {
+    fn new(name: &str, fill: impl FnOnce(&mut Digest)) -> Part {
+        let mut digest = Digest(Sha256::new());
+        fill(&mut digest);
+        Part { name: name.to_owned(), digest: digest.0.finalize().into() }
+    }
+}
+
+/// Values go in with their number or a tag before them, so that no two lists of them look alike.
+struct Digest(Sha256);
+
+impl Digest {
+    fn word(&mut self, word: u64) {
+        self.0.update(word.to_le_bytes());
+    }
+
+    fn tag(&mut self, tag: &str) {
+        self.word(tag.len() as u64);
+        self.0.update(tag);
+    }
+
+    fn numbers(&mut self, numbers: &[f64]) {
+        self.word(numbers.len() as u64);
+        // −0 and 0 are the same number.
+        numbers.iter().for_each(|x| self.word((x + 0.0).to_bits()));
+    }
+
+    /// Meshes go by their place among those that shapes name, in order: what is in them counts once.
+    fn shape<'s>(&mut self, shape: &'s Shape, meshes: &mut Vec<&'s Arc<Mesh>>) {
+        match shape {
+            Shape::Plane { normal, distance } => {
+                self.tag("plane");
+                self.numbers(&normal.to_array());
+                self.numbers(&[*distance]);
+            }
+            Shape::Sphere { center, radius } => {
+                self.tag("sphere");
+                self.numbers(&center.to_array());
+                self.numbers(&[*radius]);
+            }
+            Shape::Quad { corner, u, v } => {
+                self.tag("quad");
+                [corner, u, v].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
+            }
+            Shape::Mesh { mesh, transform } => {
+                self.tag("mesh");
+                let known = meshes.iter().position(|known| Arc::ptr_eq(known, mesh));
+                let place = known.unwrap_or_else(|| {
+                    meshes.push(mesh);
+                    meshes.len() - 1
+                });
+                self.word(place as u64);
+                self.numbers(&transform.to_cols_array());
+            }
+        }
+    }
+
+    /// A material with all that it is made of. Checkerboards come after what they name, so that this ends.
+    fn material(&mut self, index: usize, materials: &[Material]) {
+        let Material { name: _, kind } = &materials[index];
+        match kind {
+            MaterialKind::Matte { reflectance } => {
+                self.tag("matte");
+                self.numbers(reflectance);
+            }
+            MaterialKind::Mirror { reflectance } => {
+                self.tag("mirror");
+                self.numbers(reflectance);
+            }
+            MaterialKind::Glass { ior, reflectance, transmittance } => {
+                self.tag("glass");
+                self.numbers(&[*ior]);
+                self.numbers(reflectance);
+                self.numbers(transmittance);
+            }
+            MaterialKind::Checkerboard { even, odd, checks_per_unit } => {
+                self.tag("checkerboard");
+                self.numbers(checks_per_unit);
+                self.material(*even, materials);
+                self.material(*odd, materials);
+            }
+            #[cfg(feature = "broken-material")]
+            MaterialKind::Broken => self.tag("broken"),
+        }
+    }
+
+    fn mesh(&mut self, mesh: &Mesh) {
+        let Mesh { positions, normals, uv, triangles } = mesh;
+        self.flat(positions.as_flattened(), |x| (x + 0.0).to_bits());
+        self.flat(normals.as_flattened(), |x| (x + 0.0).to_bits());
+        self.flat(uv.as_flattened(), |x| (x + 0.0).to_bits());
+        self.flat(triangles.as_flattened(), |index| index);
+    }
+
+    /// Millions of words, a piece at a time.
+    fn flat<T: Copy>(&mut self, values: &[T], word: impl Fn(T) -> u32) {
+        self.word(values.len() as u64);
+        let mut bytes = Vec::with_capacity(1 << 14);
+        for piece in values.chunks(1 << 12) {
+            bytes.clear();
+            piece.iter().for_each(|&value| bytes.extend_from_slice(&word(value).to_le_bytes()));
+            self.0.update(&bytes);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    const SCENE: &str = r#"
+        [film]
+        width = 64
+        [render]
+        seed = 7
+        [materials]
+        white = { type = "matte", reflectance = [0.5, 0.5, 0.5] }
+        red = { type = "matte", reflectance = [0.5, 0, 0] }
+        floor = { type = "checkerboard", even = "white", odd = "red" }
+        [[entities]]
+        name = "ball"
+        shape = { type = "sphere", center = [0, 0.5, 1], radius = 1 }
+        material = "floor"
+        emission = [1, 1, 1]
+        [[entities]]
+        shape = { type = "plane", normal = [0, 0, 1], distance = -3 }
+        material = "white"
+    "#;
+
+    fn of(text: &str) -> Fingerprint {
+        let loaded = crate::scene::parse(text, Path::new("a.toml")).unwrap_or_else(|error| panic!("{error}"));
+        Fingerprint::of(&loaded.scene, &loaded.sources)
+    }
+
+    /// The scene with one text in the place of another.
+    fn with(from: &str, to: &str) -> Fingerprint {
+        let text = SCENE.replacen(from, to, 1);
+        assert_ne!(text, SCENE, "{from}");
+        of(&text)
+    }
+
+    #[test]
+    fn what_changes_no_sample_changes_no_fingerprint() {
+        for (from, to) in [
+            ("width = 64", "width = 0x40 # pixels\n exposure = 3\n tone = \"filmic\"\n filter = \"tent\"\n height = 480"),
+            ("seed = 7", "samples = 12\n max_depth = 5\n integrator = \"path\"\n seed = 7.0"),
+            // These a film names itself.
+            ("width = 64", "width = 65\n filter = \"box\""),
+            ("width = 64", "width = 64\n filter = \"mitchell\"\n mode = \"continuous\""),
+            ("seed = 7", "seed = 8\n sampler = \"independent\"\n max_depth = 3"),
+            (
+                "seed = 7",
+                "seed = 7\n ambient = [0, 0, 0]\n [environment]\n radiance = [0, 0, 0]\n [camera]\n",
+            ),
+            (
+                "[render]",
+                "[camera]\n vertical_fov = 90\n eye = [0, -0.0, 0]\n forward = [2, 0, 0]\n [render]",
+            ),
+            ("center = [0, 0.5, 1], radius = 1", "radius = 1e0, center = [0.0, 5e-1, 1]"),
+            ("odd = \"red\"", "odd = \"red\", checks_per_unit = [1, 1]"),
+            ("name = \"ball\"", "name = \"bowl\"\n flip_normal = false"),
+            ("white = {", "unused = { type = \"mirror\", reflectance = [1, 1, 1] }\n white = {"),
+        ] {
+            let text = SCENE.replacen(from, to, 1).replace("seed = 7.0", "seed = 7");
+            assert_eq!(of(&text).digits(), of(SCENE).digits(), "{to}");
+        }
+    }
+
+    #[test]
+    fn everything_else_does_and_is_named() {
+        let ours = of(SCENE);
+        let mut seen = vec![ours.digits()];
+        for (from, to, named) in [
+            ("[0, 0.5, 1]", "[0, 0.5, 1.0000000000000002]", "the shape of ball"),
+            ("[0, 0.5, 1]", "[0.5, 0, 1]", "the shape of ball"),
+            ("[1, 1, 1]", "[1, 1, 1]\n flip_normal = true", "the shape of ball"),
+            ("[1, 1, 1]", "[1, 1, 2]", "the emission of ball"),
+            ("[0.5, 0, 0]", "[0.5, 0.25, 0]", "the material of ball"),
+            ("even = \"white\", odd = \"red\"", "even = \"red\", odd = \"white\"", "the material of ball"),
+            ("material = \"white\"", "material = \"red\"", "the material of entity 2"),
+            ("distance = -3", "distance = 3", "the shape of entity 2"),
+            ("[render]", "[camera]\n near = 0.1\n [render]", "camera.near"),
+            ("[render]", "[environment]\n radiance = [0, 0, 1]\n [render]", "environment.radiance"),
+            ("seed = 7", "integrator = \"whitted\"\n ambient = [1, 0, 0]", "render.ambient"),
+            (
+                "[render]",
+                "[[lights]]\n type = \"point\"\n position = [0, 0, 0]\n intensity = [1, 1, 1]\n [render]",
+                "light 1",
+            ),
+        ] {
+            let other = with(from, to);
+            let told = |a: &Fingerprint, b: &Fingerprint| {
+                differing(&a.outline().expect("few parts"), &b.outline().expect("few parts"))
+            };
+            assert_eq!(told(&ours, &other), named, "{to}");
+            assert_eq!(told(&other, &ours), named, "{to}");
+            seen.push(other.digits());
+        }
+        let len = seen.len();
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), len);
+    }
+
+    #[test]
+    fn the_order_of_entities_counts_and_many_differences_are_counted() {
+        let (ours, other) = (of(SCENE), with("ball", "a;b"));
+        let mut turned = ours.clone();
+        turned.parts.reverse();
+        assert_ne!(ours.digits(), turned.digits());
+        assert_eq!(
+            differing(&ours.outline().unwrap(), &turned.outline().unwrap()),
+            "the order of its entities"
+        );
+        assert!(differing(&other.outline().unwrap(), "").ends_with("and 11 more"));
+        assert!(other.outline().unwrap().contains("the shape of a,b;"));
+    }
+
+    #[test]
+    fn what_is_in_a_mesh_counts_and_not_what_its_file_is_called() {
+        let folder = tempfile::tempdir().unwrap();
+        let ply = |x: f32| {
+            format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                 element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n{x} 0 0\n0 1 0\n3 0 1 2\n"
+            )
+        };
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write("a.ply", &ply(1.0));
+        write("b.ply", &ply(1.0).replace("format ascii 1.0", "format ascii 1.0\ncomment the same"));
+        let scene = folder.path().join("a.toml");
+        let of = |file: &str| {
+            let text = format!(
+                "materials.m = {{ type = \"matte\", reflectance = [1, 1, 1] }}\n\
+                 entities = [{{ shape = {{ type = \"mesh\", file = \"{file}\" }}, material = \"m\" }}]"
+            );
+            let loaded = crate::scene::parse(&text, &scene).unwrap_or_else(|error| panic!("{error}"));
+            Fingerprint::of(&loaded.scene, &loaded.sources)
+        };
+        let ours = of("a.ply");
+        assert_eq!(of("b.ply").digits(), ours.digits());
+        write("a.ply", &ply(2.0));
+        let changed = of("a.ply");
+        assert_ne!(changed.digits(), ours.digits());
+        let told = differing(&ours.outline().unwrap(), &changed.outline().unwrap());
+        assert!(told.ends_with("a.ply") && !told.contains("shape"), "{told}");
+    }
+}

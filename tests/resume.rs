@@ -1,0 +1,191 @@
+//! Going on with films, and what is said of a goal that is missed: where a render ends, and what layers a merge has.
+
+use serde_json::json;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+    command.args(arguments).current_dir(folder).output().expect("the program starts")
+}
+
+/// Runs and demands this exit code; returns what was said on standard error.
+fn said(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    said
+}
+
+fn info(folder: &Path, file: &str) -> String {
+    String::from_utf8(run(folder, &["info", file]).stdout).expect("text")
+}
+
+fn stats(folder: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(folder.join("s.json")).expect("a file")).expect("JSON")
+}
+
+/// A render of the cover, small and in silence.
+fn render<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    let cover = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml");
+    [&["render", cover, "--headless", "-q", "--size", "24x18", "-o", "a.exr"][..], more].concat()
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+#[test]
+fn a_limit_of_time_or_error_does_not_end_at_what_a_film_was_begun_for() {
+    let dir = folder();
+    let begin = |name: &str| said(dir.path(), 0, &render(&["--spp", "4", "--film", name]));
+    begin("a.film");
+    let go_on = ["--resume", "a.film", "--noise", "0.04", "--stats", "s.json"];
+    said(dir.path(), 0, &render(&go_on));
+    let spp = stats(dir.path())["spp"].as_f64().expect("a number");
+    assert!(spp > 16.0, "{spp}");
+    begin("b.film");
+    said(dir.path(), 0, &render(&["--resume", "b.film", "--time", "300ms", "--stats", "s.json"]));
+    assert!(stats(dir.path())["spp"].as_f64().expect("a number") > 4.0);
+    // Negative control: without one, the film's own end is kept, and --spp moves it.
+    begin("c.film");
+    said(dir.path(), 0, &render(&["--resume", "c.film", "--stats", "s.json"]));
+    assert_eq!(stats(dir.path())["spp"], 4.0);
+    let limited = ["--resume", "c.film", "--noise", "0.0001", "--spp", "20", "--stats", "s.json"];
+    said(dir.path(), 0, &render(&limited));
+    assert_eq!(stats(dir.path())["spp"], 20.0);
+}
+
+#[test]
+fn spp_counts_from_sample_0_wherever_a_film_begins() {
+    let dir = folder();
+    said(dir.path(), 0, &render(&["--range", "4..8", "--film", "a.film"]));
+    said(dir.path(), 0, &render(&["--resume", "a.film", "--spp", "12"]));
+    assert!(info(dir.path(), "a.film").contains("samples     4..12\n"));
+    let text = said(dir.path(), 1, &render(&["--resume", "a.film", "--spp", "10"]));
+    assert!(text.contains("it has the samples up to 12 already, and 4 to 10 are asked for"), "{text}");
+    let text = said(dir.path(), 2, &render(&["--resume", "a.film", "--spp", "4"]));
+    assert!(text.contains("begins with sample 4") && text.contains("--spp 4"), "{text}");
+    // The same samples as those of a range, to the bit.
+    said(dir.path(), 0, &render(&["--range", "4..12", "--film", "b.film"]));
+    let bytes = |name: &str| fs::read(dir.path().join(name)).expect("a film");
+    assert!(bytes("a.film") == bytes("b.film"));
+    said(dir.path(), 0, &render(&["--range", "4..11", "--film", "c.film"]));
+    assert!(bytes("a.film") != bytes("c.film"));
+}
+
+#[test]
+fn a_goal_that_is_missed_is_told_of_also_to_those_who_want_quiet() {
+    let dir = folder();
+    let go = |more: &[&str]| said(dir.path(), 0, &render(&[more, &["--stats", "s.json"]].concat()));
+    let told = || ["noise_asked", "noise_reached"].map(|key| stats(dir.path())[key].clone());
+    let missed = go(&["--noise", "0.001", "--spp", "40"]);
+    assert!(
+        missed.starts_with("warning: ") && missed.contains("0.001, is not reached: it is 0."),
+        "{missed}"
+    );
+    assert!(missed.contains("at 40 samples a pixel\n"), "{missed}");
+    assert_eq!(told(), [json!(0.001), json!(false)]);
+    let unknown = go(&["--noise", "0.5", "--spp", "12"]);
+    assert!(unknown.contains("is not known: an estimate takes 16 samples a pixel"), "{unknown}");
+    assert!(unknown.contains("ended at 12\n"), "{unknown}");
+    assert_eq!(told(), [json!(0.5), json!(false)]);
+    assert!(stats(dir.path())["estimated_noise"].is_null());
+    // One that is reached is no warning.
+    assert_eq!(go(&["--noise", "0.1"]), "");
+    assert_eq!(told(), [json!(0.1), json!(true)]);
+    assert_eq!(go(&["--spp", "2"]), "");
+    assert_eq!(told(), [json!(null), json!(null)]);
+}
+
+#[test]
+fn merged_films_have_the_layers_that_films_tell_and_say_which_they_do_not() {
+    let dir = folder();
+    let half = |range: &str, film: &str, layers: &str| {
+        said(dir.path(), 0, &render(&["--range", range, "--film", film, "--layers", layers]));
+    };
+    half("0..5", "a.film", "all");
+    half("5..9", "b.film", "depth");
+    let text = said(dir.path(), 0, &["merge", "a.film", "b.film", "-o", "m.exr", "-o", "m.film"]);
+    assert!(text.contains("without the layers albedo,") && text.contains("--resume"), "{text}");
+    let channels = |file: &str| {
+        let told = info(dir.path(), file);
+        told.lines().find_map(|line| line.strip_prefix("channels    ")).expect("channels").to_owned()
+    };
+    assert_eq!(channels("m.exr"), "B, G, R, samples.Y, variance.Y");
+    // To the bit those of a render of all samples.
+    said(dir.path(), 0, &render(&["--spp", "9", "--layers", "variance,samples", "-o", "w.exr"]));
+    let bytes = |name: &str| fs::read(dir.path().join(name)).expect("a file");
+    assert!(bytes("m.exr") == bytes("w.exr"));
+    // What the remedy says: all layers, and nothing is rendered anew.
+    let rest = ["--resume", "m.film", "--layers", "all", "--stats", "s.json", "-o", "r.exr"];
+    said(dir.path(), 0, &render(&rest));
+    assert_eq!(stats(dir.path())["samples"], stats(dir.path())["resumed_samples"]);
+    said(dir.path(), 0, &render(&["--spp", "9", "--layers", "all", "-o", "w.exr"]));
+    assert!(bytes("r.exr") == bytes("w.exr"));
+    // Asked for by name, or not at all.
+    said(dir.path(), 0, &["merge", "a.film", "b.film", "-q", "-o", "m.exr", "--layers", "samples"]);
+    assert_eq!(channels("m.exr"), "B, G, R, samples.Y");
+    let text = said(dir.path(), 2, &["merge", "a.film", "b.film", "-o", "m.exr", "--layers", "depth"]);
+    assert!(text.contains("does not tell the layer depth") && text.contains("--resume"), "{text}");
+    half("9..10", "c.film", "normal");
+    assert!(said(dir.path(), 0, &["merge", "c.film", "-o", "m.exr"]).contains("without the layers normal"));
+    assert_eq!(channels("m.exr"), "B, G, R");
+}
+
+#[test]
+fn a_film_of_another_scene_is_refused_with_what_differs_and_a_default_is_no_difference() {
+    let dir = folder();
+    let scene =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml")).expect("a scene");
+    let write = |text: &str| fs::write(dir.path().join("a.toml"), text).expect("a scene");
+    let go = |code: i32, more: &[&str]| {
+        let base = ["render", "a.toml", "--headless", "-q", "--size", "8x6", "-o", "a.exr"];
+        said(dir.path(), code, &[&base[..], more].concat())
+    };
+    write(&scene);
+    go(0, &["--spp", "2", "--film", "a.film"]);
+    let resume = ["--resume", "a.film", "--spp", "3", "--film", "b.film"];
+    // The same scene in other words.
+    write(&scene.replacen("[render]", "[render]\nsampler = \"sobol\"", 1).replacen(
+        "samples = 500",
+        "samples = 7",
+        1,
+    ));
+    go(0, &resume);
+    write(&scene.replacen("max_depth = 5", "max_depth = 9", 1));
+    go(0, &[&resume[..], &["--max-depth", "5"]].concat());
+    assert!(go(1, &resume).contains("its max depth is 5, not 9"));
+    write(&scene.replacen("vertical_fov = 90", "vertical_fov = 80", 1));
+    let text = go(1, &resume);
+    assert!(text.contains("its scene differs in camera.vertical_fov; the scene file"), "{text}");
+    write(&scene.replacen("radius = 2", "radius = 1.5", 1));
+    let text = go(1, &resume);
+    assert!(text.contains("its scene differs in the shape of "), "{text}");
+    go(0, &["--range", "2..4", "--film", "b.film"]);
+    let text = said(dir.path(), 1, &["merge", "a.film", "b.film", "-o", "m.exr"]);
+    assert!(text.contains("its scene differs in the shape of "), "{text}");
+}
+
+#[test]
+fn negative_numbers_are_answered_with_what_may_stand_there() {
+    let dir = folder();
+    let text = said(dir.path(), 2, &["render", "a.toml", "--size", "-4x4"]);
+    assert!(text.contains("invalid value") && text.contains("written like"), "{text}");
+    for (option, value, words) in [
+        ("--seed", "-1", "0 to 4294967295"),
+        ("--spp", "-4", "4294967295"),
+        ("--threads", "-2", "1024"),
+        ("--max-depth", "-1", "0 to 10000"),
+        ("--noise", "-0.1", "above 0"),
+        ("--time", "-1s", "written like"),
+        ("--crop", "-1,0,4,4", "written"),
+        ("--range", "-1..4", "written"),
+        ("--dump-at", "-1,4", "4294967295"),
+    ] {
+        let text = said(dir.path(), 2, &render(&[option, value]));
+        assert!(text.contains("invalid value") && text.contains(words), "{option} {value}: {text}");
+        assert!(!text.contains("use '--"), "{text}");
+    }
+}

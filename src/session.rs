@@ -19,6 +19,7 @@
 //!
 //! Where the window moves the camera, all this is wired up again for each place that the scene is seen from.
 
+use crate::film::cryptomatte::Mattes;
 use crate::film::file::Head;
 use crate::film::noise::FIRST_MILESTONE;
 use crate::film::{Channel, Film, Layer, Layout, MemoryError, Milestone, Picture, Rectangle, ViewTransform};
@@ -401,6 +402,7 @@ fn render(
     let schedule = crew.deal(region, schedule);
     let owners = Arc::new(schedule.owners(&settings.layout()));
     let spare = crew.spare();
+    let mattes = Mattes::of(&settings.scene);
 
     std::thread::scope(|scope| {
         let (batches_out, batches) = bounded(2 * workers);
@@ -423,8 +425,8 @@ fn render(
             scope.spawn(move || keeping::keep_film(sink, &pieces, &notes))
         });
         // Notes end with the last of those who write.
-        let (identity, owned) = (&head.identity, Arc::clone(&owners));
-        let pictures = keeping::Pictures { settings, identity, owners: owned, notes: notes_out };
+        let (identity, mattes, owned) = (&head.identity, &mattes, Arc::clone(&owners));
+        let pictures = keeping::Pictures { settings, identity, mattes, owners: owned, notes: notes_out };
         let painter = scope.spawn({
             let pictures = pictures.clone();
             move || pictures.write_barriers(&barriers)
@@ -480,7 +482,7 @@ fn render(
                 let (written_out, written) = bounded(0);
                 // Without a window there is nobody to wait for.
                 let _ = ending_out.send(written);
-                let layers = || layers(settings, layer_integrator.as_deref(), &outcome);
+                let layers = || layers(settings, layer_integrator.as_deref(), mattes, &outcome);
                 // A black picture is no replacement for whatever is there.
                 let written = match outcome.totals.samples {
                     0 => Ok(()),
@@ -498,7 +500,7 @@ fn render(
                 scope.spawn(move || show_notes(&notes));
                 let (layers_out, layers) = bounded(1);
                 if let Some(integrator) = layer_integrator {
-                    scope.spawn(move || layers_out.send(preview(settings, &*integrator)));
+                    scope.spawn(move || layers_out.send(preview(settings, &*integrator, mattes)));
                 }
                 let feed = Feed { snapshots, layers, stop: stop.clone() };
                 let left = window.run(&feed, &requests_out, settings.moved.is_some());
@@ -532,13 +534,15 @@ fn write_aside(settings: &Settings, head: &Head, own: &Rendered) -> Result<(), S
     if outcome.totals.samples == 0 {
         return Ok(());
     }
+    let mattes = Mattes::of(&settings.scene);
     let (notes_out, notes) = bounded(16);
     let written = std::thread::scope(|scope| {
         scope.spawn(move || show_notes(&notes));
         let owners = outcome.owners.clone().unwrap_or_default();
-        let pictures = keeping::Pictures { settings, identity: &head.identity, owners, notes: notes_out };
+        let (identity, mattes) = (&head.identity, &mattes);
+        let pictures = keeping::Pictures { settings, identity, mattes, owners, notes: notes_out };
         let integrator = crew::layer_integrator(settings);
-        let layers = || layers(settings, integrator.as_deref(), outcome);
+        let layers = || layers(settings, integrator.as_deref(), mattes, outcome);
         pictures.write_end(sink.as_ref(), outcome, &own.picture, layers)
     });
     Ok(written?)
@@ -547,15 +551,22 @@ fn write_aside(settings: &Settings, head: &Head, own: &Rendered) -> Result<(), S
 /// Samples of a pixel that the window's layers are means of.
 const PREVIEW: u32 = 2;
 
-/// The layers that first hits tell, for the window.
-fn preview(settings: &Settings, integrator: &dyn Integrator) -> Vec<Channel> {
+/// The layers that first hits tell, for the window; without mattes, whose values are ids and no colours.
+fn preview(settings: &Settings, integrator: &dyn Integrator, mattes: &Mattes) -> Vec<Channel> {
+    let shows = |layer: &Layer| layer.names(mattes).is_none();
+    let layers: Vec<Layer> = settings.layers.iter().copied().filter(shows).collect();
     let samples = settings.first..settings.first.saturating_add(PREVIEW);
     let (level, region) = (settings.level, settings.picture_region());
-    first_hit_layers(integrator, level, region, samples, 1, &settings.layers)
+    first_hit_layers(integrator, level, region, samples, 1, &layers, mattes)
 }
 
 /// The layers that are wanted, of what the render came to.
-fn layers(settings: &Settings, layer_integrator: Option<&dyn Integrator>, outcome: &Outcome) -> Vec<Channel> {
+fn layers(
+    settings: &Settings,
+    layer_integrator: Option<&dyn Integrator>,
+    mattes: &Mattes,
+    outcome: &Outcome,
+) -> Vec<Channel> {
     let mut channels: Vec<Channel> =
         settings.layers.iter().flat_map(|layer| layer.channels_of_film(&outcome.film)).collect();
     if let Some(integrator) = layer_integrator {
@@ -569,6 +580,7 @@ fn layers(settings: &Settings, layer_integrator: Option<&dyn Integrator>, outcom
             first..first.saturating_add(samples),
             threads,
             &settings.layers,
+            mattes,
         ));
     }
     channels

@@ -11,7 +11,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;
 use std::sync::Arc;
 use stride::film::film_offset;
-use stride::integrator::{self, Paths};
+use stride::integrator::{self, Event, Paths};
 use stride::math::lanes::Level;
 use stride::math::{Frame, Ray, Vec3};
 use stride::render::Region;
@@ -205,6 +205,31 @@ fn pictures_of_instances_are_the_same_in_every_world_at_every_level() {
         assert!(bits(Finder::Bvh, level) == truth, "{level}");
     }
     assert!(truth.iter().any(|radiance| *radiance != truth[0]));
+}
+
+// What mattes are made of.
+#[test]
+fn first_hits_name_the_instance_and_not_the_mesh() {
+    let scene = sized(pebbles(0.0, 3.0), 32, 24);
+    let tracer = tracer(&scene, Finder::Bvh, ALL);
+    let region = Region::whole(scene.film.width, scene.film.height);
+    let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
+    let mut met = vec![0; scene.entities.len()];
+    for level in Level::available() {
+        let mut hits = Vec::new();
+        tracer.first_hits(level, &Paths { pixels: &pixels, first_sample: 2, samples: 1 }, &mut hits);
+        for hit in hits {
+            // The first event is the camera's ray, the second what it met.
+            let (_, events) = tracer.explain(pixels[hit.slot as usize], 2);
+            let entity = match events.get(1) {
+                Some(Event::Hit { entity, .. }) => Some(*entity),
+                _ => None,
+            };
+            assert_eq!(hit.met.then_some(hit.entity), entity, "{level}: {hit:?}");
+            entity.into_iter().for_each(|entity| met[entity as usize] += 1);
+        }
+    }
+    assert!(met.iter().filter(|&&met| met > 0).count() > 4, "{met:?}");
 }
 
 /// Two of a mesh, far from one another.

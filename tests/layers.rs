@@ -6,6 +6,7 @@ use common::scenes::cover;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use stride::film::cryptomatte::Mattes;
 use stride::film::layers::NO_DEPTH;
 use stride::film::{Channel, Layer};
 use stride::integrator::{Event, Integrator};
@@ -16,7 +17,7 @@ use stride::scene::{Scene, parse};
 fn layers(scene: &Scene, region: Region, samples: u32, threads: usize) -> Vec<Channel> {
     let integrator = common::integrator(scene);
     let level = Level::available()[0];
-    first_hit_layers(&*integrator, level, region, 0..samples, threads, &Layer::ALL)
+    first_hit_layers(&*integrator, level, region, 0..samples, threads, &Layer::ALL, &Mattes::of(scene))
 }
 
 fn channel<'a>(channels: &'a [Channel], name: &str) -> &'a [f32] {
@@ -123,7 +124,10 @@ fn no_threads_lanes_or_crops_show() {
     let integrator = common::integrator(&scene);
     for level in Level::available() {
         let region = Region::whole(40, 30);
-        assert!(first_hit_layers(&*integrator, level, region, 0..5, 2, &Layer::ALL) == whole, "{level}");
+        assert!(
+            first_hit_layers(&*integrator, level, region, 0..5, 2, &Layer::ALL, &Mattes::of(&scene)) == whole,
+            "{level}"
+        );
     }
     let region = Region { film_width: 40, x: 11, y: 7, width: 9, height: 5 };
     let crop = layers(&scene, region, 5, 2);
@@ -157,9 +161,14 @@ fn files_have_the_layers_that_were_asked_for_and_the_colour_is_the_same() {
     let bytes = |name: &str| fs::read(dir.path().join(name)).expect("a file");
     assert!(bytes("a.exr") == bytes("b.exr"));
     let told = String::from_utf8(stride(dir.path(), &["info", "a.exr"]).stdout).expect("text");
-    let channels = "channels    B, G, R, albedo.B, albedo.G, albedo.R, depth.Z, normal.X, normal.Y, normal.Z, \
+    let mattes = |layer: &str| {
+        let levels = ["00", "01", "02"].map(|level| format!("{layer}{level}"));
+        levels.map(|level| ["A", "B", "G", "R"].map(|c| format!("{level}.{c}")).join(", ")).join(", ")
+    };
+    let channels = "G, R, albedo.B, albedo.G, albedo.R, depth.Z, normal.X, normal.Y, normal.Z, \
                     position.X, position.Y, position.Z, samples.Y, uv.U, uv.V, variance.Y\n";
-    assert!(told.contains(channels), "{told}");
+    let mattes = format!("{}, {}", mattes("CryptoEntity"), mattes("CryptoMaterial"));
+    assert!(told.contains(&format!("channels    B, {mattes}, {channels}")), "{told}");
     render(dir.path(), &["--spp", "8", "-o", "plain.exr", "-o", "plain.png"]);
     assert!(bytes("a.png") == bytes("plain.png") && bytes("a.exr") != bytes("plain.exr"));
     let compared = stride(dir.path(), &["compare", "a.exr", "plain.exr", "--json"]);
@@ -215,6 +224,16 @@ fn the_makers_of_the_format_read_it() {
         assert!(told.contains(&format!("    {name}, 32-bit floating-point, sampling 1 1")), "{name}: {told}");
     }
     assert!(told.contains("seed: 0") && told.contains("samples: 0..8"), "{told}");
+    // A crop lies on its film where it was cut out, and every other picture is its film.
+    assert!(told.contains("dataWindow (type box2i): (0 0) - (39 29)\n"), "{told}");
+    render(dir.path(), &["--spp", "2", "--crop", "5,9,17,6", "-o", "crop.exr"]);
+    let mut header = openexr("exrheader").expect("it is there");
+    let told = header.arg("crop.exr").current_dir(dir.path()).output().expect("it runs").stdout;
+    let told = String::from_utf8(told).expect("text");
+    for window in ["dataWindow (type box2i): (5 9) - (21 14)", "displayWindow (type box2i): (0 0) - (39 29)"]
+    {
+        assert!(told.contains(window), "{window}: {told}");
+    }
     // Read and written again by their own code, the picture is the same to the bit.
     let status = tiled.args(["a.exr", "b.exr"]).current_dir(dir.path()).status().expect("it runs");
     assert!(status.success());

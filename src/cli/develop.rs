@@ -118,7 +118,8 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
     let tone = arguments.tone.or_else(|| dumped.facts.get("tone")?.parse().ok());
     let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
     let picture = film.picture();
-    let options = PictureOptions { view, facts: Some(&facts), channels: &[], crop: Crop::of(&facts) };
+    let options =
+        PictureOptions { view, facts: Some(&facts), channels: &[], mattes: &[], crop: Crop::of(&facts) };
     // All of them, even if one fails.
     let written: Vec<_> =
         arguments.outputs.iter().map(|path| write_picture(path, &picture, &options)).collect();

@@ -74,6 +74,11 @@ fn picture(path: &Path) -> Result<String, Failure> {
     {
         let _ = writeln!(text, "{:<12}{}", "channels", exr::channels(file).join(", "));
     }
+    let mattes = File::open(path).ok().filter(|_| format == Format::Exr).map(exr::mattes).unwrap_or_default();
+    if !mattes.is_empty() {
+        let told: Vec<_> = mattes.iter().map(|(layer, names)| format!("{layer} ({names} names)")).collect();
+        let _ = writeln!(text, "{:<12}{}", "mattes", told.join(", "));
+    }
     for (name, value) in facts.iter().flat_map(Identity::facts) {
         let _ = writeln!(text, "{name:<12}{value}");
     }

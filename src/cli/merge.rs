@@ -208,7 +208,8 @@ fn write_outputs(
         let written = match &picture {
             Some(picture) if !is_film(path) => {
                 let (facts, crop) = (Some(&facts), Crop::of(&head.identity));
-                write_picture(path, picture, &PictureOptions { view, facts, channels: &channels, crop })
+                let options = PictureOptions { view, facts, channels: &channels, mattes: &[], crop };
+                write_picture(path, picture, &options)
             }
             _ => write_film(path, head, film, holding, None),
         };

@@ -74,7 +74,8 @@ pub(super) struct RenderArguments {
     /// Also write numbered pictures at these sample counts: 10,100,500
     #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     dump_at: Vec<u32>,
-    /// Layers that EXR files get beside colour: albedo, normal, position, depth, uv, variance, samples, or all
+    /// Layers that EXR files get beside colour: albedo, normal, position, depth, uv, variance,
+    /// samples, crypto-entity and crypto-material (Cryptomatte), or all
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = layer)]
     layers: Vec<Layers>,
     /// Dump every sample to a NumPy file

@@ -1,6 +1,7 @@
 //! What a picture file may hold beside colour: layers, each of some channels.
 
 use super::Film;
+use super::cryptomatte::{self, Mattes, Names};
 
 /// A layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +20,10 @@ pub enum Layer {
     Variance,
     /// Samples in the pixel.
     Samples,
+    /// Which entities are seen, and how much of each: see [`super::cryptomatte`].
+    CryptoEntity,
+    /// Which materials, likewise.
+    CryptoMaterial,
 }
 
 /// The depth of a pixel in which nothing is seen: farther than anything, and finite, as compositors want it.
@@ -26,7 +31,7 @@ pub const NO_DEPTH: f32 = 1e10;
 
 impl Layer {
     /// All layers.
-    pub const ALL: [Layer; 7] = [
+    pub const ALL: [Layer; 9] = [
         Layer::Albedo,
         Layer::Normal,
         Layer::Position,
@@ -34,9 +39,11 @@ impl Layer {
         Layer::Uv,
         Layer::Variance,
         Layer::Samples,
+        Layer::CryptoEntity,
+        Layer::CryptoMaterial,
     ];
 
-    /// The name, which its channels begin with.
+    /// What users call it, and what its channels begin with but for mattes.
     pub fn name(self) -> &'static str {
         match self {
             Layer::Albedo => "albedo",
@@ -46,6 +53,8 @@ impl Layer {
             Layer::Uv => "uv",
             Layer::Variance => "variance",
             Layer::Samples => "samples",
+            Layer::CryptoEntity => "crypto-entity",
+            Layer::CryptoMaterial => "crypto-material",
         }
     }
 
@@ -57,12 +66,32 @@ impl Layer {
             Layer::Depth => &["Z"],
             Layer::Uv => &["U", "V"],
             Layer::Variance | Layer::Samples => &["Y"],
+            // Two ranks of an id and a coverage each.
+            Layer::CryptoEntity | Layer::CryptoMaterial => &["R", "G", "B", "A"],
         }
     }
 
-    /// The full names of its channels: "albedo.R".
-    pub fn channels(self) -> impl Iterator<Item = String> {
-        self.components().iter().map(move |component| format!("{}.{component}", self.name()))
+    /// The full names of its channels: "albedo.R", "CryptoEntity00.R".
+    pub fn channels(self) -> Vec<String> {
+        let prefixes = match self {
+            Layer::CryptoEntity => cryptomatte::levels("CryptoEntity"),
+            Layer::CryptoMaterial => cryptomatte::levels("CryptoMaterial"),
+            _ => vec![self.name().to_owned()],
+        };
+        let names = |prefix: &String| {
+            let prefix = prefix.clone();
+            self.components().iter().map(move |component| format!("{prefix}.{component}"))
+        };
+        prefixes.iter().flat_map(names).collect()
+    }
+
+    /// The names that a layer of mattes is about; none of another.
+    pub fn names(self, mattes: &Mattes) -> Option<&Names> {
+        match self {
+            Layer::CryptoEntity => Some(&mattes.entities),
+            Layer::CryptoMaterial => Some(&mattes.materials),
+            _ => None,
+        }
     }
 
     /// Whether the film's own words tell it; the others are told by first hits.
@@ -79,7 +108,8 @@ impl Layer {
             Layer::Samples => pixels.map(|pixel| film.count(pixel) as f32).collect(),
             _ => return Vec::new(),
         };
-        self.channels().map(|name| Channel { name, values: Vec::clone(&values) }).collect()
+        let channel = |name| Channel { name, values: Vec::clone(&values) };
+        self.channels().into_iter().map(channel).collect()
     }
 }
 

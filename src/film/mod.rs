@@ -1,6 +1,7 @@
 //! The film: exact sums of samples, reconstruction filters, and the pictures made of them.
 
 pub mod compare;
+pub mod cryptomatte;
 pub mod develop;
 pub mod file;
 pub mod filter;

@@ -25,6 +25,10 @@ pub struct FirstHit {
     pub depth: f32,
     /// The surface's own coordinates.
     pub uv: [f32; 2],
+    /// The entity's index in the scene.
+    pub entity: u32,
+    /// The index of the material that it has there; a checkerboard's own.
+    pub material: u32,
 }
 
 /// Follows the camera rays of paths and no further. The film positions are those of the paths.
@@ -55,10 +59,13 @@ impl<W: World, S: Sampler> Kernel for FirstHits<'_, W, S> {
             let mut slot = [0; MAX_LANES];
             start.slot.store(&mut slot);
             let mut values = [[0.0; MAX_LANES]; 12];
+            let (mut rows, mut materials) = ([0; MAX_LANES], [0; MAX_LANES]);
             if met.any() {
                 let point = scene.surfaces.point(&ray, &hit);
                 let (u, v) = scene.surfaces.uv(&point, met);
                 let mut material = scene.surfaces.material(&point);
+                point.row.store(&mut rows);
+                material.store(&mut materials);
                 if scene.materials.uses_uv() {
                     material = scene.materials.resolve(material, u, v);
                 }
@@ -82,6 +89,8 @@ impl<W: World, S: Sampler> Kernel for FirstHits<'_, W, S> {
                         position: [at(6), at(7), at(8)],
                         depth: at(9),
                         uv: [at(10), at(11)],
+                        entity: scene.surfaces.entity(rows[lane]),
+                        material: materials[lane],
                         ..empty
                     },
                 });

@@ -35,7 +35,9 @@ pub use film::{FilmError, FilmFile, FilmSink, open_film, write_film};
 pub use npy::SampleDump;
 pub use overlay::{owner_overlay, write_owner_overlay};
 pub use patience::Patience;
-pub use picture::{Crop, Format, PictureOptions, check_writable, numbered_path, suffixed_path, write_picture};
+pub use picture::{
+    Crop, Format, PictureOptions, check_writable, numbered_path, suffixed_path, write_picture,
+};
 pub use progress::{Progress, Reporter};
 pub use read::{ReadError, read_picture};
 pub use tev::{Tev, TevError};

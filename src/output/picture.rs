@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
 use super::{atomic, exr, hdr, png};
+use crate::film::cryptomatte::Names;
 use crate::film::{Channel, Identity, Picture, ToneMap, ViewTransform};
 
 /// A picture file's format.
@@ -72,6 +73,8 @@ pub struct PictureOptions<'a> {
     pub facts: Option<&'a Identity>,
     /// Layers beside colour, for the format that has room for them: EXR.
     pub channels: &'a [Channel],
+    /// What those of the channels that are mattes are about.
+    pub mattes: &'a [&'a Names],
     /// Where the picture lies on its film, for the format that can tell: EXR. None where it is the whole of it.
     pub crop: Option<Crop>,
 }

@@ -4,6 +4,7 @@
 //! when they are wanted, also by a render that goes on with a film.
 
 use super::stride::Region;
+use crate::film::cryptomatte::{self, Mattes, Names};
 use crate::film::layers::{Channel, Layer, NO_DEPTH};
 use crate::integrator::{FirstHit, Integrator, Paths};
 use crate::math::lanes::Level;
@@ -21,8 +22,8 @@ pub fn layer_samples(spp: u32) -> u32 {
     (spp / SHARE).clamp(1, MOST_SAMPLES)
 }
 
-/// The channels of the wanted layers that first hits tell, of these samples of each pixel.
-/// Each of the threads takes every so-manieth row.
+/// The channels of the wanted layers that first hits tell, of these samples of each pixel, with the names of the
+/// scene's things. Each of the threads takes every so-manieth row.
 pub fn first_hit_layers(
     integrator: &dyn Integrator,
     level: Level,
@@ -30,6 +31,7 @@ pub fn first_hit_layers(
     samples: Range<u32>,
     threads: usize,
     wanted: &[Layer],
+    mattes: &Mattes,
 ) -> Vec<Channel> {
     let len = region.len() as usize;
     let layers = || wanted.iter().filter(|layer| !layer.is_of_film());
@@ -38,6 +40,9 @@ pub fn first_hit_layers(
     if channels.is_empty() {
         return channels;
     }
+    let wants =
+        |layer: Layer| wanted.contains(&layer).then_some(mattes).and_then(|mattes| layer.names(mattes));
+    let names = [wants(Layer::CryptoEntity), wants(Layer::CryptoMaterial)];
     let (width, first_sample) = (region.width as usize, samples.start);
     let samples = samples.end - samples.start;
     std::thread::scope(|scope| {
@@ -52,7 +57,8 @@ pub fn first_hit_layers(
                     hits.clear();
                     let paths = Paths { pixels: &pixels, first_sample, samples };
                     integrator.first_hits(level, &paths, &mut hits);
-                    let means: Vec<Mean> = hits.chunks(samples as usize).map(Mean::of).collect();
+                    let means: Vec<Mean> =
+                        hits.chunks(samples as usize).map(|hits| Mean::of(hits, names)).collect();
                     // Nobody listens any more only if all is over.
                     if rows_out.send((row, means)).is_err() {
                         return;
@@ -82,10 +88,17 @@ struct Mean {
     position: [f32; 3],
     depth: [f32; 1],
     uv: [f32; 2],
+    entities: [f32; cryptomatte::CHANNELS],
+    materials: [f32; cryptomatte::CHANNELS],
 }
 
 impl Mean {
-    fn of(hits: &[FirstHit]) -> Mean {
+    /// Of a pixel's hits, with ranks where there are names for them.
+    fn of(hits: &[FirstHit], [entities, materials]: [Option<&Names>; 2]) -> Mean {
+        let ranks = |names: Option<&Names>, number: fn(&FirstHit) -> u32| {
+            let met = hits.iter().filter(|hit| hit.met).map(number);
+            names.map_or([0.0; cryptomatte::CHANNELS], |names| names.ranks(met, hits.len()))
+        };
         let met = hits.iter().filter(|hit| hit.met).count();
         Mean {
             albedo: mean(hits, hits.len(), |hit| hit.albedo),
@@ -93,6 +106,8 @@ impl Mean {
             position: mean(hits, met, |hit| hit.position),
             depth: if met > 0 { mean(hits, met, |hit| [hit.depth]) } else { [NO_DEPTH] },
             uv: mean(hits, met, |hit| hit.uv),
+            entities: ranks(entities, |hit| hit.entity),
+            materials: ranks(materials, |hit| hit.material),
         }
     }
 
@@ -103,6 +118,8 @@ impl Mean {
             Layer::Position => &self.position,
             Layer::Depth => &self.depth,
             Layer::Uv => &self.uv,
+            Layer::CryptoEntity => &self.entities,
+            Layer::CryptoMaterial => &self.materials,
             Layer::Variance | Layer::Samples => &[],
         }
     }

@@ -288,7 +288,10 @@ mod tests {
     #[test]
     fn what_changes_no_sample_changes_no_fingerprint() {
         for (from, to) in [
-            ("width = 64", "width = 0x40 # pixels\n exposure = 3\n tone = \"filmic\"\n filter = \"tent\"\n height = 480"),
+            (
+                "width = 64",
+                "width = 0x40 # pixels\n exposure = 3\n tone = \"filmic\"\n filter = \"tent\"\n height = 480",
+            ),
             ("seed = 7", "samples = 12\n max_depth = 5\n integrator = \"path\"\n seed = 7.0"),
             // These a film names itself.
             ("width = 64", "width = 65\n filter = \"box\""),

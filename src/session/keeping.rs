@@ -1,8 +1,9 @@
 //! What a render leaves behind: pictures, and a film to go on with.
 
 use super::{SessionError, Settings};
+use crate::film::cryptomatte::{Mattes, Names};
 use crate::film::file::{Head, Piece};
-use crate::film::{Channel, Film, Holding, Identity, Milestone, Picture, Snapshot, ViewTransform};
+use crate::film::{Channel, Film, Holding, Identity, Layer, Milestone, Picture, Snapshot, ViewTransform};
 use crate::output::window::Request;
 use crate::output::{
     Crop, FilmSink, Format, OutputError, Patience, PictureOptions, SampleDump, numbered_path, open_film,
@@ -215,6 +216,8 @@ fn serve_saves(
 pub(super) struct Pictures<'a> {
     pub(super) settings: &'a Settings,
     pub(super) identity: &'a Identity,
+    /// What the scene's things are called.
+    pub(super) mattes: &'a Mattes,
     /// Who made each pixel.
     pub(super) owners: Arc<Vec<u32>>,
     pub(super) notes: Sender<String>,
@@ -315,7 +318,10 @@ impl Pictures<'_> {
             write_owner_overlay(path, &self.owners, picture.width, picture.height)
         } else {
             let crop = Crop::of(facts);
-            write_picture(path, picture, &PictureOptions { view, facts: Some(facts), channels, crop })
+            let of_layer = |layer: &Layer| layer.names(self.mattes).filter(|_| !channels.is_empty());
+            let mattes: Vec<&Names> = self.settings.layers.iter().filter_map(of_layer).collect();
+            let options = PictureOptions { view, facts: Some(facts), channels, mattes: &mattes, crop };
+            write_picture(path, picture, &options)
         }
     }
 }

@@ -4,6 +4,7 @@ use super::{python_with, run};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use stride::film::cryptomatte::Mattes;
 use stride::film::{Channel, Layer};
 use stride::math::lanes::Level;
 use stride::render::{Region, first_hit_layers, layer_samples};
@@ -50,10 +51,10 @@ assert set(names) | set('RGB') | {'variance.Y', 'samples.Y'} <= set(pixels), nam
 for name, row in zip(names, rows):
     assert (pixels[name].ravel().view('u4') == row['values'].view('u4')).all(), name
 
-# The film's picture is the render's.
+# The film's picture is the render's, with the layers that films tell.
 _, again = read(merged)
-assert set(again) == set('RGB'), again
-assert all((again[name].view('u4') == pixels[name].view('u4')).all() for name in 'RGB')
+assert set(again) == set('RGB') | {'variance.Y', 'samples.Y'}, again
+assert all((again[name].view('u4') == pixels[name].view('u4')).all() for name in again)
 print(len(names))
 ";
 
@@ -67,7 +68,7 @@ fn stride(folder: &Path, arguments: &[&str]) {
 fn write_channels(path: &Path, channels: &[Channel]) {
     let pixels = WIDTH * HEIGHT;
     let mut header = format!(
-        "{{'descr': [('name', 'S16'), ('values', '<f4', ({pixels},))], 'fortran_order': False, 'shape': ({},)}}",
+        "{{'descr': [('name', 'S24'), ('values', '<f4', ({pixels},))], 'fortran_order': False, 'shape': ({},)}}",
         channels.len()
     );
     // Magic, version and length take ten bytes; all is to be a multiple of 64.
@@ -77,7 +78,7 @@ fn write_channels(path: &Path, channels: &[Channel]) {
     bytes.extend((header.len() as u16).to_le_bytes());
     bytes.extend(header.as_bytes());
     for channel in channels {
-        let mut name = [0_u8; 16];
+        let mut name = [0_u8; 24];
         name[..channel.name.len()].copy_from_slice(channel.name.as_bytes());
         bytes.extend(name);
         channel.values.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
@@ -108,8 +109,10 @@ fn openexr_and_numpy_read_what_was_meant() {
     (scene.film.width, scene.film.height) = (WIDTH, HEIGHT);
     let (integrator, level) = (super::common::integrator(&scene), Level::available()[0]);
     let region = Region::whole(WIDTH, HEIGHT);
+    let mattes = Mattes::of(&scene);
     let first_hits = Layer::ALL.into_iter().filter(|layer| !layer.is_of_film()).collect::<Vec<_>>();
-    let mut channels = first_hit_layers(&*integrator, level, region, 0..layer_samples(SPP), 1, &first_hits);
+    let mut channels =
+        first_hit_layers(&*integrator, level, region, 0..layer_samples(SPP), 1, &first_hits, &mattes);
     write_channels(&path("layers.npy"), &channels);
 
     let check =

@@ -69,6 +69,8 @@ pub struct Settings {
     pub time: Option<Duration>,
     /// Stop when the estimated error, √relMSE without the worst 0.5% of pixels, is this small.
     pub noise: Option<f64>,
+    /// Spend samples where the error is, `spp` of them a pixel at most.
+    pub adaptive: bool,
     /// CPU workers.
     pub threads: NonZeroUsize,
     /// Which lanes they use.
@@ -121,7 +123,15 @@ impl Settings {
     pub fn range(&self) -> Range<u32> {
         self.first..self.first.saturating_add(self.spp)
     }
+
+    /// The error at which the render ends, if it does at one.
+    pub fn goal(&self) -> Option<f64> {
+        self.noise.or(self.adaptive.then_some(ADAPTIVE_NOISE))
+    }
 }
+
+/// The error that adaptive sampling ends at unless another is asked for.
+pub const ADAPTIVE_NOISE: f64 = 0.01;
 
 /// Who renders.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -154,6 +164,8 @@ pub struct Report {
     pub totals: Totals,
     /// What became of the error that was asked for.
     pub noise: Option<Noise>,
+    /// The fewest and the most samples that a pixel has.
+    pub spp_range: [u64; 2],
     /// Whether every pixel has the same number of samples.
     pub whole: bool,
     /// What rendered.
@@ -287,11 +299,12 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     }
     toured?;
     let Rendered { outcome, picture, .. } = own;
+    let spp_range = outcome.film.seen_range();
     let Outcome { totals, whole, lost, made, .. } = outcome;
     let made = |workers: Range<usize>| made[workers].iter().sum();
     let devices = devices.into_iter().map(|(name, workers)| (name, made(workers))).collect();
     let lost = lost.map(|lost| lost.to_string());
-    Ok(Report { totals, noise, whole, device, devices, lost, threads, build, picture })
+    Ok(Report { totals, noise, spp_range, whole, device, devices, lost, threads, build, picture })
 }
 
 /// What came of the goal of an error, if one was asked for. Those who want quiet are warned, too, where it was missed:
@@ -389,7 +402,12 @@ fn render(
 ) -> Result<Rendered, SessionError> {
     let Task { settings, crew, head, begun: Begun { film, milestone, spent }, dump, tev } = task;
     let region = settings.region;
-    let held = Held::of(&film, region, settings.first).map(Arc::new);
+    let plan = milestone.as_ref().and_then(|milestone| Some((milestone.samples, milestone.plan.clone()?)));
+    let held = match &plan {
+        Some((_, plan)) => Some(Held::planned(&film, region, Arc::clone(plan))),
+        None => Held::of(&film, region, settings.first),
+    };
+    let held = held.map(Arc::new);
     let sink = keeping::film_sink(settings, head);
     let (layer_integrator, splatter) = (crew.layer_integrator(settings), crew.splatter());
     let workers = crew.workers();
@@ -397,6 +415,8 @@ fn render(
     let deadline = time.and_then(|time| Instant::now().checked_add(time));
     let stops: Vec<u32> = settings.dump_at.iter().map(|at| settings.first + at).collect();
     let [least, most] = film.seen_range().map(|seen| seen.min(u64::from(settings.spp)) as u32);
+    // Pixels that have stopped have passed the milestone, too.
+    let least = plan.as_ref().map_or(least, |(samples, _)| *samples);
     let schedule = Schedule::new(workers, region.len(), settings.range().end, deadline, stops.clone())
         .starting_at(settings.first + least, settings.first + most);
     let schedule = crew.deal(region, schedule);
@@ -458,9 +478,12 @@ fn render(
             accumulator = accumulator.with_splatter(splatter);
         }
         if let Some(spare) = spare {
-            accumulator = accumulator.with_spare(spare, updates);
+            accumulator = accumulator.with_spare(spare, updates.clone());
         }
-        if let Some(noise) = settings.noise {
+        if settings.adaptive {
+            accumulator = accumulator.adaptively(updates);
+        }
+        if let Some(noise) = settings.goal() {
             accumulator = accumulator.until_noise(noise, milestone);
         }
         let inbox = Inbox { batches, failures, stop: stop.clone() };
@@ -661,7 +684,7 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
     let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
     if outcome.totals.samples > 0 && !names.is_empty() {
         let spp = outcome.totals.spp;
-        let early = settings.time.is_none() && settings.noise.is_none() && spp < settings.spp;
+        let early = settings.time.is_none() && settings.goal().is_none() && spp < settings.spp;
         let note =
             if early { format!(" (stopped early, before {} spp)", settings.spp) } else { String::new() };
         writeln!(out, "wrote {}{note}", names.join(", "))?;
@@ -673,9 +696,15 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
         let note = if outcome.whole { ", and nothing is missing" } else { "" };
         writeln!(out, "warning: {lost}; the CPU went on{note}")?;
     }
-    if let Some(noise) = settings.noise.map(|asked| Noise::of(asked, &outcome.totals)).filter(Noise::reached)
+    if let Some(noise) = settings.goal().map(|asked| Noise::of(asked, &outcome.totals))
+        && (noise.reached() || settings.noise.is_none())
     {
         writeln!(out, "{noise}")?;
+    }
+    if settings.adaptive && outcome.totals.samples > 0 {
+        let ([least, most], len) = (outcome.film.seen_range(), f64::from(settings.region.len()));
+        let mean = outcome.totals.samples as f64 / len;
+        writeln!(out, "pixels have {least} to {most} samples, {mean:.1} on average")?;
     }
     let rejected = outcome.totals.rejected;
     if rejected > 0 {

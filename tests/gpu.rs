@@ -53,6 +53,7 @@ fn scene(width: u32, height: u32) -> Scene {
             sampler: Sampler::Independent,
             max_depth: 5,
             samples: 1,
+            adaptive: false,
             seed: 0,
             ambient: [0.0; 3],
         },

@@ -139,6 +139,7 @@ fn an_empty_file_has_the_defaults_of_the_design() {
             sampler: Sampler::Sobol,
             max_depth: 5,
             samples: 500,
+            adaptive: false,
             seed: 0,
             ambient: [0.0; 3],
         },
@@ -257,6 +258,7 @@ fn every_key_reaches_the_scene() {
             sampler: Sampler::Independent,
             max_depth: 0,
             samples: u32::MAX,
+            adaptive: false,
             seed: u32::MAX,
             ambient: [0.1, 0.2, 0.3],
         }

@@ -6,7 +6,7 @@ use super::{Failure, stop, usage};
 use crate::film::{Layer, Weights};
 use crate::math::lanes::Level;
 use crate::output::{self, atomic};
-use crate::scene::{Fingerprint, Scene, Tone};
+use crate::scene::{FilmMode, Fingerprint, Scene, Tone};
 use crate::session::{self, DeviceChoice, Settings, View};
 use crate::world::Finder;
 use clap::ValueEnum;
@@ -40,6 +40,10 @@ pub(super) struct RenderArguments {
     /// 0.01 is clean; or at --spp (and say so), like --time. Known from 16 samples a pixel on
     #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = noise, conflicts_with = "range")]
     noise: Option<f64>,
+    /// Spend samples where the error is, until it is that of --noise [default: 0.01] on the whole or pixels have --spp,
+    /// or the scene's samples without --noise; like adaptive = true in the scene
+    #[arg(long)]
+    adaptive: bool,
     /// Threads that render, 1 to 1024 [default: one a core]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -213,6 +217,10 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
     if arguments.noise.is_some() && first > 0 {
         return Err(usage("--noise tells the error of renders from sample 0 on, and this film begins later"));
     }
+    let adaptive = arguments.adaptive || scene.render.adaptive;
+    if adaptive {
+        refuse_with_adaptive(arguments, first, scene.film.mode())?;
+    }
     if let Some(late) = arguments.dump_at.iter().find(|&&at| at > spp) {
         return Err(usage(format!(
             "--dump-at {late} lies past the end of the render at {spp} samples a pixel"
@@ -248,6 +256,7 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         spp,
         time: arguments.time,
         noise: arguments.noise,
+        adaptive,
         threads,
         level,
         finder,
@@ -265,6 +274,22 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         moved: None,
         tev: arguments.tev.clone(),
     })
+}
+
+/// What adaptive sampling can't be had with, and why.
+fn refuse_with_adaptive(arguments: &RenderArguments, first: u32, mode: FilmMode) -> Result<(), Failure> {
+    let reason = if arguments.range.is_some() || first > 0 {
+        "decides where samples go by all from sample 0 on: it can't render a range of them (--range)"
+    } else if !arguments.dump_at.is_empty() {
+        "gives pixels different numbers of samples: there are no pictures of one number on the way (--dump-at)"
+    } else if arguments.device != DeviceChoice::Cpu {
+        "is the CPU's: a GPU renders the same samples for all pixels of an order; use --device cpu"
+    } else if mode == FilmMode::Continuous {
+        "needs pixels whose samples are their own: with mode \"continuous\" they share them; use mode \"importance\" (--film-mode importance)"
+    } else {
+        return Ok(());
+    };
+    Err(usage(format!("adaptive sampling {reason}")))
 }
 
 /// The samples that a pixel is to have: `of_scene` many where nothing says more.

@@ -14,6 +14,8 @@ pub(super) struct Stats {
     /// The error that was asked for, and whether it is reached as far as is known.
     noise_asked: Option<f64>,
     noise_reached: Option<bool>,
+    /// The fewest and the most samples that a pixel has.
+    spp_range: [u64; 2],
     seconds: f64,
     samples_per_second: f64,
     rays: u64,
@@ -55,6 +57,7 @@ impl Stats {
             estimated_noise: totals.noise.map(|[now, _]| now),
             noise_asked: report.noise.map(|noise| noise.asked),
             noise_reached: report.noise.map(|noise| noise.reached()),
+            spp_range: report.spp_range,
             seconds,
             samples_per_second: totals.made() as f64 / seconds.max(1e-9),
             rays: totals.rays,

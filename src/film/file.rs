@@ -4,6 +4,7 @@
 //! pieces, so that neither takes a second film's memory, and ends with a digest of all that went before: a
 //! file of which anything is missing or changed is not a film.
 
+use super::adaptive::Plan;
 use super::holding::Holding;
 use super::identity::{Difference, Identity};
 use super::layout::{Layout, Rectangle};
@@ -28,6 +29,8 @@ const PIXEL_BYTES: u64 = Film::BYTES_PER_PIXEL;
 const TAIL_BYTES: u64 = 24;
 /// Bytes of a pixel of the milestone's picture.
 const MILESTONE_BYTES: u64 = 12;
+/// Bytes of a pixel of the milestone's plan, and before these.
+const PLAN_BYTES: [u64; 2] = [4, 8];
 /// Bytes of the digest.
 const DIGEST_BYTES: u64 = 32;
 /// The longest text: far more than any facts need.
@@ -50,6 +53,11 @@ pub struct Head {
 impl Head {
     fn text(&self) -> String {
         format!("{}\n{}", self.identity, self.notes)
+    }
+
+    /// Whether a milestone with an error has a plan: where samples go where the error is.
+    fn plans(&self) -> bool {
+        self.identity.get("adaptive").is_some()
     }
 
     /// What makes another film one of another render, if it is one. Of a scene that differs, what of it does.
@@ -126,6 +134,7 @@ pub struct FilmWriter<W> {
     digest: Sha256,
     shown: u64,
     pixels_left: u64,
+    plans: bool,
     seen: [u64; 2],
 }
 
@@ -135,8 +144,9 @@ impl<W: Write> FilmWriter<W> {
         let text = head.text();
         let Layout { width, height, weighted, shown } = head.layout;
         let seen = [u64::MAX, 0];
-        let (pixels_left, digest) = (head.layout.len(), Sha256::new());
-        let mut writer = FilmWriter { out, digest, shown: head.layout.shown_len(), pixels_left, seen };
+        let (pixels_left, shown_len) = (head.layout.len(), head.layout.shown_len());
+        let (digest, plans) = (Sha256::new(), head.plans());
+        let mut writer = FilmWriter { out, digest, shown: shown_len, pixels_left, plans, seen };
         writer.put(&MAGIC)?;
         let part = [shown.x, shown.y, shown.width, shown.height];
         for word in [VERSION, text.len() as u32, width, height, u32::from(weighted)].into_iter().chain(part) {
@@ -167,7 +177,11 @@ impl<W: Write> FilmWriter<W> {
 
     /// Ends the film, whose pixels are all written, and returns what it was written to.
     pub fn finish(mut self, holding: &Holding, milestone: Option<&Milestone>) -> io::Result<W> {
-        let fits = |m: &Milestone| m.samples > 0 && m.picture.rgb.len() as u64 == self.shown;
+        let fits = |m: &Milestone| {
+            let planned = m.plan.as_ref().map(|plan| plan.ends().len() as u64);
+            let plans = (self.plans && m.error.is_some()).then_some(self.shown);
+            m.samples > 0 && m.picture.rgb.len() as u64 == self.shown && planned == plans
+        };
         if self.pixels_left > 0 || !holding.allows(self.seen) || !milestone.is_none_or(fits) {
             return Err(io::Error::other("a film that contradicts itself"));
         }
@@ -185,6 +199,13 @@ impl<W: Write> FilmWriter<W> {
         for row in milestone.iter().flat_map(|milestone| milestone.picture.rgb.chunks(PIECE)) {
             let bytes: Vec<u8> = row.iter().flatten().flat_map(|c| c.to_le_bytes()).collect();
             self.put(&bytes)?;
+        }
+        if let Some(plan) = milestone.and_then(|milestone| milestone.plan.as_deref()) {
+            self.put(&plan.stopped.to_le_bytes())?;
+            for row in plan.ends.chunks(PIECE) {
+                let bytes: Vec<u8> = row.iter().flat_map(|end| end.to_le_bytes()).collect();
+                self.put(&bytes)?;
+            }
         }
         let digest = std::mem::take(&mut self.digest).finalize();
         self.out.write_all(&digest)?;
@@ -266,39 +287,48 @@ impl<R: Read + Seek> FilmReader<R> {
         }
         let mut text = vec![0; text_length as usize];
         input.read_exact(&mut text)?;
+        let text_str = std::str::from_utf8(&text).map_err(|_| FilmFileError::Damaged)?;
+        let (identity, notes) = text_str.split_once("\n\n").ok_or(FilmFileError::Damaged)?;
+        let identity = Identity::parse(identity).ok_or(FilmFileError::Damaged)?;
+        let notes = Identity::parse(notes).ok_or(FilmFileError::Damaged)?;
+        let head = Head { layout, identity, notes };
         input.seek(SeekFrom::Start(before_tail))?;
         let mut tail = vec![0; TAIL_BYTES as usize];
         input.read_exact(&mut tail)?;
         let (ranges, samples) = (u64::from(word(&tail, 0)), word(&tail, 12));
+        let error = f64::from_bits(u64::from(word(&tail, 20)) << 32 | u64::from(word(&tail, 16)));
+        let error = (error >= 0.0).then_some(error);
         let plane = if samples > 0 { layout.shown_len() * MILESTONE_BYTES } else { 0 };
-        let more = 8 * ranges + plane;
+        let planned = head.plans() && samples > 0 && error.is_some();
+        let plan = if planned { layout.shown_len() * PLAN_BYTES[0] + PLAN_BYTES[1] } else { 0 };
+        let more = 8 * ranges + plane + plan;
         if found != length(more) {
             return Err(FilmFileError::Length { found, expected: length(more) });
         }
         input.by_ref().take(more + DIGEST_BYTES).read_to_end(&mut tail)?;
         input.seek(SeekFrom::Start(START_BYTES + u64::from(text_length)))?;
 
-        let text_str = std::str::from_utf8(&text).map_err(|_| FilmFileError::Damaged)?;
-        let (identity, notes) = text_str.split_once("\n\n").ok_or(FilmFileError::Damaged)?;
-        let identity = Identity::parse(identity).ok_or(FilmFileError::Damaged)?;
-        let notes = Identity::parse(notes).ok_or(FilmFileError::Damaged)?;
         let open = word(&tail, 4)..word(&tail, 8);
         let (listed, behind) = tail[TAIL_BYTES as usize..].split_at(8 * ranges as usize);
         let whole = listed.chunks_exact(8).map(|range| word(range, 0)..word(range, 4));
         let holding = Holding::new(whole.collect(), (open != (0..0)).then_some(open))
             .ok_or(FilmFileError::Contradiction("its ranges of samples are out of order"))?;
         let milestone = (samples > 0).then(|| {
-            let error = f64::from_bits(u64::from(word(&tail, 20)) << 32 | u64::from(word(&tail, 16)));
             let float = |pixel: &[u8], at| f32::from_bits(word(pixel, at));
             let rgb = behind[..plane as usize].chunks_exact(MILESTONE_BYTES as usize);
             let rgb = rgb.map(|pixel| [0, 4, 8].map(|at| float(pixel, at))).collect();
             let picture = Arc::new(Picture { width: shown.width, height: shown.height, rgb });
-            Milestone { samples, error: (error >= 0.0).then_some(error), picture }
+            let plan = planned.then(|| {
+                let (stopped, ends) = behind[plane as usize..].split_at(PLAN_BYTES[1] as usize);
+                let stopped = f64::from_bits(u64::from(word(stopped, 4)) << 32 | u64::from(word(stopped, 0)));
+                let ends = ends[..ends.len() - DIGEST_BYTES as usize].chunks_exact(PLAN_BYTES[0] as usize);
+                Arc::new(Plan { ends: ends.map(|end| word(end, 0)).collect(), stopped })
+            });
+            Milestone { samples, error, picture, plan }
         });
         let mut digest = Sha256::new();
         digest.update(start);
         digest.update(&text);
-        let head = Head { layout, identity, notes };
         Ok(FilmReader { input, head, holding, digest, tail, milestone })
     }
 

@@ -1,5 +1,6 @@
 //! The film: exact sums of samples, reconstruction filters, and the pictures made of them.
 
+pub mod adaptive;
 pub mod compare;
 pub mod cryptomatte;
 pub mod develop;
@@ -19,6 +20,7 @@ pub mod sums;
 pub mod tone;
 pub mod weights;
 
+pub use adaptive::Plan;
 pub use filter::film_offset;
 pub use holding::{Holding, Ranges};
 pub use identity::Identity;

@@ -7,6 +7,7 @@
 //! because each is even where the other is not.
 
 use super::Picture;
+use super::adaptive::Plan;
 use super::compare::relative_error;
 use std::sync::Arc;
 
@@ -24,51 +25,101 @@ pub struct Milestone {
     pub samples: u32,
     /// The estimate of its error, if there was a milestone before it.
     pub error: Option<f64>,
-    /// The picture.
+    /// The picture; of pixels that have stopped, the one at half their samples.
     pub picture: Arc<Picture>,
+    /// How far each pixel goes, where that is decided for each.
+    pub plan: Option<Arc<Plan>>,
 }
 
 impl Milestone {
     /// The one after `last` in the order of a render: at twice its samples.
     pub fn new(samples: u32, picture: Picture, last: Option<&Milestone>) -> Milestone {
         let half = last.filter(|last| last.samples == samples / 2);
-        let error = half.map(|half| estimate(&half.picture, &picture));
-        Milestone { samples, error, picture: Arc::new(picture) }
+        let error = half.map(|half| root_mean_without_worst(errors(&half.picture, &picture)));
+        Milestone { samples, error, picture: Arc::new(picture), plan: None }
     }
 
-    /// How many samples a pixel give the error that is asked for, as far as the next milestone tells no
-    /// better: errors fall as 1/√n, or a little faster. Never fewer than there are.
+    /// The same, where samples are spent where the error is until it is the one `asked` for, or pixels have `most`:
+    /// every pixel of `picture` has the samples that the plan of `last` gave it.
+    pub fn adaptive(
+        samples: u32,
+        mut picture: Picture,
+        last: Option<&Milestone>,
+        asked: f64,
+        most: u32,
+    ) -> Milestone {
+        let Some(half) = last.filter(|last| last.samples == samples / 2) else {
+            return Milestone::new(samples, picture, last);
+        };
+        let errors = errors(&half.picture, &picture);
+        let error = root_mean_without_worst(errors.clone());
+        let (width, last) = (picture.width as usize, half.plan.as_deref());
+        let plan = Plan::decide(width, errors, error, last, samples, [asked, f64::from(most)]);
+        // Of those that stop, what they are held against later is what they were held against now.
+        for ((rgb, half), &end) in picture.rgb.iter_mut().zip(&half.picture.rgb).zip(plan.ends()) {
+            if end <= samples {
+                *rgb = *half;
+            }
+        }
+        Milestone { samples, error: Some(error), picture: Arc::new(picture), plan: Some(Arc::new(plan)) }
+    }
+
+    /// The share of the squared error that more samples do nothing about.
+    fn stopped(&self) -> f64 {
+        self.plan.as_ref().map_or(0.0, |plan| plan.stopped)
+    }
+
+    /// How many samples a pixel, of those that go on, give the error that is asked for, as far as the next milestone
+    /// tells no better: errors fall as 1/√n, or a little faster. Never fewer than there are.
     pub fn end(&self, asked: f64) -> Option<u32> {
-        let samples = f64::from(self.samples) * (self.error? / asked).powi(2);
-        (samples < f64::from(self.samples) * 2.0).then(|| self.samples.max(samples.ceil() as u32))
+        if self.plan.as_ref().is_some_and(|plan| plan.ends().iter().all(|&end| end <= self.samples)) {
+            return Some(self.samples);
+        }
+        let (excess, stopped) = ((self.error? / asked).powi(2), self.stopped());
+        if excess <= 1.0 {
+            return Some(self.samples);
+        }
+        let samples = f64::from(self.samples) * excess * (1.0 - stopped) / (1.0 - stopped * excess);
+        let told = samples > 0.0 && samples < f64::from(self.samples) * 2.0;
+        told.then(|| self.samples.max(samples.ceil() as u32))
     }
 
-    /// The error that is to be expected of so many samples a pixel, at least the milestone's own.
+    /// The error that is to be expected when pixels that go on have so many samples, at least the milestone's own.
     pub fn error_at(&self, samples: u32) -> Option<f64> {
-        Some(self.error? * (f64::from(self.samples) / f64::from(samples.max(self.samples))).sqrt())
+        let left = f64::from(self.samples) / f64::from(samples.max(self.samples));
+        let stopped = self.stopped();
+        Some(self.error? * (stopped + (1.0 - stopped) * left).sqrt())
     }
 }
 
-/// Estimates the error of a picture, √relMSE without the [`WORST`] pixels, from the picture of the first half
-/// of its samples.
-fn estimate(half: &Picture, whole: &Picture) -> f64 {
+/// Estimates of the squared relative error of each pixel of a picture, from the picture of the first half of its
+/// samples.
+fn errors(half: &Picture, whole: &Picture) -> Vec<f64> {
     // Of the difference of the halves, a half: that of one of them and the mean of both. Errors are relative to
     // what the eye sees around a pixel, because what noise makes of one pixel would weigh it by its own luck.
     let around = blurred(whole);
     let errors = half.rgb.iter().zip(&whole.rgb).zip(&around);
-    root_mean_without_worst(
-        errors.map(|((half, whole), around)| relative_error(*half, *whole, *around)).collect(),
-    )
+    errors.map(|((half, whole), around)| relative_error(*half, *whole, *around)).collect()
+}
+
+/// The least of the [`WORST`] errors, which figures of noise leave out; infinity where none is.
+pub(super) fn bound_of_worst(errors: &[f64]) -> f64 {
+    let kept = kept(errors.len());
+    match kept < errors.len() {
+        true => *errors.to_vec().select_nth_unstable_by(kept, f64::total_cmp).1,
+        false => f64::INFINITY,
+    }
+}
+
+/// How many of so many errors are not among the [`WORST`].
+fn kept(len: usize) -> usize {
+    len - (len as f64 * WORST).floor() as usize
 }
 
 /// √ of the mean of relative squared errors without the [`WORST`] of them. What decides is the order in which
 /// they come, not the one in which some algorithm leaves them.
 pub fn root_mean_without_worst(mut errors: Vec<f64>) -> f64 {
-    let kept = errors.len() - (errors.len() as f64 * WORST).floor() as usize;
-    let bound = match kept < errors.len() {
-        true => *errors.clone().select_nth_unstable_by(kept, f64::total_cmp).1,
-        false => f64::INFINITY,
-    };
+    let (kept, bound) = (kept(errors.len()), bound_of_worst(&errors));
     // As many as are needed of those that are as large as the smallest that is left out.
     errors.retain(|&error| error < bound);
     let as_large = kept - errors.len();
@@ -171,13 +222,24 @@ mod tests {
     #[test]
     fn the_end_lies_between_a_milestone_and_the_next() {
         let picture = Arc::new(Picture { width: 1, height: 1, rgb: vec![[0.0; 3]] });
-        let milestone = Milestone { samples: 64, error: Some(0.02), picture };
+        let milestone = Milestone { samples: 64, error: Some(0.02), picture, plan: None };
         assert_eq!(milestone.end(0.02), Some(64));
         assert_eq!(milestone.end(0.05), Some(64), "there are 64 already");
         assert_eq!(milestone.end(0.016), Some(100));
         assert_eq!(milestone.end(0.014), None, "the next will tell better");
         assert_eq!(milestone.error_at(100), Some(0.016));
         assert_eq!((milestone.error_at(64), milestone.error_at(1)), (Some(0.02), Some(0.02)));
+        // Pixels that have stopped leave less to be won.
+        let plan = |ends: Vec<u32>| Some(Arc::new(Plan { ends, stopped: 0.25 }));
+        let partly = Milestone { plan: plan(vec![128]), ..milestone.clone() };
+        assert_eq!((partly.end(0.02), partly.end(0.0179)), (Some(64), Some(88)));
+        assert!((partly.error_at(96).unwrap() - 0.0173).abs() < 1e-4, "{:?}", partly.error_at(96));
+        assert_eq!((partly.end(0.015), partly.end(0.009)), (None, None));
+        assert_eq!(
+            Milestone { plan: plan(vec![32]), ..milestone.clone() }.end(0.001),
+            Some(64),
+            "nobody goes on"
+        );
         let fresh = Milestone { error: None, ..milestone.clone() };
         assert_eq!((fresh.end(1.0), fresh.error_at(100)), (None, None));
         // A picture without any noise.

@@ -25,6 +25,10 @@ const STATISTICS: Duration = Duration::from_secs(1);
 /// Making snapshots takes at most one part in this many of the time.
 const SNAPSHOT_SHARE: u32 = 20;
 
+/// How often workers may hear of what changes their orders: at each power of two of samples, and when a worker is
+/// lost.
+pub const MOST_UPDATES: usize = u32::BITS as usize + 1;
+
 /// How many rejected samples are remembered by name.
 const NAMED_REJECTS: usize = 8;
 
@@ -171,6 +175,8 @@ pub struct Accumulator {
     asked: Option<f64>,
     milestone: Option<Milestone>,
     next_milestone: Option<u32>,
+    /// Where workers hear how far each pixel goes, if that is decided for each.
+    planned: Option<Vec<Sender<Arc<Held>>>>,
     totals: Totals,
     rejects: Vec<(Traced, Reject)>,
     started: Instant,
@@ -224,6 +230,7 @@ impl Accumulator {
             asked: None,
             milestone: None,
             next_milestone: None,
+            planned: None,
             totals: Totals::default(),
             rejects: Vec::new(),
             started: Instant::now(),
@@ -266,12 +273,23 @@ impl Accumulator {
         self
     }
 
+    /// Says that samples are spent where the error is, once an error to end at is given. The workers hear from these
+    /// channels how far each pixel goes, before the orders that it matters to; each must have room for [`MOST_UPDATES`].
+    pub fn adaptively(mut self, updates: Vec<Sender<Arc<Held>>>) -> Accumulator {
+        self.planned = Some(updates);
+        self
+    }
+
     /// Says at which estimated error to end, and the last milestone that the film has passed.
     pub fn until_noise(mut self, asked: f64, milestone: Option<Milestone>) -> Accumulator {
         let [least, most] = self.film.seen_range();
         // A milestone with more than twice its samples behind it is of no use.
-        self.milestone =
-            milestone.filter(|m| u64::from(m.samples) <= least && most <= 2 * u64::from(m.samples));
+        let passed = |m: &Milestone| m.plan.is_some() || u64::from(m.samples) <= least;
+        self.milestone = milestone.filter(|m| passed(m) && most <= 2 * u64::from(m.samples));
+        if self.milestone.as_ref().is_some_and(|milestone| milestone.plan.is_some()) {
+            // All have passed it, those that have stopped included.
+            self.totals.spp = self.schedule.completed().saturating_sub(self.first);
+        }
         self.asked = Some(asked);
         // The first power of two that no pixel has passed.
         let next = u32::try_from(most.max(1).next_power_of_two()).unwrap_or(1 << 31);
@@ -552,9 +570,20 @@ impl Accumulator {
             self.schedule.decide(None, self.next_gate());
             return;
         };
-        let milestone = Milestone::new(gate - self.first, self.film.picture(), self.milestone.as_ref());
+        let (samples, picture, last) = (gate - self.first, self.film.picture(), self.milestone.as_ref());
+        let milestone = match self.planned {
+            None => Milestone::new(samples, picture, last),
+            Some(_) => Milestone::adaptive(samples, picture, last, asked, self.schedule.target()),
+        };
         self.next_milestone = gate.checked_mul(2);
         self.schedule.decide(milestone.end(asked), self.next_gate());
+        if let (Some(workers), Some(plan)) = (&self.planned, &milestone.plan) {
+            let held = Arc::new(Held::planned(&self.film, self.region, Arc::clone(plan)));
+            for worker in workers {
+                // There is room, and a worker that has ended has nothing to hear.
+                let _ = worker.try_send(Arc::clone(&held));
+            }
+        }
         self.milestone = Some(milestone);
         // Pixels that were sent before have less than those that follow may have: the film begins anew.
         self.sending = None;

@@ -1,17 +1,20 @@
-//! What pixels have from an earlier run.
+//! What pixels have from an earlier run, and how far each is to go.
 
 use super::schedule::Order;
 use super::stride::Region;
-use crate::film::Film;
+use crate::film::{Film, Plan};
 use std::ops::Range;
+use std::sync::Arc;
 
-/// The first sample that each pixel of a region lacks, where they differ: in a film that was left in the
-/// middle of an order.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The samples that each pixel of a region lacks, where they differ: in a film that was left in the middle of an
+/// order, or where not all pixels go as far.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Held {
-    /// For each place.
+    /// The first one, for each place.
     lacks: Vec<u32>,
     most: u32,
+    /// One past the last one, where not all go as far as their orders.
+    ends: Option<Arc<Plan>>,
 }
 
 impl Held {
@@ -23,12 +26,40 @@ impl Held {
         (least < most).then(|| Held {
             lacks: (0..region.len() as usize).map(|place| lacks(film.seen(place))).collect(),
             most: lacks(most),
+            ends: None,
         })
+    }
+
+    /// What a film's pixels have of samples from 0 on, of which a plan says how far each goes.
+    pub fn planned(film: &Film, region: Region, plan: Arc<Plan>) -> Held {
+        let lacks = |place| u32::try_from(film.seen(place)).unwrap_or(u32::MAX);
+        let most = u32::try_from(film.seen_range()[1]).unwrap_or(u32::MAX);
+        Held { lacks: (0..region.len() as usize).map(lacks).collect(), most, ends: Some(plan) }
     }
 
     /// What is left of an order for the pixel at a place.
     pub fn rest(&self, place: u32, order: Order) -> Range<u32> {
-        self.lacks[place as usize].clamp(order.first, order.end)..order.end
+        let first = self.lacks[place as usize].clamp(order.first, order.end);
+        let end = self.ends.as_ref().map_or(order.end, |plan| order.end.min(plan.ends()[place as usize]));
+        first..end.max(first)
+    }
+
+    /// The first of some slots of an order, as many as lack the same samples or none, and these samples. Those that
+    /// lack some make no more than `paths` paths, unless one alone does.
+    pub fn block(&self, order: Order, slots: Range<u32>, paths: usize) -> (Range<u32>, Range<u32>) {
+        let (mut samples, mut pixels) = (0..0, 0);
+        for slot in slots.clone() {
+            let rest = self.rest(order.stride.place(slot), order);
+            if rest.is_empty() {
+                continue;
+            }
+            let others = pixels > 0 && (rest != samples || (pixels + 1) * rest.len() > paths);
+            if others {
+                return (slots.start..slot, samples);
+            }
+            (samples, pixels) = (rest, pixels + 1);
+        }
+        (slots, samples)
     }
 
     /// An order over the first slots of its stride as runs: slots, one after the other, that lack the same.
@@ -46,7 +77,7 @@ impl Held {
 
     /// Whether an order's samples are new to all pixels.
     pub fn is_behind(&self, order: Order) -> bool {
-        self.most <= order.first
+        self.most <= order.first && self.ends.is_none()
     }
 }
 
@@ -73,6 +104,16 @@ mod tests {
         assert_eq!(rest(17, 18), [17..18, 17..18, 17..18]);
         let runs = held.runs(Order { stride: Stride::ALL, first: 12, end: 15 }, 3);
         assert_eq!(runs, [(0..1, 12..15), (1..3, 15..15)]);
+        let all = Order { stride: Stride::ALL, first: 12, end: 18 };
+        assert_eq!(held.block(all, 0..3, 100), (0..1, 12..18));
+        assert_eq!(held.block(all, 1..3, 100), (1..2, 17..18));
+        // Who lacks nothing is passed by, and a block has as many paths as it may.
+        let none = Order { end: 13, ..all };
+        assert_eq!(held.block(none, 0..3, 100), (0..3, 12..13));
+        assert_eq!(held.block(none, 1..3, 100), (1..3, 0..0));
+        let behind = Order { first: 20, end: 30, ..all };
+        assert_eq!(held.block(behind, 0..3, 20), (0..2, 20..30));
+        assert_eq!(held.block(behind, 0..3, 5), (0..1, 20..30));
         let every_other = Order { stride: Stride::ALL.split(0, 2), first: 16, end: 18 };
         assert_eq!(held.runs(every_other, 2), [(0..2, 16..18)]);
         assert!(

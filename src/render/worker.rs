@@ -54,8 +54,8 @@ impl Worker<'_> {
         self.run_with_updates(orders, &never(), batches);
     }
 
-    /// The same, where another worker may be lost: what pixels have then comes before the first order that
-    /// it matters to.
+    /// The same, where another worker may be lost, or it is decided on the way how far each pixel goes: what pixels
+    /// have then comes before the first order that it matters to.
     pub fn run_with_updates(
         &self,
         orders: &Receiver<Order>,
@@ -86,21 +86,27 @@ impl Worker<'_> {
         let (mut batch, mut last) = self.empty_batch(order.stride, 0..slots);
         let mut slot = 0;
         while slot < slots {
-            let rest = |slot| match held {
-                None => order.first..order.end,
-                Some(held) => held.rest(order.stride.place(slot), order),
-            };
-            let samples = rest(slot);
-            let slots_per_block = (scratch.block / samples.len().max(1)).max(1) as u32;
-            let mut block = slot..last.min(slot.saturating_add(slots_per_block));
-            if held.is_some() {
-                // A block has the same samples for each of its pixels.
-                block.end = block.clone().find(|&slot| rest(slot) != samples).unwrap_or(block.end);
-            }
             let start = Instant::now();
-            let pixels = block.clone().map(|slot| self.region.pixel(order.stride.place(slot)));
-            self.trace_block(pixels, &samples, scratch, &mut batch);
-            slot = block.end;
+            slot = match held {
+                None => {
+                    let samples = order.first..order.end;
+                    let slots_per_block = (scratch.block / samples.len().max(1)).max(1) as u32;
+                    let block = slot..last.min(slot.saturating_add(slots_per_block));
+                    let pixels = block.clone().map(|slot| self.region.pixel(order.stride.place(slot)));
+                    self.trace_block(pixels, &samples, scratch, &mut batch);
+                    block.end
+                }
+                // A block has the same samples for each of its pixels, but for those that lack none.
+                Some(held) => {
+                    let (block, samples) = held.block(order, slot..last, scratch.block);
+                    let lacks = |slot: &u32| !held.rest(order.stride.place(*slot), order).is_empty();
+                    let pixels = block.clone().filter(lacks);
+                    let pixels = pixels.map(|slot| self.region.pixel(order.stride.place(slot)));
+                    self.trace_block(pixels, &samples, scratch, &mut batch);
+                    spread(&mut batch.payload, scratch.pixels.len(), block.clone(), lacks);
+                    block.end
+                }
+            };
             scratch.adapt(start.elapsed());
             let long = match &batch.payload {
                 Payload::Samples(samples) | Payload::Splats { samples, .. } => samples.len() >= MOST_SAMPLES,
@@ -192,6 +198,30 @@ impl Worker<'_> {
                 }
             }
         }
+    }
+}
+
+/// Makes room in the last `traced` entries of a payload for those slots of a block that nothing was traced for.
+fn spread(payload: &mut Payload, traced: usize, block: Range<u32>, is_traced: impl Fn(&u32) -> bool) {
+    match payload {
+        Payload::Sums { sums, .. } => spread_out(sums, traced, block, is_traced),
+        Payload::Splats { made, .. } => spread_out(made, traced, block, is_traced),
+        Payload::Samples(_) => {}
+    }
+}
+
+fn spread_out<T: Default>(
+    all: &mut Vec<T>,
+    traced: usize,
+    block: Range<u32>,
+    is_traced: impl Fn(&u32) -> bool,
+) {
+    if traced < block.len() {
+        let mut traced = all.split_off(all.len() - traced).into_iter();
+        all.extend(block.map(|slot| match is_traced(&slot) {
+            true => traced.next().unwrap_or_default(),
+            false => T::default(),
+        }));
     }
 }
 

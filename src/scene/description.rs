@@ -212,6 +212,8 @@ pub struct RenderSettings {
     pub max_depth: u32,
     /// Samples a pixel, at least one.
     pub samples: u32,
+    /// Whether samples are spent where the error is: then `samples` is the most that a pixel gets.
+    pub adaptive: bool,
     /// The seed of all randomness.
     pub seed: u32,
     /// The ambient term of `whitted`: radiance added at every diffuse hit, times its reflectance.

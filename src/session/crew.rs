@@ -5,7 +5,7 @@ use crate::camera::Camera;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
 use crate::integrator::{self, Integrator};
-use crate::render::accumulator::WorkerFailure;
+use crate::render::accumulator::{MOST_UPDATES, WorkerFailure};
 use crate::render::worker::Worker;
 use crate::render::{Held, Order, Region, SampleBatch, Schedule, Stride};
 use crate::scene::Scene;
@@ -48,7 +48,7 @@ type Work<'a> = Box<dyn FnMut(&Mailbox) -> Result<(), gpu::GpuError> + Send + 'a
 pub(super) struct Lines {
     /// Work for each worker.
     pub orders: Vec<Option<Sender<Order>>>,
-    /// Where CPU workers hear what pixels have when the GPU is lost.
+    /// Where CPU workers hear what pixels have when the GPU is lost, and how far each goes.
     pub updates: Vec<Sender<Arc<Held>>>,
 }
 
@@ -237,7 +237,7 @@ impl Crew {
         let crew = Arc::new(self);
         for index in 0..threads {
             let (crew, held) = (Arc::clone(&crew), held.clone());
-            let (updates_out, updates) = bounded(1);
+            let (updates_out, updates) = bounded(MOST_UPDATES);
             lines.updates.push(updates_out);
             let work = move |mail: &Mailbox| {
                 crew.work(settings, index, held.as_deref(), &updates, mail);

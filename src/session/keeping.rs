@@ -2,7 +2,7 @@
 
 use super::{SessionError, Settings};
 use crate::film::cryptomatte::{Mattes, Names};
-use crate::film::file::{Head, Piece};
+use crate::film::file::{FilmFileError, Head, Piece};
 use crate::film::{Channel, Film, Holding, Identity, Layer, Milestone, Picture, Snapshot, ViewTransform};
 use crate::output::window::Request;
 use crate::output::{
@@ -42,6 +42,14 @@ fn identity(settings: &Settings, device: &str) -> Identity {
         .with("max depth", max_depth)
         .with("seed", scene.render.seed)
         .with("device", device);
+    // Where samples go depends on where the render is to end.
+    let identity = match settings.goal().filter(|_| settings.adaptive) {
+        None => identity,
+        Some(noise) if settings.spp == u32::MAX => identity.with("adaptive", format_args!("error {noise}")),
+        Some(noise) => {
+            identity.with("adaptive", format_args!("error {noise}, at most {} samples", settings.spp))
+        }
+    };
     match &settings.moved {
         Some(camera) => identity.with("camera", one_line(camera)),
         None => identity,
@@ -147,6 +155,12 @@ pub(super) fn first_film(
             "it has the samples up to {end} already, and {} to {} are asked for; ask for more (--spp), or begin another film",
             asked.start, asked.end
         )));
+    }
+    if let Some(Milestone { samples, plan: Some(plan), .. }) = &milestone
+        && !plan.allows(*samples, |place| film.seen(place))
+    {
+        let reason = FilmFileError::Contradiction("its pixels have other samples than it planned");
+        return Err(crate::output::FilmError { path: path.clone(), reason }.into());
     }
     if let Some(early) = settings.dump_at.iter().find(|&&at| u64::from(at) <= most) {
         return Err(refuse(format!(

@@ -92,6 +92,7 @@ pub fn scene(materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
             sampler: Sampler::Independent,
             max_depth: 5,
             samples: 16,
+            adaptive: false,
             seed: 0,
             ambient: [0.0; 3],
         },

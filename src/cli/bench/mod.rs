@@ -113,6 +113,7 @@ impl<'a> Bench<'a> {
             spp,
             time: None,
             noise: None,
+            adaptive: false,
             threads,
             level: self.level,
             finder: Finder::Fastest,

@@ -128,7 +128,7 @@ fn milestones_are_read_back_and_their_bits_are_sealed() {
     let (head, film) = (head(3, 2), film(3, 2, 9, 12));
     for error in [None, Some(0.125)] {
         let picture = Arc::new(Picture { rgb: vec![[1.0, -0.0, 1e-30]; 6], ..film.picture() });
-        let milestone = Milestone { samples: 8, error, picture };
+        let milestone = Milestone { samples: 8, error, picture, plan: None };
         let holding = Holding::prefix(0..20, 9, 12);
         let good = write(Vec::new(), &head, &film, &holding, Some(&milestone)).unwrap();
         let reader = FilmReader::open(Cursor::new(&good)).unwrap();
@@ -148,6 +148,42 @@ fn milestones_are_read_back_and_their_bits_are_sealed() {
         };
         assert!(write(Vec::new(), &head, &film, &holding, Some(&strange)).is_err());
     }
+}
+
+#[test]
+fn plans_are_read_back_and_their_bits_are_sealed() {
+    let film = film(3, 2, 9, 12);
+    let plain = head(3, 2);
+    let planned = Head { identity: plain.identity.clone().with("adaptive", "error 0.01"), ..plain.clone() };
+    let milestone = |plan: Option<Plan>| {
+        let plan = plan.map(Arc::new);
+        Milestone { samples: 8, error: Some(0.5), picture: Arc::new(film.picture()), plan }
+    };
+    let plan = Plan { ends: vec![8, 16, 8, 16, 16, 4], stopped: 0.375 };
+    let holding = Holding::prefix(0..20, 9, 12);
+    let with_plan = milestone(Some(plan.clone()));
+    let good = write(Vec::new(), &planned, &film, &holding, Some(&with_plan)).unwrap();
+    let reader = FilmReader::open(Cursor::new(&good)).unwrap();
+    assert_eq!(reader.milestone(), Some(&with_plan));
+    assert!(reader.read().unwrap() == film);
+    let mut bad = good.clone();
+    for bit in 8 * (good.len() - 32 - 24 - 8)..8 * good.len() {
+        bad[bit / 8] ^= 1 << (bit % 8);
+        assert!(read(&bad).is_err(), "bit {bit} of {}", 8 * good.len());
+        bad[bit / 8] ^= 1 << (bit % 8);
+    }
+    for length in good.len() - 80..good.len() {
+        assert!(read(&good[..length]).is_err());
+    }
+    // A plan where there should be none, none where there should be one, and one of another size.
+    let short = Plan { ends: vec![8; 5], ..plan.clone() };
+    for (head, plan) in [(&plain, Some(plan)), (&planned, None), (&planned, Some(short))] {
+        assert!(write(Vec::new(), head, &film, &holding, Some(&milestone(plan))).is_err());
+    }
+    // The first milestone knows no error yet, and has no plan.
+    let first = Milestone { error: None, ..milestone(None) };
+    let good = write(Vec::new(), &planned, &film, &holding, Some(&first)).unwrap();
+    assert_eq!(FilmReader::open(Cursor::new(&good)).unwrap().milestone(), Some(&first));
 }
 
 #[test]

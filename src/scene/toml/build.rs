@@ -252,6 +252,7 @@ pub(super) fn render(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
     let sampler = fields.get(&keys::SAMPLER, reports);
     let max_depth = fields.get(&keys::MAX_DEPTH, reports);
     let samples = fields.get(&keys::SAMPLES, reports);
+    let adaptive = fields.get(&keys::ADAPTIVE, reports);
     let seed = fields.get(&keys::SEED, reports);
     let ambient = fields.get(&keys::AMBIENT, reports);
     let (integrator, max_depth, ambient) = (integrator?, max_depth?, ambient?);
@@ -267,6 +268,7 @@ pub(super) fn render(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
         sampler: sampler?,
         max_depth,
         samples: samples?,
+        adaptive: adaptive?,
         seed: seed?,
         ambient: ambient.value,
     })

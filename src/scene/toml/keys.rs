@@ -223,8 +223,10 @@ pub(super) static APERTURE_RADIUS: Key<Number> = Key::default(
 pub(super) static FOCUS_DISTANCE: Key<Number> =
     Key::optional("focus_distance", LENGTH, "The distance along forward that a thin lens renders sharp.");
 
-static RENDER_TABLE: Table =
-    Table::new("the render settings", &[&INTEGRATOR, &SAMPLER, &MAX_DEPTH, &SAMPLES, &SEED, &AMBIENT]);
+static RENDER_TABLE: Table = Table::new(
+    "the render settings",
+    &[&INTEGRATOR, &SAMPLER, &MAX_DEPTH, &SAMPLES, &ADAPTIVE, &SEED, &AMBIENT],
+);
 
 pub(super) static INTEGRATOR: Key<Choice<Integrator>> = Key::default(
     "integrator",
@@ -258,6 +260,12 @@ pub(super) static MAX_DEPTH: Key<IntegerOr> = Key::default(
 const MOST_BOUNCES: u32 = 10_000;
 pub(super) static SAMPLES: Key<Integer> =
     Key::default("samples", Integer { least: 1, most: u32::MAX }, "500", "Samples for each pixel.");
+pub(super) static ADAPTIVE: Key<Flag> = Key::default(
+    "adaptive",
+    Flag,
+    "false",
+    "Spends samples where the error is: pixels stop by themselves, with as many samples as there are at most.",
+);
 pub(super) static SEED: Key<Integer> =
     Key::default("seed", Integer { least: 0, most: u32::MAX }, "0", "The seed of all randomness.");
 pub(super) static AMBIENT: Key<At<Colour>> = Key::default(

@@ -375,15 +375,17 @@ fn tour(
                 left = view.left;
             }
             Some(Left::Home) => {
-                let film = std::mem::replace(&mut own.outcome.film, Film::new(1, 1)?);
-                let milestone = own.outcome.milestone.take();
-                let begun = Begun { film, milestone, spent: own.outcome.totals.elapsed };
                 let crew = match integrator {
                     Some(integrator) if settings.device == DeviceChoice::Cpu => {
                         Crew::again(settings, Some(integrator))?
                     }
                     _ => Crew::new(settings)?,
                 };
+                let film = std::mem::replace(&mut own.outcome.film, Film::new(1, 1)?);
+                // From here on it is that render's to write, even if it fails.
+                own.is_aside = false;
+                let milestone = own.outcome.milestone.take();
+                let begun = Begun { film, milestone, spent: own.outcome.totals.elapsed };
                 let task = Task { settings, crew, head, begun, dump: None, tev: own.tev.take() };
                 let mut further = render(task, Some(window), stop)?;
                 further.outcome.follow(&own.outcome);

@@ -16,9 +16,6 @@ fn sine_of(cos: f32) -> f32 {
     return sqrt(float_max(1.0 - cos * cos, 0.0));
 }
 
-// How much of their spread counts as distance.
-const NEARNESS = 0.2;
-
 // What a node's lights contribute to a point `p` on a surface with normal `n`, up to a common factor.
 fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
     let from_centre = p - node.centre;

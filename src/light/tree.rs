@@ -54,7 +54,7 @@ pub struct LightNode {
 /// How much of their spread counts as distance: the harmonic mean of |d|² over lights about a point is less than the
 /// mean. Of 0.1 to 0.45 this gave the least variance over slabs, ceilings, clusters, lines and cubes of 100 to 10,000
 /// lights, where any of 0.1 to 0.3 is within a tenth of it.
-const NEARNESS: f32 = 0.2;
+pub const NEARNESS: f32 = 0.2;
 
 /// From this depth on lights are split in halves, so that the way to each fits into a word.
 fn balanced_from(lights: usize) -> u32 {

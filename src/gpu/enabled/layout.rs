@@ -262,6 +262,7 @@ pub(super) fn constants(variant: Variant) -> String {
         ("FRAC_1_PI", std::f32::consts::FRAC_1_PI),
         ("EPSILON", f32::EPSILON),
         ("BELOW_ONE", light::BELOW_ONE),
+        ("NEARNESS", light::NEARNESS),
         ("LEAST_SOLID_ANGLE", light::LEAST_SOLID_ANGLE),
         ("ROULETTE_KEEPS", ROULETTE_KEEPS),
         ("ROULETTE_AT_MOST", ROULETTE_AT_MOST),

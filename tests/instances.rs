@@ -13,7 +13,7 @@ use std::sync::Arc;
 use stride::film::film_offset;
 use stride::integrator::{self, Event, Paths};
 use stride::math::lanes::Level;
-use stride::math::{Frame, Ray, Vec3};
+use stride::math::{Frame, Ray};
 use stride::render::Region;
 use stride::sampling::Stream;
 use stride::scene::{Entity, Filter, Mesh, Scene, Shape};
@@ -23,21 +23,6 @@ use stride::world::{Bvh, Finder, World, compile, compile_sharing};
 /// Sharing of every mesh that stands twice, and of none.
 const ALL: usize = 0;
 const NONE: usize = usize::MAX;
-
-fn narrow(v: DVec3) -> Vec3<f32> {
-    Vec3::splat(v.to_array().map(|x| x as f32))
-}
-
-fn wide(v: Vec3<f32>) -> DVec3 {
-    DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
-}
-
-fn direction(stream: &mut Stream) -> DVec3 {
-    let z = stream.random_range(-1.0..1.0_f64);
-    let phi = stream.random_range(0.0..std::f64::consts::TAU);
-    let r = (1.0 - z * z).sqrt();
-    v(r * phi.cos(), r * phi.sin(), z)
-}
 
 fn placed(mesh: &Arc<Mesh>, transform: DAffine3, material: usize) -> Entity {
     entity(Shape::Mesh { mesh: Arc::clone(mesh), transform }, material)

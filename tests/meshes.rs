@@ -20,21 +20,6 @@ use stride::scene::{Entity, Filter, Integrator, Mesh, Sampler, Scene, Shape};
 use stride::shape::{NOTHING, offset_origin};
 use stride::world::{Bvh, Finder, World, compile};
 
-fn narrow(v: DVec3) -> Vec3<f32> {
-    Vec3::splat(v.to_array().map(|x| x as f32))
-}
-
-fn wide(v: Vec3<f32>) -> DVec3 {
-    DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
-}
-
-fn direction(stream: &mut Stream) -> DVec3 {
-    let z = stream.random_range(-1.0..1.0_f64);
-    let phi = stream.random_range(0.0..std::f64::consts::TAU);
-    let r = (1.0 - z * z).sqrt();
-    v(r * phi.cos(), r * phi.sin(), z)
-}
-
 /// A sphere of triangles whose vertices are pushed in and out at random: dents, ridges, slivers.
 fn crumpled(n: u32, depth: f64, centre: DVec3, stream: &mut Stream) -> Mesh {
     let mut mesh = icosphere(DVec3::ZERO, 1.0, n, false);

@@ -1,10 +1,13 @@
 //! Scenes, and the pieces that they are made of.
 
 use glam::{DAffine3, DVec3};
+use rand::RngExt;
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 use stride::camera::CameraSettings;
+use stride::math::Vec3;
+use stride::sampling::Stream;
 use stride::scene::{
     Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, Mesh, RenderSettings, Sampler,
     Scene, Shape, Tone,
@@ -12,6 +15,23 @@ use stride::scene::{
 
 pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
+}
+
+/// Rounded to single precision.
+pub fn narrow(v: DVec3) -> Vec3<f32> {
+    Vec3::splat(v.to_array().map(|x| x as f32))
+}
+
+pub fn wide(v: Vec3<f32>) -> DVec3 {
+    DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
+}
+
+/// Of length one, every one as likely.
+pub fn direction(stream: &mut Stream) -> DVec3 {
+    let z = stream.random_range(-1.0..1.0_f64);
+    let phi = stream.random_range(0.0..std::f64::consts::TAU);
+    let r = (1.0 - z * z).sqrt();
+    v(r * phi.cos(), r * phi.sin(), z)
 }
 
 pub fn matte(reflectance: [f64; 3]) -> Material {

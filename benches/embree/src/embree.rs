@@ -174,7 +174,10 @@ impl Rays {
     }
 }
 
+/// # Safety
+/// The device is open.
 unsafe fn new_scene(device: Handle, quality: Quality) -> Handle {
+    // SAFETY: a scene that was just made is nobody else's.
     unsafe {
         let scene = rtcNewScene(device);
         rtcSetSceneFlags(scene, ROBUST);
@@ -183,7 +186,11 @@ unsafe fn new_scene(device: Handle, quality: Quality) -> Handle {
     }
 }
 
+/// # Safety
+/// The device is open.
 unsafe fn of_mesh(device: Handle, mesh: &Mesh, quality: Quality) -> Handle {
+    // SAFETY: Embree allocates each buffer for as many values of the size that is named here as are then copied to it,
+    // and positions and triangles are plain arrays of three 32-bit numbers.
     unsafe {
         let scene = new_scene(device, quality);
         let geometry = rtcNewGeometry(device, TRIANGLES);

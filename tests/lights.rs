@@ -181,21 +181,38 @@ fn direction(stream: &mut Stream) -> DVec3 {
     v(r * phi.cos(), r * phi.sin(), z)
 }
 
+/// A fan of triangles of different areas about a place.
+fn dome(place: DVec3, size: f64, height: f64, triangles: usize) -> Vec<[[f32; 3]; 3]> {
+    let rim = |i: usize| {
+        let phi = (i as f64 / triangles as f64).powi(2) * std::f64::consts::TAU;
+        place + v(phi.cos(), phi.sin(), -height) * size
+    };
+    let corner = |p: DVec3| p.to_array().map(|x| x as f32);
+    (0..triangles).map(|i| [corner(place), corner(rim(i)), corner(rim(i + 1))]).collect()
+}
+
 /// Lights of every kind, most of them small, of very different strengths, in a cube of side 20.
 fn medley(count: u32, stream: &mut Stream) -> LightTable {
     let mut table = LightTable::default();
-    for _ in 0..count {
+    while table.len() < count as usize {
         let place = direction(stream) * stream.random_range(0.0..10.0);
         let size = 10_f64.powf(stream.random_range(-2.0..0.5));
         let strength = [10_f32.powf(stream.random_range(-1.0..1.0)); 3];
         let flipped = stream.random_bool(0.3);
-        match stream.random_range(0..3) {
+        match stream.random_range(0..4) {
             0 => table
                 .push_point(PointLight { position: place.to_array().map(|x| x as f32), intensity: strength }),
             1 => table.push_area(AreaLight::Sphere(Sphere::new(place, size)), flipped, strength),
-            _ => {
+            2 => {
                 let (a, b) = (direction(stream) * size, direction(stream) * size * 0.5);
                 table.push_area(AreaLight::Quad(Quad::new(place, a, b)), flipped, strength)
+            }
+            // From afar they are one light, chosen by power: a dome that is flatter or rounder, of a few triangles or
+            // of many.
+            _ => {
+                let most = count as usize - table.len();
+                let triangles = dome(place, size, stream.random_range(0.0..1.0), most.min(40));
+                table.push_mesh(triangles.into_iter(), flipped, strength)
             }
         };
     }
@@ -231,7 +248,7 @@ fn chances_add_up_to_one_and_no_light_that_contributes_is_left_out() {
             let (p, n) = receiver(stream);
             let mut sum = 0.0;
             for light in 0..count {
-                let chance = table.chance(p, n, Wrapping(light));
+                let chance = table.chance(p, n, Wrapping(light), true);
                 sum += f64::from(chance);
                 if chance > 0.0 {
                     continue;
@@ -263,11 +280,11 @@ fn lights_are_chosen_as_often_as_their_chances_say() {
         for receiver_index in 0..receivers {
             let (p, n) = receiver(stream);
             let chances: Vec<f64> =
-                (0..count).map(|light| f64::from(table.chance(p, n, Wrapping(light)))).collect();
+                (0..count).map(|light| f64::from(table.chance(p, n, Wrapping(light), true))).collect();
             let mut seen = vec![0.0; count as usize];
             for i in 0..DRAWS {
                 let [u, ..] = draw(43 + receiver_index as u32, i);
-                let (light, chance) = table.choose(p, n, u);
+                let (light, chance) = table.choose(p, n, u, true);
                 let expected = chances[light.0 as usize];
                 assert!((f64::from(chance) / expected - 1.0).abs() < 1e-4, "{chance}, not {expected}");
                 seen[light.0 as usize] += 1.0;
@@ -330,8 +347,9 @@ fn with_two_hundred_lights_the_tree_has_a_small_part_of_the_variance_of_chance()
         let p = v(stream.random_range(-10.0..10.0), stream.random_range(-10.0..10.0), 0.0);
         let (p, n) = (narrow(p), narrow(DVec3::Z));
         let contributions: Vec<f64> = (0..LIGHTS).map(|light| contribution(&table, light, p, n, 2)).collect();
-        tree +=
-            relative_variance(&contributions, |light| f64::from(table.chance(p, n, Wrapping(light as u32))));
+        tree += relative_variance(&contributions, |light| {
+            f64::from(table.chance(p, n, Wrapping(light as u32), true))
+        });
         uniform += relative_variance(&contributions, |_| 1.0 / f64::from(LIGHTS));
     }
     println!(

@@ -93,7 +93,9 @@ impl Transport for NextEvent {
         }
 
         let scattering = Scattering::new(view.scene, &vertex, &state.ray);
-        let matte = going & scattering.bsdf.is(Kind::Matte);
+        // Lamps are black more often than not.
+        let reflects = scattering.bsdf.reflectance().max_channel().gt(F::zero());
+        let matte = going & reflects & scattering.bsdf.is(Kind::Matte);
         if !view.scene.lights.is_empty() && matte.any() {
             let direct = direct_light(view, state, &vertex, &scattering, matte, rays, observer);
             state.l = Rgb::select(matte, state.l + state.beta * direct, state.l);
@@ -157,7 +159,7 @@ fn weight_of_met<F: Float, W: World, S: Sampler>(
     let lights = &view.scene.lights;
     // Lanes without a light look up the first one, in vain.
     let light = F::Uint::select(contested, light, F::Uint::splat(0));
-    let asked = lights.chance(p, n, light) * lights.pdf(light, p, vertex.hit.t, vertex.cos_o);
+    let asked = lights.chance(p, n, light, contested) * lights.pdf(light, p, vertex.hit.t, vertex.cos_o);
     F::select(contested, power_heuristic(pdf, asked), one)
 }
 
@@ -176,7 +178,7 @@ fn direct_light<F: Float, W: World, S: Sampler, O: Observer>(
     let point = &vertex.point;
     let lights = &view.scene.lights;
     let [u, v, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
-    let (light, chance) = lights.choose(point.p, point.n, choice);
+    let (light, chance) = lights.choose(point.p, point.n, choice, asks);
     let sample = lights.sample(light, point.p, [u, v]);
     let Scattering { bsdf, frame, wo, .. } = scattering;
     let wi = frame.to_local(sample.wi);

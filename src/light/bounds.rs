@@ -19,6 +19,8 @@ pub struct LightBounds {
     /// Power, up to a common factor: the mean of the channels. In double precision: a scene may be as large
     /// and as bright as it likes.
     pub power: f64,
+    /// The number of the mesh that they are all triangles of.
+    pub mesh: Option<u32>,
     /// Axis of the cone of their normals, of length one.
     pub axis: [f32; 3],
     /// Cosine of the cone's half angle θₒ: every normal is within it.
@@ -31,7 +33,8 @@ fn grey(c: [f32; 3]) -> f64 {
     c.into_iter().map(f64::from).sum::<f64>() / 3.0
 }
 
-fn distance2(a: [f64; 3], b: [f64; 3]) -> f64 {
+/// The squared distance of two points.
+pub(super) fn distance2(a: [f64; 3], b: [f64; 3]) -> f64 {
     [0, 1, 2].map(|c| (a[c] - b[c]) * (a[c] - b[c])).iter().sum()
 }
 
@@ -49,6 +52,7 @@ impl LightBounds {
             mean: position.map(f64::from),
             spread: 0.0,
             power,
+            mesh: None,
             axis: [0.0, 0.0, 1.0],
             cos_o: -1.0,
             cos_e: 0.0,
@@ -65,6 +69,7 @@ impl LightBounds {
             mean: sphere.centre.map(f64::from),
             spread: f64::from(r) * f64::from(r),
             power,
+            mesh: None,
             axis: [0.0, 0.0, 1.0],
             cos_o: -1.0,
             cos_e: 0.0,
@@ -85,6 +90,7 @@ impl LightBounds {
             mean,
             spread: share * of_corners,
             power: PI * f64::from(area) * grey(emission),
+            mesh: None,
             axis: normal,
             cos_o: 1.0,
             cos_e: 0.0,
@@ -113,6 +119,7 @@ impl LightBounds {
             mean: [0, 1, 2].map(|c| self.mean[c] + share * (other.mean[c] - self.mean[c])),
             spread: (1.0 - share) * self.spread + share * other.spread + share * (1.0 - share) * between,
             power,
+            mesh: self.mesh.filter(|_| self.mesh == other.mesh),
             axis,
             cos_o,
             cos_e: self.cos_e.min(other.cos_e),

@@ -150,6 +150,21 @@ impl LightTable {
         self.bounds.len() as u32 - 1
     }
 
+    /// Adds the triangles of a mesh whose outward side emits `emission` and returns the first one's index.
+    pub fn push_mesh(
+        &mut self,
+        triangles: impl Iterator<Item = [[f32; 3]; 3]>,
+        flipped: bool,
+        emission: [f32; 3],
+    ) -> u32 {
+        let first = self.bounds.len() as u32;
+        for corners in triangles {
+            let light = self.push_area(AreaLight::Triangle(corners), flipped, emission);
+            self.bounds[light as usize].mesh = Some(first);
+        }
+        first
+    }
+
     #[allow(clippy::too_many_arguments, reason = "one value for each column")]
     fn push(
         &mut self,
@@ -234,16 +249,16 @@ impl LightTable {
     }
 
     /// Chooses a light for a point `p` on a surface with normal `n`, with `u` in [0, 1): its index and the
-    /// probability of the choice, which is zero where no light can matter.
+    /// probability of the choice, which is zero where no light can matter. Lanes that do not ask hold nonsense.
     #[inline(always)]
-    pub fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F) -> (F::Uint, F) {
-        self.tree.choose(p, n, u)
+    pub fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, asks: F::Mask) -> (F::Uint, F) {
+        self.tree.choose(p, n, u, asks)
     }
 
-    /// The probability with which [`LightTable::choose`] chooses a light.
+    /// The probability with which [`LightTable::choose`] chooses a light. Lanes that do not ask hold nonsense.
     #[inline(always)]
-    pub fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint) -> F {
-        self.tree.chance(p, n, light)
+    pub fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
+        self.tree.chance(p, n, light, asks)
     }
 
     /// A point on a light as seen from `p`, drawn with `u` in [0, 1)².
@@ -537,7 +552,7 @@ mod tests {
         with_none.build_tree();
         let up = Vec3::<f32>::splat([0.0, 0.0, 1.0]);
         for u in [0.0, 0.3, 0.999] {
-            let (light, chance) = with_none.choose(Vec3::zero(), up, u);
+            let (light, chance) = with_none.choose(Vec3::zero(), up, u, true);
             assert_eq!((light.0, chance), (1, 1.0));
         }
     }

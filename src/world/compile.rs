@@ -156,11 +156,8 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
             scene::Shape::Mesh { ref mesh, ref transform } => {
                 let first = triangles.push(mesh, transform, surfaces.len() as u32);
                 if emits {
-                    look.light = lights.len() as u32;
-                    for triangle in first..triangles.len() {
-                        let corners = triangles.positions_of(triangle);
-                        lights.push_area(AreaLight::Triangle(corners), flipped, emission);
-                    }
+                    let corners = (first..triangles.len()).map(|triangle| triangles.positions_of(triangle));
+                    look.light = lights.push_mesh(corners, flipped, emission);
                 }
                 surfaces.push_mesh(look, first);
             }

@@ -12,7 +12,7 @@ mod surfaces;
 mod triangles;
 mod union;
 
-pub use bvh::Bvh;
+pub use bvh::{Bvh, Contents, WIDTH as TREE_WIDTH};
 pub use compile::{CompiledScene, Geometry, SHARING_PAYS_FROM, compile, compile_sharing};
 pub use instances::{Instances, NO_INSTANCE};
 pub use simple::Simple;

@@ -10,6 +10,7 @@ mod tests;
 mod traverse;
 
 use self::build::Item;
+pub use self::node::WIDTH;
 use self::node::{INSTANCE, Nodes, QUAD, SPHERE, TRIANGLE};
 use self::traverse::{Any, Closest, Found, Rays};
 use super::{Geometry, Hit, Instances, Simple, Union, World, pages};
@@ -126,6 +127,32 @@ fn in_parts<T: Send>(all: &mut [T], threads: usize, work: impl Fn(usize, &mut [T
             scope.spawn(move || work(i * size, part));
         }
     });
+}
+
+/// What a box of the tree holds, for workers that keep it in another form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contents<'a> {
+    /// Nothing: there is no such box.
+    Nothing,
+    /// A node, by its number.
+    Node(usize),
+    /// Surfaces of one kind, numbered as in [`Hit::surface`].
+    Leaf(&'a [u32]),
+    /// A shared mesh where it stands, by its index in [`Instances`].
+    Instance(usize),
+}
+
+impl Bvh {
+    /// What the whole tree is.
+    pub fn root(&self) -> Contents<'_> {
+        self.tree.as_ref().map_or(Contents::Nothing, |tree| tree.contents(tree.root))
+    }
+
+    /// The boxes of a node's children, and what they hold. A box is grown as [`Shape::bounds`] says.
+    pub fn children(&self, node: usize) -> [(Bounds, Contents<'_>); WIDTH] {
+        let nothing = (Bounds::NOTHING, Contents::Nothing);
+        self.tree.as_ref().map_or([nothing; WIDTH], |tree| tree.children(node))
+    }
 }
 
 fn item(bounds: Bounds, kind: u32, index: usize) -> Option<Item> {

@@ -1,5 +1,6 @@
 //! Nodes of eight children, and what is in a leaf.
 
+use super::Contents;
 use super::build::{ALONE, Below, Item, LEAF, Split};
 use super::in_parts;
 use crate::math::{Bounds, Float, Ray, Vec3};
@@ -7,7 +8,7 @@ use crate::shape::{BOUNDS_ERROR, Quad, QuadForm, Sphere, SphereForm};
 use crate::world::{FIRST_TRIANGLE, Simple, Triangles, pages};
 
 /// Children of a node.
-pub(super) const WIDTH: usize = 8;
+pub const WIDTH: usize = 8;
 
 /// Eight boxes and what is in them: four lines of a processor's cache.
 #[derive(Clone, Debug)]
@@ -286,6 +287,30 @@ impl Nodes {
             far = a.max(b).min(far);
         }
         !near.gt(far)
+    }
+
+    /// What a reference leads to.
+    pub(super) fn contents(&self, child: Child) -> Contents<'_> {
+        let rows = match child.target() {
+            Target::Node(node) => return Contents::Node(node),
+            Target::Instance(instance) => return Contents::Instance(instance),
+            Target::Spheres(block) => &self.spheres[block].rows,
+            Target::Quads(block) => &self.quads[block].rows,
+            Target::Triangles(block) => &self.triangles[block].rows,
+        };
+        let count = rows.iter().position(|&row| row == u32::MAX).unwrap_or(LEAF);
+        Contents::Leaf(&rows[..count])
+    }
+
+    /// A node's children.
+    pub(super) fn children(&self, node: usize) -> [(Bounds, Contents<'_>); WIDTH] {
+        let Node { planes: [low_x, low_y, low_z, high_x, high_y, high_z], children } = &self.nodes[node];
+        std::array::from_fn(|i| {
+            let bounds =
+                Bounds { low: [low_x[i], low_y[i], low_z[i]], high: [high_x[i], high_y[i], high_z[i]] };
+            let is_there = bounds.low[0] <= bounds.high[0];
+            (bounds, if is_there { self.contents(children[i]) } else { Contents::Nothing })
+        })
     }
 
     /// Begins to read what a child is from memory.

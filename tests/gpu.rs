@@ -16,7 +16,7 @@ use stride::scene::{
     Entity, FilmSettings, Filter, Integrator, Material, MaterialKind, RenderSettings, Sampler, Scene, Shape,
     Tone,
 };
-use stride::world::compile;
+use stride::world::{Finder, compile};
 
 /// A mirror sphere and a light over a matte floor.
 fn scene(width: u32, height: u32) -> Scene {
@@ -84,7 +84,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
         Err(error) => panic!("{error}"),
     };
     let (width, height) = (scene.film.width, scene.film.height);
-    let (compiled, _) = compile(scene, width, height);
+    let (compiled, geometry) = compile(scene, width, height);
     let region = Region::whole(width, height);
     let (batches_out, batches) = bounded(2 * workers as usize);
     let (_failures_out, failures) = bounded(1);
@@ -96,6 +96,8 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
             orders.push(Some(orders_out));
             let job = Job {
                 scene: &compiled,
+                geometry: &geometry,
+                finder: Finder::Fastest,
                 render: &scene.render,
                 offset: film_offset(&scene.film),
                 region,
@@ -239,6 +241,45 @@ fn an_interrupt_ends_a_gpu_render_with_what_there_is() {
         assert_eq!(child.wait().expect("it ends").code(), Some(0));
         assert!(dir.path().join("a.exr").exists());
     }
+}
+
+#[test]
+fn a_gpu_render_that_is_killed_and_gone_on_with_is_the_same() {
+    let dir = tempfile::tempdir().unwrap();
+    let whole = ["--spp", "600", "--film", "whole.film", "-o", "whole.exr"];
+    if program(dir.path(), "gpu", &whole).is_none() {
+        return;
+    }
+    let cover = format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"));
+    let render = |more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+        command.args(["render", &cover, "--headless", "-q", "--size", "64x48", "--device", "gpu"]);
+        command.args(["--checkpoint", "10ms", "-o", "part.exr"]).args(more).current_dir(dir.path());
+        command
+    };
+    let modified = || std::fs::metadata(dir.path().join("part.film")).and_then(|file| file.modified()).ok();
+    // Killed once when a film has just been written, and once more a while after.
+    for (more, later) in [(&["--film", "part.film", "--spp", "600"][..], 0), (&["--resume", "part.film"], 30)]
+    {
+        let before = modified();
+        let mut child = render(more).spawn().expect("the program starts");
+        let start = Instant::now();
+        while modified() == before && child.try_wait().expect("a child").is_none() {
+            assert!(start.elapsed() < Duration::from_secs(60), "no film is written");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_millis(later));
+        let ended = child.try_wait().expect("a child").is_some();
+        assert!(!ended || later > 0, "it ended before it could be killed");
+        child.kill().expect("it can be killed");
+        child.wait().expect("it ends");
+    }
+    assert!(render(&["--resume", "part.film"]).status().expect("the program starts").success());
+    let bytes = |name: &str| std::fs::read(dir.path().join(name)).expect(name);
+    assert!(bytes("part.exr") == bytes("whole.exr") && bytes("part.film") == bytes("whole.film"));
+    // Negative control: a sample less makes other files.
+    program(dir.path(), "gpu", &["--spp", "599", "--film", "less.film", "-o", "less.exr"]);
+    assert!(bytes("less.exr") != bytes("whole.exr") && bytes("less.film") != bytes("whole.film"));
 }
 
 #[test]

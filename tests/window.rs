@@ -93,11 +93,10 @@ fn show(display: &Display, folder: &Path, more: &[&str]) -> Child {
         .expect("the program starts")
 }
 
-#[test]
-fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
-    let Some(display) = display(0) else { return };
+fn shows_saves_and_closes(display: &Display, device: &str) {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let stride = show(&display, folder.path(), &["--size", "160x120", "--spp", "4000000000"]);
+    let stride =
+        show(display, folder.path(), &["--size", "160x120", "--spp", "4000000000", "--device", device]);
     let mut stride = Process(stride);
     wait_for("a title that counts", || {
         assert_eq!(stride.0.try_wait().expect("a child"), None, "the program has ended without a window");
@@ -122,6 +121,21 @@ fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
     assert_eq!(stride.0.wait().expect("a child").code(), Some(0));
     let bytes = fs::read(&picture).expect("closing the window writes the picture");
     assert_eq!(&bytes[1..4], b"PNG");
+}
+
+#[test]
+fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
+    let Some(display) = display(0) else { return };
+    shows_saves_and_closes(&display, "cpu");
+    if stride::gpu::adapters().is_empty() {
+        assert!(
+            std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1") || !cfg!(feature = "gpu"),
+            "there is no GPU adapter"
+        );
+        println!("skipped: no GPU adapter");
+        return;
+    }
+    shows_saves_and_closes(&display, "gpu");
 }
 
 /// Renders a scene without a window, and returns the picture's bits.

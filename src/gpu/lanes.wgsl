@@ -20,7 +20,7 @@ struct State {
 }
 
 // A point where a path met a surface.
-struct Vertex {
+struct PathVertex {
     point: SurfacePoint,
     t: f32,
     // Radiance emitted back along the ray.
@@ -45,7 +45,7 @@ fn start(id: PathId, centre: vec2f, rays: u32) -> State {
 }
 
 // Follows a path's ray. Returns whether it met a surface; what leaves the scene sees the environment.
-fn meet(state: ptr<function, State>, vertex: ptr<function, Vertex>) -> bool {
+fn meet(state: ptr<function, State>, vertex: ptr<function, PathVertex>) -> bool {
     (*state).rays++;
     let ray = (*state).ray;
     let hit = intersect(ray);
@@ -55,13 +55,19 @@ fn meet(state: ptr<function, State>, vertex: ptr<function, Vertex>) -> bool {
     }
     let point = surface_point(ray, hit);
     let cos_o = -dot(ray.d, point.n);
-    let emitted = select(vec3f(0.0), surfaces[point.surface].emission, cos_o > 0.0);
-    var material = surfaces[point.surface].material;
-    if materials[material].kind == KIND_CHECKERBOARD {
+    let emitted = select(vec3f(0.0), surface_at(point.surface).emission, cos_o > 0.0);
+    var material = surface_at(point.surface).material;
+    if material_at(material).kind == KIND_CHECKERBOARD {
         material = resolve(material, surface_uv(point));
     }
-    *vertex = Vertex(point, hit.t, emitted, cos_o, material);
+    *vertex = PathVertex(point, hit.t, emitted, cos_o, material);
     return true;
+}
+
+// Whether a direction, in the world and in the frame, is on one side of the surface and of the smooth one that its
+// shading normals tell of. No light passes where they differ: it would leak through.
+fn passes(point: SurfacePoint, d: vec3f, wi: vec3f) -> bool {
+    return !TREE_SMOOTH || dot(d, point.n) * wi.z > 0.0;
 }
 
 // Sends a path on in a direction drawn from its BxDF. Returns whether anything is left of its throughput.
@@ -69,7 +75,7 @@ fn go_on(state: ptr<function, State>, point: SurfacePoint, frame: Frame, scatter
     var d = to_world(frame, scattered.wi);
     // One Newton step towards length one: rounding would otherwise add up over many bounces.
     d *= (3.0 - dot(d, d)) * 0.5;
-    (*state).beta *= scattered.weight;
+    (*state).beta *= select(vec3f(0.0), scattered.weight, passes(point, d, scattered.wi));
     (*state).ray = Ray(offset_origin(point.p, point.n, point.error, d), d);
     (*state).depth++;
     // A throughput of nothing finds nothing; NaN is no such thing, and its bits aren't all zero.

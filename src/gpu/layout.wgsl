@@ -18,7 +18,8 @@ struct Scene {
     centre: vec2f,
     offset_kind: u32,
     offset_radius: f32,
-    // Surfaces are sorted by shape: planes, then spheres, then quads. Each ends where the next begins.
+    // Surfaces that every ray asks are sorted by shape: planes, then spheres, then quads. Each ends where the next
+    // begins; what follows is in the tree, or is a mesh.
     planes_end: u32,
     spheres_end: u32,
     quads_end: u32,
@@ -29,6 +30,16 @@ struct Scene {
     region_x: u32,
     region_y: u32,
     region_width: u32,
+    // Zero, which no compiler can know.
+    zero: u32,
+    // The heap's words with which the tables begin.
+    surfaces_from: u32,
+    materials_from: u32,
+    lights_from: u32,
+    light_nodes_from: u32,
+    tree_nodes_from: u32,
+    triangles_from: u32,
+    vertices_from: u32,
     // Of `FilmOffset::Drawn`: 65 nodes, four a row.
     offset_nodes: array<vec4f, 17>,
 }
@@ -80,14 +91,14 @@ struct Material {
 
 // A row of the light table.
 struct Light {
-    // Position of a point, centre of a sphere, corner of a quad.
+    // Position of a point, centre of a sphere, corner of a quad or triangle.
     origin: vec3f,
     kind: u32,
     edge_u: vec3f,
     radius: f32,
     edge_v: vec3f,
     area: f32,
-    // Outward normal of a quad.
+    // Outward normal of a quad or triangle.
     normal: vec3f,
     error: f32,
     emission: vec3f,
@@ -110,6 +121,53 @@ struct LightNode {
     spread: f32,
     // Index of the second child (the first comes right after its parent), or of the light with LEAF set.
     link: u32,
+}
+
+// A node of the tree over surfaces: eight boxes, rounded outwards to 256 steps of a power of two along each axis.
+struct TreeNode {
+    // The boxes' least coordinates.
+    origin: vec3f,
+    // The exponents of the steps along x, y and z as floats have them, then which boxes hold nodes.
+    scales: u32,
+    // The first of those nodes, which stand side by side, and of what the leaves hold.
+    nodes: u32,
+    triangles: u32,
+    surfaces: u32,
+    parent: u32,
+    // Sixteen bits for each box: see `leaf_at`.
+    leaves: vec4u,
+    // Eight bits for each box.
+    low_x: vec2u,
+    low_y: vec2u,
+    low_z: vec2u,
+    high_x: vec2u,
+    high_y: vec2u,
+    high_z: vec2u,
+}
+
+// A triangle of a mesh.
+struct Triangle {
+    a: vec3f,
+    // Its number on the host, which decides ties.
+    number: u32,
+    b: vec3f,
+    // Its mesh: index into `surfaces`.
+    surface: u32,
+    c: vec3f,
+    // Index into `lights`, or NO_LIGHT.
+    light: u32,
+    // Indices into `vertices`.
+    vertices: vec3u,
+    // Its share of a hit's error bound.
+    error: f32,
+}
+
+// What a mesh says of a vertex.
+struct Vertex {
+    // Zero where it says nothing; uv then are NaN.
+    normal: vec3f,
+    u: f32,
+    v: f32,
 }
 
 // A branch of `whitted` that waits.
@@ -144,12 +202,9 @@ struct SampleWords {
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;
-@group(0) @binding(1) var<storage, read> surfaces: array<Surface>;
-@group(0) @binding(2) var<storage, read> materials: array<Material>;
-@group(0) @binding(3) var<storage, read> lights: array<Light>;
-@group(0) @binding(4) var<storage, read> light_nodes: array<LightNode>;
 // Of every invocation as many as may wait, those at one height side by side.
-@group(0) @binding(5) var<storage, read_write> branches: array<Branch>;
+@group(0) @binding(1) var<storage, read_write> branches: array<Branch>;
+// The tables follow, in one heap: see `heap.rs`.
 @group(1) @binding(0) var<uniform> dispatch: Dispatch;
 @group(1) @binding(1) var<storage, read_write> sums: array<SlotSums>;
 @group(1) @binding(2) var<storage, read_write> samples: array<SampleWords>;

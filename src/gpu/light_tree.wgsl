@@ -42,8 +42,8 @@ fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
 
 // The chance of going left at a node: its children's shares of importance, or half where both have none.
 fn left_share(left: u32, right: u32, p: vec3f, n: vec3f) -> f32 {
-    let a = light_importance(light_nodes[left], p, n);
-    let b = light_importance(light_nodes[right], p, n);
+    let a = light_importance(light_node_at(left), p, n);
+    let b = light_importance(light_node_at(right), p, n);
     let sum = a + b;
     let share = select(0.5, a / float_max(sum, SMALLEST_NORMAL), sum > 0.0);
     // Where both have some, neither share rounds to nothing.
@@ -56,7 +56,7 @@ fn choose_light(p: vec3f, n: vec3f, choice: f32) -> LightChoice {
     var node = 0u;
     var chance = 1.0;
     var u = choice;
-    var link = light_nodes[0].link;
+    var link = light_node_at(0u).link;
     while link < LEAF {
         let left = node + 1u;
         let share = left_share(left, link, p, n);
@@ -67,7 +67,7 @@ fn choose_light(p: vec3f, n: vec3f, choice: f32) -> LightChoice {
         u = float_min(rest, BELOW_ONE);
         chance *= taken;
         node = select(link, left, goes_left);
-        link = light_nodes[node].link;
+        link = light_node_at(node).link;
     }
     return LightChoice(link & ~LEAF, chance);
 }
@@ -76,8 +76,8 @@ fn choose_light(p: vec3f, n: vec3f, choice: f32) -> LightChoice {
 fn light_chance(p: vec3f, n: vec3f, light: u32) -> f32 {
     var node = 0u;
     var chance = 1.0;
-    var way = lights[light].way;
-    var link = light_nodes[0].link;
+    var way = light_at(light).way;
+    var link = light_node_at(0u).link;
     while link < LEAF {
         let left = node + 1u;
         let share = left_share(left, link, p, n);
@@ -85,7 +85,7 @@ fn light_chance(p: vec3f, n: vec3f, light: u32) -> f32 {
         chance *= select(share, 1.0 - share, goes_right);
         node = select(left, link, goes_right);
         way >>= 1u;
-        link = light_nodes[node].link;
+        link = light_node_at(node).link;
     }
     return chance;
 }

@@ -85,10 +85,14 @@ fn sample_sphere(light: Light, p: vec3f, u: vec2f) -> LightSample {
     return LightSample(wi, on_sphere(light, normal), light.emission, cone.pdf);
 }
 
-// A quad: a rectangle uniformly by the solid angle that it fills, unless that is small; others uniformly by area.
-fn sample_quad(light: Light, p: vec3f, u: vec2f) -> LightSample {
+// A quad: a rectangle uniformly by the solid angle that it fills, unless that is small; others, and triangles,
+// uniformly by area.
+fn sample_flat(light: Light, p: vec3f, u: vec2f) -> LightSample {
     var at = u;
     var by_angle = 0.0;
+    if light.kind == LIGHT_TRIANGLE {
+        at = triangle_weights(u);
+    }
     if light.square == 1u {
         let seen = rectangle_seen(light.origin - p, light.edge_u, light.edge_v);
         if seen.solid_angle >= LEAST_SOLID_ANGLE {
@@ -115,8 +119,8 @@ fn sample_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
         case LIGHT_SPHERE: {
             return sample_sphere(light, p, u);
         }
-        case LIGHT_QUAD: {
-            return sample_quad(light, p, u);
+        case LIGHT_QUAD, LIGHT_TRIANGLE: {
+            return sample_flat(light, p, u);
         }
         default: {
             return sample_point(light, p);

@@ -13,12 +13,16 @@ struct BxdfSample {
 fn resolve(row: u32, uv: vec2f) -> u32 {
     var material = row;
     var at = uv;
-    while materials[material].kind == KIND_CHECKERBOARD {
-        let scaled = at * materials[material].checks_per_unit;
+    loop {
+        let board = material_at(material);
+        if board.kind != KIND_CHECKERBOARD {
+            break;
+        }
+        let scaled = at * board.checks_per_unit;
         let check = floor(scaled);
         let half = (check.x + check.y) * 0.5;
         let is_even = floor(half) >= half;
-        material = select(materials[material].checks.y, materials[material].checks.x, is_even);
+        material = select(board.checks.y, board.checks.x, is_even);
         at = scaled - check;
     }
     return material;

@@ -20,7 +20,7 @@ pub use disabled::{Device, GpuWorker, adapters};
 use crate::render::Region;
 use crate::sampling::warp::FilmOffset;
 use crate::scene::RenderSettings;
-use crate::world::CompiledScene;
+use crate::world::{CompiledScene, Finder, Geometry};
 use std::fmt;
 
 /// What a GPU worker is to do, and who it is: the counterpart of a CPU worker's fields and integrator.
@@ -28,6 +28,10 @@ use std::fmt;
 pub struct Job<'a> {
     /// The tables.
     pub scene: &'a CompiledScene,
+    /// What rays meet.
+    pub geometry: &'a Geometry,
+    /// What finds it.
+    pub finder: Finder,
     /// The integrator, its depth, and chance.
     pub render: &'a RenderSettings,
     /// How samples are spread around a pixel's centre.

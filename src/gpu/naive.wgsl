@@ -1,7 +1,7 @@
 // Twin of `integrator::naive`: the report's path tracer.
 
 fn naive_step(state: ptr<function, State>) -> bool {
-    var vertex: Vertex;
+    var vertex: PathVertex;
     if !meet(state, &vertex) {
         return false;
     }
@@ -10,8 +10,8 @@ fn naive_step(state: ptr<function, State>) -> bool {
         return false;
     }
     let point = vertex.point;
-    let material = materials[vertex.material];
-    let frame = frame_around(point.n);
+    let material = material_at(vertex.material);
+    let frame = frame_around(point.shading);
     let wo = to_local(frame, -(*state).ray.d);
     if scene.point_lights > 0u && material.kind == KIND_MATTE {
         (*state).rays++;
@@ -34,9 +34,9 @@ fn point_light(
     let count = f32(scene.point_lights);
     // A product that rounds up to the count still means the last light.
     let index = min(u32(choice * count), scene.point_lights - 1u);
-    let light = sample_point(lights[index], point.p);
+    let light = sample_point(light_at(index), point.p);
     let wi = to_local(frame, light.wi);
     let visible = is_visible(light, offset_origin(point.p, point.n, point.error, light.wi));
     let share = bsdf_eval(material, wo, wi) * light.radiance * count * abs(wi.z);
-    return select(vec3f(0.0), share, visible);
+    return select(vec3f(0.0), share, visible && passes(point, light.wi, wi));
 }

@@ -15,7 +15,7 @@ fn fresh_departure() -> Departure {
 }
 
 fn next_event_step(state: ptr<function, State>) -> bool {
-    var vertex: Vertex;
+    var vertex: PathVertex;
     if !meet(state, &vertex) {
         return false;
     }
@@ -24,8 +24,8 @@ fn next_event_step(state: ptr<function, State>) -> bool {
         return false;
     }
     let point = vertex.point;
-    let material = materials[vertex.material];
-    let frame = frame_around(point.n);
+    let material = material_at(vertex.material);
+    let frame = frame_around(point.shading);
     let wo = to_local(frame, -(*state).ray.d);
     if scene.lights > 0u && material.kind == KIND_MATTE {
         let direct = direct_light(state, point, frame, material, wo);
@@ -67,13 +67,13 @@ fn power_heuristic(first: f32, second: f32) -> f32 {
 }
 
 // The weight of emission that the BxDF's direction found, against having asked for it.
-fn weight_of_met(departure: Departure, vertex: Vertex) -> f32 {
-    let light = surfaces[vertex.point.surface].light;
+fn weight_of_met(departure: Departure, vertex: PathVertex) -> f32 {
+    let light = light_of(vertex.point);
     if light == NO_LIGHT || !(departure.pdf > 0.0) || !(vertex.cos_o > 0.0) {
         return 1.0;
     }
     let asked = light_chance(departure.p, departure.n, light)
-        * light_pdf(lights[light], departure.p, vertex.t, vertex.cos_o);
+        * light_pdf(light_at(light), departure.p, vertex.t, vertex.cos_o);
     return power_heuristic(departure.pdf, asked);
 }
 
@@ -88,7 +88,7 @@ fn direct_light(
 ) -> vec3f {
     let u = draw((*state).id, block_at(BLOCK_LIGHT, (*state).depth));
     let choice = choose_light(point.p, point.n, u.z);
-    let light = lights[choice.light];
+    let light = light_at(choice.light);
     let sample = sample_light(light, point.p, u.xy);
     let pdf = sample.pdf * choice.chance;
     if !(pdf > 0.0) {
@@ -96,7 +96,7 @@ fn direct_light(
     }
     let wi = to_local(frame, sample.wi);
     let share = bsdf_eval(material, wo, wi) * abs(wi.z) * sample.radiance * (1.0 / pdf);
-    if !(max_channel(share) > 0.0) {
+    if !(max_channel(share) > 0.0) || !passes(point, sample.wi, wi) {
         return vec3f(0.0);
     }
     (*state).rays++;

@@ -116,6 +116,14 @@ fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
     return float_max(cos_theta, 0.0) * FRAC_1_PI;
 }
 
+// The weights of a triangle's second and third corners at a uniform point of it.
+fn triangle_weights(u: vec2f) -> vec2f {
+    let upper = u.x < u.y;
+    let half = select(u.y, u.x, upper) * 0.5;
+    let rest = select(u.x, u.y, upper) - half;
+    return select(vec2f(rest, half), vec2f(half, rest), upper);
+}
+
 fn uniform_sphere(u: vec2f) -> vec3f {
     let r = sqrt(u.x * (1.0 - u.x)) * 2.0;
     return vec3f(r * sin_cos_turns(u.y).yx, 1.0 - u.x * 2.0);

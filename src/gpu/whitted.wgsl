@@ -36,13 +36,13 @@ fn is_worth(beta: vec3f, chance: f32) -> bool {
 }
 
 fn whitted_step(state: ptr<function, State>, lane: Lane) -> bool {
-    var vertex: Vertex;
+    var vertex: PathVertex;
     if !meet(state, &vertex) {
         return pop_branch(state, lane);
     }
     let point = vertex.point;
-    let material = materials[vertex.material];
-    let frame = frame_around(point.n);
+    let material = material_at(vertex.material);
+    let frame = frame_around(point.shading);
     let wo = to_local(frame, -(*state).ray.d);
     let goes_on = (*state).depth < scene.max_depth;
     var l = vertex.emitted;
@@ -65,7 +65,11 @@ fn whitted_step(state: ptr<function, State>, lane: Lane) -> bool {
     let lobe = next_random(&stream, (*state).id);
     (*state).stream = stream;
     let sample = bsdf_sample(material, wo, vec2f(u, v), lobe);
-    (*state).ray = spawn_ray(point, frame, sample.wi);
+    let ray = spawn_ray(point, frame, sample.wi);
+    if !passes(point, ray.d, sample.wi) {
+        return pop_branch(state, lane);
+    }
+    (*state).ray = ray;
     (*state).beta *= sample.weight;
     (*state).depth++;
     return true;
@@ -85,13 +89,13 @@ fn light_from_all(
     for (var i = 0u; i < scene.lights; i++) {
         let u = next_random(&stream, (*state).id);
         let v = next_random(&stream, (*state).id);
-        let sample = sample_light(lights[i], point.p, vec2f(u, v));
+        let sample = sample_light(light_at(i), point.p, vec2f(u, v));
         if !(sample.pdf > 0.0) {
             continue;
         }
         let wi = to_local(frame, sample.wi);
         let share = bsdf_eval(material, wo, wi) * sample.radiance * (1.0 / sample.pdf) * abs(wi.z);
-        if max_channel(share) > 0.0 {
+        if max_channel(share) > 0.0 && passes(point, sample.wi, wi) {
             (*state).rays++;
             if is_visible(sample, offset_origin(point.p, point.n, point.error, sample.wi)) {
                 l += share;
@@ -115,13 +119,14 @@ fn split(
     let ways = dielectric_branches(material, wo);
     var reflected = (*state).beta * material.reflectance * ways.fresnel;
     var refracted = (*state).beta * material.transmittance * ways.transmitted;
-    let reflects = is_worth(reflected, ways.fresnel);
-    var refracts = is_worth(refracted, 1.0 - ways.fresnel);
+    let back = spawn_ray(point, frame, ways.reflected);
+    let through = spawn_ray(point, frame, ways.refracted);
+    let reflects = is_worth(reflected, ways.fresnel) && passes(point, back.d, ways.reflected);
+    var refracts = is_worth(refracted, 1.0 - ways.fresnel) && passes(point, through.d, ways.refracted);
     let depth = (*state).depth + 1u;
     if reflects && refracts {
         if (*state).waiting < MOST_BRANCHES {
-            let ray = spawn_ray(point, frame, ways.reflected);
-            push_branch(state, lane, Branch(ray.o, depth, ray.d, reflected));
+            push_branch(state, lane, Branch(back.o, depth, back.d, reflected));
         } else {
             var stream = (*state).stream;
             let lobe = next_random(&stream, (*state).id);
@@ -134,7 +139,10 @@ fn split(
     if !reflects && !refracts {
         return pop_branch(state, lane);
     }
-    (*state).ray = spawn_ray(point, frame, select(ways.reflected, ways.refracted, refracts));
+    (*state).ray = back;
+    if refracts {
+        (*state).ray = through;
+    }
     (*state).beta = select(reflected, refracted, refracts);
     (*state).depth = depth;
     return true;

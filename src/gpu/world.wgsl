@@ -2,26 +2,38 @@
 
 struct Hit {
     t: f32,
-    // Index into `surfaces`.
-    surface: u32,
+    // What was met, as the host numbers it: of equal distances the lower one counts.
+    number: u32,
+    // Index into `surfaces`, or into `triangles` with FIRST_TRIANGLE set.
+    index: u32,
 }
 
-// A point on a surface: where, the outward normal, the error bound, and which surface.
+// A point on a surface.
 struct SurfacePoint {
     p: vec3f,
+    // The outward normal.
     n: vec3f,
+    // The normal that light scatters around.
+    shading: vec3f,
     error: f32,
+    // Index into `surfaces`.
     surface: u32,
+    // Index into `triangles`, or NO_TRIANGLE, and the weights of its second and third corners.
+    triangle: u32,
+    weights: vec2f,
+}
+
+fn no_hit() -> Hit {
+    return Hit(NOTHING, 0xffffffffu, 0u);
 }
 
 fn is_some(hit: Hit) -> bool {
     return hit.t < NOTHING;
 }
 
-// The nearer of two hits; of equal distances the lower row, as on the host.
+// The nearer of two hits.
 fn nearer(a: Hit, b: Hit) -> Hit {
-    let b_wins = b.t < a.t || (b.t == a.t && b.t < NOTHING && surfaces[b.surface].row < surfaces[a.surface].row);
-    if b_wins {
+    if b.t < a.t || (b.t == a.t && b.number < a.number) {
         return b;
     }
     return a;
@@ -29,80 +41,150 @@ fn nearer(a: Hit, b: Hit) -> Hit {
 
 fn intersect(ray: Ray) -> Hit {
     // Those of one kind stand in the order of their rows: of equal distances the first one counts.
-    var plane = Hit(NOTHING, 0u);
+    var plane = no_hit();
     for (var i = 0u; i < scene.planes_end; i++) {
-        let t = plane_intersect(surfaces[i], ray);
+        let surface = surface_at(i);
+        let t = plane_intersect(surface, ray);
         if t < plane.t {
-            plane = Hit(t, i);
+            plane = Hit(t, surface.row, i);
         }
     }
-    var sphere = Hit(NOTHING, 0u);
+    var sphere = no_hit();
     for (var i = scene.planes_end; i < scene.spheres_end; i++) {
-        let t = sphere_intersect(surfaces[i], ray);
+        let surface = surface_at(i);
+        let t = sphere_intersect(surface, ray);
         if t < sphere.t {
-            sphere = Hit(t, i);
+            sphere = Hit(t, surface.row, i);
         }
     }
-    var quad = Hit(NOTHING, 0u);
+    var quad = no_hit();
     for (var i = scene.spheres_end; i < scene.quads_end; i++) {
-        let t = quad_intersect(surfaces[i], ray);
+        let surface = surface_at(i);
+        let t = quad_intersect(surface, ray);
         if t < quad.t {
-            quad = Hit(t, i);
+            quad = Hit(t, surface.row, i);
         }
     }
-    return nearer(nearer(plane, sphere), quad);
+    let hit = nearer(nearer(plane, sphere), quad);
+    if TREE_LEVELS > 0u {
+        return tree_intersect(ray, hit, false);
+    }
+    return hit;
 }
 
 fn occluded(ray: Ray, t_max: f32) -> bool {
     var i = 0u;
     for (; i < scene.planes_end; i++) {
-        if plane_intersect(surfaces[i], ray) < t_max {
+        if plane_intersect(surface_at(i), ray) < t_max {
             return true;
         }
     }
     for (; i < scene.spheres_end; i++) {
-        if sphere_intersect(surfaces[i], ray) < t_max {
+        if sphere_intersect(surface_at(i), ray) < t_max {
             return true;
         }
     }
     for (; i < scene.quads_end; i++) {
-        if quad_intersect(surfaces[i], ray) < t_max {
+        if quad_intersect(surface_at(i), ray) < t_max {
             return true;
         }
+    }
+    if TREE_LEVELS > 0u {
+        // No number is below zero: what is as far does not count.
+        return tree_intersect(ray, Hit(t_max, 0u, 0u), true).t < t_max;
     }
     return false;
 }
 
-// The point that a ray met, put back onto its surface.
+// The point that a ray met.
 fn surface_point(ray: Ray, hit: Hit) -> SurfacePoint {
+    if TREE_TRIANGLES && hit.index >= FIRST_TRIANGLE {
+        return triangle_point(ray, hit.index & ~FIRST_TRIANGLE);
+    }
+    return smooth_point(ray, hit);
+}
+
+// Points on all but meshes, put back onto their surfaces.
+fn smooth_point(ray: Ray, hit: Hit) -> SurfacePoint {
     let p = ray.o + ray.d * hit.t;
-    let radius = surfaces[hit.surface].radius;
-    let axis = surfaces[hit.surface].axis;
-    let constant = surfaces[hit.surface].constant;
-    var normal = axis;
-    var off = dot(p, normal) - constant;
-    if radius > 0.0 {
+    let surface = surface_at(hit.index);
+    var normal = surface.axis;
+    var off = dot(p, normal) - surface.constant;
+    if surface.radius > 0.0 {
         // The distance to the centre less the radius, as power/(distance + radius).
-        let w = p - surfaces[hit.surface].anchor;
-        let from_centre = w - axis;
+        let w = p - surface.anchor;
+        let from_centre = w - surface.axis;
         let length = sqrt(dot(from_centre, from_centre));
         normal = from_centre * (1.0 / length);
-        off = (dot(w, from_centre - axis) + constant) / (length + radius);
+        off = (dot(w, from_centre - surface.axis) + surface.constant) / (length + surface.radius);
     }
     let on = p - normal * off;
-    return SurfacePoint(
-        on,
-        normal * surfaces[hit.surface].orientation,
-        max_abs(on) * POSITION_ERROR + surfaces[hit.surface].error,
-        hit.surface,
-    );
+    let n = normal * surface.orientation;
+    let error = max_abs(on) * POSITION_ERROR + surface.error;
+    return SurfacePoint(on, n, n, error, hit.index, NO_TRIANGLE, vec2f(0.0));
+}
+
+// Points on triangles: the corners' mean.
+fn triangle_point(ray: Ray, index: u32) -> SurfacePoint {
+    let triangle = triangle_at(index);
+    let weights = triangle_meet(sheared_ray(ray), triangle.a, triangle.b, triangle.c).weights;
+    let ab = triangle.b - triangle.a;
+    let ac = triangle.c - triangle.a;
+    let p = triangle.a + ab * weights.x + ac * weights.y;
+    let area = cross(ab, ac);
+    let n = area * (surface_at(triangle.surface).orientation / sqrt(dot(area, area)));
+    var shading = n;
+    if TREE_SMOOTH {
+        let a = vertex_at(triangle.vertices.x).normal;
+        let b = vertex_at(triangle.vertices.y).normal;
+        let c = vertex_at(triangle.vertices.z).normal;
+        let mean = a + (b - a) * weights.x + (c - a) * weights.y;
+        let length2 = dot(mean, mean);
+        // Which side is outward the order of the corners says.
+        let smooth_n = mean * copysign(1.0 / sqrt(float_max(length2, SMALLEST_NORMAL)), dot(mean, n));
+        // Where the ray comes from the one side of the triangle and the other of the smooth surface, there is no
+        // smooth surface to speak of.
+        if length2 > 0.0 && dot(ray.d, n) * dot(ray.d, smooth_n) > 0.0 {
+            shading = smooth_n;
+        }
+    }
+    return SurfacePoint(p, n, shading, triangle.error, triangle.surface, index, weights);
+}
+
+// Index into `lights`, or NO_LIGHT.
+fn light_of(point: SurfacePoint) -> u32 {
+    if TREE_TRIANGLES && point.triangle != NO_TRIANGLE {
+        return triangle_at(point.triangle).light;
+    }
+    return surface_at(point.surface).light;
 }
 
 fn surface_uv(point: SurfacePoint) -> vec2f {
-    if surfaces[point.surface].radius > 0.0 {
+    if TREE_TRIANGLES && point.triangle != NO_TRIANGLE {
+        return triangle_uv(point);
+    }
+    let surface = surface_at(point.surface);
+    if surface.radius > 0.0 {
         // φ/2π and θ/π from +z, of the direction from the centre.
-        let d = point.n * surfaces[point.surface].orientation;
+        let d = point.n * surface.orientation;
         return vec2f(angle_turns(d.y, d.x), angle_turns(sqrt(d.x * d.x + d.y * d.y), d.z) * 2.0);
     }
-    return vec2f(along(point.p, surfaces[point.surface].u_axis), along(point.p, surfaces[point.surface].v_axis));
+    return vec2f(along(point.p, surface.u_axis), along(point.p, surface.v_axis));
+}
+
+// uv of a vertex, or what stands for it where the mesh has none.
+fn vertex_uv(vertex: u32, without: vec2f) -> vec2f {
+    let given = vertex_at(vertex);
+    return vec2f(
+        select(given.u, without.x, is_nan(given.u)),
+        select(given.v, without.y, is_nan(given.v)),
+    );
+}
+
+fn triangle_uv(point: SurfacePoint) -> vec2f {
+    let vertices = triangle_at(point.triangle).vertices;
+    let a = vertex_uv(vertices.x, vec2f(0.0, 0.0));
+    let b = vertex_uv(vertices.y, vec2f(1.0, 0.0));
+    let c = vertex_uv(vertices.z, vec2f(1.0, 1.0));
+    return a + (b - a) * point.weights.x + (c - a) * point.weights.y;
 }

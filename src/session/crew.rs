@@ -9,7 +9,7 @@ use crate::render::accumulator::{MOST_UPDATES, WorkerFailure};
 use crate::render::worker::Worker;
 use crate::render::{Held, Order, Region, SampleBatch, Schedule, Stride};
 use crate::scene::Scene;
-use crate::world;
+use crate::world::{self, Geometry};
 use crossbeam_channel::{Receiver, Sender, bounded, never};
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -65,10 +65,12 @@ impl Crew {
         let offset = film_offset(film);
         let splatter = splatter(settings);
         let weighted = splatter.is_some();
-        let open = |name: &Option<String>, index| {
+        let open = |name: &Option<String>, index, geometry: &Geometry| {
             let device = gpu::Device::open(name.as_deref())?;
             let job = gpu::Job {
                 scene: &compiled,
+                geometry,
+                finder: settings.finder,
                 render,
                 offset,
                 region: settings.region,
@@ -80,16 +82,20 @@ impl Crew {
             Ok::<_, gpu::GpuError>(Gpu { worker, name: device.description().to_string() })
         };
         if let DeviceChoice::Gpu(name) = &settings.device {
-            let gpu = Some(open(name, 0)?);
+            let gpu = Some(open(name, 0, &geometry)?);
             return Ok(Crew { splatter, integrator: None, threads: 0, gpu, times: 1.0 });
         }
         // A worker without a pixel would have nothing to do.
         let threads = settings.threads.get().min(settings.region.len() as usize);
+        let with_gpu = match &settings.device {
+            DeviceChoice::All(name) => Some((name, geometry.clone())),
+            DeviceChoice::Cpu | DeviceChoice::Gpu(_) => None,
+        };
         let build = || integrator::build(render, offset, Arc::clone(&compiled), geometry, settings.finder);
         let integrator: Arc<dyn Integrator> = build().into();
         let mut crew = Crew { splatter, integrator: Some(integrator), threads, gpu: None, times: 1.0 };
-        if let DeviceChoice::All(name) = &settings.device {
-            let measured = open(name, threads).and_then(|gpu| crew.measured_with(settings, gpu));
+        if let Some((name, geometry)) = with_gpu {
+            let measured = open(name, threads, &geometry).and_then(|gpu| crew.measured_with(settings, gpu));
             if let Err(error) = measured
                 && settings.view != View::Quiet
             {

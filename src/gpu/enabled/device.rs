@@ -4,8 +4,8 @@ use crate::gpu::{AdapterInfo, AdapterKind, GpuError};
 use crossbeam_channel::{Receiver, bounded};
 use std::sync::Arc;
 
-/// Storage buffers that the shaders bind.
-const STORAGE_BUFFERS: u32 = 7;
+/// Storage buffers that the shaders bind beside the tables.
+const OTHER_BUFFERS: u32 = 3;
 
 /// A GPU, open for work. Clones are the same device.
 #[derive(Clone, Debug)]
@@ -13,6 +13,7 @@ pub struct Device {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     info: AdapterInfo,
+    table_buffers: u32,
     /// What went wrong outside of any call that could say so: the first report, once.
     reports: Receiver<String>,
 }
@@ -79,12 +80,11 @@ impl Device {
         };
         let unusable = |message: String| GpuError::Unusable { adapter: info.name.clone(), message };
         let limits = adapter.limits();
-        if limits.max_storage_buffers_per_shader_stage < STORAGE_BUFFERS {
-            let has = limits.max_storage_buffers_per_shader_stage;
-            return Err(unusable(format!(
-                "shaders see {has} buffers there, and {STORAGE_BUFFERS} are needed"
-            )));
+        if limits.max_storage_buffers_per_shader_stage <= OTHER_BUFFERS {
+            let (has, needed) = (limits.max_storage_buffers_per_shader_stage, OTHER_BUFFERS + 1);
+            return Err(unusable(format!("shaders see {has} buffers there, and {needed} are needed")));
         }
+        let table_buffers = limits.max_storage_buffers_per_shader_stage - OTHER_BUFFERS;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("stride"),
             required_limits: limits,
@@ -101,14 +101,20 @@ impl Device {
         device.set_device_lost_callback(move |_, message| {
             let _ = sender.try_send(format!("the device was lost: {message}"));
         });
-        Ok(Device { device, queue, info, reports })
+        Ok(Device { device, queue, info, table_buffers, reports })
     }
 
-    /// The same device, as if shaders saw no more than this of a buffer.
+    /// The same device, as if shaders saw no more than this of a buffer, and no more than so many tables' buffers.
     #[cfg(test)]
-    pub(super) fn with_max_binding(mut self, bytes: u64) -> Device {
+    pub(super) fn with_limits(mut self, bytes: u64, table_buffers: u32) -> Device {
         self.info.max_binding = bytes;
+        self.table_buffers = table_buffers;
         self
+    }
+
+    /// Storage buffers that shaders see beside those that every program has.
+    pub(super) fn table_buffers(&self) -> u32 {
+        self.table_buffers
     }
 
     /// What the device is.

@@ -1,29 +1,35 @@
 //! What the host and the device exchange: the layouts, and the constants that both must agree on.
 
+use super::device::Device;
+use super::heap::{self, Paging};
+use super::tables::Tables;
+use super::tree;
 use crate::film::Reject;
 use crate::film::sums::{FRACTION_BITS, MAX_RADIANCE};
+use crate::gpu::GpuError;
 use crate::integrator::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 use crate::light;
 use crate::material::Kind;
 use crate::math::lanes::scalar::Wrapping;
 use crate::sampling::{Block, sobol};
 use crate::scene::{Integrator, Sampler};
-use crate::shape::POSITION_ERROR;
-use crate::world::NO_LIGHT;
+use crate::shape::{BOUNDS_ERROR, POSITION_ERROR};
+use crate::world::{FIRST_TRIANGLE, NO_LIGHT};
 use bytemuck::{Pod, Zeroable};
 use std::fmt::Write;
 
 /// A field of a structure, as it lies in memory.
-#[cfg(test)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Field {
     pub(super) name: &'static str,
     pub(super) offset: usize,
     pub(super) size: usize,
+    /// As Rust writes it.
+    pub(super) ty: &'static str,
 }
 
-/// Declares structures that WGSL declares too, and in tests lists their fields. Fields whose names begin
-/// with an underscore are WGSL's own gaps between its fields.
+/// Declares structures that WGSL declares too, and lists their fields. Fields whose names begin with an
+/// underscore are WGSL's own gaps between its fields.
 macro_rules! shared {
     ($($(#[$doc:meta])* struct $name:ident { $($field:ident: $type:ty,)* })*) => {
         $($(#[$doc])*
@@ -32,12 +38,12 @@ macro_rules! shared {
         pub(super) struct $name { $(pub(super) $field: $type,)* })*
 
         /// Every structure: its name, its size, its fields.
-        #[cfg(test)]
         pub(super) fn structures() -> Vec<(&'static str, usize, Vec<Field>)> {
             vec![$((stringify!($name), size_of::<$name>(), vec![$(Field {
                 name: stringify!($field),
                 offset: std::mem::offset_of!($name, $field),
                 size: size_of::<$type>(),
+                ty: stringify!($type),
             },)*]),)*]
         }
     };
@@ -70,6 +76,14 @@ shared! {
         region_x: u32,
         region_y: u32,
         region_width: u32,
+        zero: u32,
+        surfaces_from: u32,
+        materials_from: u32,
+        lights_from: u32,
+        light_nodes_from: u32,
+        tree_nodes_from: u32,
+        triangles_from: u32,
+        vertices_from: u32,
         _gap: [u32; 3],
         offset_nodes: [[f32; 4]; 17],
     }
@@ -142,6 +156,43 @@ shared! {
         link: u32,
     }
 
+    /// A node of the tree over surfaces.
+    struct TreeNode {
+        origin: [f32; 3],
+        scales: u32,
+        nodes: u32,
+        triangles: u32,
+        surfaces: u32,
+        parent: u32,
+        leaves: [u32; 4],
+        low_x: [u32; 2],
+        low_y: [u32; 2],
+        low_z: [u32; 2],
+        high_x: [u32; 2],
+        high_y: [u32; 2],
+        high_z: [u32; 2],
+    }
+
+    /// A triangle of a mesh.
+    struct Triangle {
+        a: [f32; 3],
+        number: u32,
+        b: [f32; 3],
+        surface: u32,
+        c: [f32; 3],
+        light: u32,
+        vertices: [u32; 3],
+        error: f32,
+    }
+
+    /// What a mesh says of a vertex.
+    struct Vertex {
+        normal: [f32; 3],
+        u: f32,
+        v: f32,
+        _end: [u32; 3],
+    }
+
     /// A branch of `whitted` that waits.
     struct Branch {
         o: [f32; 3],
@@ -205,6 +256,30 @@ pub(super) struct Variant {
     pub(super) sampler: Sampler,
     /// Invocations in a workgroup.
     pub(super) workgroup_size: u32,
+    /// What the scene asks of it.
+    pub(super) plan: Plan,
+}
+
+/// What a program must know of its scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Plan {
+    /// How the heap of tables is cut.
+    pub(super) paging: Paging,
+    /// The levels of the tree; zero without one.
+    pub(super) levels: u32,
+    /// Whether there are triangles in it.
+    pub(super) triangles: bool,
+    /// Whether light scatters around other normals than the surfaces' own.
+    pub(super) smooth: bool,
+}
+
+impl Plan {
+    /// For a scene on a device. Fails where it does not fit there.
+    pub(super) fn of(device: &Device, tables: &Tables) -> Result<Plan, GpuError> {
+        let paging = Paging::on(device, tables)?;
+        let tree = &tables.tree;
+        Ok(Plan { paging, levels: tree.levels, triangles: !tree.triangles.is_empty(), smooth: tree.smooth })
+    }
 }
 
 /// Branches of `whitted` that may wait for one invocation; from then on chance chooses among them.
@@ -219,8 +294,8 @@ const INTEGRATORS: [(&str, Integrator); 3] = [
 const SAMPLERS: [(&str, Sampler); 2] =
     [("SAMPLER_INDEPENDENT", Sampler::Independent), ("SAMPLER_SOBOL", Sampler::Sobol)];
 
-/// The constants that WGSL takes from here, as WGSL.
-pub(super) fn constants(variant: Variant) -> String {
+/// The constants and the tables that WGSL takes from here, as WGSL.
+pub(super) fn text(variant: Variant) -> String {
     let block = |block: Block| block.at::<f32>(Wrapping(0)).0;
     let code = |reject: Reject| REJECTS.iter().find(|(_, r)| *r == reject).map_or(0, |(code, _)| *code);
     let whole = [
@@ -241,6 +316,12 @@ pub(super) fn constants(variant: Variant) -> String {
         ("LIGHT_POINT", light::POINT),
         ("LIGHT_SPHERE", light::SPHERE),
         ("LIGHT_QUAD", light::QUAD),
+        ("LIGHT_TRIANGLE", light::TRIANGLE),
+        ("FIRST_TRIANGLE", FIRST_TRIANGLE),
+        ("NO_TRIANGLE", u32::MAX),
+        ("TREE_LEVELS", variant.plan.levels),
+        ("LEAF_TRIANGLES", tree::TRIANGLES),
+        ("LEAF_SPHERES", tree::SPHERES),
         ("LEAF", light::LEAF),
         ("ROULETTE_FROM", ROULETTE_FROM),
         ("ROULETTE_AT_MOST_FROM", ROULETTE_AT_MOST_FROM),
@@ -268,6 +349,7 @@ pub(super) fn constants(variant: Variant) -> String {
         ("ROULETTE_AT_MOST", ROULETTE_AT_MOST),
         ("NOTHING", NOTHING),
         ("POSITION_ERROR", POSITION_ERROR),
+        ("BOUNDS_ERROR", BOUNDS_ERROR),
         ("SMALLEST_NORMAL", f32::MIN_POSITIVE),
     ];
     let mut text = String::new();
@@ -280,5 +362,8 @@ pub(super) fn constants(variant: Variant) -> String {
         // Debug's digits are the fewest that read back as the same float.
         writeln!(text, "const {name}: f32 = {value:?}f;").expect("a string takes all");
     }
-    text
+    for (name, is_so) in [("TREE_TRIANGLES", variant.plan.triangles), ("TREE_SMOOTH", variant.plan.smooth)] {
+        writeln!(text, "const {name}: bool = {is_so};").expect("a string takes all");
+    }
+    text + &tree::trail(variant.plan.levels) + &variant.plan.paging.text() + &heap::readers()
 }

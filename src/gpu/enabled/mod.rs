@@ -1,12 +1,14 @@
 //! The room with a GPU.
 
 mod device;
+mod heap;
 mod layout;
 mod pace;
 mod pipeline;
 mod program;
 mod readback;
 mod tables;
+mod tree;
 mod worker;
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The program over a scene's tables, and the buffers that dispatches work on.
 
 use super::device::Device;
+use super::heap;
 use super::layout::{Branch, Dispatch, MOST_BRANCHES, SampleWords, SlotSums};
 use super::pace::Task;
 use super::program::Program;
@@ -34,35 +35,14 @@ pub(super) fn bind(
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
 
-/// A table as a buffer; an empty one gets a row that nobody looks at, because buffers are not empty.
-fn table<T: Pod>(device: &Device, what: &'static str, rows: &[T]) -> Result<wgpu::Buffer, GpuError> {
-    let (needed, limit) = (size_of_val(rows) as u64, device.description().max_binding);
-    if needed > limit {
-        return Err(GpuError::TooLarge { what, needed, adapter: device.description().name.clone(), limit });
-    }
-    let nobody = [T::zeroed()];
-    let contents = bytemuck::cast_slice(if rows.is_empty() { &nobody } else { rows });
-    device.checked(|device| {
-        let usage = wgpu::BufferUsages::STORAGE;
-        device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(what), contents, usage })
-    })
-}
-
 impl Pipeline {
-    /// A program over a job's scene.
-    pub(super) fn new(device: &Device, job: &Job<'_>, program: Program) -> Result<Pipeline, GpuError> {
-        let tables = Tables::new(job)?;
-        let scene = device.checked(|device| {
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("scene"),
-                contents: bytemuck::bytes_of(&tables.scene),
-                usage: wgpu::BufferUsages::UNIFORM,
-            })
-        })?;
-        let surfaces = table(device, "the scene's surfaces", &tables.surfaces)?;
-        let materials = table(device, "the scene's materials", &tables.materials)?;
-        let lights = table(device, "the scene's lights", &tables.lights)?;
-        let light_nodes = table(device, "the nodes of the light tree", &tables.light_nodes)?;
+    /// A program over a job's scene, which has the program's plan.
+    pub(super) fn new(
+        device: &Device,
+        job: &Job<'_>,
+        tables: &Tables,
+        program: Program,
+    ) -> Result<Pipeline, GpuError> {
         let shape = program.shape;
         let mut workgroups = shape.workgroups;
         let mut branches = 1;
@@ -73,13 +53,19 @@ impl Pipeline {
             branches = u64::from(workgroups * shape.workgroup_size * MOST_BRANCHES);
         }
         device.checked(|device| {
+            let scene = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("scene"),
+                contents: bytemuck::bytes_of(&tables.scene()),
+                usage: wgpu::BufferUsages::UNIFORM,
+            });
+            let pages = heap::upload(device, &tables.sections(), program.plan.paging);
             let branches = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("branches"),
                 size: branches * size_of::<Branch>() as u64,
                 usage: wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,
             });
-            let buffers = [&scene, &surfaces, &materials, &lights, &light_nodes, &branches];
+            let buffers: Vec<_> = [&scene, &branches].into_iter().chain(&pages).collect();
             let tables = bind(device, &program.tables, &buffers);
             Pipeline { program, tables, workgroups }
         })

@@ -1,22 +1,25 @@
 //! The program that runs on the device.
 
 use super::device::Device;
-use super::layout::{self, Variant};
+use super::heap::FIRST_PAGE;
+use super::layout::{self, Plan, Variant};
 use crate::gpu::GpuError;
 use crate::scene::RenderSettings;
 
 /// The WGSL, in the order of the CPU's rooms.
-const SOURCES: [&str; 15] = [
+const SOURCES: [&str; 17] = [
     include_str!("../layout.wgsl"),
     include_str!("../math.wgsl"),
     include_str!("../sampling.wgsl"),
     include_str!("../shapes.wgsl"),
+    include_str!("../triangles.wgsl"),
     include_str!("../materials.wgsl"),
     include_str!("../rectangle.wgsl"),
     include_str!("../lights.wgsl"),
     include_str!("../light_tree.wgsl"),
     include_str!("../camera.wgsl"),
     include_str!("../world.wgsl"),
+    include_str!("../tree.wgsl"),
     include_str!("../lanes.wgsl"),
     include_str!("../naive.wgsl"),
     include_str!("../next_event.wgsl"),
@@ -32,7 +35,7 @@ const WORKGROUP_SIZE: u32 = 64;
 
 /// The library of functions, without an entry point.
 pub(super) fn library(variant: Variant) -> String {
-    let mut text = layout::constants(variant);
+    let mut text = layout::text(variant);
     for source in SOURCES {
         text.push_str(source);
     }
@@ -57,7 +60,7 @@ impl Shape {
     }
 }
 
-/// The program, compiled for a device; any scene can be put under it.
+/// The program, compiled for a device; any scene of its plan can be put under it.
 #[derive(Clone, Debug)]
 pub(super) struct Program {
     pub(super) pipeline: wgpu::ComputePipeline,
@@ -66,6 +69,8 @@ pub(super) struct Program {
     /// The layout of what a dispatch brings.
     pub(super) tasks: wgpu::BindGroupLayout,
     pub(super) shape: Shape,
+    /// What its scenes have in common.
+    pub(super) plan: Plan,
 }
 
 fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
@@ -74,19 +79,29 @@ fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLay
 }
 
 /// The text of the program for an integrator and a sampler.
-pub(super) fn text(render: &RenderSettings, workgroup_size: u32) -> String {
+pub(super) fn text(render: &RenderSettings, workgroup_size: u32, plan: Plan) -> String {
     let (integrator, sampler) = (render.integrator, render.sampler);
-    library(Variant { integrator, sampler, workgroup_size }) + MAIN
+    library(Variant { integrator, sampler, workgroup_size, plan }) + MAIN
 }
 
 impl Program {
     /// The program for an integrator and a sampler.
-    pub(super) fn new(device: &Device, render: &RenderSettings, shape: Shape) -> Result<Program, GpuError> {
-        Program::from_source(device, &text(render, shape.workgroup_size), shape)
+    pub(super) fn new(
+        device: &Device,
+        render: &RenderSettings,
+        shape: Shape,
+        plan: Plan,
+    ) -> Result<Program, GpuError> {
+        Program::from_source(device, &text(render, shape.workgroup_size, plan), shape, plan)
     }
 
     /// The same with another text.
-    pub(super) fn from_source(device: &Device, source: &str, shape: Shape) -> Result<Program, GpuError> {
+    pub(super) fn from_source(
+        device: &Device,
+        source: &str,
+        shape: Shape,
+        plan: Plan,
+    ) -> Result<Program, GpuError> {
         device.checked(|device| {
             let read = wgpu::BufferBindingType::Storage { read_only: true };
             let write = wgpu::BufferBindingType::Storage { read_only: false };
@@ -98,7 +113,10 @@ impl Program {
                     entries: &entries,
                 })
             };
-            let tables = layout(&[uniform, read, read, read, read, write]);
+            let mut tables = vec![uniform, write];
+            debug_assert_eq!(tables.len(), FIRST_PAGE as usize);
+            tables.extend((0..plan.paging.pages).map(|_| read));
+            let tables = layout(&tables);
             let tasks = layout(&[uniform, write, write]);
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("stride"),
@@ -117,7 +135,7 @@ impl Program {
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             });
-            Program { pipeline, tables, tasks, shape }
+            Program { pipeline, tables, tasks, shape, plan }
         })
     }
 }

@@ -1,13 +1,15 @@
 //! From the compiled scene to the device's tables.
 
+use super::heap::Section;
 use super::layout::{self, Light, LightNode, Material, Scene, Surface};
+use super::tree::Tree;
 use crate::gpu::{GpuError, Job};
 use crate::light::{self, LightRow};
 use crate::material::{Kind, Row};
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
 use crate::shape;
-use crate::world::{CompiledScene, SurfaceTable};
+use crate::world::{Bvh, CompiledScene, Simple, SurfaceTable, Treed, Union};
 
 /// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
 /// long.
@@ -24,6 +26,7 @@ pub(super) struct Tables {
     pub(super) materials: Vec<Material>,
     pub(super) lights: Vec<Light>,
     pub(super) light_nodes: Vec<LightNode>,
+    pub(super) tree: Tree,
 }
 
 impl Tables {
@@ -33,18 +36,29 @@ impl Tables {
         if job.render.max_depth > MAX_DEPTH && job.render.max_depth != UNLIMITED {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
         }
-        if table.triangles().is_some() {
-            return Err(GpuError::Unsupported("triangle meshes".to_owned()));
+        if table.instances().is_some() {
+            return Err(GpuError::Unsupported("meshes that are kept once for several places".to_owned()));
         }
-        // Sorted by shape, so that neighbouring invocations ask the same one.
-        let mut surfaces = Vec::with_capacity(table.len());
-        let mut take = |wanted: Form| {
-            let rows =
-                (0..table.len() as u32).filter(|&row| Form::of(&table.rows()[row as usize].0) == wanted);
-            surfaces.extend(rows.map(|row| surface(table, row)));
-            surfaces.len() as u32
+        // Meshes are found by the tree alone.
+        let bounded = &job.geometry.second;
+        let with_tree = match job.finder.treed(bounded) {
+            Treed::Everything => Some(Bvh::new(job.geometry)),
+            Treed::Nothing if bounded.triangles.is_empty() => None,
+            Treed::Nothing | Treed::Meshes => Some(Bvh::of_meshes(job.geometry)),
         };
-        let [planes_end, spheres_end, quads_end] = [Form::Plane, Form::Sphere, Form::Quad].map(&mut take);
+        let mut order = Order::default();
+        // Sorted by shape, so that neighbouring invocations ask the same one.
+        let [planes_end, spheres_end, quads_end] = match &with_tree {
+            Some(Union { first, .. }) => order.asked_by_all(&[first]),
+            None => order.asked_by_all(&[&job.geometry.first, &job.geometry.second]),
+        };
+        let mut tree =
+            with_tree.map_or_else(Tree::default, |world| Tree::new(&world.second, table, quads_end));
+        order.append(&tree.rows);
+        order.append(&meshes(table));
+        let places = order.places(table.len());
+        tree.triangles.iter_mut().for_each(|triangle| triangle.surface = places[triangle.surface as usize]);
+        let surfaces = order.rows.iter().map(|&row| surface(table, row)).collect();
         let point_lights = lights.rows().take_while(|light| light.kind == light::POINT).count();
         let mut offset_nodes = [[0.0; 4]; 17];
         let (offset_kind, offset_radius) = match job.offset {
@@ -90,26 +104,91 @@ impl Tables {
             materials: materials.rows().iter().map(material).collect(),
             lights: lights.rows().map(light_row).collect(),
             light_nodes: lights.tree().nodes().map(light_node).collect(),
+            tree,
         })
     }
 }
 
-/// Which shape a row of the surface table has.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Form {
-    Plane,
-    Sphere,
-    Quad,
+/// The host's rows of surfaces in the device's order.
+#[derive(Default)]
+struct Order {
+    rows: Vec<u32>,
 }
 
-impl Form {
-    fn of(surface: &shape::Surface) -> Form {
-        if surface.radius > 0.0 {
-            Form::Sphere
-        } else if surface.area.is_infinite() {
-            Form::Plane
-        } else {
-            Form::Quad
+impl Order {
+    /// Adds what every ray asks: planes, spheres, quads. Returns where each kind ends.
+    fn asked_by_all(&mut self, worlds: &[&Simple]) -> [u32; 3] {
+        let mut ends = [0; 3];
+        let kinds: [fn(&Simple) -> Vec<u32>; 3] = [
+            |world| world.planes.iter().map(|(_, row)| *row).collect(),
+            |world| world.spheres.iter().map(|(_, row)| *row).collect(),
+            |world| world.quads.iter().map(|(_, row)| *row).collect(),
+        ];
+        for (kind, end) in kinds.into_iter().zip(&mut ends) {
+            let mut rows: Vec<_> = worlds.iter().flat_map(|world| kind(world)).collect();
+            rows.sort_unstable();
+            self.append(&rows);
+            *end = self.rows.len() as u32;
+        }
+        ends
+    }
+
+    fn append(&mut self, rows: &[u32]) {
+        self.rows.extend(rows);
+    }
+
+    /// Where each of the host's rows is.
+    fn places(&self, rows: usize) -> Vec<u32> {
+        let mut places = vec![0; rows];
+        (0..).zip(&self.rows).for_each(|(place, &row)| places[row as usize] = place);
+        places
+    }
+}
+
+/// The rows of meshes.
+fn meshes(table: &SurfaceTable) -> Vec<u32> {
+    let is_mesh = |row: &u32| table.rows()[*row as usize].0 == shape::Surface::OF_A_MESH;
+    (0..table.len() as u32).filter(is_mesh).collect()
+}
+
+impl Tables {
+    /// The tables, in the order in which they lie in the heap.
+    pub(super) fn sections(&self) -> [Section<'_>; 7] {
+        [
+            Section::new(&self.surfaces),
+            Section::new(&self.materials),
+            Section::new(&self.lights),
+            Section::new(&self.light_nodes),
+            Section::new(&self.tree.nodes),
+            Section::new(&self.tree.triangles),
+            Section::new(&self.tree.vertices),
+        ]
+    }
+
+    /// Words of the heap.
+    pub(super) fn words(&self) -> usize {
+        self.sections().iter().map(Section::words).sum()
+    }
+
+    /// What all share, and where in the heap each table begins.
+    pub(super) fn scene(&self) -> Scene {
+        let mut next = 0;
+        let [surfaces, materials, lights, light_nodes, tree_nodes, triangles, vertices] =
+            self.sections().map(|section| {
+                let from = next;
+                // A heap of more words than can be numbered is refused.
+                next += section.words() as u32;
+                from
+            });
+        Scene {
+            surfaces_from: surfaces,
+            materials_from: materials,
+            lights_from: lights,
+            light_nodes_from: light_nodes,
+            tree_nodes_from: tree_nodes,
+            triangles_from: triangles,
+            vertices_from: vertices,
+            ..self.scene
         }
     }
 }

@@ -1,10 +1,12 @@
 //! The worker itself: orders in, dispatches out, batches back.
 
 use super::device::Device;
+use super::layout::Plan;
 use super::pace::{MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Run, Task};
 use super::pipeline::{DispatchBuffers, Pipeline, Submission};
 use super::program::{Program, Shape};
 use super::readback;
+use super::tables::Tables;
 use crate::gpu::{GpuError, Job};
 use crate::render::batch::NAMED_REJECTS;
 use crate::render::{Held, Order, Payload, Region, SampleBatch, Traced};
@@ -39,15 +41,19 @@ impl GpuWorker {
     /// Fails, naming the reason, when the GPU does not take something in the job, when the scene is too
     /// large for the device, or when the driver refuses the program or the memory.
     pub fn new(device: &Device, job: &Job<'_>) -> Result<GpuWorker, GpuError> {
-        GpuWorker::with_program(device, job, Program::new(device, job.render, Shape::of(device))?)
+        let tables = Tables::new(job)?;
+        let plan = Plan::of(device, &tables)?;
+        let program = Program::new(device, job.render, Shape::of(device), plan)?;
+        GpuWorker::with_program(device, job, &tables, program)
     }
 
     pub(super) fn with_program(
         device: &Device,
         job: &Job<'_>,
+        tables: &Tables,
         program: Program,
     ) -> Result<GpuWorker, GpuError> {
-        let pipeline = Pipeline::new(device, job, program)?;
+        let pipeline = Pipeline::new(device, job, tables, program)?;
         let slots = job.region.len().min(MOST_SLOTS);
         let samples = if job.sends_samples { MOST_SAMPLES } else { 0 };
         let buffers = (0..IN_FLIGHT)

@@ -1,12 +1,14 @@
 //! The WGSL as naga reads it, against the host's layouts. No GPU is asked.
 
-use super::super::layout::{Variant, structures};
+use super::super::heap::Paging;
+use super::super::layout::{Plan, Variant, structures};
 use super::super::program::{self, MAIN};
 use crate::scene::{Integrator, Sampler};
 use wgpu::naga;
 
 fn variant(workgroup_size: u32) -> Variant {
-    Variant { integrator: Integrator::Path, sampler: Sampler::Sobol, workgroup_size }
+    let plan = Plan { paging: Paging::ONE, levels: 20, triangles: true, smooth: true };
+    Variant { integrator: Integrator::Path, sampler: Sampler::Sobol, workgroup_size, plan }
 }
 
 fn library() -> String {

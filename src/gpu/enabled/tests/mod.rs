@@ -7,6 +7,7 @@ mod pictures;
 mod probes;
 mod protocol;
 mod scenes;
+mod trees;
 mod words;
 
 // The verdicts that integrators are held to, from the tests of the whole.
@@ -18,6 +19,8 @@ mod statistics;
 mod tiles;
 
 use super::device::Device;
+use super::heap::Paging;
+use super::layout::Plan;
 use super::program::{Program, Shape};
 use super::worker::GpuWorker;
 use crate::film::film_offset;
@@ -28,6 +31,9 @@ use crate::sampling::warp::FilmOffset;
 use crate::scene::{RenderSettings, Scene};
 use crate::world::{CompiledScene, Finder, Geometry, compile};
 use crossbeam_channel::{bounded, unbounded};
+
+/// What a few spheres, quads and planes ask of a program.
+const SIMPLE: Plan = Plan { paging: Paging::ONE, levels: 0, triangles: false, smooth: false };
 
 /// A device, or none on a machine without one, where that is allowed.
 fn device() -> Option<Device> {
@@ -68,6 +74,8 @@ impl Prepared {
     fn job(&self) -> Job<'_> {
         Job {
             scene: &self.scene,
+            geometry: &self.geometry,
+            finder: Finder::Fastest,
             render: &self.render,
             offset: self.offset,
             region: self.whole,

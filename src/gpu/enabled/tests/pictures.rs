@@ -4,12 +4,14 @@
 //! all comparisons of a test. As the seeds are fixed, a test that passes passes again on the same device.
 
 use super::tiles::{Replicates, Verdict, welch};
-use super::{Device, GpuWorker, Prepared, Program, Shape, carry_out, device, scenes};
+use super::{Device, GpuWorker, Prepared, Program, SIMPLE, Shape, carry_out, device, scenes};
+use crate::gpu::enabled::layout::Plan;
 use crate::gpu::enabled::program;
+use crate::gpu::enabled::tables::Tables;
 use crate::integrator::Paths;
 use crate::math::lanes::Level;
 use crate::render::{Order, Payload, Stride};
-use crate::scene::{self, Integrator, RenderSettings, Sampler, Scene, UNLIMITED};
+use crate::scene::{self, Integrator, Sampler, Scene, UNLIMITED};
 use std::path::Path;
 
 const INTEGRATORS: [Integrator; 3] = [Integrator::Path, Integrator::PathNaive, Integrator::Whitted];
@@ -33,7 +35,8 @@ fn on_cpu(scene: &Scene, samples: u32) -> Replicates {
 fn on_gpu(device: &Device, program: &Program, scene: &Scene, samples: u32) -> Replicates {
     Replicates::of([scene.film.width, scene.film.height], samples, |replicate, take| {
         let prepared = Prepared::new(scene, scene.render.seed + APART + replicate);
-        let mut worker = GpuWorker::with_program(device, &prepared.job(), program.clone()).unwrap();
+        let (job, program) = (prepared.job(), program.clone());
+        let mut worker = GpuWorker::with_program(device, &job, &Tables::new(&job).unwrap(), program).unwrap();
         for batch in carry_out(&mut worker, &[Order { stride: Stride::ALL, first: 0, end: samples }]) {
             let Payload::Sums { first_slot, sums, wide, .. } = batch.payload else { panic!("no sums") };
             assert!(wide.is_empty(), "none of these is so bright");
@@ -44,17 +47,22 @@ fn on_gpu(device: &Device, program: &Program, scene: &Scene, samples: u32) -> Re
     })
 }
 
-fn compiled(device: &Device, render: &RenderSettings) -> Program {
-    Program::new(device, render, Shape::of(device)).unwrap()
+/// What a scene asks of its program.
+fn plan(device: &Device, scene: &Scene) -> Plan {
+    Plan::of(device, &Tables::new(&Prepared::new(scene, 0).job()).unwrap()).unwrap()
+}
+
+fn compiled(device: &Device, scene: &Scene) -> Program {
+    Program::new(device, &scene.render, Shape::of(device), plan(device, scene)).unwrap()
 }
 
 /// The program with `right` replaced by `wrong`.
-fn changed(device: &Device, render: &RenderSettings, right: &str, wrong: &str) -> Program {
-    let shape = Shape::of(device);
-    let text = program::text(render, shape.workgroup_size);
+fn changed(device: &Device, scene: &Scene, right: &str, wrong: &str) -> Program {
+    let (shape, plan) = (Shape::of(device), plan(device, scene));
+    let text = program::text(&scene.render, shape.workgroup_size, plan);
     let changed = text.replacen(right, wrong, 1);
     assert_ne!(changed, text, "the control changes nothing");
-    Program::from_source(device, &changed, shape).unwrap()
+    Program::from_source(device, &changed, shape, plan).unwrap()
 }
 
 /// The scenes that come with the program, small.
@@ -79,11 +87,15 @@ fn hold_all(scenes: &[(String, Scene)], samples: u32) {
     let mut tiles = 0;
     for integrator in INTEGRATORS {
         for sampler in SAMPLERS {
-            let mut program = None;
+            let mut programs: Vec<Program> = Vec::new();
             for (seed, (name, scene)) in (0..).step_by(100).zip(scenes) {
                 let mut scene = scenes::with(scene.clone(), integrator, sampler);
                 scene.render.seed = seed;
-                let program = program.get_or_insert_with(|| compiled(&device, &scene.render));
+                let plan = plan(&device, &scene);
+                if !programs.iter().any(|program| program.plan == plan) {
+                    programs.push(compiled(&device, &scene));
+                }
+                let program = programs.iter().find(|program| program.plan == plan).unwrap();
                 let (ours, theirs) = (on_cpu(&scene, samples), on_gpu(&device, program, &scene, samples));
                 let verdict = welch(&ours, &theirs);
                 println!("{name}, {integrator:?}, {sampler:?}: {verdict}");
@@ -117,6 +129,7 @@ fn what_no_scene_has_is_the_same_picture() {
         ("bazaar", scenes::bazaar(48, 32)),
         ("large spheres", scenes::large_spheres(48, 32)),
         ("lamps", scenes::lamps(48, 32)),
+        ("crowd", scenes::crowd(48, 32)),
     ];
     hold_all(&scenes.map(|(name, scene)| (name.to_owned(), scene)), 16);
 }
@@ -127,12 +140,12 @@ fn paths_without_a_limit_are_the_same_picture() {
     let mut scene = scenes::with(scenes::lamps(48, 32), Integrator::Path, Sampler::Sobol);
     scene.render.max_depth = UNLIMITED;
     let ours = on_cpu(&scene, 8);
-    let theirs = on_gpu(&device, &compiled(&device, &scene.render), &scene, 8);
+    let theirs = on_gpu(&device, &compiled(&device, &scene), &scene, 8);
     let verdict = welch(&ours, &theirs);
     assert!(verdict.agrees(1), "{verdict}");
     // Negative control: two bounces and no more.
     scene.render.max_depth = 2;
-    let short = on_gpu(&device, &compiled(&device, &scene.render), &scene, 8);
+    let short = on_gpu(&device, &compiled(&device, &scene), &scene, 8);
     let verdict = welch(&ours, &short);
     assert!(!verdict.agrees(1), "{verdict}");
 }
@@ -141,7 +154,7 @@ fn paths_without_a_limit_are_the_same_picture() {
 fn verdict_on(scene: &Scene, right: &str, wrong: &str) -> Option<Verdict> {
     let device = device()?;
     let samples = 16;
-    let program = changed(&device, &scene.render, right, wrong);
+    let program = changed(&device, scene, right, wrong);
     let verdict = welch(&on_cpu(scene, samples), &on_gpu(&device, &program, scene, samples));
     println!("{right:?} → {wrong:?}: {verdict}");
     Some(verdict)
@@ -154,6 +167,7 @@ fn one_changed_constant_is_noticed() {
     let mut unnoticed = Vec::new();
     let (cover, bazaar) = (scenes::cover(48, 32), scenes::bazaar(48, 32));
     let (large, lamps) = (scenes::large_spheres(48, 32), scenes::lamps(48, 32));
+    let crowd = scenes::crowd(48, 32);
     for (scene, integrator, sampler, right, wrong) in [
         (
             &cover,
@@ -177,6 +191,24 @@ fn one_changed_constant_is_noticed() {
         (&lamps, Path, Independent, "chance *= select(share, 1.0 - share, goes_right)", "chance *= 0.5"),
         (&lamps, Path, Sobol, "*= 1.0 / chance", "*= 0.8 / chance"),
         (&cover, Path, Independent, "1.0 / 16777216.0", "0.8 / 16777216.0"),
+        // Triangles' lights are asked with one density and weighed with another.
+        (&crowd, Path, Sobol, "at = triangle_weights(u);", "at = triangle_weights(u * 0.7);"),
+        // Light scatters around other normals than the vertices say.
+        (
+            &crowd,
+            PathNaive,
+            Sobol,
+            "shading = smooth_n;",
+            "shading = normalized(smooth_n + vec3f(0.3, 0.0, 0.0));",
+        ),
+        // What waits on the way up is forgotten.
+        (
+            &crowd,
+            PathNaive,
+            Independent,
+            "waiting = trail.newest.x & 255u;",
+            "waiting = trail.newest.x & 15u;",
+        ),
     ] {
         let scene = scenes::with(scene.clone(), integrator, sampler);
         let Some(verdict) = verdict_on(&scene, right, wrong) else { return };
@@ -192,14 +224,14 @@ fn branches_that_cannot_wait_are_drawn_by_chance_without_a_bias() {
     let Some(device) = device() else { return };
     let scene = scenes::with(scenes::bazaar(48, 32), Integrator::Whitted, Sampler::Sobol);
     let ours = on_cpu(&scene, 32);
-    let program = changed(&device, &scene.render, "< MOST_BRANCHES", "< 1u");
+    let program = changed(&device, &scene, "< MOST_BRANCHES", "< 1u");
     let verdict = welch(&ours, &on_gpu(&device, &program, &scene, 32));
     assert!(verdict.agrees(1), "{verdict}");
     // Negative control: drawn by another chance than it is weighted for.
-    let wrong = program::text(&scene.render, Shape::of(&device).workgroup_size)
+    let wrong = program::text(&scene.render, Shape::of(&device).workgroup_size, SIMPLE)
         .replacen("< MOST_BRANCHES", "< 1u", 1)
         .replacen("lobe >= ways.fresnel;", "lobe >= 0.5;", 1);
-    let program = Program::from_source(&device, &wrong, Shape::of(&device)).unwrap();
+    let program = Program::from_source(&device, &wrong, Shape::of(&device), SIMPLE).unwrap();
     let verdict = welch(&ours, &on_gpu(&device, &program, &scene, 32));
     assert!(!verdict.agrees(1), "{verdict}");
 }

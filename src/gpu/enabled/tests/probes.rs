@@ -1,8 +1,10 @@
 //! Function by function: the WGSL against the CPU's scalar code, over thousands of inputs.
 
-use super::super::layout::{Branch, Light, LightNode, Material, Scene, Surface, Variant};
+use super::super::heap;
+use super::super::layout::{Branch, Light, LightNode, Material, Plan, Scene, Surface, Variant};
 use super::super::program::library;
 use super::super::tables::{Tables, light_node, light_row, material, surface};
+use super::super::tree::Tree;
 use super::{Device, device};
 use crate::film::sums::{MAX_RADIANCE, PixelSums, check};
 use crate::light::{AreaLight, LightTable, PointLight};
@@ -19,12 +21,13 @@ use wgpu::util::DeviceExt;
 
 /// Runs a few lines of WGSL on the device for each input. They read words with `word(i)`, floats with
 /// `float(i)` and three floats with `float3(i)`, and write words with `put(i, …)`.
-fn probe<const IN: usize, const OUT: usize>(
+pub(super) fn probe<const IN: usize, const OUT: usize>(
     device: &Device,
     lines: &str,
     inputs: &[[u32; IN]],
     tables: &Tables,
 ) -> Vec<[u32; OUT]> {
+    let plan = Plan::of(device, tables).unwrap();
     let source = format!(
         "{}
 @group(2) @binding(0) var<storage, read> inputs: array<u32>;
@@ -41,13 +44,12 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {{
     at = id.x;
     if at < {count}u {{
         // Every table is named, so that the layout has them all.
-        let all = scene.seed + arrayLength(&surfaces) + arrayLength(&materials) + arrayLength(&lights)
-            + arrayLength(&light_nodes) + arrayLength(&branches);
+        let all = scene.seed + heap_word(0u).x + arrayLength(&branches);
         if all == 0u {{ return; }}
         {lines}
     }}
 }}",
-        library(Variant { integrator: Integrator::Path, sampler: Sampler::Sobol, workgroup_size: 64 }),
+        library(Variant { integrator: Integrator::Path, sampler: Sampler::Sobol, workgroup_size: 64, plan }),
         count = inputs.len(),
     );
     let gpu = &device.device;
@@ -60,14 +62,10 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {{
         let empty = |usage| {
             gpu.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
         };
-        let tables = [
-            init(bytemuck::bytes_of(&tables.scene), wgpu::BufferUsages::UNIFORM),
-            init(bytemuck::cast_slice(&tables.surfaces), storage),
-            init(bytemuck::cast_slice(&tables.materials), storage),
-            init(bytemuck::cast_slice(&tables.lights), storage),
-            init(bytemuck::cast_slice(&tables.light_nodes), storage),
-            init(bytemuck::bytes_of(&Branch::default()), storage),
-        ];
+        let scene = init(bytemuck::bytes_of(&tables.scene()), wgpu::BufferUsages::UNIFORM);
+        let branches = init(bytemuck::bytes_of(&Branch::default()), storage);
+        let mut buffers = vec![scene, branches];
+        buffers.extend(heap::upload(gpu, &tables.sections(), plan.paging));
         let written = empty(storage | wgpu::BufferUsages::COPY_SRC);
         let read = empty(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
         let io = [init(bytemuck::cast_slice(inputs), storage), written.clone()];
@@ -98,7 +96,7 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {{
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, &group(0, &tables), &[]);
+            pass.set_bind_group(0, &group(0, &buffers), &[]);
             pass.set_bind_group(2, &group(2, &io), &[]);
             pass.dispatch_workgroups(inputs.len().div_ceil(64) as u32, 1, 1);
         }
@@ -122,6 +120,7 @@ fn nothing() -> Tables {
         materials: vec![Material::default()],
         lights: vec![Light::default()],
         light_nodes: vec![LightNode::default()],
+        tree: Tree::default(),
     }
 }
 
@@ -139,22 +138,22 @@ fn words<const N: usize>(count: u32) -> Vec<[u32; N]> {
     (0..count).map(|i| std::array::from_fn(|j| word(i, j))).collect()
 }
 
-fn units<const N: usize>(count: u32) -> Vec<[f32; N]> {
+pub(super) fn units<const N: usize>(count: u32) -> Vec<[f32; N]> {
     words(count).into_iter().map(|w: [u32; N]| w.map(|w| (w >> 8) as f32 / 16_777_216.0)).collect()
 }
 
-fn bits<const N: usize>(floats: &[[f32; N]]) -> Vec<[u32; N]> {
+pub(super) fn bits<const N: usize>(floats: &[[f32; N]]) -> Vec<[u32; N]> {
     floats.iter().map(|f| f.map(f32::to_bits)).collect()
 }
 
 #[track_caller]
-fn close(got: u32, expected: f32, bound: f32, at: &dyn std::fmt::Debug) {
+pub(super) fn close(got: u32, expected: f32, bound: f32, at: &dyn std::fmt::Debug) {
     let got = f32::from_bits(got);
     assert!((got - expected).abs() <= bound, "{got} is not {expected} at {at:?}");
 }
 
 /// Within so many units in the last place of one: WGSL's roots and quotients may be off by a few.
-const ULP: f32 = f32::EPSILON / 2.0;
+pub(super) const ULP: f32 = f32::EPSILON / 2.0;
 
 fn vec3([x, y, z]: [f32; 3]) -> Vec3<f32> {
     Vec3::new(x, y, z)
@@ -277,12 +276,12 @@ fn shapes_are_met_where_the_cpu_meets_them() {
         inputs.push([o[0], o[1], o[2], d.x, d.y, d.z]);
     }
     let lines = "let ray = Ray(float3(0u), float3(3u));
-        let t = vec3f(plane_intersect(surfaces[0], ray), sphere_intersect(surfaces[1], ray),
-            quad_intersect(surfaces[2], ray));
+        let t = vec3f(plane_intersect(surface_at(0u), ray), sphere_intersect(surface_at(1u), ray),
+            quad_intersect(surface_at(2u), ray));
         put_float3(0u, t);
         for (var i = 0u; i < 3u; i++) {
             if t[i] < NOTHING {
-                let point = surface_point(ray, Hit(t[i], i));
+                let point = surface_point(ray, Hit(t[i], i, i));
                 put_float3(3u + 9u * i, point.p); put_float3(6u + 9u * i, point.n);
                 put_float(9u + 9u * i, point.error);
                 let uv = surface_uv(point); put_float(10u + 9u * i, uv.x); put_float(11u + 9u * i, uv.y);
@@ -377,11 +376,11 @@ fn glass_parts_light_as_on_the_cpu() {
             [wo.x, wo.y, wo.z, u[2]]
         })
         .collect();
-    let lines = "let s = bsdf_sample(materials[0], float3(0u), vec2f(0.5), float(3u));
+    let lines = "let s = bsdf_sample(material_at(0u), float3(0u), vec2f(0.5), float(3u));
         put_float3(0u, s.wi); put_float3(3u, s.weight);
         put_float(6u, s.pdf); put(7u, u32(s.delta));
-        put_float(8u, bsdf_eta2_scale(materials[0], float3(0u), true));
-        let ways = dielectric_branches(materials[0], float3(0u));
+        put_float(8u, bsdf_eta2_scale(material_at(0u), float3(0u), true));
+        let ways = dielectric_branches(material_at(0u), float3(0u));
         put_float(9u, ways.fresnel); put_float(10u, ways.transmitted);";
     let tables = Tables { materials: vec![material(&row)], ..nothing() };
     let outputs = probe::<4, 11>(&device, lines, &bits(&inputs), &tables);
@@ -411,7 +410,8 @@ fn glass_parts_light_as_on_the_cpu() {
     assert!(doubtful <= 3, "{doubtful} samples take different branches");
 }
 
-/// Two points, three spheres of which one shines inwards, a rectangle, and a quad that is none and turned round.
+/// Two points, three spheres of which one shines inwards, a rectangle, a quad that is none and turned round, and a
+/// triangle.
 fn lights() -> LightTable {
     let mut lights = LightTable::default();
     lights.push_point(PointLight { position: [3.0, 1.0, 2.0], intensity: [4.0, 5.0, 6.0] });
@@ -423,6 +423,8 @@ fn lights() -> LightTable {
     let quad = |z, v| AreaLight::Quad(Quad::new(DVec3::new(-1.0, -1.0, z), DVec3::Y * 2.0, v));
     lights.push_area(quad(3.0, DVec3::new(1.5, 0.0, 0.5)), false, [2.0; 3]);
     lights.push_area(quad(-3.0, DVec3::new(1.5, 0.7, 0.5)), true, [7.0, 0.0, 0.0]);
+    let corners = [[-2.0, 1.0, 2.5], [0.5, 2.0, 2.0], [-1.0, 3.5, 3.0]];
+    lights.push_area(AreaLight::Triangle(corners), true, [1.0, 2.0, 3.0]);
     lights.build_tree();
     lights
 }
@@ -452,10 +454,11 @@ fn the_light_tree_gives_the_same_chances() {
     let count = table.len() as u32;
     let lines = "let choice = choose_light(float3(0u), float3(3u), float(8u));
         put(0u, choice.light); put_float(1u, choice.chance);
-        for (var i = 0u; i < 7u; i++) { put_float(2u + i, light_chance(float3(0u), float3(3u), i)); }";
+        for (var i = 0u; i < 8u; i++) { put_float(2u + i, light_chance(float3(0u), float3(3u), i)); }";
     let inputs = places();
     let mut doubtful = 0;
-    for (input, out) in inputs.iter().zip(probe::<9, 9>(&device, lines, &bits(&inputs), &tables_of(&table))) {
+    for (input, out) in inputs.iter().zip(probe::<9, 10>(&device, lines, &bits(&inputs), &tables_of(&table)))
+    {
         let [x, y, z, nx, ny, nz, .., u] = *input;
         let (p, n) = (vec3([x, y, z]), vec3([nx, ny, nz]));
         for light in 0..count {
@@ -477,19 +480,19 @@ fn the_light_tree_gives_the_same_chances() {
 fn lights_are_sampled_as_on_the_cpu() {
     let Some(device) = device() else { return };
     let table = lights();
-    let lines = "for (var i = 0u; i < 7u; i++) {
-            let s = sample_light(lights[i], float3(0u), vec2f(float(6u), float(7u)));
+    let lines = "for (var i = 0u; i < 8u; i++) {
+            let s = sample_light(light_at(i), float3(0u), vec2f(float(6u), float(7u)));
             put_float3(10u * i, s.wi); put_float3(10u * i + 3u, s.target_point);
             put_float3(10u * i + 6u, s.radiance); put_float(10u * i + 9u, s.pdf);
-            put_float(70u + i, light_pdf(lights[i], float3(0u), 2.5, 0.5 + 0.5 * float(6u)));
+            put_float(80u + i, light_pdf(light_at(i), float3(0u), 2.5, 0.5 + 0.5 * float(6u)));
         }";
     let inputs = places();
-    let outputs = probe::<9, 77>(&device, lines, &bits(&inputs), &tables_of(&table));
-    let (mut lit, mut doubtful) = ([0; 7], 0);
+    let outputs = probe::<9, 88>(&device, lines, &bits(&inputs), &tables_of(&table));
+    let (mut lit, mut doubtful) = ([0; 8], 0);
     for (input, out) in inputs.iter().zip(outputs) {
         let [x, y, z, _, _, _, u, v, _] = *input;
         let p = vec3([x, y, z]);
-        for light in 0..7 {
+        for light in 0..8 {
             let expected = table.sample(Wrapping(light as u32), p, [u, v]);
             let out = &out[10 * light..];
             let pdf = f32::from_bits(out[9]);
@@ -515,10 +518,10 @@ fn lights_are_sampled_as_on_the_cpu() {
                 .for_each(|(e, o)| close(*o, *e, 1e-5 * l.r.max(l.b).max(1.0), input));
             close(out[9], expected.pdf, 2e-5 * expected.pdf * grazing, input);
         }
-        for light in 2..7 {
+        for light in 2..8 {
             let expected = table.pdf(Wrapping(light), p, 2.5, 0.5 + 0.5 * u);
             // By solid angle within a cone whose rim may be near, else by area.
-            close(out[70 + light as usize], expected, 1e-3 * expected, input);
+            close(out[80 + light as usize], expected, 1e-3 * expected, input);
         }
     }
     assert!(lit.iter().all(|&n| n > 5000), "too few points see them: {lit:?}");
@@ -530,10 +533,10 @@ fn matte_scatters_as_on_the_cpu() {
     let Some(device) = device() else { return };
     let row = Row::matte([0.75, 0.5, 0.25]);
     let matte = crate::material::Lambertian { reflectance: Rgb::<f32>::splat(row.reflectance) };
-    let lines = "let s = bsdf_sample(materials[0], float3(0u), vec2f(float(6u), float(7u)), 0.5);
+    let lines = "let s = bsdf_sample(material_at(0u), float3(0u), vec2f(float(6u), float(7u)), 0.5);
         put_float3(0u, s.wi); put_float3(3u, s.weight); put_float(6u, s.pdf); put(7u, u32(s.delta));
-        put_float3(8u, bsdf_eval(materials[0], float3(0u), float3(3u)));
-        put_float(11u, bsdf_pdf(materials[0], float3(0u), float3(3u)));
+        put_float3(8u, bsdf_eval(material_at(0u), float3(0u), float3(3u)));
+        put_float(11u, bsdf_pdf(material_at(0u), float3(0u), float3(3u)));
         put_float(12u, power_heuristic(float(6u), float(7u)));";
     // The first three are a direction here.
     let inputs: Vec<_> = places()

@@ -1,7 +1,7 @@
 //! The worker's part in the conversation.
 
 use super::{Prepared, carry_out, device, scenes};
-use crate::gpu::{GpuError, GpuWorker, Job};
+use crate::gpu::{Device, GpuError, GpuWorker, Job};
 use crate::render::{Order, Region, Stride};
 use crossbeam_channel::{bounded, unbounded};
 
@@ -67,7 +67,7 @@ fn a_broken_program_is_an_error_that_says_where() {
     let Some(device) = device() else { return };
     let shape = super::Shape::of(&device);
     let source = "@compute @workgroup_size(1) fn trace_slots() { let x: u32 = 1.5; }";
-    let result = super::Program::from_source(&device, source, shape);
+    let result = super::Program::from_source(&device, source, shape, super::SIMPLE);
     let Err(GpuError::Failed { message, .. }) = result else { panic!("the program was taken") };
     assert!(message.contains("1.5"), "{message}");
 }
@@ -77,13 +77,18 @@ fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(8, 6), 0);
     let name = device.description().name.clone();
-    // Eight surfaces take 96 bytes each.
-    assert!(GpuWorker::new(&device.clone().with_max_binding(8 * 96), &prepared.job()).is_ok());
-    let result = GpuWorker::new(&device.with_max_binding(8 * 96 - 1), &prepared.job()).map(|_| ());
-    let error =
-        GpuError::TooLarge { what: "the scene's surfaces", needed: 8 * 96, adapter: name, limit: 8 * 96 - 1 };
+    // Eight surfaces of 96 bytes, seven materials of 48, a light of 96 and a node of 48.
+    let needed = 8 * 96 + 7 * 48 + 96 + 48;
+    let fits = |device: Device| GpuWorker::new(&device, &prepared.job()).map(|_| ());
+    assert_eq!(fits(device.clone().with_limits(needed, 1)), Ok(()));
+    assert_eq!(fits(device.clone().with_limits(512, 3)), Ok(()));
+    let result = fits(device.with_limits(512, 2));
+    let error = GpuError::TooLarge { what: "the scene's tables", needed, adapter: name, limit: 1024 };
     assert_eq!(result, Err(error.clone()));
-    assert!(error.to_string().contains("768 bytes") && error.to_string().contains("--device cpu"), "{error}");
+    assert!(
+        error.to_string().contains("1248 bytes") && error.to_string().contains("--device cpu"),
+        "{error}"
+    );
 }
 
 #[test]

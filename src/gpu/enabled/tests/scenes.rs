@@ -2,16 +2,17 @@
 
 use crate::camera::CameraSettings;
 use crate::scene::{
-    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, RenderSettings, Sampler, Scene,
-    Shape, Tone,
+    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, Mesh, RenderSettings, Sampler,
+    Scene, Shape, Tone,
 };
-use glam::DVec3;
+use glam::{DAffine3, DQuat, DVec3};
+use std::sync::Arc;
 
 fn material(kind: MaterialKind) -> Material {
     Material { name: "a material".to_owned(), kind }
 }
 
-fn matte(reflectance: [f64; 3]) -> Material {
+pub(super) fn matte(reflectance: [f64; 3]) -> Material {
     material(MaterialKind::Matte { reflectance })
 }
 
@@ -23,20 +24,20 @@ fn entity(shape: Shape, material: usize) -> Entity {
     Entity { name: "an entity".to_owned(), shape, material, emission: [0.0; 3], flip_normal: false }
 }
 
-fn plane(normal: [f64; 3], distance: f64, material: usize) -> Entity {
+pub(super) fn plane(normal: [f64; 3], distance: f64, material: usize) -> Entity {
     entity(Shape::Plane { normal: DVec3::from_array(normal), distance }, material)
 }
 
-fn sphere(center: [f64; 3], radius: f64, material: usize) -> Entity {
+pub(super) fn sphere(center: [f64; 3], radius: f64, material: usize) -> Entity {
     entity(Shape::Sphere { center: DVec3::from_array(center), radius }, material)
 }
 
-fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3], material: usize) -> Entity {
+pub(super) fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3], material: usize) -> Entity {
     let [corner, u, v] = [corner, u, v].map(DVec3::from_array);
     entity(Shape::Quad { corner, u, v }, material)
 }
 
-fn scene(width: u32, height: u32, materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
+pub(super) fn scene(width: u32, height: u32, materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
         film: FilmSettings {
             width,
@@ -199,6 +200,99 @@ pub(super) fn lamps(width: u32, height: u32) -> Scene {
     scene.environment = [0.1, 0.1, 0.2];
     scene.render.max_depth = 12;
     scene.render.ambient = [0.05, 0.06, 0.07];
+    scene
+}
+
+/// A sphere of triangles: six sides of `n` × `n` squares, each of two triangles, pushed out and in by `bumps`; with
+/// the sphere's normals if they are to be smooth, and uv over each side.
+pub(super) fn ball(n: u32, bumps: f64, smooth: bool, with_uv: bool) -> Mesh {
+    let mut mesh = Mesh::default();
+    let mut seen = std::collections::BTreeMap::new();
+    for side in 0..6 {
+        let mut vertex = |i: u32, j: u32| {
+            let [a, b] = [i, j].map(|i| f64::from(i) / f64::from(n) * 2.0 - 1.0);
+            let p = match side {
+                0 => DVec3::new(a, b, 1.0),
+                1 => DVec3::new(b, a, -1.0),
+                2 => DVec3::new(1.0, a, b),
+                3 => DVec3::new(-1.0, b, a),
+                4 => DVec3::new(b, 1.0, a),
+                _ => DVec3::new(a, -1.0, b),
+            };
+            // Neighbours share the vertices of their common side, unless each has its own uv.
+            let key = ((p * 1e6).round().to_array().map(|x| x as i64), if with_uv { side } else { 0 });
+            let next = seen.len() as u32;
+            *seen.entry(key).or_insert_with(|| {
+                let wave = (p.x * 7.0).sin() * (p.y * 9.0).sin() * (p.z * 8.0 + 1.0).sin();
+                let out = p.normalize();
+                mesh.positions.push((out * (1.0 + bumps * wave)).to_array().map(|x| x as f32));
+                if smooth {
+                    mesh.normals.push(out.to_array().map(|x| x as f32));
+                }
+                if with_uv {
+                    mesh.uv.push([a as f32, b as f32]);
+                }
+                next
+            })
+        };
+        let squares = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let triangles: Vec<_> = squares
+            .flat_map(|(i, j)| {
+                let [a, b, c, d] =
+                    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| vertex(i, j));
+                [[a, b, c], [a, c, d]]
+            })
+            .collect();
+        mesh.triangles.extend(triangles);
+    }
+    mesh
+}
+
+pub(super) fn placed(mesh: Mesh, transform: DAffine3, material: usize) -> Entity {
+    entity(Shape::Mesh { mesh: Arc::new(mesh), transform }, material)
+}
+
+/// Where a tree pays: meshes with and without normals and uv, one of which shines, one turned inside out and one
+/// mirrored, among spheres and quads, over a plane.
+pub(super) fn crowd(width: u32, height: u32) -> Scene {
+    let materials = vec![
+        matte([0.8, 0.7, 0.6]),
+        matte([0.2, 0.3, 0.4]),
+        mirror([0.9, 0.8, 0.7]),
+        material(MaterialKind::Checkerboard { even: 0, odd: 1, checks_per_unit: [3.0, 2.0] }),
+        material(MaterialKind::Glass { ior: 1.5, reflectance: [1.0; 3], transmittance: [0.9, 1.0, 0.9] }),
+    ];
+    let at = |x: f64, y: f64, z: f64, scale: f64| {
+        DAffine3::from_scale_rotation_translation(
+            DVec3::splat(scale),
+            DQuat::from_rotation_z(0.3),
+            DVec3::new(x, y, z),
+        )
+    };
+    let mirrored = DAffine3::from_scale(DVec3::new(1.0, -1.0, 1.0));
+    let emitting = |emission: f64, entity| Entity { emission: [emission; 3], ..entity };
+    let mut entities = vec![
+        plane([0.0, 0.0, 1.0], -1.5, 3),
+        placed(ball(6, 0.15, false, true), at(5.0, 2.2, -0.3, 1.1), 3),
+        placed(ball(5, 0.0, true, false), at(4.5, -0.2, -0.5, 0.9) * mirrored, 4),
+        placed(ball(4, 0.0, true, true), at(6.5, -2.2, -0.2, 1.2), 2),
+        emitting(5.0, placed(ball(2, 0.2, true, false), at(4.0, 1.0, 2.2, 0.5), 1)),
+        Entity {
+            flip_normal: true,
+            ..emitting(0.4, placed(ball(3, 0.1, false, false), at(4.0, 0.0, 0.0, 20.0), 0))
+        },
+        quad([3.0, -3.2, -1.5], [0.0, 0.4, 0.0], [0.5, 0.0, 1.5], 3),
+        emitting(3.0, quad([5.0, -1.0, 3.5], [0.0, 1.5, 0.0], [1.5, 0.0, 0.0], 0)),
+    ];
+    for i in 0..30 {
+        let angle = f64::from(i) * 2.4;
+        let (radius, x) = (0.12 + 0.01 * f64::from(i % 7), 3.0 + f64::from(i) * 0.12);
+        let [y, z] = [angle.cos() * 2.0, -1.0 + 0.1 * f64::from(i % 5)];
+        entities.push(sphere([x, y, z], radius, [0, 1, 2][i as usize % 3]));
+        entities.push(quad([x, y * 0.7, 1.0 + z], [0.0, 0.3, 0.1], [0.2, 0.0, 0.2], i as usize % 4));
+    }
+    let mut scene = scene(width, height, materials, entities);
+    scene.environment = [0.1, 0.1, 0.2];
     scene
 }
 

@@ -1,6 +1,9 @@
 //! The same bits from run to run, and exact sums of whatever a film takes.
 
+use super::super::layout::Plan;
 use super::super::pace::Pace;
+use super::super::program;
+use super::super::tables::Tables;
 use super::{Device, GpuWorker, Prepared, Program, Shape, Total, carry_out, device, scenes, totals};
 use crate::film::Film;
 use crate::film::sums::{PixelSums, Reject, check};
@@ -24,8 +27,9 @@ fn render_stride(
     took: Option<Duration>,
     stride: Stride,
 ) -> (Vec<Total>, u64) {
-    let program = Program::new(device, job.render, shape).unwrap();
-    let mut worker = GpuWorker::with_program(device, job, program).unwrap();
+    let tables = Tables::new(job).unwrap();
+    let program = Program::new(device, job.render, shape, Plan::of(device, &tables).unwrap()).unwrap();
+    let mut worker = GpuWorker::with_program(device, job, &tables, program).unwrap();
     if let Some(took) = took {
         // A pace learnt elsewhere: dispatches of another size.
         let mut pace = Pace::new(false);
@@ -61,6 +65,27 @@ fn two_runs_agree_to_the_bit_for_any_workgroup_size_and_any_dispatches() {
         let other = Prepared::new(&scene, 1);
         assert_ne!(render(&device, &other.job(), usual, None), expected);
     }
+}
+
+#[test]
+fn a_scene_on_several_pages_is_the_same_to_the_bit() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::crowd(24, 16), 0);
+    let (job, shape) = (prepared.job(), Shape::of(&device));
+    let tables = Tables::new(&job).unwrap();
+    let whole = render(&device, &job, shape, None);
+    let bytes = (tables.words() * 16) as u64;
+    let small = device.with_limits(bytes.div_ceil(3).next_power_of_two(), 40);
+    let plan = Plan::of(&small, &tables).unwrap();
+    assert!(plan.paging.pages > 1, "{bytes} bytes");
+    assert_eq!(render(&small, &job, shape, None), whole, "{} pages", plan.paging.pages);
+    // Negative control: words are looked up on the wrong page.
+    let text = program::text(job.render, shape.workgroup_size, plan);
+    let wrong = text.replacen("case 1u: { return page_1", "case 1u: { return page_0", 1);
+    assert_ne!(wrong, text);
+    let program = Program::from_source(&small, &wrong, shape, plan).unwrap();
+    let mut worker = GpuWorker::with_program(&small, &job, &tables, program).unwrap();
+    assert_ne!(totals(&carry_out(&mut worker, &orders(Stride::ALL)), job.region.len()), whole.0);
 }
 
 #[test]

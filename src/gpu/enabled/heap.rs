@@ -1,0 +1,230 @@
+//! One heap of sixteen-byte words for all tables, in as many pages as the adapter's limits ask for.
+//!
+//! Adapters bind buffers of some size only: 128 MiB where they promise no more than they must. A heap over that is
+//! cut into pages, each a buffer of its own, and the WGSL looks a word up on its page. Where one page holds all,
+//! as nearly everywhere, there is nothing to look up.
+
+use super::device::Device;
+use super::layout::{Field, structures};
+use super::tables::Tables;
+use crate::gpu::GpuError;
+use bytemuck::Pod;
+use std::fmt::Write;
+
+/// Bytes of a word: what hardware reads at once.
+pub(super) const WORD: usize = 16;
+
+/// The first of the pages among the bindings of the tables.
+pub(super) const FIRST_PAGE: u32 = 2;
+
+/// The most pages of a heap. Each is asked for by its own number in the program.
+const MOST_PAGES: u32 = 64;
+
+/// How a heap is cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Paging {
+    pub(super) pages: u32,
+    /// Binary logarithm of the words of a page. Of no meaning where there is only one.
+    bits: u32,
+}
+
+impl Paging {
+    /// All on one page.
+    pub(super) const ONE: Paging = Paging { pages: 1, bits: 0 };
+
+    /// Cuts a heap of so many words for shaders that see so many bytes of a buffer, and so many buffers. Fails with
+    /// the number of bytes that would fit.
+    fn of(words: usize, max_binding: u64, most_pages: u32) -> Result<Paging, u64> {
+        let (words, most_words) = (words as u64, max_binding / WORD as u64);
+        if words <= most_words {
+            return Ok(Paging::ONE);
+        }
+        let most_pages = u64::from(most_pages.min(MOST_PAGES));
+        let bits = most_words.checked_ilog2().unwrap_or(0).min(31);
+        // A word's number has 32 bits.
+        let fits =
+            if most_words == 0 { 0 } else { (most_pages << bits).min(u64::from(u32::MAX)).max(most_words) };
+        if words > fits {
+            return Err(fits * WORD as u64);
+        }
+        Ok(Paging { pages: words.div_ceil(1 << bits) as u32, bits })
+    }
+
+    /// For a device.
+    pub(super) fn on(device: &Device, tables: &Tables) -> Result<Paging, GpuError> {
+        let info = device.description();
+        Paging::of(tables.words(), info.max_binding, device.table_buffers()).map_err(|limit| {
+            GpuError::TooLarge {
+                what: "the scene's tables",
+                needed: (tables.words() * WORD) as u64,
+                adapter: info.name.clone(),
+                limit,
+            }
+        })
+    }
+
+    /// Which words are on a page.
+    fn range(&self, page: u32, words: usize) -> std::ops::Range<usize> {
+        if self.pages == 1 {
+            return 0..words;
+        }
+        let first = (page as usize) << self.bits;
+        first..words.min(first + (1 << self.bits))
+    }
+
+    /// The pages as WGSL declares them, and how it reads a word.
+    pub(super) fn text(&self) -> String {
+        let mut text = String::new();
+        for page in 0..self.pages {
+            let binding = FIRST_PAGE + page;
+            writeln!(text, "@group(0) @binding({binding}) var<storage, read> page_{page}: array<vec4u>;")
+                .expect("a string takes all");
+        }
+        if self.pages == 1 {
+            return text + "fn heap_word(at: u32) -> vec4u {\n    return page_0[at];\n}\n";
+        }
+        let (bits, mask) = (self.bits, (1_u32 << self.bits) - 1);
+        write!(
+            text,
+            "fn heap_word(at: u32) -> vec4u {{\n    let place = at & {mask}u;\n    switch at >> {bits}u {{\n"
+        )
+        .expect("a string takes all");
+        for page in 1..self.pages {
+            writeln!(text, "        case {page}u: {{ return page_{page}[place]; }}")
+                .expect("a string takes all");
+        }
+        text + "        default: { return page_0[place]; }\n    }\n}\n"
+    }
+}
+
+/// A table as it lies in the heap.
+pub(super) struct Section<'a> {
+    bytes: &'a [u8],
+}
+
+impl<'a> Section<'a> {
+    pub(super) fn new<T: Pod>(rows: &'a [T]) -> Section<'a> {
+        const { assert!(size_of::<T>().is_multiple_of(WORD)) };
+        Section { bytes: bytemuck::cast_slice(rows) }
+    }
+
+    pub(super) fn words(&self) -> usize {
+        self.bytes.len() / WORD
+    }
+}
+
+/// The pages as buffers. The heap exists nowhere else: tables are written straight to them.
+pub(super) fn upload(device: &wgpu::Device, sections: &[Section<'_>], paging: Paging) -> Vec<wgpu::Buffer> {
+    let words: usize = sections.iter().map(Section::words).sum();
+    let page = |page| {
+        let range = paging.range(page, words);
+        // Buffers are not empty.
+        let bytes = (range.len() * WORD).max(WORD);
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("page"),
+            size: bytes as u64,
+            usage: wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: true,
+        });
+        // There is none where memory is lacking: whoever asked for the buffers is told.
+        if let Ok(mut view) = buffer.get_mapped_range_mut(..) {
+            let (from, to) = (range.start * WORD, range.end * WORD);
+            let mut start = 0;
+            for section in sections {
+                let end = start + section.bytes.len();
+                let (first, last) = (from.max(start), to.min(end));
+                if first < last {
+                    view.slice(first - from..last - from)
+                        .copy_from_slice(&section.bytes[first - start..last - start]);
+                }
+                start = end;
+            }
+        }
+        buffer.unmap();
+        buffer
+    };
+    (0..paging.pages).map(page).collect()
+}
+
+/// How WGSL calls what Rust does.
+fn wgsl_type(ty: &str) -> &'static str {
+    match ty {
+        "u32" => "u32",
+        "f32" => "f32",
+        "[f32; 2]" => "vec2f",
+        "[f32; 3]" => "vec3f",
+        "[f32; 4]" => "vec4f",
+        "[u32; 2]" => "vec2u",
+        "[u32; 3]" => "vec3u",
+        "[u32; 4]" => "vec4u",
+        _ => unreachable!("no field has the type {ty}"),
+    }
+}
+
+/// A field of a row whose words are called `w0`, `w1` and so on.
+fn read_field(field: &Field) -> String {
+    let (word, first, count) = (field.offset / WORD, field.offset % WORD / 4, field.size / 4);
+    format!("bitcast<{}>(w{word}.{})", wgsl_type(field.ty), &"xyzw"[first..first + count])
+}
+
+/// The tables' names in the WGSL: `surface_at(row)` reads a row of the table that begins with the heap's word
+/// `scene.surfaces_from`.
+const TABLES: [(&str, &str, &str); 7] = [
+    ("Surface", "surface_at", "surfaces_from"),
+    ("Material", "material_at", "materials_from"),
+    ("Light", "light_at", "lights_from"),
+    ("LightNode", "light_node_at", "light_nodes_from"),
+    ("TreeNode", "tree_node_at", "tree_nodes_from"),
+    ("Triangle", "triangle_at", "triangles_from"),
+    ("Vertex", "vertex_at", "vertices_from"),
+];
+
+/// WGSL that reads rows of tables, from the host's own layouts.
+pub(super) fn readers() -> String {
+    let structures = structures();
+    let mut text = String::new();
+    for (name, function, from) in TABLES {
+        let Some((_, size, fields)) = structures.iter().find(|structure| structure.0 == name) else {
+            unreachable!("there is no structure {name}");
+        };
+        let words = size / WORD;
+        writeln!(text, "fn {function}(row: u32) -> {name} {{\n    let at = scene.{from} + row * {words}u;")
+            .expect("a string takes all");
+        for word in 0..words {
+            writeln!(text, "    let w{word} = heap_word(at + {word}u);").expect("a string takes all");
+        }
+        let named = fields.iter().filter(|field| !field.name.starts_with('_'));
+        let fields: Vec<_> = named.map(read_field).collect();
+        writeln!(text, "    return {name}({});\n}}", fields.join(", ")).expect("a string takes all");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_heap_is_cut_only_where_it_must_be() {
+        let of =
+            |words, bytes, pages| Paging::of(words, bytes, pages).map(|paging| (paging.pages, paging.bits));
+        assert_eq!(of(0, 1 << 27, 5), Ok((1, 0)));
+        assert_eq!(of(1 << 23, 1 << 27, 5), Ok((1, 0)));
+        assert_eq!(of((1 << 23) + 1, 1 << 27, 5), Ok((2, 23)));
+        // A limit that is no power of two counts as the next below, unless one page holds all.
+        assert_eq!(of(100, 1600, 5), Ok((1, 0)));
+        assert_eq!(of(101, 1600, 5), Ok((2, 6)));
+        assert_eq!(of(320, 1600, 5), Ok((5, 6)));
+        assert_eq!(of(321, 1600, 5), Err(320 * 16));
+        assert_eq!(of(101, 1600, 1), Err(1600));
+        assert_eq!(of(1, 15, 5), Err(0));
+    }
+
+    #[test]
+    fn pages_hold_every_word_once() {
+        let paging = Paging { pages: 3, bits: 2 };
+        let ranges: Vec<_> = (0..3).map(|page| paging.range(page, 11)).collect();
+        assert_eq!(ranges, [0..4, 4..8, 8..11]);
+        assert_eq!(Paging::ONE.range(0, 11), 0..11);
+    }
+}

@@ -1,0 +1,282 @@
+//! What rays meet in the device's tree, against the CPU's.
+
+use super::super::layout::TreeNode;
+use super::super::tables::Tables;
+use super::super::tree;
+use super::probes::{ULP, bits, probe};
+use super::{Device, Prepared, device, scenes};
+use crate::math::{Bounds, Ray, Vec3};
+use crate::sampling::{Stream, warp};
+use crate::scene::{Mesh, Scene};
+use crate::shape::NOTHING;
+use crate::world::{Bvh, FIRST_TRIANGLE, Hit, World};
+use glam::{DAffine3, DVec3};
+use rand::RngExt;
+
+fn direction(stream: &mut Stream) -> DVec3 {
+    let d = warp::uniform_sphere([stream.random::<f32>(), stream.random::<f32>()]);
+    DVec3::new(f64::from(d.x), f64::from(d.y), f64::from(d.z))
+}
+
+/// Spheres, quads, slivers and balls of triangles of sizes that differ by up to 10³, some of them twice.
+fn jumble(scale: f64, place: DVec3, stream: &mut Stream) -> Scene {
+    let mut entities =
+        vec![scenes::plane([0.0, 0.6, 0.8], place.dot(DVec3::new(0.0, 0.6, 0.8)) - 2.0 * scale, 0)];
+    let mut mesh = Mesh::default();
+    for i in 0..120 {
+        let size = scale * 10_f64.powf(stream.random_range(-3.0..-0.3));
+        let centre = place + direction(stream) * scale * stream.random::<f64>();
+        let (u, v) = (direction(stream) * size, direction(stream) * size * [1.0, 0.05][i % 2]);
+        let twice = if i % 5 == 0 { 2 } else { 1 };
+        for _ in 0..twice {
+            match i % 3 {
+                0 => entities.push(scenes::sphere(centre.to_array(), size * 0.5, 0)),
+                1 => entities.push(scenes::quad(centre.to_array(), u.to_array(), v.to_array(), 0)),
+                _ => {
+                    let base = mesh.positions.len() as u32;
+                    mesh.positions.extend([centre, centre + u, centre + v].map(|p| p.as_vec3().to_array()));
+                    mesh.triangles.push([base, base + 1, base + 2]);
+                }
+            }
+        }
+    }
+    entities.push(scenes::placed(mesh, DAffine3::IDENTITY, 0));
+    for (n, smooth) in [(4, true), (7, false)] {
+        let to = DAffine3::from_translation(place + direction(stream) * scale * 0.7)
+            * DAffine3::from_scale(DVec3::new(1.0, -1.0, 1.0) * scale * 0.3);
+        entities.push(scenes::placed(scenes::ball(n, 0.2, smooth, n == 7), to, 0));
+    }
+    scenes::scene(16, 16, vec![scenes::matte([0.5; 3])], entities)
+}
+
+/// Rays from in and around a sphere to points of it, some along an axis; and limits for each.
+fn rays(scale: f64, place: DVec3, count: usize, stream: &mut Stream) -> Vec<[f32; 7]> {
+    let ray = |i: usize| {
+        let target = place + direction(stream) * scale * stream.random::<f64>();
+        let o = place + direction(stream) * scale * [0.5, 1.5, 100.0][i % 3];
+        let d = match i % 7 {
+            0 => [DVec3::X, DVec3::NEG_Y, DVec3::Z][i % 3],
+            _ => (target - o).normalize(),
+        };
+        let o = if i.is_multiple_of(7) { target - d * scale * 2.0 } else { o };
+        let ([ox, oy, oz], [dx, dy, dz]) = (o.as_vec3().to_array(), d.as_vec3().normalize().to_array());
+        [ox, oy, oz, dx, dy, dz, (scale * stream.random_range(0.1..4.0_f64)) as f32]
+    };
+    (0..count).map(ray).collect()
+}
+
+const LINES: &str = "let ray = Ray(float3(0u), float3(3u));
+    let hit = intersect(ray);
+    put_float(0u, hit.t); put(1u, hit.number); put(2u, u32(occluded(ray, float(6u))));
+    if is_some(hit) {
+        let point = surface_point(ray, hit);
+        put_float3(3u, point.p); put_float3(6u, point.n); put_float3(9u, point.shading);
+        put_float(12u, point.error); put(13u, light_of(point));
+        let uv = surface_uv(point); put_float(14u, uv.x); put_float(15u, uv.y);
+    }";
+
+/// What was seen of rays.
+#[derive(Debug, Default)]
+struct Seen {
+    hits: usize,
+    triangles: usize,
+    /// Rays that the two sides answer otherwise.
+    differ: usize,
+    /// Limits before which only one side sees something.
+    limits: usize,
+    /// Points that are not where the CPU has them, or not like there.
+    points: usize,
+}
+
+/// Holds the device's answers against the CPU's.
+fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -> Seen {
+    let prepared = Prepared::new(scene, 0);
+    let surfaces = &prepared.scene.surfaces;
+    // It answers what trying everything does, to the bit, and sooner.
+    let world = Bvh::new(&prepared.geometry);
+    let mut seen = Seen::default();
+    for (input, out) in rays.iter().zip(probe::<7, 16>(device, LINES, &bits(rays), tables)) {
+        let [ox, oy, oz, dx, dy, dz, limit] = *input;
+        let ray = Ray { o: Vec3::new(ox, oy, oz), d: Vec3::new(dx, dy, dz) };
+        let hit: Hit<f32> = world.intersect(&ray, true);
+        let t = f32::from_bits(out[0]);
+        let size = ray.o.max_abs() + hit.t.min(1e30);
+        seen.limits += usize::from((hit.t - limit).abs() > 1e-4 * size && (out[2] == 1) != (hit.t < limit));
+        if (t < f32::MAX) != (hit.t < NOTHING) || (t < f32::MAX && out[1] != hit.surface.0) {
+            seen.differ += 1;
+            continue;
+        }
+        if hit.t == NOTHING {
+            continue;
+        }
+        seen.hits += 1;
+        seen.triangles += usize::from(hit.surface.0 >= FIRST_TRIANGLE);
+        let point = surfaces.point(&ray, &hit);
+        let steep = 1.0 / point.n.dot(ray.d).abs().max(1e-3);
+        let near = |at: usize, v: Vec3<f32>, bound: f32| {
+            let w =
+                Vec3::new(f32::from_bits(out[at]), f32::from_bits(out[at + 1]), f32::from_bits(out[at + 2]));
+            (v - w).max_abs() <= bound
+        };
+        let close = |at: usize, x: f32, bound: f32| (f32::from_bits(out[at]) - x).abs() <= bound;
+        // How a rounding of the coordinates shows along the ray, and in what is a part of a small surface.
+        let moved = 64.0 * ULP * size * steep;
+        let (u, v) = surfaces.uv(&point, true);
+        let turned = moved / point.error.max(ULP) * 1e-5 + 1e-4;
+        let good = close(0, hit.t, moved)
+            && near(3, point.p, moved)
+            && near(6, point.n, turned)
+            && near(9, point.shading, turned)
+            && close(12, point.error, point.error)
+            && out[13] == surfaces.light(&point).0
+            && close(14, u, 1e-2 * (1.0 + u.abs()))
+            && close(15, v, 1e-2 * (1.0 + v.abs()));
+        seen.points += usize::from(!good);
+    }
+    seen
+}
+
+#[test]
+fn the_tree_finds_what_the_cpu_finds() {
+    let Some(device) = device() else { return };
+    let stream = &mut Stream::new(51, 0, 0);
+    for (scale, place) in
+        [(1.0, DVec3::ZERO), (1.0, DVec3::new(30.0, -5.0, 2.0)), (1e4, DVec3::X), (1e-3, DVec3::ZERO)]
+    {
+        let scene = jumble(scale, place, stream);
+        let rays = rays(scale, place, 20_000, stream);
+        let prepared = Prepared::new(&scene, 0);
+        let mut tables = Tables::new(&prepared.job()).unwrap();
+        let seen = compare(&device, &scene, &tables, &rays);
+        println!("{scale} at {place}: {seen:?}");
+        assert!(seen.hits > 10_000 && seen.triangles > 2_000, "{seen:?}");
+        // Past an edge by a rounding, either answer will do. No more than one ray in a thousand comes so close.
+        assert!(seen.differ <= 20 && seen.limits <= 20 && seen.points <= 20, "{seen:?}");
+        // Negative control: some boxes have no inside.
+        if scale != 1.0 {
+            continue;
+        }
+        for node in tables.tree.nodes.iter_mut().step_by(10) {
+            *node = TreeNode { high_x: [0; 2], ..*node };
+        }
+        let seen = compare(&device, &scene, &tables, &rays);
+        assert!(seen.differ > 100, "thin boxes go unnoticed: {seen:?}");
+    }
+}
+
+#[test]
+fn of_equal_distances_the_lower_number_counts() {
+    let Some(device) = device() else { return };
+    let stream = &mut Stream::new(52, 0, 0);
+    let scene = jumble(1.0, DVec3::ZERO, stream);
+    let rays = rays(1.0, DVec3::ZERO, 20_000, stream);
+    let prepared = Prepared::new(&scene, 0);
+    let mut tables = Tables::new(&prepared.job()).unwrap();
+    assert!(compare(&device, &scene, &tables, &rays).differ <= 20);
+    // Negative control: among triangles the higher ones count.
+    let most = tables.tree.triangles.iter().map(|triangle| triangle.number).max().unwrap();
+    for triangle in &mut tables.tree.triangles {
+        triangle.number = most - (triangle.number & !FIRST_TRIANGLE);
+    }
+    let world = Bvh::new(&prepared.geometry);
+    let mut ties = 0;
+    let out = probe::<7, 16>(&device, LINES, &bits(&rays), &tables);
+    for (ray, out) in rays.iter().zip(out) {
+        let ray = Ray { o: Vec3::new(ray[0], ray[1], ray[2]), d: Vec3::new(ray[3], ray[4], ray[5]) };
+        let hit: Hit<f32> = world.intersect(&ray, true);
+        let both = hit.surface.0 >= FIRST_TRIANGLE && out[1] >= FIRST_TRIANGLE;
+        ties += usize::from(both && most - out[1] != hit.surface.0 & !FIRST_TRIANGLE);
+    }
+    assert!(ties > 50, "only {ties} ties go unnoticed");
+}
+
+/// A ball whose vertices are at places that no rounding favours, and rays from inside it: at its vertices, at points
+/// of its edges, along axes through vertices, anywhere.
+fn from_inside(n: u32, place: DVec3, count: usize, stream: &mut Stream) -> (Mesh, Vec<[f32; 7]>) {
+    let mut mesh = scenes::ball(n, 0.1, false, false);
+    for p in &mut mesh.positions {
+        *p = (DVec3::from(p.map(f64::from)) + place).as_vec3().to_array();
+    }
+    let ray = |i: usize| {
+        let [a, b, _] = mesh.triangles[stream.random_range(0..mesh.triangles.len())];
+        let [a, b] = [a, b].map(|corner| DVec3::from(mesh.positions[corner as usize].map(f64::from)));
+        let inside = place + direction(stream) * 0.5 * stream.random::<f64>();
+        let (o, d) = match i % 4 {
+            0 => (inside, a - inside),
+            1 => (inside, a.lerp(b, stream.random()) - inside),
+            2 => {
+                let axis = i / 4 % 3;
+                let mut o = a;
+                o[axis] = place[axis];
+                let mut d = DVec3::ZERO;
+                d[axis] = if (a - o)[axis] < 0.0 { -1.0 } else { 1.0 };
+                if o.distance(place) < 0.8 { (o, d) } else { (inside, d) }
+            }
+            _ => (inside, direction(stream)),
+        };
+        let ([ox, oy, oz], [dx, dy, dz]) = (o.as_vec3().to_array(), d.normalize().as_vec3().to_array());
+        [ox, oy, oz, dx, dy, dz, 1e30]
+    };
+    let rays = (0..count).map(ray).collect();
+    (mesh, rays)
+}
+
+#[test]
+fn no_ray_slips_out_of_a_closed_mesh() {
+    let Some(device) = device() else { return };
+    let stream = &mut Stream::new(53, 0, 0);
+    for (n, place) in [(3, DVec3::ZERO), (12, DVec3::splat(3.0)), (30, DVec3::new(100.0, -300.0, 200.0))] {
+        let (mut mesh, rays) = from_inside(n, place, 40_000, stream);
+        let escaped = |mesh: Mesh| {
+            let mesh = scenes::placed(mesh, DAffine3::IDENTITY, 0);
+            let scene = scenes::scene(16, 16, vec![scenes::matte([0.5; 3])], vec![mesh]);
+            let tables = Tables::new(&Prepared::new(&scene, 0).job()).unwrap();
+            let out = probe::<7, 16>(&device, LINES, &bits(&rays), &tables);
+            out.iter().filter(|out| f32::from_bits(out[0]) == f32::MAX || out[2] == 0).count()
+        };
+        assert_eq!(escaped(mesh.clone()), 0, "{n} at {place}");
+        // Negative control: one triangle is missing.
+        mesh.triangles.pop();
+        assert!(escaped(mesh) > 0, "{n}: nothing leaves by a hole");
+    }
+}
+
+/// A tree of nodes that each hold one sphere and the next node, in boxes that are everywhere.
+fn chain(tables: &mut Tables) {
+    let everywhere = Bounds { low: [-1e3; 3], high: [1e3; 3] };
+    let mut children = [Bounds::NOTHING; 8];
+    (children[2], children[5]) = (everywhere, everywhere);
+    let spheres = tables.surfaces.len() as u32;
+    tables.tree.levels = spheres;
+    tables.tree.nodes = (0..spheres)
+        .map(|i| {
+            let mut node = tree::boxes(&children);
+            (node.parent, node.nodes, node.surfaces) = (i.saturating_sub(1), i + 1, i);
+            node.leaves[1] = tree::SPHERES << 12 | 1;
+            if i + 1 < spheres {
+                node.scales |= 1 << (24 + 5);
+            }
+            node
+        })
+        .collect();
+}
+
+#[test]
+fn deep_trees_find_their_way_back() {
+    let Some(device) = device() else { return };
+    let stream = &mut Stream::new(54, 0, 0);
+    let entities: Vec<_> = (0..70)
+        .map(|_| scenes::sphere((direction(stream) * 10.0).to_array(), stream.random_range(0.2..2.0), 0))
+        .collect();
+    let scene = scenes::scene(16, 16, vec![scenes::matte([0.5; 3])], entities);
+    let mut tables = Tables::new(&Prepared::new(&scene, 0).job()).unwrap();
+    chain(&mut tables);
+    let rays = rays(10.0, DVec3::ZERO, 4000, stream);
+    let seen = compare(&device, &scene, &tables, &rays);
+    println!("{} levels: {seen:?}", tables.tree.levels);
+    assert!(seen.hits > 1000 && seen.differ <= 4 && seen.limits <= 4 && seen.points <= 4, "{seen:?}");
+    // Negative control: a trail of 64 levels forgets what waits on the first ones.
+    tables.tree.levels = 65;
+    let seen = compare(&device, &scene, &tables, &rays);
+    assert!(seen.differ > 20, "a short trail goes unnoticed: {seen:?}");
+}

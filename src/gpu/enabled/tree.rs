@@ -1,0 +1,279 @@
+//! The CPU's tree in the device's form.
+//!
+//! A node of eight boxes takes 96 bytes where the CPU's takes 256, because a device waits for memory more than for
+//! arithmetic: the boxes are rounded outwards to 256 steps along each axis (Ylitie, Karras and Laine 2017,
+//! "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs"), and nodes below one node stand side by
+//! side, as do the contents of its leaves. Boxes are put to places by the corner of the node that they are nearest to,
+//! so that every ray knows an order in which it meets them, whatever its direction: turn i belongs to place i ^ o, o
+//! being the octant that the ray points away from.
+
+use super::layout::{TreeNode, Triangle, Vertex};
+use crate::math::{Bounds, Vec3};
+use crate::shape::triangle_error;
+use crate::world::{Bvh, Contents, FIRST_TRIANGLE, NO_LIGHT, SurfaceTable, TREE_WIDTH, Triangles};
+use std::collections::VecDeque;
+use std::fmt::Write;
+
+/// The kinds of leaves, as a node's sixteen bits say them.
+pub(super) const TRIANGLES: u32 = 0;
+pub(super) const SPHERES: u32 = 1;
+pub(super) const QUADS: u32 = 2;
+
+/// No box reaches farther.
+const FARTHEST: f32 = 1e18;
+
+/// The tree and what it holds. Empty without any.
+#[derive(Default)]
+pub(super) struct Tree {
+    /// How many nodes there are on the longest way down.
+    pub(super) levels: u32,
+    /// The root first.
+    pub(super) nodes: Vec<TreeNode>,
+    pub(super) triangles: Vec<Triangle>,
+    pub(super) vertices: Vec<Vertex>,
+    /// Rows of the host's surface table in the order in which leaves hold them.
+    pub(super) rows: Vec<u32>,
+    /// Whether any vertex has a normal.
+    pub(super) smooth: bool,
+}
+
+/// A node that is to be made: what it holds, its parent, and its level.
+struct Pending<'a> {
+    children: [(Bounds, Contents<'a>); TREE_WIDTH],
+    parent: u32,
+    level: u32,
+}
+
+impl Tree {
+    /// The host's tree over a scene's surfaces, of which `first_surface` precede those of leaves.
+    pub(super) fn new(bvh: &Bvh, table: &SurfaceTable, first_surface: u32) -> Tree {
+        let mut tree = Tree::default();
+        let nothing = (Bounds::NOTHING, Contents::Nothing);
+        let root = match bvh.root() {
+            Contents::Nothing => return tree,
+            Contents::Node(node) => bvh.children(node),
+            // A leaf is the only child of a node.
+            leaf => {
+                let mut children = [nothing; TREE_WIDTH];
+                children[0] = (Bounds { low: [-FARTHEST; 3], high: [FARTHEST; 3] }, leaf);
+                children
+            }
+        };
+        let meshes = table.triangles().map(|triangles| Meshes::new(triangles, table));
+        let mut pending = VecDeque::from([Pending { children: root, parent: 0, level: 1 }]);
+        let mut made = 1;
+        // Breadth first, so that a node's nodes stand side by side.
+        while let Some(Pending { children, parent, level }) = pending.pop_front() {
+            tree.levels = tree.levels.max(level);
+            let here = tree.nodes.len() as u32;
+            let children = in_places(children);
+            let mut node = boxes(&children.map(|(bounds, _)| bounds));
+            (node.parent, node.nodes) = (parent, made);
+            node.triangles = tree.triangles.len() as u32;
+            node.surfaces = first_surface + tree.rows.len() as u32;
+            for (place, (_, contents)) in children.into_iter().enumerate() {
+                match contents {
+                    // A scene that shares meshes is refused.
+                    Contents::Nothing | Contents::Instance(_) => {}
+                    Contents::Node(child) => {
+                        node.scales |= 1 << (24 + place);
+                        pending.push_back(Pending {
+                            children: bvh.children(child),
+                            parent: here,
+                            level: level + 1,
+                        });
+                        made += 1;
+                    }
+                    Contents::Leaf(numbers) => {
+                        let (kind, from) = if numbers[0] >= FIRST_TRIANGLE {
+                            (TRIANGLES, tree.triangles.len() as u32 - node.triangles)
+                        } else if table.rows()[numbers[0] as usize].0.radius > 0.0 {
+                            (SPHERES, first_surface + tree.rows.len() as u32 - node.surfaces)
+                        } else {
+                            (QUADS, first_surface + tree.rows.len() as u32 - node.surfaces)
+                        };
+                        let count = numbers.len() as u32;
+                        assert!(count < 16 && from < 256, "a leaf of {count} from {from}");
+                        node.leaves[place / 2] |= (kind << 12 | from << 4 | count) << (place % 2 * 16);
+                        match &meshes {
+                            Some(meshes) if kind == TRIANGLES => {
+                                tree.triangles.extend(numbers.iter().map(|&number| meshes.triangle(number)));
+                            }
+                            _ => tree.rows.extend(numbers),
+                        }
+                    }
+                }
+            }
+            tree.nodes.push(node);
+        }
+        if let Some(Meshes { triangles, .. }) = meshes {
+            tree.vertices = vertices(triangles);
+            tree.smooth = triangles.has_normals;
+        }
+        tree
+    }
+}
+
+/// Children in the places that the corners of their node suggest: bit i of a place is set on the upper side along
+/// axis i. The best suited are placed first.
+fn in_places<'a>(children: [(Bounds, Contents<'a>); TREE_WIDTH]) -> [(Bounds, Contents<'a>); TREE_WIDTH] {
+    let middle = |bounds: &Bounds| [0, 1, 2].map(|i| f64::from(bounds.low[i]) + f64::from(bounds.high[i]));
+    let is_there = |child: &(Bounds, Contents<'_>)| child.1 != Contents::Nothing;
+    let all = children.iter().filter(|child| is_there(child)).fold(Bounds::NOTHING, |all, c| all.with(&c.0));
+    let centre = middle(&all);
+    let mut placed = [(Bounds::NOTHING, Contents::Nothing); TREE_WIDTH];
+    let (mut left, mut free) = (children.map(|child| is_there(&child)), [true; TREE_WIDTH]);
+    // How far a child lies towards a place's corner.
+    let suits = |child: usize, place: usize| -> f64 {
+        let m = middle(&children[child].0);
+        (0..3).map(|i| if place >> i & 1 == 1 { m[i] - centre[i] } else { centre[i] - m[i] }).sum()
+    };
+    let pairs = || (0..TREE_WIDTH).flat_map(|child| (0..TREE_WIDTH).map(move |place| (child, place)));
+    while left.contains(&true) {
+        let mut best: Option<(f64, usize, usize)> = None;
+        for (child, place) in pairs().filter(|&(child, place)| left[child] && free[place]) {
+            let suits = suits(child, place);
+            if best.is_none_or(|(most, ..)| suits > most) {
+                best = Some((suits, child, place));
+            }
+        }
+        let Some((_, child, place)) = best else { break };
+        placed[place] = children[child];
+        (left[child], free[place]) = (false, false);
+    }
+    placed
+}
+
+/// A node with these boxes, rounded outwards.
+pub(super) fn boxes(children: &[Bounds; TREE_WIDTH]) -> TreeNode {
+    let all = children.iter().fold(Bounds::NOTHING, |all, bounds| all.with(bounds));
+    let mut node = TreeNode { origin: all.low, ..TreeNode::default() };
+    let (mut low, mut high) = ([[0_u32; 2]; 3], [[0_u32; 2]; 3]);
+    for axis in 0..3 {
+        let origin = f64::from(all.low[axis]);
+        let exponent = exponent(f64::from(all.high[axis]) - origin);
+        node.scales |= exponent << (8 * axis);
+        let steps = |x: f32| (f64::from(x) - origin) / step(exponent);
+        for (place, bounds) in children.iter().enumerate() {
+            // What is not there is entered nowhere: it ends before it begins.
+            let is_there = bounds.low[axis] <= bounds.high[axis];
+            let (from, to) = if is_there {
+                (steps(bounds.low[axis]).floor() as u32, steps(bounds.high[axis]).ceil() as u32)
+            } else {
+                (255, 0)
+            };
+            debug_assert!(from <= 255 && to <= 255);
+            low[axis][place / 4] |= from << (place % 4 * 8);
+            high[axis][place / 4] |= to << (place % 4 * 8);
+        }
+    }
+    [node.low_x, node.low_y, node.low_z] = low;
+    [node.high_x, node.high_y, node.high_z] = high;
+    node
+}
+
+/// The power of two that has this exponent in the form of f32.
+fn step(exponent: u32) -> f64 {
+    f64::from(f32::from_bits(exponent << 23))
+}
+
+/// The exponent of the least normal power of two of which 255 make so much.
+fn exponent(extent: f64) -> u32 {
+    (1..255).find(|&exponent| step(exponent) * 255.0 >= extent).unwrap_or(254)
+}
+
+/// Where triangles come from.
+struct Meshes<'a> {
+    triangles: &'a Triangles,
+    table: &'a SurfaceTable,
+    /// The first triangle of each row that is a mesh.
+    first: Vec<u32>,
+}
+
+impl<'a> Meshes<'a> {
+    fn new(triangles: &'a Triangles, table: &'a SurfaceTable) -> Meshes<'a> {
+        let mut first = vec![u32::MAX; table.len()];
+        for (index, &row) in (0..).zip(&triangles.rows) {
+            let first = &mut first[row as usize];
+            *first = index.min(*first);
+        }
+        Meshes { triangles, table, first }
+    }
+
+    /// The light that a triangle is: those of a mesh follow each other as its triangles do.
+    fn light(&self, index: usize) -> u32 {
+        let row = self.triangles.rows[index] as usize;
+        match self.table.rows()[row].1.light {
+            NO_LIGHT => NO_LIGHT,
+            light => light + index as u32 - self.first[row],
+        }
+    }
+
+    fn triangle(&self, number: u32) -> Triangle {
+        let triangles = self.triangles;
+        let index = (number & !FIRST_TRIANGLE) as usize;
+        let [a, b, c] = triangles.positions_of(index);
+        let [o, ab, ac] = {
+            let [a, b, c] = [a, b, c].map(Vec3::<f32>::splat);
+            [a, b - a, c - a]
+        };
+        Triangle {
+            a,
+            number,
+            b,
+            // The host's row, until the device's are in order.
+            surface: triangles.rows[index],
+            c,
+            light: self.light(index),
+            vertices: [0, 1, 2].map(|corner| triangles.corners[corner][index]),
+            error: triangle_error(o, ab, ac),
+        }
+    }
+}
+
+/// What meshes say of their vertices.
+fn vertices(triangles: &Triangles) -> Vec<Vertex> {
+    let Triangles { normals: [x, y, z], uv: [u, v], .. } = triangles;
+    let vertex = |i: usize| Vertex { normal: [x[i], y[i], z[i]], u: u[i], v: v[i], ..Vertex::default() };
+    (0..u.len()).map(vertex).collect()
+}
+
+/// WGSL's way back up a tree of so many levels: for each above the current one eight bits, the lowest ones for the
+/// one right above.
+pub(super) fn trail(levels: u32) -> String {
+    let words = levels.saturating_sub(1).div_ceil(16).max(1) as usize;
+    let names: Vec<_> =
+        (0..words).map(|i| if i == 0 { "newest".to_owned() } else { format!("older_{i}") }).collect();
+    let (mut fields, mut waits, mut push, mut pop) =
+        (String::new(), String::new(), String::new(), String::new());
+    for (i, name) in names.iter().enumerate() {
+        let comma = if i == 0 { "" } else { ", " };
+        let newer = if i == 0 { "waiting".to_owned() } else { format!("trail.{}.w >> 24u", names[i - 1]) };
+        let older = names.get(i + 1).map_or("0u".to_owned(), |older| format!("trail.{older}.x"));
+        // Writing to a string does not fail.
+        let _ = writeln!(fields, "    {name}: vec4u,");
+        let _ = write!(waits, "{}trail.{name}", if i == 0 { "" } else { " | " });
+        let _ = write!(
+            push,
+            "{comma}(trail.{name} << vec4u(8u)) | vec4u({newer}, trail.{name}.xyz >> vec3u(24u))"
+        );
+        let _ = write!(
+            pop,
+            "{comma}(trail.{name} >> vec4u(8u)) | (vec4u(trail.{name}.yzw, {older}) << vec4u(24u))"
+        );
+    }
+    format!(
+        "struct Trail {{
+{fields}}}
+fn trail_waits(trail: Trail) -> bool {{
+    return any(({waits}) != vec4u(0u));
+}}
+fn trail_push(trail: Trail, waiting: u32) -> Trail {{
+    return Trail({push});
+}}
+fn trail_pop(trail: Trail) -> Trail {{
+    return Trail({pop});
+}}
+"
+    )
+}

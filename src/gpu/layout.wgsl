@@ -181,6 +181,7 @@ struct Branch {
 // Exact sums of one slot's samples. Radiance: 96 bits a channel, in three words; squares: 128 bits.
 struct SlotSums {
     low: vec3u,
+    // Zero where the driver ended the work before its end.
     rays: u32,
     middle: vec3u,
     // How many samples were left out, and in the uppermost two bits why the first was.

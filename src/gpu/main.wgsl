@@ -6,6 +6,19 @@ fn stride_place(slot: u32) -> u32 {
     return dispatch.stride_first + slot / run * dispatch.stride_step + slot % run;
 }
 
+// Whether the driver still lets loops turn. Mesa's llvmpipe ends every loop once all loops of an invocation have turned
+// 65,535 times together, whatever they were to do: this one too.
+fn loops_still_turn() -> bool {
+    var turns = 0u;
+    loop {
+        turns++;
+        if turns >= 2u + scene.zero {
+            break;
+        }
+    }
+    return turns == 2u;
+}
+
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= dispatch.invocations {
@@ -40,7 +53,7 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
             }
             state = start(PathId(pixel, dispatch.first_sample + i), centre, state.rays);
         }
-        slot_sums.rays = state.rays;
+        slot_sums.rays = select(0u, state.rays, loops_still_turn());
         sums[slot] = slot_sums;
     }
 }

@@ -139,6 +139,14 @@ pub enum GpuError {
         /// The adapter's limit in bytes.
         limit: u64,
     },
+    /// The driver ends loops before their end, and does so even if an invocation has one path to follow.
+    #[error(
+        "{adapter} ends the loops of a shader before one sample is done: one asks too many lights or surfaces for its driver; try another with --device gpu:NAME, or render with --device cpu"
+    )]
+    CutShort {
+        /// The adapter's name.
+        adapter: String,
+    },
     /// The device failed while it worked. What it had sent before is good.
     #[error("{adapter} failed: {message}")]
     Failed {

@@ -44,6 +44,33 @@ impl Task {
     pub(super) fn paths(&self) -> u64 {
         u64::from(self.slots) * u64::from(self.samples)
     }
+
+    /// Two tasks that make up this one; the first does no more of its kind than a pace allows. One alone if it is
+    /// not too much.
+    fn split(self, pace: &Pace) -> (Task, Option<Task>) {
+        let (slots, samples) = (pace.most_slots, pace.most_samples);
+        if self.samples > samples {
+            let (first_sample, rest) = (self.first_sample + samples, self.samples - samples);
+            let rest = Task { first_sample, samples: rest, ..self };
+            (Task { samples, completes: None, ..self }, Some(rest))
+        } else if self.slots > slots {
+            let rest = Task { first_slot: self.first_slot + slots, slots: self.slots - slots, ..self };
+            (Task { slots, completes: None, ..self }, Some(rest))
+        } else {
+            (self, None)
+        }
+    }
+}
+
+/// Takes as much of tasks that wait as a pace allows.
+pub(super) fn next_part(tasks: &mut VecDeque<Task>, pace: &Pace) -> Option<Task> {
+    let mut part = tasks.pop_front()?;
+    loop {
+        let (smaller, rest) = part.split(pace);
+        let Some(rest) = rest else { return Some(smaller) };
+        tasks.push_front(rest);
+        part = smaller;
+    }
 }
 
 /// How many paths take the target time.
@@ -51,11 +78,27 @@ impl Task {
 pub(super) struct Pace {
     paths: f64,
     sends_samples: bool,
+    /// The most samples for each slot, and the most slots, that the driver lets invocations finish.
+    most_samples: u32,
+    most_slots: u32,
 }
 
 impl Pace {
     pub(super) fn new(sends_samples: bool) -> Pace {
-        Pace { paths: FIRST_PATHS, sends_samples }
+        Pace { paths: FIRST_PATHS, sends_samples, most_samples: MAX_COUNT, most_slots: MOST_SLOTS }
+    }
+
+    /// After a task that the driver ended too soon: the next ones ask less of each of so many invocations. Returns
+    /// whether less can be asked.
+    pub(super) fn ask_less(&mut self, task: &Task, invocations: u32) -> bool {
+        if task.samples > 1 {
+            self.most_samples = self.most_samples.min(task.samples / 2);
+        } else if task.slots > invocations {
+            self.most_slots = self.most_slots.min(invocations);
+        } else {
+            return false;
+        }
+        true
     }
 
     /// Learns from a dispatch. Large steps up are taken one by one: the first dispatches measure the start.
@@ -74,10 +117,10 @@ impl Pace {
     /// Slots and samples of a dispatch, where so many are left.
     fn tile(&self, slots: u32, samples: u32) -> (u32, u32) {
         let most = if self.sends_samples { self.paths.min(f64::from(MOST_SAMPLES)) } else { self.paths };
-        let wanted = most / f64::from(samples).min(SAMPLES_A_VISIT);
-        let slots = (wanted.max(1.0) as u32).min(slots).min(MOST_SLOTS);
+        let wanted = most / f64::from(samples.min(self.most_samples)).min(SAMPLES_A_VISIT);
+        let slots = (wanted.max(1.0) as u32).min(slots).min(self.most_slots);
         let fitting = (most / f64::from(slots)).max(1.0) as u32;
-        (slots, fitting.min(samples).min(MAX_COUNT))
+        (slots, fitting.min(samples).min(self.most_samples))
     }
 }
 
@@ -189,7 +232,7 @@ mod tests {
         let mut remaining = Remaining::of(order, runs.clone());
         let mut seen = vec![Vec::new(); 1000];
         let mut completes = Vec::new();
-        while let Some(task) = remaining.next(&Pace { paths: 700.0, sends_samples: false }) {
+        while let Some(task) = remaining.next(&Pace { paths: 700.0, ..Pace::new(false) }) {
             for slot in task.first_slot..task.first_slot + task.slots {
                 seen[slot as usize].extend(task.first_sample..task.first_sample + task.samples);
             }
@@ -222,6 +265,37 @@ mod tests {
         assert!((0.01..0.03).contains(&seconds), "{slots} slots × {samples} samples take {seconds} s");
         let (slots, samples) = Pace { sends_samples: true, ..pace }.tile(1 << 20, 256);
         assert!(slots * samples <= MOST_SAMPLES);
+    }
+
+    #[test]
+    fn what_is_too_much_is_done_in_parts() {
+        let mut pace = Pace::new(false);
+        let whole = Task {
+            stride: Stride::ALL,
+            first_slot: 5,
+            slots: 100,
+            first_sample: 7,
+            samples: 21,
+            completes: Some(28),
+        };
+        assert_eq!(next_part(&mut VecDeque::from([whole]), &pace), Some(whole));
+        assert!(pace.ask_less(&whole, 32) && pace.ask_less(&Task { samples: 11, ..whole }, 32));
+        assert!(pace.tile(1000, 1000).1 <= 5);
+        assert!(pace.ask_less(&Task { samples: 1, ..whole }, 32) && pace.tile(1000, 1000).0 <= 32);
+        // Neither fewer samples nor fewer slots for an invocation.
+        assert!(!pace.ask_less(&Task { samples: 1, slots: 32, ..whole }, 32));
+        let (mut left, mut seen) = (VecDeque::from([whole]), vec![0; 105 * 28]);
+        while let Some(part) = next_part(&mut left, &pace) {
+            assert!(part.slots <= 32 && part.samples <= 5);
+            assert_eq!(part.completes, left.is_empty().then_some(28));
+            for slot in part.first_slot..part.first_slot + part.slots {
+                for sample in part.first_sample..part.first_sample + part.samples {
+                    seen[(slot * 28 + sample) as usize] += 1;
+                }
+            }
+        }
+        assert_eq!(seen.iter().sum::<u32>(), 2100);
+        assert!(seen.iter().all(|&times| times <= 1));
     }
 
     #[test]

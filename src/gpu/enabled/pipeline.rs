@@ -93,7 +93,9 @@ impl Output {
             device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
         };
         Output {
-            written: buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC),
+            written: buffer(
+                wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+            ),
             read: buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),
         }
     }
@@ -144,6 +146,11 @@ const SUMS_BYTES: u64 = size_of::<SlotSums>() as u64;
 const SAMPLE_BYTES: u64 = size_of::<SampleWords>() as u64;
 
 impl Pipeline {
+    /// The most invocations of a dispatch.
+    pub(super) fn invocations(&self) -> u32 {
+        self.workgroups.saturating_mul(self.program.shape.workgroup_size)
+    }
+
     /// Buffers for dispatches of so many slots and, where they are sent, samples.
     pub(super) fn buffers(
         &self,
@@ -175,6 +182,7 @@ impl Pipeline {
     ) -> Submission {
         let workgroup_size = self.program.shape.workgroup_size;
         let groups = task.slots.div_ceil(workgroup_size).min(self.workgroups);
+        let (sums_bytes, samples_bytes) = (u64::from(task.slots) * SUMS_BYTES, task.paths() * SAMPLE_BYTES);
         let dispatch = Dispatch {
             stride_first: task.stride.first,
             stride_step: task.stride.step,
@@ -188,6 +196,8 @@ impl Pipeline {
         };
         device.queue.write_buffer(&buffers.dispatch, 0, bytemuck::bytes_of(&dispatch));
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        // What no invocation comes to must not be what was there before.
+        encoder.clear_buffer(&buffers.sums.written, 0, Some(sums_bytes));
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&self.program.pipeline);
@@ -195,7 +205,6 @@ impl Pipeline {
             pass.set_bind_group(1, &buffers.group, &[]);
             pass.dispatch_workgroups(groups, 1, 1);
         }
-        let (sums_bytes, samples_bytes) = (u64::from(task.slots) * SUMS_BYTES, task.paths() * SAMPLE_BYTES);
         buffers.sums.copy(&mut encoder, sums_bytes);
         if sends_samples {
             buffers.samples.copy(&mut encoder, samples_bytes);

@@ -2,7 +2,7 @@
 
 use super::device::Device;
 use super::layout::Plan;
-use super::pace::{MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Run, Task};
+use super::pace::{MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Run, Task, next_part};
 use super::pipeline::{DispatchBuffers, Pipeline, Submission};
 use super::program::{Program, Shape};
 use super::readback;
@@ -86,14 +86,19 @@ impl GpuWorker {
     /// Carries out orders until their channel closes or nobody wants the batches any more. Fails when the
     /// device does; the batches sent until then are good.
     pub fn run(&mut self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) -> Result<(), GpuError> {
-        let mut in_flight = VecDeque::with_capacity(IN_FLIGHT);
+        let mut in_flight: VecDeque<(Submission, Instant)> = VecDeque::with_capacity(IN_FLIGHT);
         let mut remaining: Option<Remaining> = None;
+        // Tasks that the driver ended too soon, and those that were in flight behind them.
+        let mut again = VecDeque::new();
         let mut closed = false;
         let mut last_landing = Instant::now();
         loop {
             // The device works at one dispatch while the next waits in its queue.
             while in_flight.len() < IN_FLIGHT && !closed {
-                if let Some(task) = remaining.as_mut().and_then(|remaining| remaining.next(&self.pace)) {
+                let task = next_part(&mut again, &self.pace);
+                let task =
+                    task.or_else(|| remaining.as_mut().and_then(|remaining| remaining.next(&self.pace)));
+                if let Some(task) = task {
                     let buffers = &self.buffers[(self.turn + in_flight.len()) % IN_FLIGHT];
                     let submitted = Instant::now();
                     let submission = self.pipeline.submit(&self.device, buffers, task, self.sends_samples);
@@ -124,8 +129,21 @@ impl GpuWorker {
                 }
             }
             let Some((submission, submitted)) = in_flight.pop_front() else { return Ok(()) };
-            let batch = self.land(&submission, submitted.max(last_landing))?;
+            let landed = self.land(&submission, submitted.max(last_landing))?;
             last_landing = Instant::now();
+            let Some(batch) = landed else {
+                if !self.pace.ask_less(&submission.task, self.pipeline.invocations()) {
+                    let adapter = self.device.description().name.clone();
+                    return Err(GpuError::CutShort { adapter });
+                }
+                // An order's last task stays the last one.
+
+                self.wait_for_all(&in_flight)?;
+                let behind = in_flight.drain(..).map(|(submission, _)| submission.task);
+                let all: Vec<_> = [submission.task].into_iter().chain(behind).collect();
+                all.into_iter().rev().for_each(|task| again.push_front(task));
+                continue;
+            };
             if batches.send(batch).is_err() {
                 return self.wait_for_all(&in_flight);
             }
@@ -144,20 +162,23 @@ impl GpuWorker {
         }
     }
 
-    /// Waits for a dispatch, learns from the time that it took since `start`, and makes a batch of it.
-    fn land(&mut self, submission: &Submission, start: Instant) -> Result<SampleBatch, GpuError> {
+    /// Waits for a dispatch, learns from the time that it took since `start`, and makes a batch of it; none if the
+    /// driver ended it too soon.
+    fn land(&mut self, submission: &Submission, start: Instant) -> Result<Option<SampleBatch>, GpuError> {
         // Answers come while the device is asked. One that is here already may have been here for long.
         let _ = self.device.device.poll(wgpu::PollType::Poll);
         let waited = !submission.is_done();
         self.wait(submission)?;
-        if waited {
-            self.pace.learn(submission.task.paths(), start.elapsed());
-        } else {
-            self.pace.learn_at_most(submission.task.paths(), start.elapsed());
-        }
-        let batch = self.read(&submission.task);
+        let took = start.elapsed();
+        let landed = self.read(&submission.task);
         self.turn = (self.turn + 1) % IN_FLIGHT;
-        batch.ok_or_else(|| self.device.failure("its results cannot be read"))
+        match landed {
+            // How long it would have taken is not known.
+            Ok(None) | Err(_) => {}
+            Ok(Some(_)) if waited => self.pace.learn(submission.task.paths(), took),
+            Ok(Some(_)) => self.pace.learn_at_most(submission.task.paths(), took),
+        }
+        landed
     }
 
     fn wait(&self, submission: &Submission) -> Result<(), GpuError> {
@@ -181,40 +202,52 @@ impl GpuWorker {
         Ok(())
     }
 
-    /// The batch of the dispatch whose turn it is; none if the buffers cannot be read.
-    fn read(&self, task: &Task) -> Option<SampleBatch> {
+    /// What the dispatch whose turn it is has brought; none if the driver ended it too soon, and nothing of it counts.
+    fn read(&self, task: &Task) -> Result<Option<SampleBatch>, GpuError> {
+        let unreadable = || self.device.failure("its results cannot be read");
         let buffers = &self.buffers[self.turn];
         let mut batch = SampleBatch::empty(self.index, self.sends_samples, task.stride, task.first_slot);
         batch.paths = task.paths();
         batch.completes = task.completes;
+        let mut whole = true;
         match &mut batch.payload {
             Payload::Samples(samples) => {
-                *samples = buffers.samples(task, |words| words.iter().map(readback::sample).collect())?;
-                batch.rays = buffers.sums(task, |words| words.iter().map(|w| u64::from(w.rays)).sum())?;
+                *samples = buffers
+                    .samples(task, |words| words.iter().map(readback::sample).collect())
+                    .ok_or_else(unreadable)?;
+                batch.rays = buffers
+                    .sums(task, |words| {
+                        whole = words.iter().all(|words| words.rays > 0);
+                        words.iter().map(|words| u64::from(words.rays)).sum()
+                    })
+                    .ok_or_else(unreadable)?;
             }
             // Nobody makes such a batch here.
-            Payload::Splats { .. } => return None,
+            Payload::Splats { .. } => {}
             Payload::Sums { sums, wide, .. } => {
                 let rejects = &mut batch.rejects;
-                batch.rays = buffers.sums(task, |words| {
-                    sums.reserve_exact(words.len());
-                    let mut rays = 0;
-                    for (slot, words) in (task.first_slot..).zip(words) {
-                        let read = readback::slot(words, task.samples);
-                        sums.push(read.sums);
-                        wide.extend(read.wide.map(|sums| (slot, sums)));
-                        rays += read.rays;
-                        if let Some((sample, why)) = read.reject
-                            && rejects.len() < NAMED_REJECTS
-                        {
-                            let pixel = self.region.pixel(task.stride.place(slot)).index;
-                            rejects.push((Traced { pixel, sample }, why));
+                batch.rays = buffers
+                    .sums(task, |words| {
+                        whole = words.iter().all(|words| words.rays > 0);
+                        sums.reserve_exact(words.len());
+                        let mut rays = 0;
+                        for (slot, words) in (task.first_slot..).zip(words) {
+                            let read = readback::slot(words, task.samples);
+                            sums.push(read.sums);
+                            wide.extend(read.wide.map(|sums| (slot, sums)));
+                            rays += read.rays;
+                            if let Some((sample, why)) = read.reject
+                                && rejects.len() < NAMED_REJECTS
+                            {
+                                let pixel = self.region.pixel(task.stride.place(slot)).index;
+                                rejects.push((Traced { pixel, sample }, why));
+                            }
                         }
-                    }
-                    rays
-                })?;
+                        rays
+                    })
+                    .ok_or_else(unreadable)?;
             }
         }
-        Some(batch)
+        Ok(whole.then_some(batch))
     }
 }

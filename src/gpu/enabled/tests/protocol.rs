@@ -1,8 +1,10 @@
 //! The worker's part in the conversation.
 
-use super::{Prepared, carry_out, device, scenes};
+use super::super::program;
+use super::super::tables::Tables;
+use super::{Plan, Prepared, Program, Shape, carry_out, device, scenes, totals};
 use crate::gpu::{Device, GpuError, GpuWorker, Job};
-use crate::render::{Order, Region, Stride};
+use crate::render::{Order, Payload, Region, Stride};
 use crossbeam_channel::{bounded, unbounded};
 
 #[test]
@@ -49,6 +51,79 @@ fn a_worker_stops_when_nobody_takes_its_batches_and_can_start_again() {
     assert_eq!(again.iter().map(|batch| batch.paths).sum::<u64>(), 80 * 60 * 2);
 }
 
+/// A worker whose driver ends loops where `condition` does not hold.
+fn cut_short(device: &Device, prepared: &Prepared, job: &Job<'_>, condition: &str) -> GpuWorker {
+    let (tables, shape) = (Tables::new(job).unwrap(), Shape { workgroups: 2, ..Shape::of(device) });
+    let plan = Plan::of(device, &tables).unwrap();
+    let text = program::text(&prepared.render, shape.workgroup_size, plan);
+    let changed = text.replacen("return turns == 2u;", &format!("return {condition};"), 1);
+    assert_ne!(changed, text, "the program does not ask");
+    let program = Program::from_source(device, &changed, shape, plan).unwrap();
+    GpuWorker::with_program(device, job, &tables, program).unwrap()
+}
+
+#[test]
+fn what_a_driver_ends_too_soon_is_done_again_in_parts() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(80, 60), 0);
+    let orders = [(0, 7), (7, 40)].map(|(first, end)| Order { stride: Stride::ALL, first, end });
+    let whole = carry_out(&mut GpuWorker::new(&device, &prepared.job()).unwrap(), &orders);
+    let whole = totals(&whole, 80 * 60);
+    for few in [
+        "dispatch.samples <= 3u",
+        "dispatch.samples <= 1u && dispatch.slots <= dispatch.invocations",
+        // In a part of the picture.
+        "dispatch.samples <= 5u || dispatch.first_slot < 700u",
+    ] {
+        let mut worker = cut_short(&device, &prepared, &prepared.job(), few);
+        let batches = carry_out(&mut worker, &orders);
+        assert!(totals(&batches, 80 * 60) == whole, "{few}");
+        let completes: Vec<_> = batches.iter().filter_map(|batch| batch.completes).collect();
+        assert_eq!(completes, [7, 40], "{few}");
+        let job = Job { sends_samples: true, ..prepared.job() };
+        let batches = carry_out(&mut cut_short(&device, &prepared, &job, few), &orders);
+        let mut seen = vec![false; 80 * 60 * 40];
+        for batch in batches {
+            let Payload::Samples(samples) = batch.payload else { panic!("no samples") };
+            for sample in samples {
+                let seen = &mut seen[(sample.pixel * 40 + sample.sample) as usize];
+                assert!(!*seen, "one comes twice");
+                *seen = true;
+            }
+        }
+        assert!(seen.iter().all(|&seen| seen), "{few}: one is missing");
+    }
+}
+
+#[test]
+fn a_driver_that_ends_every_loop_is_an_error() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(80, 60), 0);
+    let mut worker = cut_short(&device, &prepared, &prepared.job(), "dispatch.samples < 1u");
+    let (orders_out, orders_in) = unbounded();
+    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 20 }).unwrap();
+    let (batches_out, batches) = unbounded();
+    let error = worker.run(&orders_in, &batches_out).unwrap_err();
+    assert!(matches!(error, GpuError::CutShort { .. }), "{error}");
+    assert!(error.to_string().contains("--device cpu"), "{error}");
+    assert!(batches.is_empty());
+}
+
+#[test]
+fn many_samples_of_few_pixels_are_those_of_many_short_runs() {
+    // Long enough for llvmpipe to end loops: 65,535 turns.
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::crowd(4, 2), 0);
+    let render = |orders: &[Order]| {
+        totals(&carry_out(&mut GpuWorker::new(&device, &prepared.job()).unwrap(), orders), 8)
+    };
+    let at_once = render(&[Order { stride: Stride::ALL, first: 0, end: 3000 }]);
+    let short: Vec<_> =
+        (0..300).map(|i| Order { stride: Stride::ALL, first: i * 10, end: (i + 1) * 10 }).collect();
+    assert_eq!(at_once, render(&short));
+    assert!(at_once.iter().all(|total| total.count == 3000));
+}
+
 #[test]
 fn a_lost_device_is_an_error_and_not_a_panic() {
     let Some(device) = device() else { return };
@@ -65,9 +140,9 @@ fn a_lost_device_is_an_error_and_not_a_panic() {
 #[test]
 fn a_broken_program_is_an_error_that_says_where() {
     let Some(device) = device() else { return };
-    let shape = super::Shape::of(&device);
+    let shape = Shape::of(&device);
     let source = "@compute @workgroup_size(1) fn trace_slots() { let x: u32 = 1.5; }";
-    let result = super::Program::from_source(&device, source, shape, super::SIMPLE);
+    let result = Program::from_source(&device, source, shape, super::SIMPLE);
     let Err(GpuError::Failed { message, .. }) = result else { panic!("the program was taken") };
     assert!(message.contains("1.5"), "{message}");
 }

@@ -296,6 +296,18 @@ pub(super) fn crowd(width: u32, height: u32) -> Scene {
     scene
 }
 
+/// The same with fourteen lights, none of which touches what it lights.
+pub(super) fn crowd_with_few_lamps(width: u32, height: u32) -> Scene {
+    let mut scene = crowd(width, height);
+    let mut meshes = scene.entities.iter_mut().filter(|entity| matches!(entity.shape, Shape::Mesh { .. }));
+    if let [_, _, _, lamp, sky] = &mut meshes.by_ref().collect::<Vec<_>>()[..] {
+        sky.emission = [0.0; 3];
+        let Shape::Mesh { mesh, .. } = &mut lamp.shape else { unreachable!("meshes are asked for") };
+        *mesh = Arc::new(ball(1, 0.2, true, false));
+    }
+    scene
+}
+
 /// A sphere straight ahead that emits, and nothing else; its radiance is all that paths find.
 pub(super) fn beacon(emission: [f64; 3]) -> Scene {
     let mut scene =

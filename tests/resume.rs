@@ -168,6 +168,64 @@ fn a_film_of_another_scene_is_refused_with_what_differs_and_a_default_is_no_diff
     assert!(text.contains("its scene differs in the shape of "), "{text}");
 }
 
+/// The files that a mesh file names belong to the scene as much as the mesh file.
+#[test]
+fn a_film_is_refused_when_colours_or_buffers_of_a_mesh_have_changed() {
+    let dir = folder();
+    let write = |name: &str, bytes: &[u8]| fs::write(dir.path().join(name), bytes).expect("a file");
+    write(
+        "a.toml",
+        br#"entities = [
+            { name = "red", shape = { type = "mesh", file = "a.obj", materials = "file" }, material = "m" },
+            { name = "bare", shape = { type = "mesh", file = "a.gltf" }, material = "m" },
+        ]
+        materials.m = { type = "matte", reflectance = [1, 1, 1] }
+        environment.radiance = [1, 1, 1]"#,
+    );
+    write(
+        "a.obj",
+        b"mtllib a.mtl
+v 2 -1 -1
+v 2 1 -1
+v 2 0 1
+usemtl red
+f 1 2 3
+",
+    );
+    write(
+        "a.gltf",
+        br#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+            "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+            "buffers": [{ "byteLength": 36, "uri": "a.bin" }] }"#,
+    );
+    let buffer = |x: f32| {
+        let corners = [3.0, -1.0, -1.0, 3.0, x, -1.0, 3.0, 0.0, 1.0_f32];
+        write("a.bin", corners.map(f32::to_le_bytes).as_flattened());
+    };
+    let go = |code: i32, more: &[&str]| {
+        let base = ["render", "a.toml", "--headless", "-q", "--size", "8x6", "-o", "a.exr"];
+        said(dir.path(), code, &[&base[..], more].concat())
+    };
+    let resume = ["--resume", "a.film", "--spp", "3", "--film", "b.film"];
+    write("a.mtl", b"newmtl red\nKd 1 0 0\n");
+    buffer(1.0);
+    go(0, &["--spp", "2", "--film", "a.film"]);
+    // Negative control: the same files, and the same colour in other words.
+    write("a.mtl", b"# scarlet\nnewmtl red\nKd 1.0 0 0.0\n");
+    go(0, &resume);
+    write("a.mtl", b"newmtl red\nKd 1 0.5 0\n");
+    let text = go(1, &resume);
+    assert!(text.contains("its scene differs in the material of red: red;"), "{text}");
+    write("a.mtl", b"newmtl red\nKd 1 0 0\n");
+    buffer(1.5);
+    let text = go(1, &resume);
+    assert!(text.contains("its scene differs in a.gltf;"), "{text}");
+    buffer(1.0);
+    go(0, &resume);
+}
+
 #[test]
 fn negative_numbers_are_answered_with_what_may_stand_there() {
     let dir = folder();

@@ -299,6 +299,80 @@ fn every_key_reaches_the_scene() {
     assert_eq!(scene.environment, [0.5, 0.25, 0.125]);
 }
 
+/// A folder with a square of two triangles of two materials in two groups, and their colours.
+fn house() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let obj = "mtllib house.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n\
+               g wall\nusemtl brick\nf 1 2 3\ng window\nusemtl pane\nf 1 3 4\n";
+    fs::write(folder.path().join("house.obj"), obj).expect("written");
+    let mtl = "newmtl brick\nKd 0.5 0.25 0.125\nnewmtl pane\nillum 4\nNi 1.25\nKe 1 2 3\n";
+    fs::write(folder.path().join("house.mtl"), mtl).expect("written");
+    folder
+}
+
+/// The scene of that mesh with these keys more, or what is wrong with it.
+fn housed(more: &str) -> Result<stride::scene::Loaded, String> {
+    let folder = house();
+    let text = format!(
+        "entities = [{{ name = \"house\", shape = {{ type = \"mesh\", file = \"house.obj\"{more} }}, \
+         material = \"a\", emission = [9, 9, 9] }}]\n\
+         materials.a = {{ type = \"matte\", reflectance = [1, 1, 1] }}\n\
+         materials.b = {{ type = \"mirror\", reflectance = [1, 1, 1] }}\n"
+    );
+    let path = folder.path().join("house.toml");
+    fs::write(&path, text).expect("written");
+    load(&path).map_err(|errors| errors.to_string().replace(&folder.path().display().to_string(), "…"))
+}
+
+#[test]
+fn parts_of_meshes_have_materials_of_their_own() {
+    let parts = |more: &str| {
+        let scene = housed(more).expect("a scene").scene;
+        let of = |e: &Entity| (e.name.clone(), scene.materials[e.material].clone(), e.emission[0]);
+        scene.entities.iter().map(of).collect::<Vec<_>>()
+    };
+    let names = |parts: &[(String, stride::scene::Material, f64)]| {
+        parts.iter().map(|(name, material, _)| format!("{name} of {}", material.name)).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&parts("")), ["house of a"]);
+    // By groups and by materials; the rest has the entity's.
+    assert_eq!(names(&parts(", materials = { window = \"b\" }")), ["house: window of b", "house of a"]);
+    assert_eq!(names(&parts(", materials = { brick = \"b\" }")), ["house: brick of b", "house of a"]);
+    // The order of keys says nothing.
+    for both in
+        [", materials = { window = \"b\", wall = \"a\" }", ", materials = { wall = \"a\", window = \"b\" }"]
+    {
+        assert_eq!(names(&parts(both)), ["house: wall of a", "house: window of b"]);
+    }
+    let of_file = parts(", materials = \"file\"");
+    assert_eq!(names(&of_file), ["house: brick of house.obj: brick", "house: pane of house.obj: pane"]);
+    assert_eq!(of_file[0].1.kind, MaterialKind::Matte { reflectance: [0.5, 0.25, 0.125] });
+    let pane = MaterialKind::Glass { ior: 1.25, reflectance: [1.0; 3], transmittance: [1.0; 3] };
+    assert_eq!(of_file[1].1.kind, pane);
+    // What the file's materials emit counts before the entity's emission.
+    assert_eq!((of_file[0].2, of_file[1].2), (9.0, 1.0));
+}
+
+#[test]
+fn wrong_materials_of_parts_are_told() {
+    for (more, told) in [
+        (", materials = \"none\"", "1:88: materials must be \"file\" or a table of names, not \"none\""),
+        (", materials = { window = \"c\" }", "1:99: no material \"c\"; the materials are \"a\", \"b\""),
+        // Every one of them.
+        (
+            ", materials = { wall = \"c\", window = \"d\" }",
+            "1:97: no material \"c\"; the materials are \"a\", \"b\"\n\
+             …/house.toml:1:111: no material \"d\"; the materials are \"a\", \"b\"",
+        ),
+        (
+            ", materials = { windwo = \"b\" }",
+            "1:90: nothing in the mesh is of the group or material \"windwo\"; did you mean \"window\"?",
+        ),
+    ] {
+        assert_eq!(housed(more).map(|_| ()), Err(format!("…/house.toml:{told}")));
+    }
+}
+
 #[test]
 fn filters_are_words_or_tables() {
     let filter = |value: &str| read(&format!("film.filter = {value}")).scene.film.filter;

@@ -5,7 +5,6 @@
 //! seed do not count either: a film names each of them itself.
 
 use std::fmt::Write;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use sha2::{Digest as _, Sha256};
@@ -13,9 +12,11 @@ use sha2::{Digest as _, Sha256};
 use super::description::{CameraSettings, Entity, Integrator, Light, Material, MaterialKind, Scene, Shape};
 use crate::shape::Mesh;
 
-/// The mesh files that a scene was read from, in any order.
+/// The meshes that a scene was read from, in any order, each with its file's name and that of its part.
+///
+/// Messages name them so; other files that those name, colours and buffers, count by the values that come of them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sources(pub Vec<(PathBuf, Arc<Mesh>)>);
+pub struct Sources(pub Vec<(String, Arc<Mesh>)>);
 
 /// A digest of a scene and of each of its parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,7 +70,7 @@ impl Fingerprint {
         }
         for (i, mesh) in meshes.into_iter().enumerate() {
             let file = sources.0.iter().find(|(_, known)| Arc::ptr_eq(known, mesh));
-            let name = file.map_or_else(|| format!("mesh {}", i + 1), |(path, _)| path.display().to_string());
+            let name = file.map_or_else(|| format!("mesh {}", i + 1), |(name, _)| name.clone());
             parts.push(Part::new(&name, |digest| digest.mesh(mesh)));
         }
         Fingerprint { parts }
@@ -393,5 +394,51 @@ mod tests {
         assert_ne!(changed.digits(), ours.digits());
         let told = differing(&ours.outline().unwrap(), &changed.outline().unwrap());
         assert!(told.ends_with("a.ply") && !told.contains("shape"), "{told}");
+    }
+
+    /// Colours in an MTL file and numbers in a buffer are no less of the scene for standing in a third file.
+    #[test]
+    fn what_mesh_files_name_in_their_turn_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+        let of = |shape: &str| {
+            let text = format!(
+                "materials.m = {{ type = \"matte\", reflectance = [1, 1, 1] }}\n\
+                 entities = [{{ name = \"house\", shape = {{ type = \"mesh\", {shape} }}, material = \"m\" }}]"
+            );
+            let loaded = crate::scene::parse(&text, &folder.path().join("a.toml"));
+            let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+            Fingerprint::of(&loaded.scene, &loaded.sources)
+        };
+        let told = |a: &Fingerprint, b: &Fingerprint| differing(&a.outline().unwrap(), &b.outline().unwrap());
+
+        let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl blue\nf 2 3 1\n";
+        write("a.obj", obj.as_bytes());
+        let coloured = |red: &str| {
+            write("a.mtl", format!("newmtl red\n{red}\nnewmtl blue\nKd 0 0 1\n").as_bytes());
+            of("file = \"a.obj\", materials = \"file\"")
+        };
+        let ours = coloured("Kd 1 0 0");
+        // Negative controls: how a file says it, and what it says to those who don't ask.
+        assert_eq!(coloured("# scarlet\nKd 1.0 0 0").digits(), ours.digits());
+        let unasked = of("file = \"a.obj\"");
+        assert_eq!(told(&ours, &coloured("Kd 0.5 0 0")), "the material of house: red");
+        assert_eq!(told(&ours, &coloured("Kd 1 0 0\nKe 1 1 1")), "the emission of house: red");
+        assert_eq!(of("file = \"a.obj\"").digits(), unasked.digits());
+
+        let gltf = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+            "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+            "buffers": [{ "byteLength": 36, "uri": "a.bin" }] }"#;
+        write("a.gltf", gltf.as_bytes());
+        let placed = |x: f32| {
+            let bytes = [0.0_f32, 0.0, 0.0, x, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes);
+            write("a.bin", bytes.as_flattened());
+            of("file = \"a.gltf\"")
+        };
+        let ours = placed(1.0);
+        assert_eq!(placed(1.0).digits(), ours.digits());
+        assert!(told(&ours, &placed(2.0)).ends_with("a.gltf"));
     }
 }

@@ -30,4 +30,4 @@ pub mod toml;
 pub use description::*;
 pub use diagnostic::{Diagnostic, Position, SceneErrors};
 pub use fingerprint::{Fingerprint, Sources};
-pub use toml::{Loaded, load, parse};
+pub use toml::{Loaded, Watch, load, load_watched, parse};

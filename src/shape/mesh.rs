@@ -25,6 +25,9 @@ pub enum MeshError {
     /// There is nothing to see.
     #[error("there is no triangle in it")]
     Empty,
+    /// There are triangles, but nothing to see of them.
+    #[error("all of its triangles are without area: there is nothing to see")]
+    Flat,
     /// More than can be numbered.
     #[error("it has {0} vertices or triangles, more than stride can number (2³⁰)")]
     TooMany(usize),
@@ -44,7 +47,16 @@ pub enum MeshError {
 }
 
 impl Mesh {
-    /// Checks a mesh.
+    /// Whether any of the triangles has an area.
+    pub fn has_area(&self) -> bool {
+        let wide = |&i: &u32| glam::DVec3::from(self.positions[i as usize].map(f64::from));
+        self.triangles.iter().any(|corners| {
+            let [a, b, c] = [&corners[0], &corners[1], &corners[2]].map(wide);
+            (b - a).cross(c - a) != glam::DVec3::ZERO
+        })
+    }
+
+    /// Checks a mesh. That something of it can be seen is asked apart: [`Mesh::has_area`].
     pub fn check(&self) -> Result<(), MeshError> {
         let vertices = self.positions.len();
         debug_assert!(self.normals.is_empty() || self.normals.len() == vertices);
@@ -87,6 +99,8 @@ mod tests {
             ..Mesh::default()
         };
         assert_eq!(good.check(), Ok(()));
+        assert!(good.has_area());
+        assert!(!Mesh { triangles: vec![[0, 1, 1], [2, 2, 2]], ..good.clone() }.has_area());
         assert_eq!(Mesh::default().check(), Err(MeshError::Empty));
         let outside = Mesh { triangles: vec![[0, 1, 2], [2, 3, 1]], ..good.clone() };
         assert_eq!(outside.check(), Err(MeshError::NoSuchVertex { triangle: 1, index: 3, vertices: 3 }));

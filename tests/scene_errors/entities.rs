@@ -86,7 +86,7 @@ materials = { grey = { type = "matte", reflectance = [0.5, 0.5, 0.5] } }
 broken!(
     mesh_of_another_format,
     entity(r#"{ type = "mesh", file = "Cargo.toml" }"#, ""),
-    ["5:33: Cargo.toml: a mesh file is a .ply or an .obj"]
+    ["5:33: Cargo.toml: a mesh file is a .ply, an .obj, a .glb or a .gltf"]
 );
 broken!(
     transform_with_matrix_and_scale,

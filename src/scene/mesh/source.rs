@@ -1,5 +1,6 @@
 //! The bytes of a mesh file, and the place in it.
 
+use super::Watch;
 use std::fmt;
 use std::io::{BufRead, ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -50,13 +51,37 @@ pub(super) struct Source<'a, R> {
     offset: u64,
     /// Lines read so far.
     line: u64,
+    watch: Watch<'a>,
+    /// The offset from which on it is told again.
+    tell_at: u64,
 }
+
+/// How many bytes are read before a progress display hears of them.
+const TELL_EVERY: u64 = 1 << 20;
 
 pub(super) type Read_<T> = Result<T, MeshFileError>;
 
 impl<'a, R: BufRead> Source<'a, R> {
-    pub(super) fn new(name: &'a Path, input: R, len: u64) -> Self {
-        Source { name, input, len, offset: 0, line: 0 }
+    pub(super) fn new(name: &'a Path, input: R, len: u64, watch: Watch<'a>) -> Self {
+        Source { name, input, len, offset: 0, line: 0, watch, tell_at: 0 }
+    }
+
+    /// The length of the file.
+    pub(super) fn len(&self) -> u64 {
+        self.len
+    }
+
+    /// The file.
+    pub(super) fn name(&self) -> &'a Path {
+        self.name
+    }
+
+    fn passed(&mut self, bytes: usize) {
+        self.offset += bytes as u64;
+        if self.offset >= self.tell_at {
+            (self.watch)(self.offset, self.len);
+            self.tell_at = self.offset + TELL_EVERY;
+        }
     }
 
     /// An error about the file as a whole.
@@ -90,7 +115,7 @@ impl<'a, R: BufRead> Source<'a, R> {
             Ok(read) => read,
             Err(error) => return Err(self.failed(&error)),
         };
-        self.offset += read as u64;
+        self.passed(read);
         self.line += 1;
         if read > LONGEST_LINE {
             return Err(self.on_line("this line is longer than 1 MiB: is this a mesh file?"));
@@ -108,7 +133,7 @@ impl<'a, R: BufRead> Source<'a, R> {
     pub(super) fn exact(&mut self, bytes: &mut [u8]) -> Read_<()> {
         match self.input.read_exact(bytes) {
             Ok(()) => {
-                self.offset += bytes.len() as u64;
+                self.passed(bytes.len());
                 Ok(())
             }
             Err(error) if error.kind() == ErrorKind::UnexpectedEof => {
@@ -116,6 +141,23 @@ impl<'a, R: BufRead> Source<'a, R> {
             }
             Err(error) => Err(self.failed(&error)),
         }
+    }
+}
+
+impl<R: BufRead> Source<'_, R> {
+    /// The next bytes, as many as there are up to a limit that the caller has checked against the file's length.
+    pub(super) fn bytes(&mut self, len: u64) -> Read_<Vec<u8>> {
+        let mut bytes = Vec::new();
+        match self.input.by_ref().take(len).read_to_end(&mut bytes) {
+            Ok(read) => self.passed(read),
+            Err(error) => return Err(self.failed(&error)),
+        }
+        Ok(bytes)
+    }
+
+    /// An error on a line, from 1.
+    pub(super) fn at_line(&self, line: usize, message: impl ToString) -> MeshFileError {
+        MeshFileError { place: Some(Place::Line(line as u64)), ..self.whole(message) }
     }
 }
 

@@ -4,8 +4,19 @@ use super::*;
 use crate::sampling::Stream;
 use rand::RngExt;
 
+mod gltf;
+mod parts;
+
+fn read_split(name: &str, bytes: &[u8], split: &Split) -> Result<MeshFile, String> {
+    parse(Path::new(name), bytes, bytes.len() as u64, split, &mut |_, _| {})
+        .map_err(|error| error.to_string())
+}
+
 fn read_bytes(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
-    parse(Path::new(name), bytes, bytes.len() as u64).map_err(|error| error.to_string())
+    let file = read_split(name, bytes, &Split::Whole)?;
+    let [(name, mesh)] = &file.parts[..] else { panic!("{} parts", file.parts.len()) };
+    assert_eq!(name, "");
+    Ok((**mesh).clone())
 }
 
 /// A pyramid: four triangles and a square below, with uv and normals.
@@ -165,7 +176,8 @@ fn bad_files_are_told_where_and_why() {
         ("a.obj", b"v 0 0 0\nf 1 1\n".to_vec(), ["line 2", "fewer than three"]),
         ("a.obj", b"# nothing\n".to_vec(), ["a.obj", "no triangle"]),
         ("a.stl", b"solid".to_vec(), ["a.stl", ".ply"]),
-        ("a.glb", b"glTF".to_vec(), ["a.glb", "later version"]),
+        ("a.ply", ply(&three, "0 0 0\n1 0 0\n0 1 0\n3 0 1 1\n"), ["a.ply", "without area"]),
+        ("a.obj", b"v 0 0 0\nv 1 1 1\nf 1 2 1\n".to_vec(), ["a.obj", "without area"]),
     ] {
         let error = read_bytes(name, &bytes).expect_err("an error");
         for word in words {
@@ -185,9 +197,11 @@ fn spoiled_files_are_errors_or_meshes_and_never_panics() {
         ("a.ply", ply("binary_little_endian")),
         ("a.ply", ply("binary_big_endian")),
         ("a.obj", OBJ.as_bytes().to_vec()),
+        ("a.glb", gltf::glb(&gltf::document(), &gltf::binary())),
+        ("a.gltf", gltf::with_data()),
     ];
     let (mut meshes, mut errors) = (0, 0);
-    for i in 0..20_000 {
+    for i in 0..30_000 {
         let (name, good) = &files[i % files.len()];
         let mut bytes = good.clone();
         for _ in 0..stream.random_range(1..4) {

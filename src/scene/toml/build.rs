@@ -3,18 +3,20 @@
 use std::collections::HashMap;
 use std::fmt;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::form::{Fields, Placed};
+use super::form::{Fields, Named, Placed};
 use super::keys;
 use super::materials::{self, Raw};
-use super::report::{Reported, Reports, quote};
+use super::report::{Reported, Reports, instead, quote};
 use super::value::unit;
 use crate::scene::description::{
-    CameraSettings, Colour, Entity, FilmMode, FilmSettings, Filter, Integrator, Light, RenderSettings,
-    Sampler, Scene, Shape, Tone, endless,
+    CameraSettings, Colour, Entity, FilmMode, FilmSettings, Filter, Integrator, Light, Material, Mesh,
+    RenderSettings, Sampler, Scene, Shape, Tone, endless,
 };
+use crate::scene::mesh::{FileMaterial, MeshFile, Split};
 
 /// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would
 /// be noise.
@@ -26,10 +28,43 @@ type Read<T> = Result<T, Reported>;
 /// wrong material.
 pub(super) struct RawEntity {
     name: Read<Option<Placed<String>>>,
-    shape: Read<Shape>,
+    shape: Read<RawShape>,
     material: Read<Placed<String>>,
     emission: Read<Colour>,
     flip_normal: Read<bool>,
+}
+
+/// A shape, or the parts of a mesh, each of which becomes an entity.
+pub(super) enum RawShape {
+    One(Shape),
+    Parts(Vec<RawPart>),
+}
+
+/// A part of a mesh.
+pub(super) struct RawPart {
+    /// Its group or material in the file; empty for what no name is for.
+    name: String,
+    shape: Shape,
+    material: RawMaterial,
+}
+
+/// Where a part has its material from.
+enum RawMaterial {
+    /// Its entity.
+    Entity,
+    /// The scene's of this name.
+    Named(Placed<String>),
+    /// The mesh file at this path, as the scene names it.
+    OfFile(String, FileMaterial),
+}
+
+/// What a scene says of the materials of a mesh's parts.
+#[derive(Clone, Debug)]
+pub(super) enum PartMaterials {
+    /// They are the file's.
+    OfFile,
+    /// Those of groups and materials of the file.
+    Named(Vec<Named<Placed<String>>>),
 }
 
 pub(super) fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
@@ -43,16 +78,22 @@ pub(super) fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<
 
     let raw_materials = raw_materials?;
     let names = materials::Names::new(&raw_materials);
-    let entities = raw_entities.and_then(|raw| link_entities(raw, &names, reports));
-    let resolved = materials::resolve(&raw_materials, &names, reports)?;
-    let mut entities = entities?;
+    let mut of_files = OfFiles { first: raw_materials.len(), materials: Vec::new(), seen: HashMap::new() };
+    let entities = raw_entities.and_then(|raw| link_entities(raw, &names, &mut of_files, reports));
+    let mut resolved = materials::resolve(&raw_materials, &names, reports)?;
+    let (mut entities, mut used) = entities?;
 
-    let mut used = vec![false; raw_materials.len()];
     for entity in &mut entities {
-        entity.material = resolved.index_of[entity.material];
-        used[entity.material] = true;
+        // Those of mesh files come after the scene's own.
+        entity.material = match resolved.index_of.get(entity.material) {
+            Some(&index) => index,
+            None => entity.material,
+        };
     }
-    materials::warn_of_unused(&raw_materials, &resolved, used, reports);
+    let mut used_in_order = vec![false; raw_materials.len()];
+    used.drain(..).for_each(|material| used_in_order[resolved.index_of[material]] = true);
+    materials::warn_of_unused(&raw_materials, &resolved, used_in_order, reports);
+    resolved.materials.extend(of_files.materials);
 
     let scene = Scene {
         film: film?,
@@ -67,14 +108,36 @@ pub(super) fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<
     Ok(scene)
 }
 
-/// Resolves material names to indices in the order of the file.
+/// The materials of mesh files, numbered after the scene's own.
+struct OfFiles {
+    first: usize,
+    materials: Vec<Material>,
+    seen: HashMap<(String, String), usize>,
+}
+
+impl OfFiles {
+    /// The index of a material of the file at a path.
+    fn index(&mut self, path: String, material: FileMaterial) -> usize {
+        let next = self.first + self.materials.len();
+        let FileMaterial { name, kind, .. } = material;
+        *self.seen.entry((path, name)).or_insert_with_key(|(path, name)| {
+            self.materials.push(Material { name: format!("{path}: {name}"), kind });
+            next
+        })
+    }
+}
+
+/// Resolves material names to indices in the order of the file, and gives the materials that are named. Parts of
+/// meshes become entities of their own.
 fn link_entities(
     raw: Vec<RawEntity>,
     materials: &materials::Names<'_>,
+    of_files: &mut OfFiles,
     reports: &mut Reports<'_>,
-) -> Read<Vec<Entity>> {
+) -> Read<(Vec<Entity>, Vec<usize>)> {
     let mut seen = HashMap::new();
     let mut entities = Vec::with_capacity(raw.len());
+    let mut used = Vec::new();
     let mut outcome = Ok(());
     for (i, raw) in raw.into_iter().enumerate() {
         let material = raw.material.and_then(|name| materials.find(&name, reports));
@@ -85,21 +148,48 @@ fn link_entities(
             let message = format!("entity {} has the name of entity {first}, {}", i + 1, quote(&name.value));
             reports.warn(Some(name.at), message, "messages will not tell them apart");
         }
-        let entity = || {
-            Ok(Entity {
-                name: raw.name?.map_or_else(|| format!("entity {}", i + 1), |name| name.value),
-                shape: raw.shape?,
-                material: material?,
-                emission: raw.emission?,
-                flip_normal: raw.flip_normal?,
-            })
+        let link = || {
+            let (shape, material) = (raw.shape?, material?);
+            let name = raw.name?.map_or_else(|| format!("entity {}", i + 1), |name| name.value);
+            let (emission, flip_normal) = (raw.emission?, raw.flip_normal?);
+            let parts = match shape {
+                RawShape::One(shape) => {
+                    vec![RawPart { name: String::new(), shape, material: RawMaterial::Entity }]
+                }
+                RawShape::Parts(parts) => parts,
+            };
+            used.push(material);
+            let mut linked = Ok(());
+            for part in parts {
+                let (material, emission) = match part.material {
+                    RawMaterial::Entity => (material, emission),
+                    RawMaterial::Named(name) => match materials.find(&name, reports) {
+                        Ok(material) => (material, emission),
+                        Err(reported) => {
+                            linked = Err(reported);
+                            continue;
+                        }
+                    },
+                    RawMaterial::OfFile(path, material) => {
+                        let dark = material.emission == [0.0; 3];
+                        let emission = if dark { emission } else { material.emission };
+                        (of_files.index(path, material), emission)
+                    }
+                };
+                if material < of_files.first {
+                    used.push(material);
+                }
+                let separator = if part.name.is_empty() { "" } else { ": " };
+                let name = format!("{name}{separator}{}", part.name);
+                entities.push(Entity { name, shape: part.shape, material, emission, flip_normal });
+            }
+            linked
         };
-        match entity() {
-            Ok(entity) => entities.push(entity),
-            Err(reported) => outcome = Err(reported),
+        if let Err(reported) = link() {
+            outcome = Err(reported);
         }
     }
-    outcome.map(|()| entities)
+    outcome.map(|()| (entities, used))
 }
 
 /// Warns of a scene that can only be black.
@@ -315,19 +405,19 @@ pub(super) fn entity(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
     })
 }
 
-pub(super) fn plane(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Shape> {
+pub(super) fn plane(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
     let normal = fields.get(&keys::NORMAL, reports);
     let distance = fields.get(&keys::PLANE_DISTANCE, reports);
-    Ok(Shape::Plane { normal: normal?, distance: distance? })
+    Ok(RawShape::One(Shape::Plane { normal: normal?, distance: distance? }))
 }
 
-pub(super) fn sphere(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Shape> {
+pub(super) fn sphere(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
     let center = fields.get(&keys::CENTER, reports);
     let radius = fields.get(&keys::RADIUS, reports);
-    Ok(Shape::Sphere { center: center?, radius: radius? })
+    Ok(RawShape::One(Shape::Sphere { center: center?, radius: radius? }))
 }
 
-pub(super) fn quad(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Shape> {
+pub(super) fn quad(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
     let corner = fields.get(&keys::CORNER, reports);
     let u = fields.get(&keys::U, reports);
     let v = fields.get(&keys::V, reports);
@@ -336,24 +426,66 @@ pub(super) fn quad(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<S
         let at = fields.place_of(&keys::V);
         return Err(reports.error(at, "v is parallel to u: the quad has no area"));
     }
-    Ok(Shape::Quad { corner: corner?, u, v })
+    Ok(RawShape::One(Shape::Quad { corner: corner?, u, v }))
 }
 
-pub(super) fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Shape> {
+pub(super) fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
     let file = fields.get(&keys::MESH_FILE, reports);
     let transform = fields.get(&keys::TRANSFORM, reports);
-    let (file, transform) = (file?, transform?);
-    let mesh = reports.mesh(&file)?;
-    let at = fields.place_of(&keys::TRANSFORM);
+    let materials = fields.find(&keys::PART_MATERIALS, reports);
+    let (file, transform, materials) = (file?, transform?, materials?);
+    let split = match &materials {
+        None => Split::Whole,
+        Some(PartMaterials::OfFile) => Split::Materials,
+        Some(PartMaterials::Named(names)) => {
+            // Sorted, for the order of keys says nothing, and that of entities does.
+            let mut names: Vec<_> = names.iter().map(|name| name.name.clone()).collect();
+            names.sort_unstable();
+            Split::Named(names)
+        }
+    };
+    let read = reports.mesh(&file, split)?;
+    if let Some(PartMaterials::Named(names)) = &materials {
+        parts_are_there(names, &read, reports)?;
+    }
     // Coordinates as far out have squares that do not fit 32 bits.
     let fits = |p: &[f32; 3]| {
         let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
         p.abs().max_element() <= keys::LONGEST
     };
-    if !mesh.positions.iter().all(fits) {
+    let is_near = |mesh: &Arc<Mesh>| mesh.positions.iter().all(fits);
+    if !read.parts.iter().all(|(_, mesh)| is_near(mesh)) {
+        let at = fields.place_of(&keys::TRANSFORM);
         return Err(reports.error(at, "the transform takes some of the mesh farther than 1e18"));
     }
-    Ok(Shape::Mesh { mesh, transform })
+    let part = |(name, mesh): &(String, Arc<Mesh>)| {
+        let material = match &materials {
+            Some(PartMaterials::OfFile) => {
+                let own = read.materials.iter().find(|material| material.name == *name);
+                own.map(|own| RawMaterial::OfFile(file.value.clone(), own.clone()))
+            }
+            Some(PartMaterials::Named(names)) => {
+                let given = names.iter().find(|given| given.name == *name);
+                given.map(|given| RawMaterial::Named(given.value.clone()))
+            }
+            None => None,
+        };
+        let shape = Shape::Mesh { mesh: Arc::clone(mesh), transform };
+        RawPart { name: name.clone(), shape, material: material.unwrap_or(RawMaterial::Entity) }
+    };
+    Ok(RawShape::Parts(read.parts.iter().map(part).collect()))
+}
+
+/// That every part that is given a material is in the file.
+fn parts_are_there(names: &[Named<Placed<String>>], read: &MeshFile, reports: &mut Reports<'_>) -> Read<()> {
+    let mut outcome = Ok(());
+    let missing = |name: &&Named<_>| !read.parts.iter().any(|(part, _)| *part == name.name);
+    for name in names.iter().filter(missing) {
+        let message = format!("nothing in the mesh is of the group or material {}", quote(&name.name));
+        outcome = Err(reports
+            .error_with(name.at, message, |_| instead(&name.name, read.names.iter().map(String::as_str))));
+    }
+    outcome
 }
 
 pub(super) fn transform(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<DAffine3> {

@@ -383,6 +383,7 @@ impl<F: Form> Form for ListOf<F> {
 }
 
 /// A value under a name that the file chooses.
+#[derive(Clone, Debug)]
 pub(super) struct Named<T> {
     pub(super) name: String,
     /// Where the name stands.
@@ -423,6 +424,52 @@ impl<F: Form> Form for MapOf<F> {
 
     fn schema(&self) -> Json {
         json!({ "type": "object", "additionalProperties": self.0.schema() })
+    }
+}
+
+/// A word, or a table of values under names that the file chooses.
+pub(super) struct WordOrMap<T, F: Form> {
+    pub(super) word: &'static str,
+    /// What the word stands for.
+    pub(super) means: T,
+    pub(super) value: F,
+    /// What becomes of a table, in the order of the file.
+    pub(super) map: fn(Vec<Named<F::Output>>) -> T,
+}
+
+impl<T: Clone + Sync, F: Form> Form for WordOrMap<T, F> {
+    type Output = T;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        let table = match value.get_ref() {
+            DeValue::String(word) if *word == self.word => return Ok(self.means.clone()),
+            DeValue::Table(table) => table,
+            other => {
+                let given = match other {
+                    DeValue::String(word) => quote(word),
+                    other => value::kind(other).to_owned(),
+                };
+                let message = format!("{key} must be {} or a table of names, not {given}", quote(self.word));
+                return Err(reports.error(value.span().start, message));
+            }
+        };
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(name, _)| name.span().start);
+        let read = entries.into_iter().map(|(name, value)| {
+            let key = format!("{key}.{}", report::shorten(name.get_ref()));
+            let value = self.value.read(&key, value, reports)?;
+            Ok(Named { name: name.get_ref().to_string(), at: name.span().start, value })
+        });
+        // All are read, so that all errors are seen, before the first failure counts.
+        let read: Vec<_> = read.collect();
+        Ok((self.map)(read.into_iter().collect::<Result<_, _>>()?))
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "anyOf": [
+            { "const": self.word },
+            { "type": "object", "additionalProperties": self.value.schema() },
+        ] })
     }
 }
 

@@ -1,15 +1,15 @@
 //! Every key of the format: name, form, default and description. The reader and the JSON Schema both follow
 //! these tables, so a key is added here and used in `build`.
 
-use super::build::{self, RawEntity};
-use super::form::{At, Block, Key, ListOf, MapOf, OneOf, Table, Variant, WordOr};
+use super::build::{self, PartMaterials, RawEntity, RawShape};
+use super::form::{At, Block, Key, ListOf, MapOf, OneOf, Table, Variant, WordOr, WordOrMap};
 use super::materials::Raw;
 use super::value::{
     Choice, Colour, Direction, Flag, Integer, IntegerOr, NonZero, Number, Pair, Rows, Triple, Vector, Word,
 };
 use crate::scene::description::{
-    CameraSettings, FilmMode, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene, Shape,
-    Tone, UNLIMITED,
+    CameraSettings, FilmMode, FilmSettings, Filter, Integrator, Light, RenderSettings, Sampler, Scene, Tone,
+    UNLIMITED,
 };
 use glam::DAffine3;
 
@@ -326,9 +326,13 @@ static ENTITY_TABLE: Table =
     Table::new("an entity", &[&NAME, &SHAPE, &ENTITY_MATERIAL, &EMISSION, &FLIP_NORMAL]);
 
 pub(super) static NAME: Key<At<Word>> = Key::optional("name", At(Word), "What messages call the entity.");
-pub(super) static SHAPE: Key<OneOf<Shape>> = Key::required("shape", SHAPES, "The entity's form and place.");
-pub(super) static ENTITY_MATERIAL: Key<At<Word>> =
-    Key::required("material", At(Word), "The name of the entity's material.");
+pub(super) static SHAPE: Key<OneOf<RawShape>> =
+    Key::required("shape", SHAPES, "The entity's form and place.");
+pub(super) static ENTITY_MATERIAL: Key<At<Word>> = Key::required(
+    "material",
+    At(Word),
+    "The name of the entity's material; of a mesh, that of parts for which its materials name no other.",
+);
 pub(super) static EMISSION: Key<Colour> = Key::default(
     "emission",
     RADIANCE,
@@ -342,7 +346,7 @@ pub(super) static FLIP_NORMAL: Key<Flag> = Key::default(
     "Turns the outward side: a plane's n, a sphere's outside, a quad's u × v, a triangle's counter-clockwise side.",
 );
 
-const SHAPES: OneOf<Shape> = OneOf {
+const SHAPES: OneOf<RawShape> = OneOf {
     what: "shape",
     variants: &[
         Variant::new("plane", &PLANE_TABLE, build::plane),
@@ -356,7 +360,7 @@ const SHAPES: OneOf<Shape> = OneOf {
 static PLANE_TABLE: Table = Table::new("a plane", &[&NORMAL, &PLANE_DISTANCE]);
 static SPHERE_TABLE: Table = Table::new("a sphere", &[&CENTER, &RADIUS]);
 static QUAD_TABLE: Table = Table::new("a quad", &[&CORNER, &U, &V]);
-static MESH_TABLE: Table = Table::new("a mesh", &[&MESH_FILE, &TRANSFORM]);
+static MESH_TABLE: Table = Table::new("a mesh", &[&MESH_FILE, &TRANSFORM, &PART_MATERIALS]);
 static TRANSFORM_TABLE: Table = Table {
     what: "a transform",
     keys: &[&SCALE, &ROTATE, &TRANSLATE, &MATRIX],
@@ -387,7 +391,14 @@ pub(super) static V: Key<NonZero> =
 pub(super) static MESH_FILE: Key<At<Word>> = Key::required(
     "file",
     At(Word),
-    "A .ply or .obj file, relative to this one. Entities may share it: it is read once.",
+    "A .ply, .obj, .glb or .gltf file, relative to this one. Entities may share it: it is read once.",
+);
+pub(super) static PART_MATERIALS: Key<WordOrMap<PartMaterials, At<Word>>> = Key::optional(
+    "materials",
+    WordOrMap { word: "file", means: PartMaterials::OfFile, value: At(Word), map: PartMaterials::Named },
+    "Materials of parts of the mesh: \"file\" takes those of the file (colours of MTL, base materials of glTF, and \
+     what they emit); a table gives one of the scene's to each group or material of the file that it names. What \
+     is left has the entity's.",
 );
 pub(super) static TRANSFORM: Key<Block<DAffine3>> = Key::default(
     "transform",

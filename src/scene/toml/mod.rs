@@ -33,6 +33,7 @@ mod report;
 mod schema;
 mod value;
 
+pub use report::Watch;
 pub use schema::schema;
 
 /// The largest scene file in bytes. Text of this size describes a hundred thousand entities.
@@ -51,16 +52,29 @@ pub struct Loaded {
 
 /// Reads the scene file at `path`.
 pub fn load(path: &Path) -> Result<Loaded, SceneErrors> {
+    load_watched(path, &mut |_, _, _| {})
+}
+
+/// Reads the scene file at `path`, and tells how far the files have been read that it names.
+pub fn load_watched(path: &Path, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
     let bytes = read_file(path)?;
     let text = decode(path, &bytes)?;
-    parse(text, path)
+    parse_watched(text, path, Some(watch))
 }
 
 /// Reads a scene from TOML text. `file_name` is what errors call it.
 pub fn parse(text: &str, file_name: &Path) -> Result<Loaded, SceneErrors> {
+    parse_watched(text, file_name, None)
+}
+
+fn parse_watched<'a>(
+    text: &'a str,
+    file_name: &Path,
+    watch: Option<Watch<'a>>,
+) -> Result<Loaded, SceneErrors> {
     let (document, syntax_errors) = parse_toml(text);
     let document = Value::new(0..0, DeValue::Table(document));
-    let mut reports = Reports::beside(text, file_name.parent().unwrap_or(Path::new("")));
+    let mut reports = Reports::beside(text, file_name.parent().unwrap_or(Path::new("")), watch);
     // What a parser makes of text that is not TOML is a guess; errors in a guess would mislead.
     let scene = match reports.syntax_errors(&syntax_errors) {
         Ok(()) => keys::SCENE.read("scene", &document, &mut reports),

@@ -9,7 +9,7 @@ use ::toml::de::Error as SyntaxError;
 use super::form::Placed;
 use crate::scene::diagnostic::{Cursor, Diagnostic, Position, SceneErrors};
 use crate::scene::fingerprint::Sources;
-use crate::scene::mesh::{self, Mesh};
+use crate::scene::mesh::{self, MeshFile, Split};
 
 /// Errors that are described one by one; a file of garbage has millions.
 const MAX_ERRORS: usize = 100;
@@ -32,6 +32,9 @@ const SYNONYMS: &[(&str, &str)] = &[
     ("target", "look_at"),
 ];
 
+/// What hears how far the files that a scene names have been read: of which so many bytes of so many.
+pub type Watch<'a> = &'a mut dyn FnMut(&Path, u64, u64);
+
 /// Proof that an error has been reported: only [`Reports::error`] makes one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reported(());
@@ -52,40 +55,64 @@ pub(super) struct Reports<'t> {
     /// Where the files are that the text names.
     folder: PathBuf,
     /// Those that were read; a file that could not be is complained of once.
-    meshes: HashMap<PathBuf, Result<Arc<Mesh>, Reported>>,
+    meshes: HashMap<(PathBuf, Split), Result<Arc<MeshFile>, Reported>>,
+    watch: Option<Watch<'t>>,
 }
 
 impl<'t> Reports<'t> {
     pub(super) fn new(text: &'t str) -> Self {
-        Self::beside(text, Path::new(""))
+        Self::beside(text, Path::new(""), None)
     }
 
     /// For a text whose files are in `folder`.
-    pub(super) fn beside(text: &'t str, folder: &Path) -> Self {
+    pub(super) fn beside(text: &'t str, folder: &Path, watch: Option<Watch<'t>>) -> Self {
         let (folder, meshes) = (folder.into(), HashMap::new());
-        Self { text, errors: Vec::new(), unlisted: 0, warnings: Vec::new(), folder, meshes }
+        Self { text, errors: Vec::new(), unlisted: 0, warnings: Vec::new(), folder, meshes, watch }
     }
 
-    /// The mesh of a file, read once.
-    pub(super) fn mesh(&mut self, file: &Placed<String>) -> Result<Arc<Mesh>, Reported> {
+    /// What is in a mesh file, read once for each way to split it.
+    pub(super) fn mesh(&mut self, file: &Placed<String>, split: Split) -> Result<Arc<MeshFile>, Reported> {
         let path = self.folder.join(&file.value);
-        if let Some(mesh) = self.meshes.get(&path) {
+        let key = (path.clone(), split);
+        if let Some(mesh) = self.meshes.get(&key) {
             return mesh.clone();
         }
-        let mesh = match mesh::read(&path) {
-            Ok(mesh) => Ok(Arc::new(mesh)),
+        // One that cannot be read whole cannot be read in parts.
+        if let Some(Err(reported)) =
+            self.meshes.iter().find(|((p, _), read)| *p == path && read.is_err()).map(|(_, r)| r)
+        {
+            return Err(*reported);
+        }
+        let mut unheard = |_: &Path, _, _| {};
+        let watch: Watch<'_> = match &mut self.watch {
+            Some(watch) => *watch,
+            None => &mut unheard,
+        };
+        let mesh = match mesh::read(&path, &key.1, &mut |bytes, of| watch(&path, bytes, of)) {
+            Ok(mesh) => {
+                for note in &mesh.notes {
+                    let message = format!("{}: {note}", path.display());
+                    self.warn(Some(file.at), message, "the rest of it is rendered");
+                }
+                Ok(Arc::new(mesh))
+            }
             Err(error) => Err(self.error(file.at, error.to_string())),
         };
-        self.meshes.insert(path, mesh.clone());
+        self.meshes.insert(key, mesh.clone());
         mesh
     }
 
-    /// The files that meshes were read from.
+    /// The meshes that were read, and where from.
     pub(super) fn sources(&self) -> Sources {
-        let read = |(path, mesh): (&PathBuf, &Result<Arc<Mesh>, _>)| Some((path.clone(), mesh.clone().ok()?));
-        let mut files: Vec<_> = self.meshes.iter().filter_map(read).collect();
-        files.sort_by(|a, b| a.0.cmp(&b.0));
-        Sources(files)
+        let mut sources = Vec::new();
+        for ((path, _), read) in &self.meshes {
+            for (part, mesh) in read.iter().flat_map(|file| &file.parts) {
+                let separator = if part.is_empty() { "" } else { ": " };
+                sources.push((format!("{}{separator}{part}", path.display()), Arc::clone(mesh)));
+            }
+        }
+        sources.sort_by(|a, b| a.0.cmp(&b.0));
+        Sources(sources)
     }
 
     pub(super) fn has_errors(&self) -> bool {

@@ -1,0 +1,237 @@
+//! The bytes of a glTF document: buffers, views of them, and accessors, which say what the bytes are.
+//!
+//! Every range is checked against the bytes that are there before anything is set aside for it.
+
+use super::document::{Accessor, Document};
+use crate::scene::mesh::{beside, open};
+use data_encoding::{BASE64, BASE64_NOPAD};
+use percent_encoding::percent_decode_str;
+use std::io::Read;
+use std::path::Path;
+use std::rc::Rc;
+
+/// The buffers that have been asked for.
+pub(super) struct Buffers<'a> {
+    /// The document's own file.
+    file: &'a Path,
+    /// What a `.glb` has behind its JSON: the first buffer.
+    binary: Option<Rc<Vec<u8>>>,
+    loaded: Vec<Option<Rc<Vec<u8>>>>,
+}
+
+/// Some components that stand at equal distances in a buffer.
+struct View {
+    bytes: Rc<Vec<u8>>,
+    first: usize,
+    stride: usize,
+    count: usize,
+}
+
+/// The types of components.
+const I8: u32 = 5120;
+const U8: u32 = 5121;
+const I16: u32 = 5122;
+const U16: u32 = 5123;
+const U32: u32 = 5125;
+const F32: u32 = 5126;
+
+fn size(component: u32) -> Result<u64, String> {
+    match component {
+        I8 | U8 => Ok(1),
+        I16 | U16 => Ok(2),
+        U32 | F32 => Ok(4),
+        other => Err(format!("has components of the unknown type {other}")),
+    }
+}
+
+impl<'a> Buffers<'a> {
+    pub(super) fn new(file: &'a Path, binary: Option<Vec<u8>>) -> Self {
+        Buffers { file, binary: binary.map(Rc::new), loaded: Vec::new() }
+    }
+
+    /// An accessor's vectors of `N` floats.
+    pub(super) fn floats<const N: usize>(
+        &mut self,
+        document: &Document,
+        index: usize,
+    ) -> Result<Vec<[f32; N]>, String> {
+        let accessor = accessor(document, index)?;
+        let name = |message: String| format!("accessor {index} {message}");
+        if accessor.kind != ["SCALAR", "VEC2", "VEC3"][N - 1] {
+            return Err(name(format!("holds {:?}, which does not fit its use", accessor.kind)));
+        }
+        let component = accessor.component_type;
+        let wide = size(component).map_err(name)?;
+        let element = N as u64 * wide;
+        let view = self
+            .view(document, accessor.buffer_view, accessor.byte_offset, accessor.count, element)
+            .map_err(name)?;
+        let decode = |view: &View, i: usize| {
+            let at = view.first + i * view.stride;
+            let bytes = &view.bytes[at..at + element as usize];
+            std::array::from_fn(|c| number(&bytes[c * wide as usize..], component, accessor.normalized))
+        };
+        let mut all: Vec<[f32; N]> = (0..view.count).map(|i| decode(&view, i)).collect();
+        if let Some(sparse) = &accessor.sparse {
+            let of = &sparse.indices;
+            let index_size = size(of.component_type).map_err(name)?;
+            let indices = self
+                .view(document, Some(of.buffer_view), of.byte_offset, sparse.count, index_size)
+                .map_err(name)?;
+            let values = &sparse.values;
+            let values = self
+                .view(document, Some(values.buffer_view), values.byte_offset, sparse.count, element)
+                .map_err(name)?;
+            for i in 0..indices.count {
+                let at = index_at(&indices, i, of.component_type).map_err(name)?;
+                let Some(place) = all.get_mut(at as usize) else {
+                    return Err(name(format!("replaces element {at} of {}", view.count)));
+                };
+                *place = decode(&values, i);
+            }
+        }
+        Ok(all)
+    }
+
+    /// An accessor's indices.
+    pub(super) fn indices(&mut self, document: &Document, index: usize) -> Result<Vec<u32>, String> {
+        let accessor = accessor(document, index)?;
+        let name = |message: String| format!("accessor {index} {message}");
+        if accessor.kind != "SCALAR" || accessor.sparse.is_some() {
+            return Err(name(format!("holds {:?}, which are no indices", accessor.kind)));
+        }
+        let size = size(accessor.component_type).map_err(name)?;
+        let view = self
+            .view(document, accessor.buffer_view, accessor.byte_offset, accessor.count, size)
+            .map_err(name)?;
+        (0..view.count).map(|i| index_at(&view, i, accessor.component_type).map_err(name)).collect()
+    }
+
+    /// Elements of so many bytes in a view, all of which are there.
+    fn view(
+        &mut self,
+        document: &Document,
+        view: Option<usize>,
+        offset: u64,
+        count: u64,
+        element: u64,
+    ) -> Result<View, String> {
+        let Some(index) = view else { return Err("has no buffer view: it would be all zeros".into()) };
+        let Some(view) = document.buffer_views.get(index) else {
+            return Err(format!(
+                "has buffer view {index}, but there are only {}",
+                document.buffer_views.len()
+            ));
+        };
+        let bytes = self.buffer(document, view.buffer)?;
+        let view_end = view.byte_offset.checked_add(view.byte_length);
+        if view_end.is_none_or(|end| end > bytes.len() as u64) {
+            let (length, have) = (view.byte_length, bytes.len());
+            return Err(format!(
+                "has buffer view {index}: {length} bytes from byte {} of a buffer of {have}",
+                view.byte_offset
+            ));
+        }
+        let stride = view.byte_stride.unwrap_or(element);
+        if stride < element {
+            return Err(format!(
+                "has elements of {element} bytes, of which buffer view {index} holds {stride}"
+            ));
+        }
+        let last = count.checked_sub(1).map(|before| before.checked_mul(stride));
+        let end = match last {
+            None => Some(0),
+            Some(last) => last.and_then(|last| last.checked_add(offset)?.checked_add(element)),
+        };
+        if end.is_none_or(|end| end > view.byte_length) {
+            let length = view.byte_length;
+            return Err(format!(
+                "promises {count} elements, which buffer view {index} of {length} bytes does not hold"
+            ));
+        }
+        let first = if count == 0 { 0 } else { (view.byte_offset + offset) as usize };
+        Ok(View { bytes, first, stride: stride as usize, count: count as usize })
+    }
+
+    /// A buffer's bytes, loaded once.
+    fn buffer(&mut self, document: &Document, index: usize) -> Result<Rc<Vec<u8>>, String> {
+        let Some(buffer) = document.buffers.get(index) else {
+            return Err(format!("needs buffer {index}, but there are only {}", document.buffers.len()));
+        };
+        self.loaded.resize(document.buffers.len(), None);
+        if let Some(bytes) = &self.loaded[index] {
+            return Ok(Rc::clone(bytes));
+        }
+        let bytes = match &buffer.uri {
+            None if index == 0 => {
+                self.binary.clone().ok_or_else(|| "needs the binary chunk, which is not there".to_owned())?
+            }
+            None => return Err(format!("needs buffer {index}, which is nowhere")),
+            Some(uri) => {
+                Rc::new(self.load(uri, buffer.byte_length).map_err(|e| format!("needs buffer {index}: {e}"))?)
+            }
+        };
+        if (bytes.len() as u64) < buffer.byte_length {
+            let (have, promised) = (bytes.len(), buffer.byte_length);
+            return Err(format!("needs buffer {index}, which has {have} bytes of {promised}: it is cut off"));
+        }
+        self.loaded[index] = Some(Rc::clone(&bytes));
+        Ok(bytes)
+    }
+
+    fn load(&self, uri: &str, length: u64) -> Result<Vec<u8>, String> {
+        if let Some(data) = uri.strip_prefix("data:") {
+            let Some((_, text)) = data.split_once(";base64,") else {
+                return Err("its data: URI is not in base64".into());
+            };
+            let padded =
+                if text.ends_with('=') || text.len().is_multiple_of(4) { BASE64 } else { BASE64_NOPAD };
+            return padded
+                .decode(text.as_bytes())
+                .map_err(|error| format!("its data: URI is no base64: {error}"));
+        }
+        if uri.split_once(':').is_some_and(|(scheme, _)| scheme.len() > 1 && !scheme.contains('/')) {
+            return Err(format!("{:?} is on another machine", shortened(uri)));
+        }
+        let path = beside(self.file, &percent_decode_str(uri).decode_utf8_lossy());
+        let (file, _) = open(&path).map_err(|error| error.to_string())?;
+        let mut bytes = Vec::new();
+        // No more than is asked for.
+        match file.take(length).read_to_end(&mut bytes) {
+            Ok(_) => Ok(bytes),
+            Err(error) => Err(format!("{}: cannot be read: {error}", path.display())),
+        }
+    }
+}
+
+fn accessor(document: &Document, index: usize) -> Result<&Accessor, String> {
+    let missing = || format!("it needs accessor {index}, but there are only {}", document.accessors.len());
+    document.accessors.get(index).ok_or_else(missing)
+}
+
+fn shortened(text: &str) -> String {
+    text.chars().take(60).collect()
+}
+
+/// The component at the start of some bytes, as floats mean it: normalised integers are fractions.
+fn number(bytes: &[u8], component: u32, normalized: bool) -> f32 {
+    let (value, most) = match component {
+        I8 => (f32::from(bytes[0] as i8), 127.0),
+        U8 => (f32::from(bytes[0]), 255.0),
+        I16 => (f32::from(i16::from_le_bytes([bytes[0], bytes[1]])), 32767.0),
+        U16 => (f32::from(u16::from_le_bytes([bytes[0], bytes[1]])), 65535.0),
+        U32 => (u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as f32, 4_294_967_295.0),
+        _ => (f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]), 1.0),
+    };
+    if normalized && component != F32 { (value / most).max(-1.0) } else { value }
+}
+
+fn index_at(view: &View, i: usize, component: u32) -> Result<u32, String> {
+    let bytes = &view.bytes[view.first + i * view.stride..];
+    match component {
+        U8 => Ok(u32::from(bytes[0])),
+        U16 => Ok(u32::from(u16::from_le_bytes([bytes[0], bytes[1]]))),
+        U32 => Ok(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
+        _ => Err("holds indices that are no unsigned integers".into()),
+    }
+}

@@ -1,0 +1,243 @@
+//! What of a glTF document's JSON is read, under the names of its specification.
+//!
+//! What the specification requires is required, so that no element is much larger in memory than in the file;
+//! those of which it requires nothing may not be too many.
+
+use serde::de::{Error, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::marker::PhantomData;
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Document {
+    pub(super) asset: Asset,
+    pub(super) extensions_required: Vec<String>,
+    pub(super) scene: Option<usize>,
+    pub(super) scenes: Vec<Scene>,
+    #[serde(deserialize_with = "few")]
+    pub(super) nodes: Vec<Node>,
+    pub(super) meshes: Vec<Mesh>,
+    #[serde(deserialize_with = "few")]
+    pub(super) materials: Vec<Material>,
+    pub(super) accessors: Vec<Accessor>,
+    pub(super) buffer_views: Vec<BufferView>,
+    pub(super) buffers: Vec<Buffer>,
+}
+
+/// The most nodes, and the most materials: an empty one takes three bytes of a file and 250 of memory.
+const MOST: usize = 1 << 20;
+
+/// A list of at most [`MOST`].
+fn few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<Vec<T>, D::Error> {
+    struct Few<T>(PhantomData<T>);
+
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for Few<T> {
+        type Value = Vec<T>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write!(f, "a list")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<T>, A::Error> {
+            let mut all = Vec::new();
+            while let Some(element) = list.next_element()? {
+                if all.len() == MOST {
+                    return Err(A::Error::custom(format!("more than {MOST} of these are too many")));
+                }
+                all.push(element);
+            }
+            Ok(all)
+        }
+    }
+
+    deserializer.deserialize_seq(Few(PhantomData))
+}
+
+impl Document {
+    /// The name of a material, or its number where it has none.
+    pub(super) fn material_name(&self, index: usize) -> String {
+        let name = self.materials[index].name.clone().filter(|name| !name.is_empty());
+        name.unwrap_or_else(|| format!("material {index}"))
+    }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Asset {
+    pub(super) version: String,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Scene {
+    pub(super) nodes: Vec<usize>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Node {
+    pub(super) name: Option<String>,
+    pub(super) children: Vec<usize>,
+    pub(super) mesh: Option<usize>,
+    /// Column by column.
+    pub(super) matrix: Option<[f64; 16]>,
+    pub(super) translation: Option<[f64; 3]>,
+    /// x, y, z and w of a quaternion.
+    pub(super) rotation: Option<[f64; 4]>,
+    pub(super) scale: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Mesh {
+    pub(super) name: Option<String>,
+    pub(super) primitives: Vec<Primitive>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Primitive {
+    pub(super) attributes: BTreeMap<String, usize>,
+    pub(super) indices: Option<usize>,
+    pub(super) material: Option<usize>,
+    pub(super) mode: Option<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Accessor {
+    pub(super) buffer_view: Option<usize>,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) component_type: u32,
+    #[serde(default)]
+    pub(super) normalized: bool,
+    pub(super) count: u64,
+    #[serde(rename = "type")]
+    pub(super) kind: String,
+    pub(super) sparse: Option<Sparse>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Sparse {
+    pub(super) count: u64,
+    pub(super) indices: SparseIndices,
+    pub(super) values: SparseValues,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseIndices {
+    pub(super) buffer_view: usize,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) component_type: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseValues {
+    pub(super) buffer_view: usize,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct BufferView {
+    pub(super) buffer: usize,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) byte_length: u64,
+    pub(super) byte_stride: Option<u64>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub(super) byte_length: u64,
+    pub(super) uri: Option<String>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Material {
+    pub(super) name: Option<String>,
+    pub(super) pbr_metallic_roughness: Metallic,
+    pub(super) emissive_factor: [f64; 3],
+    emissive_texture: Option<serde::de::IgnoredAny>,
+    pub(super) extensions: MaterialExtensions,
+}
+
+impl Material {
+    pub(super) fn has_texture(&self) -> bool {
+        let Metallic { base_color_texture, metallic_roughness_texture, .. } = &self.pbr_metallic_roughness;
+        self.emissive_texture.is_some()
+            || base_color_texture.is_some()
+            || metallic_roughness_texture.is_some()
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Metallic {
+    pub(super) base_color_factor: [f64; 4],
+    pub(super) metallic_factor: f64,
+    base_color_texture: Option<serde::de::IgnoredAny>,
+    metallic_roughness_texture: Option<serde::de::IgnoredAny>,
+}
+
+impl Metallic {
+    /// Whether a texture says where it is metal, which the factor is for its white.
+    pub(super) fn has_metal_texture(&self) -> bool {
+        self.metallic_roughness_texture.is_some()
+    }
+}
+
+impl Default for Metallic {
+    fn default() -> Self {
+        Metallic {
+            base_color_factor: [1.0; 4],
+            metallic_factor: 1.0,
+            base_color_texture: None,
+            metallic_roughness_texture: None,
+        }
+    }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_transmission")]
+    pub(super) transmission: Transmission,
+    #[serde(rename = "KHR_materials_ior")]
+    pub(super) ior: Ior,
+    #[serde(rename = "KHR_materials_emissive_strength")]
+    pub(super) emissive_strength: Strength,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Transmission {
+    #[serde(rename = "transmissionFactor")]
+    pub(super) factor: f64,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Ior {
+    pub(super) ior: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(default)]
+pub(super) struct Strength {
+    #[serde(rename = "emissiveStrength")]
+    pub(super) strength: f64,
+}
+
+impl Default for Strength {
+    fn default() -> Self {
+        Strength { strength: 1.0 }
+    }
+}

@@ -1,0 +1,272 @@
+//! glTF in both dresses: what nodes, accessors and materials say, and every lie that they can tell.
+
+use super::*;
+use data_encoding::BASE64;
+use serde_json::{Value, json};
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// Two triangles of a square in the plane z = 0, with normals, uv, indices, and a position that sparse values move.
+pub(super) fn binary() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for p in [[0.0_f32, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 0.0], [0.0, 3.0, 0.0]] {
+        bytes.extend(p.iter().flat_map(|x| x.to_le_bytes()));
+    }
+    // Normals as signed bytes, padded to four.
+    bytes.extend([0, 0, 127, 0].repeat(4));
+    // uv as unsigned shorts.
+    for uv in [[0_u16, 0], [65535, 0], [65535, 65535], [0, 65535]] {
+        bytes.extend(uv.iter().flat_map(|x| x.to_le_bytes()));
+    }
+    for index in [0_u16, 1, 2, 0, 2, 3] {
+        bytes.extend(index.to_le_bytes());
+    }
+    bytes.extend([3_u8, 0, 0, 0]);
+    bytes.extend([-1.0_f32, 3.0, 0.0].iter().flat_map(|x| x.to_le_bytes()));
+    bytes
+}
+
+/// A square, placed twice: turned, and mirrored by a matrix; a red metal and glass.
+pub(super) fn document() -> Value {
+    json!({
+        "asset": { "version": "2.0" },
+        "extensionsRequired": ["KHR_mesh_quantization"],
+        "scene": 0,
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [
+            { "children": [1, 2], "translation": [10, 0, 0] },
+            // A quarter turn about z.
+            { "name": "turned", "mesh": 0, "rotation": [0, 0, FRAC_1_SQRT_2, FRAC_1_SQRT_2], "scale": [1, 2, 1] },
+            { "mesh": 1, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 5, 1] },
+        ],
+        "meshes": [
+            { "name": "square", "primitives": [{
+                "attributes": { "POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2 }, "indices": 3, "material": 0
+            }] },
+            { "name": "window", "primitives": [
+                { "attributes": { "POSITION": 4 }, "indices": 3, "material": 1 },
+                { "attributes": { "POSITION": 0 }, "mode": 1 },
+                { "attributes": { "POSITION": 0 }, "mode": 6 },
+            ] },
+        ],
+        "materials": [
+            { "name": "red", "pbrMetallicRoughness": { "baseColorFactor": [0.9, 0.1, 0.2, 1] } },
+            {
+                "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": { "index": 0 } },
+                "emissiveFactor": [1, 0.5, 0],
+                "extensions": {
+                    "KHR_materials_transmission": { "transmissionFactor": 1 },
+                    "KHR_materials_ior": { "ior": 1.3 },
+                    "KHR_materials_emissive_strength": { "emissiveStrength": 4 },
+                },
+            },
+        ],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" },
+            { "bufferView": 1, "componentType": 5120, "count": 4, "type": "VEC3", "normalized": true },
+            { "bufferView": 2, "componentType": 5123, "count": 4, "type": "VEC2", "normalized": true },
+            { "bufferView": 3, "componentType": 5123, "count": 6, "type": "SCALAR" },
+            {
+                "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+                "sparse": {
+                    "count": 1,
+                    "indices": { "bufferView": 4, "componentType": 5121 },
+                    "values": { "bufferView": 5 },
+                },
+            },
+        ],
+        "bufferViews": [
+            { "buffer": 0, "byteLength": 48 },
+            { "buffer": 0, "byteOffset": 48, "byteLength": 16, "byteStride": 4 },
+            { "buffer": 0, "byteOffset": 64, "byteLength": 16 },
+            { "buffer": 0, "byteOffset": 80, "byteLength": 12 },
+            { "buffer": 0, "byteOffset": 92, "byteLength": 4 },
+            { "buffer": 0, "byteOffset": 96, "byteLength": 12 },
+        ],
+        "buffers": [{ "byteLength": 108 }],
+    })
+}
+
+pub(super) fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
+    let mut text = document.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let mut file = b"glTF".to_vec();
+    let chunks = [(&text[..], b"JSON"), (binary, b"BIN\0")];
+    let len = 12 + chunks.iter().map(|(bytes, _)| 8 + bytes.len()).sum::<usize>();
+    file.extend([2, len as u32].iter().flat_map(|x| x.to_le_bytes()));
+    for (bytes, kind) in chunks {
+        file.extend((bytes.len() as u32).to_le_bytes());
+        file.extend(kind);
+        file.extend(bytes);
+    }
+    file
+}
+
+/// As text, its buffer in a URI.
+pub(super) fn with_data() -> Vec<u8> {
+    let mut document = document();
+    let data = format!("data:application/octet-stream;base64,{}", BASE64.encode(&binary()));
+    document["buffers"][0]["uri"] = data.into();
+    document.to_string().into_bytes()
+}
+
+fn near(a: [f32; 3], b: [f32; 3]) {
+    assert!((0..3).all(|i| (a[i] - b[i]).abs() < 1e-5), "{a:?} is not {b:?}");
+}
+
+#[test]
+fn nodes_put_triangles_where_they_belong() {
+    let mesh = read_bytes("a.glb", &glb(&document(), &binary())).expect("a mesh");
+    // The square twice, and once as a fan without material.
+    assert_eq!((mesh.positions.len(), mesh.triangles.len()), (12, 6));
+    // Scaled, turned, moved.
+    for (i, p) in
+        [[10.0, 0.0, 0.0], [10.0, 2.0, 0.0], [4.0, 2.0, 0.0], [4.0, 0.0, 0.0]].into_iter().enumerate()
+    {
+        near(mesh.positions[i], p);
+        near(mesh.normals[i], [0.0, 0.0, 1.0]);
+    }
+    assert_eq!(mesh.triangles[..2], [[0, 1, 2], [0, 2, 3]]);
+    // Mirrored: wound the other way round. The last corner is the sparse one.
+    near(mesh.positions[4], [10.0, 0.0, 5.0]);
+    near(mesh.positions[7], [9.0, 3.0, 5.0]);
+    assert_eq!(mesh.triangles[2..4], [[4, 6, 5], [4, 7, 6]]);
+    // Those without normals are flat; uv, which some lack, none have.
+    assert_eq!(mesh.normals[5], [0.0; 3]);
+    assert!(mesh.uv.is_empty());
+    assert_eq!(read_bytes("a.gltf", &with_data()), Ok(mesh));
+}
+
+#[test]
+fn parts_have_the_materials_of_the_file() {
+    let file = read_split("a.glb", &glb(&document(), &binary()), &Split::Materials).expect("a file");
+    let names: Vec<_> = file.parts.iter().map(|(name, mesh)| (name.as_str(), mesh.triangles.len())).collect();
+    assert_eq!(names, [("red", 2), ("material 1", 2), ("", 2)]);
+    assert_eq!(file.parts[0].1.uv[2], [1.0, 1.0]);
+    let [red, window] = &file.materials[..] else { panic!("{:?}", file.materials) };
+    assert_eq!(
+        (red.name.as_str(), &red.kind),
+        ("red", &MaterialKind::Mirror { reflectance: [0.9, 0.1, 0.2] })
+    );
+    let glass = MaterialKind::Glass { ior: 1.3, reflectance: [1.0; 3], transmittance: [1.0; 3] };
+    assert_eq!((&window.kind, window.emission), (&glass, [4.0, 2.0, 0.0]));
+    assert_eq!(
+        file.notes,
+        ["it has points or lines, which are passed over", "it has textures, which are passed over"]
+    );
+    // By the names of nodes and meshes.
+    let split = Split::Named(vec!["window".into(), "turned".into()]);
+    let file = read_split("a.glb", &glb(&document(), &binary()), &split).expect("a file");
+    let names: Vec<_> = file.parts.iter().map(|(name, mesh)| (name.as_str(), mesh.triangles.len())).collect();
+    assert_eq!(names, [("window", 4), ("turned", 2)]);
+    assert_eq!(file.names, ["turned", "red", "window", "material 1"]);
+}
+
+#[test]
+fn buffers_may_be_files_beside() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut document = document();
+    document["buffers"][0]["uri"] = "the%20square.bin".into();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, document.to_string()).unwrap();
+    let read = || read(&path, &Split::Whole, &mut |_, _| {}).map_err(|error| error.to_string());
+    let error = read().unwrap_err();
+    assert!(error.contains("a.gltf") && error.contains("the square.bin: there is no such file"), "{error}");
+    let side = folder.path().join("the square.bin");
+    std::fs::write(&side, &binary()[..100]).unwrap();
+    let error = read().unwrap_err();
+    assert!(error.contains("100 bytes of 108: it is cut off"), "{error}");
+    std::fs::write(&side, binary()).unwrap();
+    let file = read().unwrap();
+    assert_eq!(file.parts[0].1.triangles.len(), 6);
+}
+
+#[test]
+fn lies_are_told_where_and_why() {
+    let huge = json!(1_u64 << 60);
+    for (at, value, words) in [
+        ("/asset/version", json!("1.0"), ["version \"1.0\"", "version 2"]),
+        ("/extensionsRequired/0", json!("KHR_draco_mesh_compression"), ["KHR_draco", "does not know"]),
+        ("/scene", json!(3), ["scene 3", "only 1"]),
+        ("/scenes/0/nodes/0", json!(9), ["node 9", "only 3"]),
+        ("/nodes/0/children/1", json!(1), ["node 1", "more than one parent"]),
+        ("/nodes/0/children/1", json!(0), ["node 0", "its own"]),
+        ("/nodes/0/translation/0", json!(1e300), ["vertex 0", "position"]),
+        ("/nodes/1/rotation", json!([0, 0, 0, 0]), ["node 1", "not finite"]),
+        ("/nodes/1/mesh", json!(7), ["node 1 has mesh 7", "only 2"]),
+        ("/meshes/0/primitives/0/material", json!(2), ["mesh 0, primitive 0", "material 2"]),
+        ("/meshes/0/primitives/0/indices", json!(99), ["accessor 99", "only 5"]),
+        ("/meshes/0/primitives/0/indices", json!(0), ["accessor 0", "no indices"]),
+        ("/meshes/0/primitives/0/attributes/POSITION", json!(3), ["accessor 3", "does not fit"]),
+        ("/accessors/0/count", huge.clone(), ["accessor 0", "promises 1152921504606846976"]),
+        ("/accessors/0/count", json!(5), ["accessor 0", "promises 5"]),
+        ("/accessors/0/byteOffset", json!(u64::MAX), ["accessor 0", "does not hold"]),
+        ("/accessors/0/byteOffset", json!(4), ["accessor 0", "does not hold"]),
+        ("/accessors/0/componentType", json!(5130), ["accessor 0", "unknown type 5130"]),
+        ("/accessors/0/bufferView", json!(null), ["accessor 0", "no buffer view"]),
+        ("/accessors/0/bufferView", json!(8), ["buffer view 8", "only 6"]),
+        ("/accessors/1/count", json!(3), ["4 positions", "normals"]),
+        ("/accessors/3/count", json!(7), ["accessor 3", "promises 7"]),
+        ("/accessors/4/sparse/count", huge.clone(), ["accessor 4", "promises"]),
+        (
+            "/accessors/4/sparse/indices",
+            json!({ "bufferView": 2, "byteOffset": 4, "componentType": 5121 }),
+            ["accessor 4", "replaces element 255 of 4"],
+        ),
+        ("/bufferViews/0/byteLength", huge.clone(), ["buffer view 0", "of a buffer of 108"]),
+        ("/bufferViews/0/byteOffset", json!(u64::MAX), ["buffer view 0", "of a buffer of 108"]),
+        ("/bufferViews/0/buffer", json!(1), ["buffer 1", "only 1"]),
+        ("/bufferViews/1/byteStride", json!(2), ["elements of 3 bytes", "buffer view 1 holds 2"]),
+        ("/buffers/0/byteLength", huge, ["108 bytes of 1152921504606846976", "cut off"]),
+        ("/buffers/0/uri", json!("https://example.org/a.bin"), ["https://", "another machine"]),
+        ("/buffers/0/uri", json!("data:;base64,?"), ["buffer 0", "no base64"]),
+        ("/buffers/0/uri", json!("data:text/plain,a"), ["buffer 0", "not in base64"]),
+        ("/meshes", json!(3), ["a.glb", "line 1"]),
+        ("/accessors/1", json!({ "count": 4 }), ["line 1", "missing field `componentType`"]),
+        ("/nodes", json!(vec![json!({}); (1 << 20) + 1]), ["line 1", "more than 1048576"]),
+        ("/meshes", json!([]), ["node 1 has mesh 0", "only 0"]),
+        ("/nodes/0/children", json!([]), ["a.glb", "no triangle"]),
+    ] {
+        let mut document = document();
+        document["buffers"][0]["uri"] = Value::Null;
+        document["accessors"][0]["byteOffset"] = 0.into();
+        document["bufferViews"][0]["byteOffset"] = 0.into();
+        *document.pointer_mut(at).expect(at) = value.clone();
+        let error = read_bytes("a.glb", &glb(&document, &binary())).expect_err("an error");
+        for word in words {
+            assert!(error.contains(word), "{at} = {value}: {error} lacks {word}");
+        }
+    }
+    let good = glb(&document(), &binary());
+    for (bytes, words) in [
+        (b"glT".to_vec(), ["byte 0", "cut off"]),
+        (b"glUF\x02\0\0\0\x0c\0\0\0".to_vec(), ["a.glb", "does not begin"]),
+        (b"glTF\x01\0\0\0\x0c\0\0\0".to_vec(), ["version 1", "version 2"]),
+        (b"glTF\x02\0\0\0\x0c\0\0\0".to_vec(), ["a.glb", "no JSON"]),
+        (good[..good.len() - 1].to_vec(), ["a chunk of 108 bytes", "cut off"]),
+        (good[..40].to_vec(), ["a chunk of", "only 20 are left"]),
+    ] {
+        let error = read_bytes("a.glb", &bytes).expect_err("an error");
+        for word in words {
+            assert!(error.contains(word), "{error} lacks {word}");
+        }
+    }
+    let error = read_bytes("a.glb", &glb(&document(), &[&f32::NAN.to_le_bytes(), &binary()[4..]].concat()));
+    assert!(error.as_ref().is_err_and(|e| e.contains("position") && e.contains("not a number")), "{error:?}");
+    let mut indices = binary();
+    indices[80] = 200;
+    let error = read_bytes("a.glb", &glb(&document(), &indices)).unwrap_err();
+    assert!(error.contains("vertex 200") && error.contains("only 4"), "{error}");
+}
+
+#[test]
+fn a_small_file_cannot_repeat_its_meshes_without_end() {
+    let mut document = document();
+    let nodes: Vec<_> = (0..300).map(|_| json!({ "mesh": 0 })).collect();
+    let roots: Vec<_> = (0..nodes.len()).collect();
+    document["nodes"] = nodes.into();
+    document["scenes"] = json!([{ "nodes": roots }]);
+    let one = document["meshes"][0]["primitives"][0].clone();
+    document["meshes"][0]["primitives"] = vec![one; 2000].into();
+    let error = read_bytes("a.glb", &glb(&document, &binary())).unwrap_err();
+    assert!(error.contains("repeat its meshes to more than 64 times"), "{error}");
+}

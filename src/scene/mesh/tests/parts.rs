@@ -1,0 +1,123 @@
+//! Groups and materials: what becomes a mesh of its own, and what MTL colours become.
+
+use super::*;
+
+/// A square of two triangles in two groups of the same two materials, on vertices that they share.
+const SQUARE: &str = "mtllib colours.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n\
+    g left side\nusemtl Red Paint\nf 1 2 3\nusemtl Clear\nf 1 3 4\n\
+    g right side\nusemtl Red Paint\nf 3 2 1\n";
+
+fn counts(file: &MeshFile) -> Vec<(&str, usize, usize)> {
+    let count =
+        |(name, mesh): &'_ (String, Arc<Mesh>)| (mesh.positions.len(), mesh.triangles.len(), name.len());
+    file.parts
+        .iter()
+        .map(|part| {
+            let (vertices, triangles, _) = count(part);
+            (part.0.as_str(), vertices, triangles)
+        })
+        .collect()
+}
+
+#[test]
+fn files_are_split_by_names_alone() {
+    let whole = read_split("a.obj", SQUARE.as_bytes(), &Split::Whole).unwrap();
+    assert_eq!(counts(&whole), [("", 4, 3)]);
+    let names = |names: &[&str]| {
+        let split = Split::Named(names.iter().map(|&name| name.to_owned()).collect());
+        read_split("a.obj", SQUARE.as_bytes(), &split).unwrap()
+    };
+    assert_eq!(counts(&names(&["Clear"])), [("Clear", 3, 1), ("", 3, 2)]);
+    // A group counts before a material.
+    assert_eq!(
+        counts(&names(&["Red Paint", "right side"])),
+        [("Red Paint", 3, 1), ("right side", 3, 1), ("", 3, 1)]
+    );
+    assert_eq!(names(&["no such"]).names, ["left side", "Red Paint", "Clear", "right side"]);
+}
+
+fn materials(mtl: &str) -> Result<MeshFile, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, SQUARE).unwrap();
+    std::fs::write(folder.path().join("colours.mtl"), mtl).unwrap();
+    read(&path, &Split::Materials, &mut |_, _| {}).map_err(|error| error.to_string())
+}
+
+#[test]
+fn colours_are_matte_mirror_and_glass() {
+    let file = materials("newmtl Red Paint\nKd 0.8 0.1 0.2\nNs 10\nnewmtl Clear\nd 0.1\nNi 1.4\n").unwrap();
+    assert_eq!(counts(&file), [("Red Paint", 3, 2), ("Clear", 3, 1)]);
+    let kind = |text: &str| {
+        let file = materials(&format!("newmtl Clear\n{text}\n")).unwrap();
+        (file.materials[0].kind.clone(), file.materials[0].emission)
+    };
+    let matte = |reflectance| (MaterialKind::Matte { reflectance }, [0.0; 3]);
+    let mirror = |reflectance| (MaterialKind::Mirror { reflectance }, [0.0; 3]);
+    let glass =
+        |ior, transmittance| (MaterialKind::Glass { ior, reflectance: [1.0; 3], transmittance }, [0.0; 3]);
+    assert_eq!(kind("Kd 0.5 0.25 2"), matte([0.5, 0.25, 1.0]));
+    assert_eq!(kind("Kd 0.5"), matte([0.5; 3]));
+    assert_eq!(kind("Ka 1 1 1"), matte([0.8; 3]));
+    assert_eq!(kind("Kd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nillum 2"), matte([0.5; 3]));
+    assert_eq!(kind("Kd 0.5 0.5 0.5\nKs 0.75 0.5 0.25\nillum 3"), mirror([0.75, 0.5, 0.25]));
+    assert_eq!(kind("Kd 0 0 0\nKs 1 1 1"), mirror([1.0; 3]));
+    assert_eq!(kind("illum 7\nNi 2.5\nTf 0.5 1 1"), glass(2.5, [0.5, 1.0, 1.0]));
+    // The index of air is no glass.
+    assert_eq!(kind("illum 4\nNi 1"), glass(1.5, [1.0; 3]));
+    assert_eq!(kind("Tr 0.75"), glass(1.5, [1.0; 3]));
+    assert_eq!(kind("d -halo 0.25"), glass(1.5, [1.0; 3]));
+    assert_eq!(kind("Kd 1 1 1\nKe 2 3 4").1, [2.0, 3.0, 4.0]);
+    let noted = materials("newmtl Clear\nmap_Kd wood.png\n").unwrap();
+    assert_eq!(noted.notes, ["it has textures, which are passed over"]);
+}
+
+#[test]
+fn wrong_libraries_are_told_where_and_why() {
+    for (mtl, words) in [
+        ("newmtl Clear\nKd 1 2", ["colours.mtl: line 2", "fewer than 3"]),
+        ("newmtl Clear\n\nKd red green blue", ["colours.mtl: line 3", "\"red\" is no number"]),
+        ("newmtl Clear\nillum glass", ["colours.mtl: line 2", "\"glass\" is no illumination model"]),
+    ] {
+        let error = materials(mtl).unwrap_err();
+        for word in words {
+            assert!(error.contains(word), "{error} lacks {word}");
+        }
+    }
+    let error = read_split("no/a.obj", SQUARE.as_bytes(), &Split::Materials).unwrap_err();
+    assert!(error.contains("no/colours.mtl: there is no such file"), "{error}");
+    // Who asks for no materials needs none.
+    assert!(read_split("no/a.obj", SQUARE.as_bytes(), &Split::Whole).is_ok());
+}
+
+#[test]
+fn spoiled_libraries_are_errors_or_materials_and_never_panics() {
+    let good =
+        "newmtl a\nKd 1 2 3\nKs 0.5\nNi 1.5\nd -halo 0.5\nTr 0.1\nillum 7\nKe 1 1 1\nnewmtl b\nTf 1 1 1\n";
+    let stream = &mut Stream::new(22, 0, 0);
+    let split = Split::Materials;
+    for _ in 0..5000 {
+        let mut bytes = good.as_bytes().to_vec();
+        for _ in 0..stream.random_range(1..4) {
+            let at = stream.random_range(0..bytes.len());
+            match stream.random_range(0..3) {
+                0 => bytes[at] = stream.random(),
+                1 => bytes.truncate(at.max(1)),
+                _ => bytes.insert(at, b"0123456789-/e \n\xff"[stream.random_range(0..15)]),
+            }
+        }
+        let (mut parts, mut materials) = (Parts::new(&split), Vec::new());
+        let mut watch = |_, _| {};
+        let mut source = Source::new(Path::new("a.mtl"), &bytes[..], bytes.len() as u64, &mut watch);
+        if mtl::read(&mut source, &mut parts, &mut materials).is_ok() {
+            for FileMaterial { kind, emission, .. } in &materials {
+                assert!(emission.iter().all(|e| (0.0..=f64::from(1_u32 << 30)).contains(e)));
+                let (MaterialKind::Matte { reflectance } | MaterialKind::Mirror { reflectance }) = kind
+                else {
+                    continue;
+                };
+                assert!(reflectance.iter().all(|c| (0.0..=1.0).contains(c)));
+            }
+        }
+    }
+}

@@ -130,6 +130,32 @@ fn what_pays_is_shared_and_nothing_else() {
     assert_eq!(instances(mixed), (2, 2 * one + few, 3 * one + few));
 }
 
+/// A leaf holds eight triangles: meshes of so few, of which there must be many copies to pay, are one leaf each.
+#[test]
+fn meshes_of_a_single_leaf_are_met() {
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    for triangles in [vec![[0, 1, 2]], vec![[0, 1, 2], [0, 2, 3]], vec![[0, 1, 2]; 8]] {
+        let is_square = triangles.len() == 2;
+        let mesh = Arc::new(Mesh { positions: corners.to_vec(), triangles, ..Mesh::default() });
+        let at = |x: f64| placed(&mesh, DAffine3::from_translation(v(x, 0.0, 0.0)), 0);
+        let (_, geometry) =
+            compile_sharing(&scene(vec![matte([0.5; 3])], vec![at(0.0), at(5.0)]), 16, 16, ALL);
+        assert_eq!(geometry.second.instances.len(), 2);
+        let tree = Bvh::new(&geometry);
+        let met = |x: f64, y: f64| {
+            let ray = Ray { o: narrow(v(x, y, 2.0)), d: narrow(-DVec3::Z) };
+            let hit = tree.intersect(&ray, true);
+            hit.is_some().then_some((hit.t, hit.instance.0))
+        };
+        for (place, instance) in [(0.0, 1), (5.0, 2)] {
+            assert_eq!(met(place + 0.75, 0.25), Some((2.0, instance)));
+            assert_eq!(met(place + 0.25, 0.75), is_square.then_some((2.0, instance)));
+            // Negative control: beside it.
+            assert_eq!(met(place + 1.25, 0.25), None);
+        }
+    }
+}
+
 #[test]
 fn instances_are_met_where_copies_are() {
     let differences = |nudge: f64| {

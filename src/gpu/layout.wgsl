@@ -108,6 +108,8 @@ struct Light {
     way: u32,
     // 1 where a quad's sides meet at right angles.
     square: u32,
+    // Its node in the tree.
+    leaf: u32,
 }
 
 // A node of the light tree.
@@ -121,6 +123,10 @@ struct LightNode {
     spread: f32,
     // Index of the second child (the first comes right after its parent), or of the light with LEAF set.
     link: u32,
+    // Square of the distance from which on power alone says which of the lights is asked.
+    far2: f32,
+    // Whole units of power.
+    units: u32,
 }
 
 // A node of the tree over surfaces: eight boxes, rounded outwards to 256 steps of a power of two along each axis.

@@ -45,6 +45,8 @@ pub struct LightRow {
     pub square: bool,
     /// The way down the tree to it (see [`LightTree::way`]).
     pub way: u32,
+    /// Its node in the tree.
+    pub leaf: u32,
 }
 
 /// A surface of finite area that emits from its outward side.
@@ -231,6 +233,7 @@ impl LightTable {
             square: self.square[i] > 0.0,
             emission: at(&self.emission, i),
             way: self.tree.way(i),
+            leaf: self.tree.leaf(i),
         })
     }
 

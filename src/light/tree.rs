@@ -56,6 +56,11 @@ pub struct LightNode {
     pub cos_o: f32,
     /// Cosine of the angle from a normal past which no light leaves.
     pub cos_e: f32,
+    /// Square of the distance from the centre from which on power alone says which light is asked, if the lights
+    /// face the point or their normals agree; infinite for lights that are not of one mesh.
+    pub far2: f32,
+    /// Whole units of power, for the choice among far lights.
+    pub units: u32,
     /// Index of the second child (the first comes right after its parent), or of the light with [`LEAF`] set.
     pub link: u32,
 }
@@ -71,11 +76,11 @@ pub const NEARNESS: f32 = 0.2;
 const FAR: f64 = 2.0;
 
 /// If, moreover, the cosine at the lights is at least this,
-const FACING: f32 = 0.3;
+pub const FACING: f32 = 0.3;
 
 /// or their normals are within a cone whose half angle has at least this cosine: then distance and height are all
 /// that tells them apart.
-const NARROW: f32 = 0.95;
+pub const NARROW: f32 = 0.95;
 
 /// Units of power of the whole tree, about: as many as a uniform number of 24 bits can tell apart.
 const UNITS: f64 = 8_388_608.0;
@@ -190,6 +195,8 @@ impl LightTree {
             axis: at(&self.axis, i),
             cos_o: self.cos_o[i],
             cos_e: self.cos_e[i],
+            far2: self.far2[i],
+            units: self.units[i],
             link: self.link[i],
         })
     }
@@ -197,6 +204,11 @@ impl LightTree {
     /// The way down to a light: bit i is set where step i goes to the second child.
     pub fn way(&self, light: usize) -> u32 {
         self.way[light]
+    }
+
+    /// The index of a light's node.
+    pub fn leaf(&self, light: usize) -> u32 {
+        self.leaf[light]
     }
 
     /// What a node's lights contribute to a point `p` on a surface with normal `n` that scatters on both sides, up

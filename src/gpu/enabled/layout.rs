@@ -141,7 +141,8 @@ shared! {
         inward: u32,
         way: u32,
         square: u32,
-        _end: [u32; 2],
+        leaf: u32,
+        _end: u32,
     }
 
     /// A node of the light tree.
@@ -154,6 +155,9 @@ shared! {
         cos_e: f32,
         spread: f32,
         link: u32,
+        far2: f32,
+        units: u32,
+        _end: [u32; 2],
     }
 
     /// A node of the tree over surfaces.
@@ -344,6 +348,8 @@ pub(super) fn text(variant: Variant) -> String {
         ("EPSILON", f32::EPSILON),
         ("BELOW_ONE", light::BELOW_ONE),
         ("NEARNESS", light::NEARNESS),
+        ("FACING", light::FACING),
+        ("NARROW", light::NARROW),
         ("LEAST_SOLID_ANGLE", light::LEAST_SOLID_ANGLE),
         ("ROULETTE_KEEPS", ROULETTE_KEEPS),
         ("ROULETTE_AT_MOST", ROULETTE_AT_MOST),

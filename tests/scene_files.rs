@@ -354,6 +354,25 @@ fn parts_of_meshes_have_materials_of_their_own() {
 }
 
 #[test]
+fn long_files_tell_how_far_they_have_been_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let long = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{}", "# nothing\n".repeat(400_000));
+    fs::write(folder.path().join("long.obj"), &long).expect("written");
+    let scene = folder.path().join("long.toml");
+    let text = "entities = [{ shape = { type = \"mesh\", file = \"long.obj\" }, material = \"a\" }]\n\
+                materials.a = { type = \"matte\", reflectance = [1, 1, 1] }\n";
+    fs::write(&scene, text).expect("written");
+    let mut told = Vec::new();
+    let mut watch = |path: &Path, bytes: u64, of: u64| told.push((path.to_owned(), bytes, of));
+    stride::scene::load_watched(&scene, &mut watch).expect("a scene");
+    // Every mebibyte.
+    assert_eq!(told.len(), 4, "{told:?}");
+    assert!(told.is_sorted_by(|a, b| a.1 < b.1));
+    let whole = (folder.path().join("long.obj"), long.len() as u64);
+    assert!(told.iter().all(|(path, bytes, of)| (path, *of) == (&whole.0, whole.1) && *bytes <= *of));
+}
+
+#[test]
 fn wrong_materials_of_parts_are_told() {
     for (more, told) in [
         (", materials = \"none\"", "1:88: materials must be \"file\" or a table of names, not \"none\""),

@@ -1,5 +1,6 @@
 //! Arguments that several commands share, and the words they are written in.
 
+use super::loading::Loading;
 use super::{Failure, usage};
 use crate::render::Region;
 use crate::scene::{self, FilmMode, Filter, Integrator, Sampler, Scene, Sources};
@@ -45,7 +46,7 @@ impl SceneArguments {
 
     /// The same, with what the scene was read from.
     pub(super) fn load_with_sources(&self, quiet: bool) -> Result<(Scene, Sources), Failure> {
-        let loaded = scene::load(&self.scene)?;
+        let loaded = scene::load_watched(&self.scene, &mut Loading::stderr(quiet).watch())?;
         if !quiet {
             for warning in &loaded.warnings {
                 let _ = writeln!(std::io::stderr(), "warning: {warning}");

@@ -1,6 +1,6 @@
-//! `stride info`: what a file says of itself, or what there is to render with.
+//! `stride info`: what is in a file, or what there is to render with.
 
-use super::{Failure, devices, print, usage};
+use super::{Failure, devices, holds, print, usage};
 use crate::film::{Identity, Ranges};
 use crate::output::{FilmError, Format, exr, open_film, read_picture};
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct InfoArguments {
-    /// Film or picture: .film, .png, .exr or .hdr
+    /// Film, picture, scene or mesh: .film, .png, .exr, .hdr, .toml, .ply, .obj, .glb or .gltf
     #[arg(conflicts_with = "devices")]
     file: Option<PathBuf>,
     /// List the devices that can render, and their limits
@@ -27,12 +27,20 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
             ));
         }
     };
-    let text = if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("film")) {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let text = if extension == "film" {
         film(path)?
+    } else if extension == "toml" {
+        holds::of_scene(path)?
+    } else if ["ply", "obj", "glb", "gltf"].contains(&extension.as_str()) {
+        holds::of_mesh(path)?
     } else if Format::of(path).is_ok() {
         picture(path)?
     } else {
-        return Err(usage(format!("{} does not end in .film, .png, .exr or .hdr", path.display())));
+        return Err(usage(format!(
+            "{} does not end in .film, .png, .exr, .hdr, .toml, .ply, .obj, .glb or .gltf",
+            path.display()
+        )));
     };
     Ok(print(&text)?)
 }

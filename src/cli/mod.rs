@@ -6,7 +6,9 @@ mod check;
 mod compare;
 mod develop;
 mod devices;
+mod holds;
 mod info;
+mod loading;
 mod merge;
 mod render;
 mod stats;
@@ -41,7 +43,7 @@ enum Command {
     Develop(develop::DevelopArguments),
     /// Say how far apart two pictures are
     Compare(compare::CompareArguments),
-    /// Say what a film or a picture is, or what there is to render with
+    /// Say what is in a film, a picture, a scene or a mesh, or what there is to render with
     Info(info::InfoArguments),
 }
 

@@ -91,6 +91,14 @@ impl Triangles {
         first
     }
 
+    /// What they take up in memory, in bytes.
+    pub fn bytes(&self) -> usize {
+        let Triangles { corners, rows, positions, normals, uv, has_normals: _ } = self;
+        let of = |columns: &[Vec<f32>]| columns.iter().map(|column| size_of_val(&column[..])).sum::<usize>();
+        let indices = corners.iter().chain([rows]).map(|column| size_of_val(&column[..])).sum::<usize>();
+        indices + of(positions) + of(normals) + of(uv)
+    }
+
     /// A triangle's corners.
     pub fn positions_of(&self, triangle: usize) -> [[f32; 3]; 3] {
         let [a, b, c] = &self.corners;

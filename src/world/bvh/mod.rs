@@ -61,6 +61,11 @@ impl Bvh {
         trees.map(Nodes::bytes).sum::<usize>() + self.instances.bytes()
     }
 
+    /// Levels of nodes above the deepest leaf.
+    pub fn depth(&self) -> usize {
+        self.tree.as_ref().map_or(0, Nodes::depth)
+    }
+
     /// With other boxes than the shapes' own.
     fn with(
         geometry: &Geometry,

@@ -331,6 +331,22 @@ impl Nodes {
         (0..WIDTH).map(|i| Bounds { low: low(i), high: [high_x[i], high_y[i], high_z[i]] }).collect()
     }
 
+    /// Levels of nodes above the deepest leaf.
+    pub(super) fn depth(&self) -> usize {
+        let (mut deepest, mut waiting) = (0, vec![(self.root, 0)]);
+        while let Some((child, above)) = waiting.pop() {
+            let Target::Node(index) = child.target() else {
+                deepest = deepest.max(above);
+                continue;
+            };
+            let Node { planes, children } = &self.nodes[index];
+            // A child that is not there has the box of nothing.
+            let there = (0..WIDTH).filter(|&lane| planes[0][lane] <= planes[3][lane]);
+            waiting.extend(there.map(|lane| (children[lane], above + 1)));
+        }
+        deepest
+    }
+
     /// Bytes in memory.
     pub(super) fn bytes(&self) -> usize {
         let Nodes { root: _, around: _, nodes, spheres, quads, triangles } = self;

@@ -1,0 +1,186 @@
+//! `stride info` of scenes and meshes: what is in them, and what they take to be rendered.
+
+use super::Failure;
+use super::loading::Loading;
+use crate::math::Bounds;
+use crate::scene::mesh::{self, MeshFile, Split};
+use crate::scene::{self, Light, MaterialKind, Scene};
+use crate::shape::Shape;
+use crate::world::{Bvh, CompiledScene, Finder, Geometry, Simple, Treed, Triangles, Union, compile};
+use glam::{DAffine3, DVec3};
+use std::collections::HashMap;
+use std::fmt::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Facts, a line each.
+#[derive(Default)]
+struct Facts(String);
+
+impl Facts {
+    fn line(&mut self, name: &str, value: impl std::fmt::Display) {
+        // Writing to a string can't fail.
+        let _ = writeln!(self.0, "{name:<12}{value}");
+    }
+
+    fn bounds(&mut self, Bounds { low, high }: Bounds) {
+        let point = |[x, y, z]: [f32; 3]| format!("({x}, {y}, {z})");
+        self.line("bounds", format!("{} to {}", point(low), point(high)));
+    }
+
+    /// What finds hits in it, and what that takes.
+    fn structure(&mut self, geometry: &Geometry) {
+        let bounded = &geometry.second;
+        let tree = match Finder::Fastest.treed(bounded) {
+            Treed::Nothing => None,
+            Treed::Meshes => Some(Bvh::of_meshes(geometry).second),
+            Treed::Everything => Some(Bvh::new(geometry).second),
+        };
+        match tree {
+            Some(tree) => self.line("tree", format!("{} levels, {}", tree.depth(), bytes(tree.bytes()))),
+            None => self.line("tree", "none: so few surfaces are all tried"),
+        }
+        if !bounded.triangles.is_empty() {
+            self.line("triangles", format!("{} of their own", bytes(bounded.triangles.bytes())));
+        }
+    }
+}
+
+/// "12.5 MiB".
+fn bytes(count: usize) -> String {
+    let (mut size, mut unit) = (count as f64, "bytes");
+    for larger in ["KiB", "MiB", "GiB", "TiB"] {
+        if size < 1024.0 {
+            break;
+        }
+        (size, unit) = (size / 1024.0, larger);
+    }
+    if unit == "bytes" { format!("{count} bytes") } else { format!("{size:.1} {unit}") }
+}
+
+/// "1 quad", "2 quads".
+fn count(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
+}
+
+/// What is in a scene, compiled as it would be rendered.
+pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
+    let loaded = scene::load_watched(path, &mut Loading::stderr(false).watch())?;
+    let scene = &loaded.scene;
+    let (compiled, geometry) = compile(scene, scene.film.width, scene.film.height);
+    let mut facts = Facts::default();
+    facts.line("scene", format!("{}×{} pixels", scene.film.width, scene.film.height));
+    facts.line("entities", scene.entities.len());
+    let (planes, bounded) = (&geometry.first.planes, &geometry.second);
+    let kinds = [
+        (planes.len(), "plane", "planes"),
+        (bounded.spheres.len(), "sphere", "spheres"),
+        (bounded.quads.len(), "quad", "quads"),
+        (bounded.triangles.len(), "triangle", "triangles"),
+        (bounded.instances.len(), "instance of a mesh", "instances of meshes"),
+    ];
+    let kinds = kinds.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| count(n, one, many));
+    facts.line("surfaces", or_none(kinds.collect::<Vec<_>>().join(", ")));
+    let around = bounds(scene, &compiled, bounded);
+    if around.low[0] <= around.high[0] {
+        facts.bounds(around);
+    }
+    facts.line("lights", lights(scene, compiled.lights.len()));
+    facts.line(
+        "materials",
+        or_none(list(scene.materials.iter().map(|m| format!("{} ({})", m.name, kind(&m.kind))))),
+    );
+    facts.structure(&geometry);
+    Ok(facts.0)
+}
+
+/// A box around all that is bounded. Of instances it holds their own boxes.
+fn bounds(scene: &Scene, compiled: &CompiledScene, bounded: &Simple) -> Bounds {
+    let shapes = bounded.spheres.iter().map(|(s, _)| s.bounds());
+    let shapes = shapes.chain(bounded.quads.iter().map(|(q, _)| q.bounds()));
+    let triangles = (0..bounded.triangles.placed()).map(|i| bounded.triangles.bounds(i));
+    let mut own = HashMap::new();
+    let instances = bounded.instances.rows.iter().filter_map(|&row| {
+        let (_, look) = compiled.surfaces.rows()[row as usize];
+        let scene::Shape::Mesh { mesh, transform } = &scene.entities[look.entity as usize].shape else {
+            return None;
+        };
+        let own = own.entry(Arc::as_ptr(mesh)).or_insert_with(|| Bounds::of(mesh.positions.iter().copied()));
+        let Bounds { low, high } = *own;
+        Some(Bounds::of((0..8).map(|corner| {
+            let p = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] });
+            let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
+            p.to_array().map(|x| x as f32)
+        })))
+    });
+    shapes.chain(triangles).chain(instances).fold(Bounds::NOTHING, |around, bounds| around.with(&bounds))
+}
+
+fn lights(scene: &Scene, sampled: usize) -> String {
+    let points = scene.lights.iter().filter(|light| matches!(light, Light::Point { .. })).count();
+    let shines = |c: &[f64; 3]| c.iter().any(|&x| x > 0.0);
+    let emitters = scene.entities.iter().filter(|entity| shines(&entity.emission)).count();
+    let sky = if shines(&scene.environment) { ", and the environment" } else { "" };
+    format!(
+        "{}, {}; {sampled} to choose among{sky}",
+        count(points, "point", "points"),
+        count(emitters, "entity that emits", "entities that emit")
+    )
+}
+
+fn kind(kind: &MaterialKind) -> &'static str {
+    match kind {
+        MaterialKind::Matte { .. } => "matte",
+        MaterialKind::Mirror { .. } => "mirror",
+        MaterialKind::Glass { .. } => "glass",
+        MaterialKind::Checkerboard { .. } => "checkerboard",
+        #[cfg(feature = "broken-material")]
+        MaterialKind::Broken => "broken",
+    }
+}
+
+/// The first dozen.
+fn list(names: impl Iterator<Item = String>) -> String {
+    const MOST: usize = 12;
+    let names: Vec<_> = names.collect();
+    let shown = names.iter().take(MOST).map(String::as_str).collect::<Vec<_>>().join(", ");
+    if names.len() > MOST { format!("{shown}, … ({} in all)", names.len()) } else { shown }
+}
+
+fn or_none(text: String) -> String {
+    if text.is_empty() { "none".into() } else { text }
+}
+
+/// What is in a mesh file, as one that is placed where it lies.
+pub(super) fn of_mesh(path: &Path) -> Result<String, Failure> {
+    let loading = Loading::stderr(false);
+    let mut watch = loading.watch();
+    let MeshFile { parts, names, notes, .. } =
+        mesh::read(path, &Split::Whole, &mut |n, of| watch(path, n, of))?;
+    drop(watch);
+    let mut facts = Facts::default();
+    let mut triangles = Triangles::default();
+    for (_, mesh) in &parts {
+        facts.line(
+            "mesh",
+            format!(
+                "{}, {}",
+                count(mesh.triangles.len(), "triangle", "triangles"),
+                count(mesh.positions.len(), "vertex", "vertices")
+            ),
+        );
+        facts.bounds(Bounds::of(mesh.positions.iter().copied()));
+        let has = [(!mesh.normals.is_empty(), "normals"), (!mesh.uv.is_empty(), "uv")];
+        let has: Vec<_> = has.into_iter().filter_map(|(has, what)| has.then_some(what)).collect();
+        facts.line(
+            "vertices",
+            if has.is_empty() { "positions alone".into() } else { format!("with {}", has.join(" and ")) },
+        );
+        triangles.push(mesh, &DAffine3::IDENTITY, 0);
+    }
+    facts.line("parts", or_none(list(names.into_iter())));
+    notes.iter().for_each(|note| facts.line("note", note));
+    let bounded = Simple { triangles: Arc::new(triangles), ..Simple::default() };
+    facts.structure(&Union { first: Simple::default(), second: bounded });
+    Ok(facts.0)
+}

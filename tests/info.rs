@@ -1,0 +1,95 @@
+//! `stride info` of scenes and meshes.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+fn info(folder: &Path, file: &str) -> Result<String, String> {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_stride")).current_dir(folder).args(["info", file]).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    if output.status.success() { Ok(text(&output.stdout)) } else { Err(text(&output.stderr)) }
+}
+
+/// A square of `n` × `n` squares of two triangles each.
+fn grid(n: u32) -> String {
+    let mut text = String::new();
+    for i in 0..=n {
+        for j in 0..=n {
+            text += &format!("v {i} {j} 0\n");
+        }
+    }
+    for i in 0..n {
+        for j in 0..n {
+            let a = i * (n + 1) + j + 1;
+            text += &format!("f {a} {} {} {}\n", a + n + 1, a + n + 2, a + 1);
+        }
+    }
+    text
+}
+
+#[test]
+fn a_mesh_says_what_is_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("grid.obj"), format!("g floor\n{}", grid(20))).unwrap();
+    let told = info(folder.path(), "grid.obj").unwrap();
+    for line in [
+        "mesh        800 triangles, 441 vertices",
+        "bounds      (0, 0, 0) to (20, 20, 0)",
+        "vertices    positions alone",
+        "parts       floor",
+    ] {
+        assert!(told.lines().any(|l| l == line), "{told} lacks {line:?}");
+    }
+    // A hundred leaves of eight at best: three levels of nodes with eight children.
+    assert!(told.contains("tree        3 levels, ") || told.contains("tree        4 levels, "), "{told}");
+    fs::write(folder.path().join("bad.obj"), "f 1 2 3").unwrap();
+    let told = info(folder.path(), "bad.obj").unwrap_err();
+    assert!(told.contains("bad.obj: line 1"), "{told}");
+}
+
+#[test]
+fn instances_are_counted_and_held_by_the_bounds() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("grid.obj"), grid(60)).unwrap();
+    let place = |i: u32| {
+        format!(
+            "{{ shape = {{ type = \"mesh\", file = \"grid.obj\", transform = {{ translate = [{}, 0, 0] }} }}, \
+             material = \"white\" }}, ",
+            10 * i
+        )
+    };
+    // As many triangles as pay to be kept once.
+    let entities: String = (0..10).map(place).collect();
+    let text = format!(
+        "entities = [{entities}]\nmaterials.white = {{ type = \"matte\", reflectance = [1, 1, 1] }}\n\
+         environment.radiance = [1, 1, 1]\n"
+    );
+    fs::write(folder.path().join("grids.toml"), text).unwrap();
+    let told = info(folder.path(), "grids.toml").unwrap();
+    for line in [
+        "entities    10",
+        "surfaces    7200 triangles, 10 instances of meshes",
+        "bounds      (0, 0, 0) to (150, 60, 0)",
+        "lights      0 points, 0 entities that emit; 0 to choose among, and the environment",
+        "materials   white (matte)",
+    ] {
+        assert!(told.lines().any(|l| l == line), "{told} lacks {line:?}");
+    }
+}
+
+#[test]
+fn a_scene_says_what_is_in_it() {
+    let told = info(Path::new(env!("CARGO_MANIFEST_DIR")), "scenes/room.toml").unwrap();
+    for words in [
+        "entities    10\n",
+        "surfaces    4 spheres, 6 quads\n",
+        "lights      0 points, 1 entity that emits; 1 to choose among\n",
+        "(glass)",
+        "tree        none: so few surfaces are all tried\n",
+    ] {
+        assert!(told.contains(words), "{told} lacks {words:?}");
+    }
+    let told = info(Path::new(env!("CARGO_MANIFEST_DIR")), "no.toml").unwrap_err();
+    assert!(told.contains("no such file"), "{told}");
+}

@@ -142,15 +142,17 @@ impl Schedule {
         }
     }
 
-    /// The same over stripes of rows, of a region with so many pixels in a row: samples that count in all pixels
-    /// around them are summed up over what lies side by side.
+    /// The same over stripes of rows instead of pixels, of a region with so many pixels in a row: samples that count in
+    /// all pixels around them are summed up over what lies side by side.
     pub fn in_stripes(mut self, pixels: u32, width: u32) -> Schedule {
-        let shares = self.shares.len() as u32;
-        let rows = (pixels / width / (shares * STRIPES)).clamp(1, MOST_ROWS);
-        // With fewer rows than shares, less than a row.
-        let run = (rows * width).min(pixels.div_ceil(shares)).max(1);
-        for (i, share) in (0..).zip(&mut self.shares) {
-            share.stride = Stride { first: i * run, step: shares * run, run };
+        // All shares have the same.
+        let step = self.shares.first().map_or(1, |share| share.stride.step);
+        let rows = (pixels / width / step.saturating_mul(STRIPES)).clamp(1, MOST_ROWS);
+        // With fewer rows than there are stripes in a step, less than a row.
+        let stripe = (rows * width).min(pixels.div_ceil(step)).max(1);
+        for share in &mut self.shares {
+            let Stride { first, step, run } = share.stride;
+            share.stride = Stride { first: first * stripe, step: step * stripe, run: run * stripe };
         }
         self
     }

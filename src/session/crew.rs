@@ -175,11 +175,14 @@ impl Crew {
         (self.gpu.is_some() && self.threads > 0).then_some(self.threads)
     }
 
-    /// Deals strides in proportion to speed, or stripes where samples count in all pixels around them.
+    /// Deals strides in proportion to speed, of stripes where samples count in all pixels around them.
     pub(super) fn deal(&self, region: Region, schedule: Schedule) -> Schedule {
-        match self.spare() {
+        let schedule = match self.spare() {
             Some(_) => schedule.with_faster(region.len(), self.times),
-            None if self.splatter.is_some() => schedule.in_stripes(region.len(), region.width),
+            None => schedule,
+        };
+        match self.splatter {
+            Some(_) => schedule.in_stripes(region.len(), region.width),
             None => schedule,
         }
     }

@@ -17,6 +17,39 @@ fn a_fast_worker_owns_as_much_as_it_is_faster() {
 }
 
 #[test]
+fn stripes_are_whole_rows_where_there_are_enough_and_hold_each_place_once() {
+    for (workers, times, [width, height], rows) in [
+        (1, None, [640, 480], true),
+        (16, None, [640, 480], true),
+        (16, None, [1920, 1080], true),
+        (5, Some(0.3), [640, 480], true),
+        (17, Some(40.0), [1920, 1080], true),
+        (3, Some(7.5), [40, 30], true),
+        (3, Some(5000.0), [40, 30], false),
+        (4, None, [7, 1], false),
+    ] {
+        let pixels = width * height;
+        let plain = Schedule::new(workers, pixels, 1, None, vec![]);
+        let dealt = match times {
+            Some(times) => plain.with_faster(pixels, times),
+            None => plain,
+        };
+        let mut schedule = dealt.in_stripes(pixels, width);
+        let mut times_held = vec![0; pixels as usize];
+        let mut whole = true;
+        for worker in 0..workers {
+            while let Deal::Order(Order { stride, .. }) = schedule.next(worker, None) {
+                (0..stride.len(pixels)).for_each(|slot| times_held[stride.place(slot) as usize] += 1);
+                whole &= stride.first % width == 0 && stride.run % width == 0 && stride.step % width == 0;
+            }
+        }
+        let case = format!("{workers} workers, {times:?}, {width}×{height}");
+        assert!(times_held.iter().all(|&held| held == 1), "{case}");
+        assert_eq!(whole, rows, "{case}");
+    }
+}
+
+#[test]
 fn schedules_pass_every_stop_without_gap_or_overlap() {
     let stream = &mut Stream::new(9, 0, 0);
     for _ in 0..500 {

@@ -15,8 +15,8 @@ use crate::math::lanes::{Kernel, Level, dispatch};
 /// Bits behind the binary point of a pixel's weight.
 pub const WEIGHT_BITS: u32 = 2 * TAP_BITS;
 
-/// The largest band, in pixels: 4 MiB. A worker fills one and has sent two at most that nobody has taken yet.
-pub const BAND_PIXELS: u32 = 1 << 17;
+/// The largest band, in pixels: 3 MiB. A worker fills one and has sent two at most that nobody has taken yet.
+pub const BAND_PIXELS: u32 = 3 << 15;
 
 /// The most rows of pixels that a band is filled from.
 pub const BAND_ROWS: u32 = 16;
@@ -52,6 +52,11 @@ impl Band {
     /// A band without pixels.
     pub fn empty() -> Band {
         Band { x: 0, y: 0, width: 0, height: 0, sums: Vec::new() }
+    }
+
+    /// Bytes that its sums take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.sums[..])
     }
 
     /// Columns and rows that lie on a film of so many.

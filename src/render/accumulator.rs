@@ -434,15 +434,15 @@ impl Accumulator {
     }
 
     fn take(&mut self, batch: SampleBatch) {
-        let mut start = Instant::now();
-        let SampleBatch { worker, stride, payload, paths, rays, rejects, completes } = batch;
+        let start = Instant::now();
+        let SampleBatch { worker, stride, payload, samples, paths, rays, rejects, completes } = batch;
         self.totals.rays += rays;
         self.totals.samples += paths;
         self.made[worker] += paths;
         for reject in rejects {
             self.remember(reject);
         }
-        match payload {
+        let samples = match payload {
             Payload::Samples(samples) => {
                 if self.splatter.is_some() {
                     // They may count anywhere.
@@ -451,10 +451,7 @@ impl Accumulator {
                 for &sample in &samples {
                     self.add(sample);
                 }
-                self.totals.adding += start.elapsed();
-                // Waiting for the sink is not adding.
-                self.pass_on(samples);
-                start = Instant::now();
+                samples
             }
             Payload::Sums { first_slot, sums, bright, wide } => {
                 for (slot, sums) in (first_slot..).zip(&sums) {
@@ -466,8 +463,9 @@ impl Accumulator {
                 for (slot, sums) in &wide {
                     self.film.add_wide(stride.place(*slot) as usize, sums);
                 }
+                samples
             }
-            Payload::Splats { first_slot, made, band, bright, samples } => {
+            Payload::Splats { first_slot, made, band, bright } => {
                 let [width, height] = [self.region.width, self.region.height];
                 let places = band.places(width, height);
                 self.send_film_past(|next| places.is_none_or(|[first, last]| next <= first || last < next));
@@ -478,14 +476,12 @@ impl Accumulator {
                 for sample in bright {
                     self.add(sample);
                 }
-                if !samples.is_empty() {
-                    self.totals.adding += start.elapsed();
-                    self.pass_on(samples);
-                    start = Instant::now();
-                }
+                samples
             }
-        }
+        };
+        // Waiting for the sink is not adding.
         self.totals.adding += start.elapsed();
+        self.pass_on(samples);
         if let Some(end) = completes {
             self.complete(worker, stride, end);
         }
@@ -513,6 +509,7 @@ impl Accumulator {
     fn pass_on(&mut self, samples: Vec<Sample>) {
         // Samples of a worker that has no sums to send may be of no interest to anybody else.
         if let Some(sink) = &self.outbox.samples
+            && !samples.is_empty()
             && sink.send(samples).is_err()
         {
             self.outbox.samples = None;

@@ -13,6 +13,8 @@ pub struct SampleBatch {
     pub stride: Stride,
     /// The samples.
     pub payload: Payload,
+    /// Every one of them, where a sink wants that and the payload is sums of them.
+    pub samples: Vec<Sample>,
     /// Paths that were traced for this batch, rejected ones included.
     pub paths: u64,
     /// Rays that were traced for this batch.
@@ -27,14 +29,10 @@ pub struct SampleBatch {
 pub const NAMED_REJECTS: usize = 4;
 
 impl SampleBatch {
-    /// A batch with nothing in it yet, of samples or of sums from a slot on.
-    pub fn empty(worker: usize, sends_samples: bool, stride: Stride, first_slot: u32) -> SampleBatch {
-        let payload = if sends_samples {
-            Payload::Samples(Vec::new())
-        } else {
-            Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
-        };
-        SampleBatch { worker, stride, payload, paths: 0, rays: 0, rejects: Vec::new(), completes: None }
+    /// A batch with nothing in it yet but for its payload.
+    pub fn empty(worker: usize, stride: Stride, payload: Payload) -> SampleBatch {
+        let (samples, rejects) = (Vec::new(), Vec::new());
+        SampleBatch { worker, stride, payload, samples, paths: 0, rays: 0, rejects, completes: None }
     }
 }
 
@@ -50,7 +48,7 @@ pub struct Traced {
 /// Samples, or sums of them.
 #[derive(Clone, Debug)]
 pub enum Payload {
-    /// Every sample, where a sink wants them. The accumulator sorts out those that a film can't take.
+    /// Every sample, from a worker that has no sums of them. The accumulator sorts out those that a film can't take.
     Samples(Vec<Sample>),
     /// Exact sums over consecutive slots of the stride.
     Sums {
@@ -74,7 +72,12 @@ pub enum Payload {
         band: Band,
         /// Samples that are too bright to be summed in 64 bits, but that a film takes.
         bright: Vec<Sample>,
-        /// All samples, where a sink wants them: they are in the sums already.
-        samples: Vec<Sample>,
     },
+}
+
+impl Payload {
+    /// Sums from a slot on, of nothing yet.
+    pub fn sums(first_slot: u32) -> Payload {
+        Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
+    }
 }

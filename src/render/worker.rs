@@ -4,6 +4,7 @@ use super::batch::{NAMED_REJECTS, Payload, SampleBatch, Traced};
 use super::held::Held;
 use super::schedule::Order;
 use super::stride::{Region, Stride};
+use crate::film::splat::BAND_PIXELS;
 use crate::film::sums::{PixelSums, Reject, check, fits};
 use crate::film::{Band, Made, Splatter};
 use crate::integrator::{Finished, Integrator, Paths, Pixel, Sample};
@@ -27,8 +28,20 @@ const LONGEST_BLOCK: Duration = Duration::from_millis(40);
 /// 100 ms, unless a single pixel takes longer.
 const SEND_AFTER: Duration = Duration::from_millis(50);
 
-/// A batch of samples is sent when it holds this many: 7 MB.
-const MOST_SAMPLES: usize = 1 << 18;
+/// A batch is sent when it holds every one of so many samples: 1.75 MiB.
+const MOST_SAMPLES: usize = 1 << 16;
+
+/// Or sums over so many slots: 5 MiB. A worker fills one batch and has sent two at most that nobody has taken yet: with
+/// all that is in them, less than 16 MiB.
+const MOST_SLOTS: usize = 1 << 17;
+const _: () = {
+    let samples = MOST_SAMPLES * size_of::<Sample>();
+    let sums = MOST_SLOTS * size_of::<PixelSums>();
+    // Each slot has a sample at least: with all of them, there are fewer slots.
+    let with_samples = samples + MOST_SAMPLES * size_of::<PixelSums>();
+    let splats = BAND_PIXELS as usize * size_of::<[i64; 4]>() + samples;
+    assert!(3 * sums <= 16 << 20 && 3 * with_samples <= 16 << 20 && 3 * splats <= 16 << 20);
+};
 
 /// What a worker needs to know.
 pub struct Worker<'a> {
@@ -108,10 +121,8 @@ impl Worker<'_> {
                 }
             };
             scratch.adapt(start.elapsed());
-            let long = match &batch.payload {
-                Payload::Samples(samples) | Payload::Splats { samples, .. } => samples.len() >= MOST_SAMPLES,
-                Payload::Sums { .. } => false,
-            };
+            let summed = matches!(&batch.payload, Payload::Sums { sums, .. } if sums.len() >= MOST_SLOTS);
+            let long = summed || batch.samples.len() >= MOST_SAMPLES;
             if slot < slots && (long || slot == last || since.elapsed() >= SEND_AFTER) {
                 let (next, until) = self.empty_batch(order.stride, slot..slots);
                 batches.send(std::mem::replace(&mut batch, next)).ok()?;
@@ -125,14 +136,15 @@ impl Worker<'_> {
     /// A batch for the first of some slots, and the slot at which it is full.
     fn empty_batch(&self, stride: Stride, slots: Range<u32>) -> (SampleBatch, u32) {
         let (first_slot, mut last) = (slots.start, slots.end);
-        let mut batch = SampleBatch::empty(self.index, self.sends_samples, stride, first_slot);
-        if let Some(splatter) = self.splatter {
-            let band;
-            (band, last) = self.band(splatter, stride, slots);
-            let (made, bright, samples) = (Vec::new(), Vec::new(), Vec::new());
-            batch.payload = Payload::Splats { first_slot, made, band, bright, samples };
-        }
-        (batch, last)
+        let payload = match self.splatter {
+            None => Payload::sums(first_slot),
+            Some(splatter) => {
+                let band;
+                (band, last) = self.band(splatter, stride, slots);
+                Payload::Splats { first_slot, made: Vec::new(), band, bright: Vec::new() }
+            }
+        };
+        (SampleBatch::empty(self.index, stride, payload), last)
     }
 
     /// A band for as many of the slots, from the first on, as may share one, and the end of these.
@@ -168,9 +180,13 @@ impl Worker<'_> {
         };
         batch.rays += self.integrator.trace(self.level, &paths, &mut scratch.finished);
         batch.paths += paths.len() as u64;
+        if self.sends_samples {
+            batch.samples.extend(scratch.finished.iter().map(|f| f.sample));
+        }
         match &mut batch.payload {
-            Payload::Samples(samples) => samples.extend(scratch.finished.iter().map(|f| f.sample)),
-            Payload::Splats { made, band, bright, samples, .. } => {
+            // A CPU worker always has sums.
+            Payload::Samples(_) => {}
+            Payload::Splats { made, band, bright, .. } => {
                 let Some(splatter) = self.splatter else { return };
                 let base = made.len();
                 made.resize(base + scratch.pixels.len(), Made::default());
@@ -179,9 +195,6 @@ impl Worker<'_> {
                     let Finished { slot, sample } = scratch.finished[index];
                     let rejected = &mut made[slot as usize].rejected;
                     add_unusual(sample, rejected, bright, &mut batch.rejects);
-                }
-                if self.sends_samples {
-                    samples.extend(scratch.finished.iter().map(|f| f.sample));
                 }
             }
             Payload::Sums { sums, bright, .. } => {

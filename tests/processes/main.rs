@@ -1,5 +1,6 @@
 //! Workers, channels and the accumulator: the film depends on none of them.
 
+mod checkpoints;
 #[path = "../common/mod.rs"]
 mod common;
 mod film;
@@ -19,17 +20,19 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 use stride::camera::Camera;
 use stride::film::file::Head;
-use stride::film::{Film, Identity, Layout, Milestone, Picture, Reject, Snapshot, Statistics};
+use stride::film::{
+    Film, Identity, Layout, Made, Milestone, Picture, Reject, Snapshot, Splatter, Statistics, Weights,
+};
 use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths, Pixel, Sample};
 use stride::math::lanes::Level;
 use stride::output::{FilmSink, open_film};
 use stride::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use stride::render::worker::Worker;
 use stride::render::{
-    Accumulator, Barrier, Deal, Held, Order, Region, SampleBatch, Schedule, Stride, Traced,
+    Accumulator, Barrier, Deal, Held, Order, Payload, Region, SampleBatch, Schedule, Stride, Traced,
 };
 use stride::sampling::Stream;
-use stride::scene::Scene;
+use stride::scene::{Filter, Scene};
 use wiring::{Rendered, Wiring, is_a_prefix, plain_film, plain_film_from, plain_picture};
 
 const WIDTH: u32 = 40;

@@ -41,6 +41,72 @@ fn closing_the_orders_ends_a_worker_after_the_last_of_them() {
     assert_eq!(all.iter().filter_map(|b| b.completes).collect::<Vec<_>>(), [1, 3]);
 }
 
+/// Finds the same at once, wherever it looks.
+struct Quick(Box<dyn Integrator>);
+
+impl Integrator for Quick {
+    fn trace(&self, _: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
+        for (slot, pixel) in (0..).zip(paths.pixels) {
+            let (x, y) = (pixel.x as f32 + 0.5, pixel.y as f32 + 0.5);
+            let of = |sample| Sample { pixel: pixel.index, sample, x, y, radiance: [1.0; 3] };
+            let samples = paths.first_sample..paths.first_sample + paths.samples;
+            out.extend(samples.map(|sample| Finished { slot, sample: of(sample) }));
+        }
+        paths.len() as u64
+    }
+
+    fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
+        self.0.first_hits(level, paths, out);
+    }
+
+    fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
+        self.0.seen_by(camera)
+    }
+
+    fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
+        self.0.explain(pixel, sample)
+    }
+}
+
+// Three batches at a time are a worker's: one that it fills, and two in the channel. The clock alone would let a quick
+// one fill much larger ones: without the bounds on slots and samples the largest is 34 MB
+// and more.
+#[test]
+fn a_workers_batches_take_16_mib_at_most_however_quick_it_is() {
+    let region = Region::whole(3000, 800);
+    let integrator = Quick(common::integrator(&scene()));
+    let mitchell = Weights::new(Filter::Mitchell { radius: 2.0, b: 1.0 / 3.0, c: 1.0 / 3.0 });
+    let splatter = Splatter::new(mitchell, [0, 0]);
+    for (splatter, sends_samples) in
+        [(None, false), (None, true), (Some(&splatter), false), (Some(&splatter), true)]
+    {
+        let worker = Worker { region, sends_samples, splatter, ..lone_worker(&integrator) };
+        let (orders_out, orders) = bounded(1);
+        let (batches_out, batches) = bounded::<SampleBatch>(1);
+        orders_out.send(Order { stride: Stride::ALL, first: 0, end: 2 }).unwrap();
+        drop(orders_out);
+        let (mut largest, mut paths, mut sent) = (0, 0, 0);
+        std::thread::scope(|scope| {
+            scope.spawn(move || worker.run(&orders, &batches_out));
+            for batch in batches {
+                let of_payload = match &batch.payload {
+                    Payload::Samples(samples) => size_of_val(&samples[..]),
+                    Payload::Sums { sums, .. } => size_of_val(&sums[..]),
+                    Payload::Splats { made, band, .. } => size_of_val(&made[..]) + band.bytes(),
+                };
+                largest = largest.max(of_payload + size_of_val(&batch.samples[..]));
+                paths += batch.paths;
+                sent += batch.samples.len() as u64;
+            }
+        });
+        let all = u64::from(region.len()) * 2;
+        assert_eq!((paths, sent), (all, if sends_samples { all } else { 0 }));
+        println!("splats {}, samples {sends_samples}: {largest} bytes", splatter.is_some());
+        // A batch goes on to the end of its last block.
+        assert!(3 * largest <= (16 << 20) + 3 * 4096 * 68, "{largest} bytes");
+    }
+}
+
 #[test]
 fn a_worker_sends_at_least_every_tenth_of_a_second() {
     // A block of 256 paths takes 15 ms, for which it is neither halved nor doubled: batches must come long before

@@ -9,7 +9,7 @@ use super::readback;
 use super::tables::Tables;
 use crate::gpu::{GpuError, Job};
 use crate::render::batch::NAMED_REJECTS;
-use crate::render::{Held, Order, Payload, Region, SampleBatch, Traced};
+use crate::render::{Held, Order, Payload, Region, SampleBatch, Stride, Traced};
 use crossbeam_channel::{Receiver, Sender, TryRecvError};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -115,8 +115,7 @@ impl GpuWorker {
                     Ok(order) => {
                         let to_do = self.to_do(order);
                         if to_do.is_done() {
-                            let mut batch =
-                                SampleBatch::empty(self.index, self.sends_samples, order.stride, 0);
+                            let mut batch = self.empty_batch(order.stride, 0);
                             batch.completes = Some(order.end);
                             if batches.send(batch).is_err() {
                                 return self.wait_for_all(&in_flight);
@@ -202,11 +201,17 @@ impl GpuWorker {
         Ok(())
     }
 
+    /// A batch of what the program leaves behind: samples, or sums from a slot on.
+    fn empty_batch(&self, stride: Stride, first_slot: u32) -> SampleBatch {
+        let samples = self.sends_samples.then(|| Payload::Samples(Vec::new()));
+        SampleBatch::empty(self.index, stride, samples.unwrap_or_else(|| Payload::sums(first_slot)))
+    }
+
     /// What the dispatch whose turn it is has brought; none if the driver ended it too soon, and nothing of it counts.
     fn read(&self, task: &Task) -> Result<Option<SampleBatch>, GpuError> {
         let unreadable = || self.device.failure("its results cannot be read");
         let buffers = &self.buffers[self.turn];
-        let mut batch = SampleBatch::empty(self.index, self.sends_samples, task.stride, task.first_slot);
+        let mut batch = self.empty_batch(task.stride, task.first_slot);
         batch.paths = task.paths();
         batch.completes = task.completes;
         let mut whole = true;

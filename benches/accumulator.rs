@@ -1,0 +1,227 @@
+//! How many samples a second the accumulator takes, and how many sixteen workers would send.
+//!
+//! ```sh
+//! cargo bench --bench accumulator
+//! ```
+//!
+//! A real worker carries out an order for every share that sixteen workers have; its messages are kept. Then the
+//! accumulator runs as in a render, and whatever it orders is answered with the messages of that share. What it takes
+//! is samples over the time that its thread computed, as the system counts it: waiting is not in it, nor is a busy
+//! machine. The same clock times the worker.
+//!
+//! Orders are as long as sixteen workers get them, half a second's work for all, and as short as the first are, one
+//! sample a pixel. Exits with 1 if the accumulator would be the limit with long ones.
+
+use crossbeam_channel::{bounded, unbounded};
+use std::collections::HashMap;
+use std::process::ExitCode;
+use std::sync::Arc;
+use stride::film::{Film, Layout, Splatter, Weights, film_offset};
+use stride::integrator::{self, Integrator};
+use stride::math::lanes::Level;
+use stride::render::accumulator::{Inbox, Outbox};
+use stride::render::worker::Worker;
+use stride::render::{Accumulator, Deal, Order, Region, SampleBatch, Schedule};
+use stride::scene::{self, FilmMode, Filter, Scene};
+use stride::world::{self, Finder};
+
+const WORKERS: usize = 16;
+
+/// How long the longest orders take all workers, in seconds: see `src/render/schedule.rs`.
+const BARRIER: f64 = 0.5;
+
+/// The most samples in an order, likewise.
+const LONGEST: u32 = 256;
+
+/// Samples that the accumulator is given in all, at least.
+const SAMPLES: u64 = 200_000_000;
+
+/// The most of them whose messages hold every one: these are kept in memory, 28 bytes each.
+const MOST_DUMPED: u32 = 8_000_000;
+
+/// Seconds that this thread has computed.
+fn computed() -> f64 {
+    let text =
+        std::fs::read_to_string("/proc/thread-self/schedstat").expect("a Linux that counts threads' time");
+    let nanoseconds: u64 = text.split_whitespace().next().and_then(|word| word.parse().ok()).expect("a time");
+    nanoseconds as f64 * 1e-9
+}
+
+/// What is rendered, and what is wanted of it.
+struct Case {
+    region: Region,
+    integrator: Box<dyn Integrator>,
+    splatter: Option<Arc<Splatter>>,
+    dumps: bool,
+}
+
+impl Case {
+    fn new(mut scene: Scene, integrator: scene::Integrator, size: [u32; 2], film: Kind) -> Case {
+        [scene.film.width, scene.film.height] = size;
+        scene.render.integrator = integrator;
+        (scene.film.filter, scene.film.mode) = match film {
+            Kind::Sums | Kind::Dumped => (Filter::Tent { radius: 1.0 }, Some(FilmMode::Importance)),
+            Kind::Bands => {
+                (Filter::Mitchell { radius: 2.0, b: 1.0 / 3.0, c: 1.0 / 3.0 }, Some(FilmMode::Continuous))
+            }
+        };
+        let (compiled, geometry) = world::compile(&scene, size[0], size[1]);
+        let offset = film_offset(&scene.film);
+        Case {
+            region: Region::whole(size[0], size[1]),
+            integrator: integrator::build(
+                &scene.render,
+                offset,
+                Arc::new(compiled),
+                geometry,
+                Finder::default(),
+            ),
+            splatter: Weights::of(&scene.film).map(|weights| Arc::new(Splatter::new(weights, [0, 0]))),
+            dumps: matches!(film, Kind::Dumped),
+        }
+    }
+
+    fn schedule(&self) -> Schedule {
+        let schedule = Schedule::new(WORKERS, self.region.len(), u32::MAX, None, Vec::new());
+        match self.splatter {
+            Some(_) => schedule.in_stripes(self.region.len(), self.region.width),
+            None => schedule,
+        }
+    }
+
+    /// The messages of an order of so many samples for each share, by the share's first place; and how many samples a
+    /// worker makes in a second.
+    fn messages(&self, samples: u32, shares: Option<usize>) -> (HashMap<u32, Vec<SampleBatch>>, f64) {
+        let mut schedule = self.schedule();
+        let all = schedule.shares() / WORKERS;
+        let firsts = (0..WORKERS).flat_map(|worker| (0..all).map(move |_| worker));
+        let orders =
+            firsts.take(shares.unwrap_or(usize::MAX)).map(|worker| match schedule.next(worker, None) {
+                Deal::Order(Order { stride, .. }) => Order { stride, first: 0, end: samples },
+                deal => unreachable!("a share without an order: {deal:?}"),
+            });
+        let (orders_out, orders_in) = unbounded();
+        orders.for_each(|order| orders_out.send(order).expect("an open channel"));
+        drop(orders_out);
+        let (batches_out, batches) = unbounded();
+        let worker = Worker {
+            index: 0,
+            integrator: &*self.integrator,
+            level: Level::available()[0],
+            region: self.region,
+            sends_samples: self.dumps,
+            splatter: self.splatter.as_deref(),
+            held: None,
+        };
+        let start = computed();
+        worker.run(&orders_in, &batches_out);
+        let seconds = computed() - start;
+        drop(batches_out);
+        let (mut kept, mut paths) = (HashMap::<u32, Vec<SampleBatch>>::new(), 0);
+        for batch in batches {
+            paths += batch.paths;
+            kept.entry(batch.stride.first).or_default().push(batch);
+        }
+        (kept, paths as f64 / seconds)
+    }
+
+    /// Samples a second that the accumulator takes in such messages.
+    fn taken(&self, messages: &HashMap<u32, Vec<SampleBatch>>) -> f64 {
+        let Region { width, height, .. } = self.region;
+        let layout = Layout { weighted: self.splatter.is_some(), ..Layout::plain(width, height) };
+        let film = Film::with_layout(layout).expect("memory");
+        let (orders_out, orders): (Vec<_>, Vec<_>) = (0..WORKERS).map(|_| bounded(2)).unzip();
+        let (samples_out, samples) = bounded(4);
+        let outbox = Outbox {
+            orders: orders_out.into_iter().map(Some).collect(),
+            samples: self.dumps.then_some(samples_out),
+            barriers: None,
+            film: None,
+            snapshots: None,
+            remote: None,
+            progress: None,
+        };
+        let mut accumulator = Accumulator::new(film, self.region, self.schedule(), &[], None, outbox);
+        if let Some(splatter) = &self.splatter {
+            accumulator = accumulator.with_splatter(Arc::clone(splatter));
+        }
+        let (batches_out, batches) = bounded(2 * WORKERS);
+        let (_failures_out, failures) = bounded(1);
+        let (stop_out, stop) = bounded(0);
+        std::thread::scope(|scope| {
+            let accumulator = scope.spawn(move || {
+                let start = computed();
+                let outcome = accumulator.run(Inbox { batches, failures, stop });
+                (outcome.totals.samples, computed() - start)
+            });
+            scope.spawn(move || samples.iter().for_each(drop));
+            let mut sent = 0;
+            for worker in (0..WORKERS).cycle() {
+                if sent >= SAMPLES {
+                    break;
+                }
+                let order = orders[worker].recv().expect("orders without end");
+                for batch in &messages[&order.stride.first] {
+                    let completes = batch.completes.map(|_| order.end);
+                    sent += batch.paths;
+                    batches_out
+                        .send(SampleBatch { worker, completes, ..batch.clone() })
+                        .expect("an accumulator");
+                }
+            }
+            drop((stop_out, batches_out));
+            let (samples, seconds) = accumulator.join().expect("an outcome");
+            samples as f64 / seconds
+        })
+    }
+}
+
+/// What workers send.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// Sums over strides: an importance film.
+    Sums,
+    /// Sums over bands of rows: a continuous film, `mitchell`.
+    Bands,
+    /// Sums, and every sample: for `--samples`.
+    Dumped,
+}
+
+fn main() -> ExitCode {
+    println!("{WORKERS} workers' messages, in millions of samples a second\n");
+    println!(
+        "{:<18} {:<9} {:<7} {:>11} {:>9} {:>12} {:>9} {:>5}",
+        "scene", "size", "sent", "spp a time", "a worker", "all workers", "taken", "busy"
+    );
+    let mut saturated = false;
+    for (name, integrator) in [("cover", scene::Integrator::PathNaive), ("room", scene::Integrator::Path)] {
+        let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        for size in [[640, 480], [1920, 1080]] {
+            for kind in [Kind::Sums, Kind::Bands, Kind::Dumped] {
+                let scene = scene::load(path.as_ref()).expect("a scene").scene;
+                let case = Case::new(scene, integrator, size, kind);
+                let (_, rate) = case.messages(4, Some(4));
+                let pixels = case.region.len();
+                let most = if case.dumps { MOST_DUMPED / pixels } else { LONGEST };
+                let long = BARRIER * WORKERS as f64 * rate / f64::from(pixels);
+                for (samples, counts) in [(1, false), ((long as u32).clamp(1, most), true)] {
+                    let (messages, rate) = case.messages(samples, None);
+                    let taken = case.taken(&messages);
+                    let all = rate * WORKERS as f64;
+                    saturated |= counts && all >= taken;
+                    println!(
+                        "{:<18} {:<9} {:<7} {samples:>11} {:>9.1} {:>12.0} {:>9.0} {:>4.0}%",
+                        format!("{name}, {integrator}"),
+                        format!("{}×{}", size[0], size[1]),
+                        format!("{kind:?}").to_lowercase(),
+                        rate / 1e6,
+                        all / 1e6,
+                        taken / 1e6,
+                        100.0 * all / taken
+                    );
+                }
+            }
+        }
+    }
+    ExitCode::from(u8::from(saturated))
+}

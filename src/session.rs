@@ -497,7 +497,9 @@ fn render(
             let layer_integrator = layer_integrator.clone();
             move || {
                 let outcome = accumulator.run(inbox);
-                let is_aside = matches!(left_in.try_recv(), Ok(Left::Moved(_) | Left::Home));
+                // What failed is not gone on with: it is written, wherever the camera has gone meanwhile.
+                let is_aside = outcome.failure.is_none()
+                    && matches!(left_in.try_recv(), Ok(Left::Moved(_) | Left::Home));
                 // Whose pixels they are may have changed on the way.
                 let owners = outcome.owners.clone().unwrap_or_else(|| Arc::clone(&pictures.owners));
                 let pictures = keeping::Pictures { owners, ..pictures };

@@ -117,6 +117,11 @@ fn threads_lanes_and_shards_in_any_order_give_the_same_files() {
     assert!(said.contains("its mode is continuous, not importance"), "{said}");
 }
 
+/// How often to kill, which a quick test does a few times: more with `STRIDE_KILLS=100`.
+fn kills() -> u32 {
+    std::env::var("STRIDE_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(6)
+}
+
 // Of 320×240 pixels a checkpoint takes three pieces, and what is added meanwhile lies before, behind or across them.
 #[test]
 fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
@@ -129,37 +134,45 @@ fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
         &render(&scene, &[&common[..], &spp, &["--film", "whole.film", "-o", "whole.exr"]].concat()),
     );
     let stream = &mut Stream::new(5, 0, 0);
-    let mut killed = 0;
-    for round in 0..40 {
-        let begins = !dir.path().join("part.film").exists();
-        let film: &[&str] = if begins { &["--film", "part.film"] } else { &["--resume", "part.film"] };
-        let threads = stream.random_range(1..=3).to_string();
-        let more = ["--threads", &threads, "--checkpoint", "5ms", "-o", "part.exr"];
-        let mut child = stride(dir.path(), &render(&scene, &[&common[..], &spp, film, &more].concat()))
-            .spawn()
-            .expect("the program starts");
-        let (start, moment) = (Instant::now(), Duration::from_micros(stream.random_range(20_000..300_000)));
-        let ended = loop {
-            if let Some(status) = child.try_wait().expect("a child") {
-                break Some(status);
-            }
-            if start.elapsed() >= moment && round < 39 && killed < 6 {
-                break None;
-            }
-            std::thread::sleep(Duration::from_micros(300));
-        };
-        if let Some(status) = ended {
-            assert!(status.success());
-            break;
+    let (mut killed, mut rounds) = (0, 0);
+    while killed < kills() {
+        rounds += 1;
+        assert!(rounds <= kills(), "only {killed} of {rounds} renders were killed before their end");
+        for name in ["part.film", "part.exr"] {
+            let _ = fs::remove_file(dir.path().join(name));
         }
-        child.kill().expect("it can be killed");
-        child.wait().expect("it ends");
-        killed += 1;
+        // One render, killed again and again.
+        loop {
+            let begins = !dir.path().join("part.film").exists();
+            let film: &[&str] = if begins { &["--film", "part.film"] } else { &["--resume", "part.film"] };
+            let threads = stream.random_range(1..=3).to_string();
+            let more = ["--threads", &threads, "--checkpoint", "5ms", "-o", "part.exr"];
+            let mut child = stride(dir.path(), &render(&scene, &[&common[..], &spp, film, &more].concat()))
+                .spawn()
+                .expect("the program starts");
+            let (start, moment) =
+                (Instant::now(), Duration::from_micros(stream.random_range(20_000..300_000)));
+            let ended = loop {
+                if let Some(status) = child.try_wait().expect("a child") {
+                    break Some(status);
+                }
+                if start.elapsed() >= moment && killed < kills() {
+                    break None;
+                }
+                std::thread::sleep(Duration::from_micros(300));
+            };
+            if let Some(status) = ended {
+                assert!(status.success());
+                break;
+            }
+            child.kill().expect("it can be killed");
+            child.wait().expect("it ends");
+            killed += 1;
+        }
+        assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
+        assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
     }
-    println!("{killed} kills");
-    assert!(killed >= 2, "only {killed} kills");
-    assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
-    assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
+    println!("{killed} kills in {rounds} renders");
 }
 
 #[test]
@@ -267,6 +280,49 @@ fn drawing_from_a_filter_and_weighing_with_it_give_the_same_picture() {
     });
     let verdict = welch(&drawn[0], &dim);
     assert!(!verdict.agrees(filters.len()), "{verdict}");
+}
+
+/// Whether what a device said when it failed is that there is none.
+fn lacks_a_gpu(output: &Output) -> bool {
+    let said = String::from_utf8_lossy(&output.stderr);
+    let lacks = !output.status.success()
+        && (said.contains("no GPU was found") || said.contains("without GPU support"));
+    if lacks {
+        assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "{said}");
+        println!("skipped: {said}");
+    }
+    lacks
+}
+
+// Whole films, of other numbers on each side: what makes samples, what puts them on the film, and what goes beyond its
+// border. Level 0.01 (see `tiles`).
+#[test]
+fn a_gpus_continuous_film_is_the_cpus_by_statistics() {
+    let (dir, scene) = (folder(), cover());
+    let common = ["--size", "40x24", "--spp", "16", "--filter", "mitchell", "-o", "a.exr"];
+    let on = |device: &str, seed: &str, more: &[&str]| {
+        let film = [&common[..], &["--device", device, "--seed", seed], more].concat();
+        run(dir.path(), &render(&scene, &film))
+    };
+    if lacks_a_gpu(&on("gpu", "1", &[])) {
+        return;
+    }
+    let replicates = |device: &str, first_seed: u32, more: &[&str]| {
+        Replicates::of([40, 24], 1, |replicate, tell| {
+            let output = on(device, &(first_seed + replicate).to_string(), more);
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            for (pixel, rgb) in (0..).zip(&picture(dir.path(), "a.exr").rgb) {
+                tell(pixel, rgb.map(f64::from));
+            }
+        })
+    };
+    let (gpu, cpu) = (replicates("gpu", 1, &[]), replicates("cpu", 101, &[]));
+    let verdict = welch(&gpu, &cpu);
+    println!("{verdict}");
+    assert!(verdict.agrees(1), "{verdict}");
+    // Negative control: less of the light, as little as a bounce brings.
+    let darker = replicates("cpu", 201, &["--max-depth", "3"]);
+    assert!(!welch(&gpu, &darker).agrees(1), "nothing is told apart");
 }
 
 #[test]
@@ -396,14 +452,10 @@ fn a_gpus_film_is_that_of_its_samples() {
     let film = ["--size", "40x30", "--spp", "4", "--filter", "mitchell", "--device", "gpu"];
     let output =
         run(dir.path(), &render(&scene, &[&film[..], &["--samples", "g.npy", "-o", "r.exr"]].concat()));
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    if !output.status.success() && (said.contains("no GPU was found") || said.contains("without GPU support"))
-    {
-        assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "{said}");
-        println!("skipped: {said}");
+    if lacks_a_gpu(&output) {
         return;
     }
-    assert!(output.status.success(), "{said}");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     succeed(dir.path(), &["develop", "-q", "g.npy", "--filter", "mitchell", "-o", "d.exr"]);
     assert!(bytes(dir.path(), "d.exr") == bytes(dir.path(), "r.exr"));
     succeed(dir.path(), &["develop", "-q", "g.npy", "--filter", "lanczos", "-o", "d.exr"]);

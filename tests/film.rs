@@ -390,6 +390,29 @@ fn films_and_pictures_say_what_they_are() {
 }
 
 #[test]
+fn merged_films_are_shown_as_they_were_rendered_or_as_asked() {
+    let (dir, scene) = (folder(), cover());
+    let shown = |tone: &str, exposure: &str, name: &str| {
+        let view = ["--tone", tone, "--exposure", exposure, "--spp", "4", "-o", name];
+        succeed(dir.path(), &render(&scene, &[&view[..], &["--film", "last.film"]].concat()));
+        bytes(dir.path(), name)
+    };
+    let (plain, brighter) = (shown("srgb", "1", "plain.png"), shown("filmic", "2", "brighter.png"));
+    let filmic = shown("filmic", "1", "filmic.png");
+    let merged = |film: &str, more: &[&str]| {
+        succeed(dir.path(), &[&["merge", "-q", film, "-o", "m.png", "-o", "m.film"], more].concat());
+        bytes(dir.path(), "m.png")
+    };
+    assert!(merged("last.film", &[]) == filmic);
+    assert!(merged("last.film", &["--exposure", "2"]) == brighter);
+    assert!(merged("last.film", &["--tone", "srgb"]) == plain);
+    // What was asked for last is what the merged film says of itself.
+    fs::rename(dir.path().join("m.film"), dir.path().join("plain.film")).expect("a film");
+    assert!(merged("plain.film", &[]) == plain);
+    assert!(plain != filmic && filmic != brighter, "negative control: tone and exposure show");
+}
+
+#[test]
 fn a_damaged_film_is_never_read_as_good() {
     let dir = folder();
     let scene = cover();

@@ -7,6 +7,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+use stride::output::{FilmFile, open_film};
 
 /// A process that ends when dropped, so that a failed test leaves none behind.
 struct Process(Child);
@@ -38,7 +39,7 @@ fn wait_for(what: &str, mut until: impl FnMut() -> bool) {
     }
 }
 
-/// A display for a test, 0 or 1, or none where its programs are missing and that is allowed.
+/// A display for a test, 0 to 2, or none where its programs are missing and that is allowed.
 fn display(test: u32) -> Option<Display> {
     let there = |program| quiet(program, &["-version"]).status().is_ok();
     if !(there("Xvfb") && there("xdotool")) {
@@ -50,7 +51,7 @@ fn display(test: u32) -> Option<Display> {
         return None;
     }
     // A number that no other run has, by that of this process, and no other test.
-    let number = 100 + std::process::id() % 25_000 * 2 + test;
+    let number = 100 + std::process::id() % 15_000 * 3 + test;
     let name = format!(":{number}");
     // By itself it would start afresh whenever xdotool, its only client yet, leaves: a desktop's never does.
     let server =
@@ -139,9 +140,10 @@ fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
 }
 
 /// Renders a scene without a window, and returns the picture's bits.
-fn rendered(folder: &Path, scene: &str, picture: &str, spp: &str) -> Vec<[u32; 3]> {
+fn rendered(folder: &Path, scene: &str, picture: &str, more: &[&str]) -> Vec<[u32; 3]> {
     let status = Command::new(env!("CARGO_BIN_EXE_stride"))
-        .args(["render", scene, "--headless", "-q", "--size", "64x48", "--spp", spp, "-o", picture])
+        .args(["render", scene, "--headless", "-q", "--size", "64x48", "-o", picture])
+        .args(more)
         .current_dir(folder)
         .status();
     assert!(status.expect("the program starts").success());
@@ -156,12 +158,32 @@ fn bits(path: PathBuf) -> Vec<[u32; 3]> {
 #[test]
 fn a_camera_that_is_moved_renders_anew_and_its_own_render_goes_on_where_it_was() {
     let Some(display) = display(1) else { return };
+    let spp = "4000";
+    let film = tour(&display, &["--spp", spp]);
+    assert_eq!(film.holding().to_string(), format!("0..{spp}"));
+}
+
+// What was decided at milestones before the camera moved is what the render goes on by when it is back.
+#[test]
+fn a_render_that_goes_where_the_error_is_decides_the_same_when_its_camera_is_back() {
+    let Some(display) = display(2) else { return };
+    let film = tour(&display, &["--adaptive", "--noise", "0.003"]);
+    assert_eq!(film.head().identity.get("adaptive"), Some("error 0.003"));
+    assert!(film.holding().open().is_some(), "all pixels have the same: this decides nothing");
+}
+
+/// Moves the camera while a render is on, and back again when that of the moved one is done; demands that both pictures
+/// are those of plain renders. Returns the film.
+fn tour(display: &Display, asked: &[&str]) -> FilmFile {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = |name: &str| folder.path().join(name);
-    let spp = "1500";
-    let arguments =
-        ["--size", "64x48", "--spp", spp, "-o", "a.exr", "--film", "a.film", "--layers", "samples"];
-    let mut stride = Process(show(&display, folder.path(), &arguments));
+    // On its way the camera may have looked where nothing is, and had a picture of that at once.
+    let views = || {
+        let names = (1..10).map(|view| format!("a-view-{view}.exr"));
+        names.filter(|name| path(name).exists()).collect::<Vec<_>>()
+    };
+    let arguments = ["--size", "64x48", "-o", "a.exr", "--film", "a.film", "--layers", "samples"];
+    let mut stride = Process(show(display, folder.path(), &[&arguments[..], asked].concat()));
     wait_for("a title that counts", || {
         assert_eq!(stride.0.try_wait().expect("a child"), None, "the program has ended without a window");
         display.title().contains("spp")
@@ -186,7 +208,7 @@ fn a_camera_that_is_moved_renders_anew_and_its_own_render_goes_on_where_it_was()
     wait_for("a view that is not steered any more", || display.title().contains("moved camera"));
     display.tool(&["key", "k"]);
     wait_for("the moved camera's render", || display.title().contains("done"));
-    wait_for("its picture", || path("a-view-1.exr").exists());
+    wait_for("its picture", || !views().is_empty());
     display.tool(&["key", "r"]);
     wait_for("the scene's own camera", || !display.title().contains("moved camera"));
     wait_for("its render's end", || display.title().contains("done"));
@@ -199,20 +221,17 @@ fn a_camera_that_is_moved_renders_anew_and_its_own_render_goes_on_where_it_was()
     stride.0.stdout.take().expect("a pipe").read_to_string(&mut camera).expect("text");
 
     // The scene's own picture and film are as if nobody had looked elsewhere …
-    let own = rendered(folder.path(), "scene.toml", "own.exr", spp);
+    let own = rendered(folder.path(), "scene.toml", "own.exr", asked);
     assert!(bits(path("a.exr")) == own);
-    assert!(
-        stride::output::open_film(&path("a.film")).expect("a film").holding().to_string()
-            == format!("0..{spp}")
-    );
     // … and that of the moved camera is what a scene with the printed one gives.
     let scene = fs::read_to_string(path("scene.toml")).expect("a scene");
     let (before, after) = scene.split_once("[camera]").expect("a camera");
     let (_, after) = after.split_once("\n[").expect("more than that");
     let printed = camera.split("[camera]").nth(1).unwrap_or_else(|| panic!("no camera: {camera:?}"));
     fs::write(path("moved.toml"), format!("{before}[camera]{printed}\n[{after}")).expect("a folder");
-    let moved = rendered(folder.path(), "moved.toml", "moved.exr", spp);
-    assert!(bits(path("a-view-1.exr")) == moved, "{printed}");
+    let moved = rendered(folder.path(), "moved.toml", "moved.exr", asked);
+    assert!(bits(path(&views().pop().expect("a picture of it"))) == moved, "{printed}");
     // Negative control: they are two pictures.
     assert!(own != moved);
+    open_film(&path("a.film")).expect("a film")
 }

@@ -40,6 +40,11 @@ struct Scene {
     tree_nodes_from: u32,
     triangles_from: u32,
     vertices_from: u32,
+    places_from: u32,
+    // The node with which the tree in the world's own space begins, and the share of a ray's origin by which a ray is
+    // moved beside its boxes.
+    tree_root: u32,
+    tree_share: f32,
     // Of `FilmOffset::Drawn`: 65 nodes, four a row.
     offset_nodes: array<vec4f, 17>,
 }
@@ -135,10 +140,11 @@ struct TreeNode {
     origin: vec3f,
     // The exponents of the steps along x, y and z as floats have them, then which boxes hold nodes.
     scales: u32,
-    // The first of those nodes, which stand side by side, and of what the leaves hold.
+    // The first of those nodes, which stand side by side, and of what the leaves hold; instances are among triangles.
     nodes: u32,
     triangles: u32,
     surfaces: u32,
+    // NO_NODE at the beginning of a tree.
     parent: u32,
     // Sixteen bits for each box: see `leaf_at`.
     leaves: vec4u,
@@ -157,15 +163,47 @@ struct Triangle {
     // Its number on the host, which decides ties.
     number: u32,
     b: vec3f,
-    // Its mesh: index into `surfaces`.
+    // Its mesh: index into `surfaces`. Of a shared mesh its place tells.
     surface: u32,
     c: vec3f,
     // Index into `lights`, or NO_LIGHT.
     light: u32,
     // Indices into `vertices`.
     vertices: vec3u,
-    // Its share of a hit's error bound.
+    // Its share of a hit's error bound, in its own space.
     error: f32,
+}
+
+// A shared mesh where it stands, as rays come to it. It has the place of a triangle.
+struct Instance {
+    // The rows of the matrix that takes directions to the mesh's own space.
+    to_mesh_x: vec3f,
+    // The node with which the mesh's tree begins.
+    root: u32,
+    to_mesh_y: vec3f,
+    // Its number on the host, from one.
+    number: u32,
+    to_mesh_z: vec3f,
+    // Where the mesh's origin is in the world.
+    origin: vec3f,
+}
+
+// The same as hits look it up: by its number less one.
+struct Place {
+    // The rows of the matrix that takes directions to the world.
+    to_world_x: vec3f,
+    // The most by which it lengthens.
+    stretch: f32,
+    to_world_y: vec3f,
+    // The error of a ray that is taken to the mesh, for each unit of its distance from the mesh's origin.
+    ray_error: f32,
+    to_world_z: vec3f,
+    // Index into `surfaces`.
+    surface: u32,
+    to_mesh_x: vec3f,
+    to_mesh_y: vec3f,
+    to_mesh_z: vec3f,
+    origin: vec3f,
 }
 
 // What a mesh says of a vertex.

@@ -2,6 +2,9 @@
 //
 // The way back up is in registers. Of each node on the way down the trail keeps, in eight bits, which of its boxes
 // still wait; from a node its parent's number leads up. Nothing is stored, and so nothing spills.
+//
+// A shared mesh has a tree of its own, in its own space. A ray that comes to an instance goes on in there, and where
+// that tree begins goes back to the node that it came from.
 
 // The ray as boxes ask for it.
 struct Probe {
@@ -19,11 +22,11 @@ const LEAST_COMPONENT: f32 = 1e-18;
 // How far a box's side may be off along the ray, as a share of what it is computed from.
 const SIDE_ERROR: f32 = 5e-7;
 
-fn probe_of(ray: Ray) -> Probe {
+fn probe_of(ray: Ray, share: f32) -> Probe {
     let back = bitcast<vec3u>(ray.d) >> vec3u(31u);
     let magnitude = max(abs(ray.d), vec3f(LEAST_COMPONENT));
     let inverse = select(vec3f(1.0), vec3f(-1.0), back == vec3u(1u)) / magnitude;
-    let margin = abs(inverse) * (max_abs(ray.o) * BOUNDS_ERROR);
+    let margin = abs(inverse) * (max_abs(ray.o) * share);
     return Probe(inverse, margin, back.x | (back.y << 1u) | (back.z << 2u));
 }
 
@@ -78,8 +81,16 @@ fn leaf_at(node: TreeNode, place: u32) -> u32 {
     return (two >> ((place & 1u) * 16u)) & 0xffffu;
 }
 
-// The nearer of a hit and the things of a leaf; of equal distances the lower number.
-fn leaf_intersect(node: TreeNode, leaf: u32, ray: Ray, sheared: Sheared, so_far: Hit) -> Hit {
+// The nearer of a hit and the things of a leaf in an instance; of equal distances the lower instance, and then the
+// lower number.
+fn leaf_intersect(
+    node: TreeNode,
+    leaf: u32,
+    ray: Ray,
+    sheared: Sheared,
+    instance: u32,
+    so_far: Hit,
+) -> Hit {
     var hit = so_far;
     let kind = leaf >> 12u;
     let first = ((leaf >> 4u) & 255u) + select(node.surfaces, node.triangles, kind == LEAF_TRIANGLES);
@@ -102,30 +113,44 @@ fn leaf_intersect(node: TreeNode, leaf: u32, ray: Ray, sheared: Sheared, so_far:
                 t = quad_intersect(surface, ray);
             }
         }
-        if t < hit.t || (t == hit.t && t < NOTHING && number < hit.number) {
-            hit = Hit(t, number, index);
+        let is_lower = instance < hit.instance || (instance == hit.instance && number < hit.number);
+        if t < hit.t || (t == hit.t && t < NOTHING && is_lower) {
+            hit = Hit(t, number, index, instance);
         }
     }
     return hit;
 }
 
 // The nearest of a hit and all that is in the tree; where `any` will do, the first that is nearer.
-fn tree_intersect(ray: Ray, so_far: Hit, any: bool) -> Hit {
-    let probe = probe_of(ray);
+fn tree_intersect(world_ray: Ray, so_far: Hit, any: bool) -> Hit {
+    var ray = world_ray;
+    var probe = probe_of(ray, scene.tree_share);
     var sheared = Sheared();
     if TREE_TRIANGLES {
         sheared = sheared_ray(ray);
     }
     var hit = so_far;
     var trail = Trail();
-    var node = tree_node_at(0u);
+    var at = scene.tree_root;
+    var node = tree_node_at(at);
     var waiting = enters(node, probe, ray, hit.t);
+    // The instance that the ray is in, and the node that leads to it.
+    var instance = NO_INSTANCE;
+    var outside = NO_NODE;
     loop {
         if waiting == 0u {
             if !trail_waits(trail) {
                 break;
             }
-            node = tree_node_at(node.parent);
+            at = node.parent;
+            if TREE_INSTANCES && at == NO_NODE {
+                at = outside;
+                instance = NO_INSTANCE;
+                ray = world_ray;
+                probe = probe_of(ray, scene.tree_share);
+                sheared = sheared_ray(ray);
+            }
+            node = tree_node_at(at);
             waiting = trail.newest.x & 255u;
             trail = trail_pop(trail);
             continue;
@@ -134,14 +159,27 @@ fn tree_intersect(ray: Ray, so_far: Hit, any: bool) -> Hit {
         waiting &= waiting - 1u;
         let inner = node.scales >> 24u;
         if ((inner >> place) & 1u) == 0u {
-            hit = leaf_intersect(node, leaf_at(node, place), ray, sheared, hit);
-            if any && hit.t < so_far.t {
-                break;
+            let leaf = leaf_at(node, place);
+            if !TREE_INSTANCES || (leaf >> 12u) != LEAF_INSTANCE {
+                hit = leaf_intersect(node, leaf, ray, sheared, instance, hit);
+                if any && hit.t < so_far.t {
+                    break;
+                }
+                continue;
             }
-            continue;
+            outside = at;
+            let inside = instance_at(node.triangles + ((leaf >> 4u) & 255u));
+            instance = inside.number;
+            at = inside.root;
+            ray = ray_from(world_ray, inside.to_mesh_x, inside.to_mesh_y, inside.to_mesh_z, inside.origin);
+            trail = trail_push(trail, waiting);
+            probe = probe_of(ray, BOUNDS_ERROR);
+            sheared = sheared_ray(ray);
+        } else {
+            trail = trail_push(trail, waiting);
+            at = node.nodes + countOneBits(inner & ((1u << place) - 1u));
         }
-        trail = trail_push(trail, waiting);
-        node = tree_node_at(node.nodes + countOneBits(inner & ((1u << place) - 1u)));
+        node = tree_node_at(at);
         waiting = enters(node, probe, ray, hit.t);
     }
     return hit;

@@ -68,6 +68,14 @@ fn exact_difference(ab: vec2f, cd: vec2f) -> f32 {
     return lost(ab.x, ab.y) - lost(cd.x, cd.y);
 }
 
+// Twin of `shape::triangle_error`.
+fn triangle_error(a: vec3f, ab: vec3f, ac: vec3f) -> f32 {
+    let size = float_max(max_abs(ab), max_abs(ac));
+    let area = cross(ab, ac);
+    let flatness = float_min(size * size / sqrt(dot(area, area)), FLATTEST);
+    return float_max(max_abs(a), size) * (2.0 * POSITION_ERROR) + size * flatness * TRIANGLE_ERROR;
+}
+
 // A corner from the ray's origin, in the ray's order.
 fn corner_of(ray: Sheared, corner: vec3f) -> vec3f {
     return rounded3(reorder(ray.x_last, ray.y_last, corner) - ray.o);

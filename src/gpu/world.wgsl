@@ -6,6 +6,8 @@ struct Hit {
     number: u32,
     // Index into `surfaces`, or into `triangles` with FIRST_TRIANGLE set.
     index: u32,
+    // The number of the instance whose triangle it is, from one, or NO_INSTANCE. Lower ones come before lower numbers.
+    instance: u32,
 }
 
 // A point on a surface.
@@ -24,14 +26,14 @@ struct SurfacePoint {
 }
 
 fn no_hit() -> Hit {
-    return Hit(NOTHING, 0xffffffffu, 0u);
+    return Hit(NOTHING, 0xffffffffu, 0u, NO_INSTANCE);
 }
 
 fn is_some(hit: Hit) -> bool {
     return hit.t < NOTHING;
 }
 
-// The nearer of two hits.
+// The nearer of two hits of no instance.
 fn nearer(a: Hit, b: Hit) -> Hit {
     if b.t < a.t || (b.t == a.t && b.number < a.number) {
         return b;
@@ -46,7 +48,7 @@ fn intersect(ray: Ray) -> Hit {
         let surface = surface_at(i);
         let t = plane_intersect(surface, ray);
         if t < plane.t {
-            plane = Hit(t, surface.row, i);
+            plane = Hit(t, surface.row, i, NO_INSTANCE);
         }
     }
     var sphere = no_hit();
@@ -54,7 +56,7 @@ fn intersect(ray: Ray) -> Hit {
         let surface = surface_at(i);
         let t = sphere_intersect(surface, ray);
         if t < sphere.t {
-            sphere = Hit(t, surface.row, i);
+            sphere = Hit(t, surface.row, i, NO_INSTANCE);
         }
     }
     var quad = no_hit();
@@ -62,7 +64,7 @@ fn intersect(ray: Ray) -> Hit {
         let surface = surface_at(i);
         let t = quad_intersect(surface, ray);
         if t < quad.t {
-            quad = Hit(t, surface.row, i);
+            quad = Hit(t, surface.row, i, NO_INSTANCE);
         }
     }
     let hit = nearer(nearer(plane, sphere), quad);
@@ -91,7 +93,7 @@ fn occluded(ray: Ray, t_max: f32) -> bool {
     }
     if TREE_LEVELS > 0u {
         // No number is below zero: what is as far does not count.
-        return tree_intersect(ray, Hit(t_max, 0u, 0u), true).t < t_max;
+        return tree_intersect(ray, Hit(t_max, 0u, 0u, NO_INSTANCE), true).t < t_max;
     }
     return false;
 }
@@ -99,7 +101,7 @@ fn occluded(ray: Ray, t_max: f32) -> bool {
 // The point that a ray met.
 fn surface_point(ray: Ray, hit: Hit) -> SurfacePoint {
     if TREE_TRIANGLES && hit.index >= FIRST_TRIANGLE {
-        return triangle_point(ray, hit.index & ~FIRST_TRIANGLE);
+        return triangle_point(ray, hit.index & ~FIRST_TRIANGLE, hit.instance);
     }
     return smooth_point(ray, hit);
 }
@@ -125,19 +127,41 @@ fn smooth_point(ray: Ray, hit: Hit) -> SurfacePoint {
 }
 
 // Points on triangles: the corners' mean.
-fn triangle_point(ray: Ray, index: u32) -> SurfacePoint {
+fn triangle_point(ray: Ray, index: u32, instance: u32) -> SurfacePoint {
     let triangle = triangle_at(index);
-    let weights = triangle_meet(sheared_ray(ray), triangle.a, triangle.b, triangle.c).weights;
-    let ab = triangle.b - triangle.a;
-    let ac = triangle.c - triangle.a;
-    let p = triangle.a + ab * weights.x + ac * weights.y;
+    let is_placed = TREE_INSTANCES && instance != NO_INSTANCE;
+    var place = Place();
+    var seen = ray;
+    if is_placed {
+        place = place_at(instance - 1u);
+        seen = ray_from(ray, place.to_mesh_x, place.to_mesh_y, place.to_mesh_z, place.origin);
+    }
+    let weights = triangle_meet(sheared_ray(seen), triangle.a, triangle.b, triangle.c).weights;
+    var corner = triangle.a;
+    var ab = triangle.b - triangle.a;
+    var ac = triangle.c - triangle.a;
+    var error = triangle.error;
+    var surface = triangle.surface;
+    if is_placed {
+        corner = place_point(place, triangle.a);
+        ab = place_point(place, triangle.b) - corner;
+        ac = place_point(place, triangle.c) - corner;
+        error = triangle_error(corner, ab, ac) + place_error(place, corner, error);
+        surface = place.surface;
+    }
+    let p = corner + ab * weights.x + ac * weights.y;
     let area = cross(ab, ac);
-    let n = area * (surface_at(triangle.surface).orientation / sqrt(dot(area, area)));
+    let n = area * (surface_at(surface).orientation / sqrt(dot(area, area)));
     var shading = n;
     if TREE_SMOOTH {
-        let a = vertex_at(triangle.vertices.x).normal;
-        let b = vertex_at(triangle.vertices.y).normal;
-        let c = vertex_at(triangle.vertices.z).normal;
+        var a = vertex_at(triangle.vertices.x).normal;
+        var b = vertex_at(triangle.vertices.y).normal;
+        var c = vertex_at(triangle.vertices.z).normal;
+        if is_placed {
+            a = place_normal(place, a);
+            b = place_normal(place, b);
+            c = place_normal(place, c);
+        }
         let mean = a + (b - a) * weights.x + (c - a) * weights.y;
         let length2 = dot(mean, mean);
         // Which side is outward the order of the corners says.
@@ -148,7 +172,7 @@ fn triangle_point(ray: Ray, index: u32) -> SurfacePoint {
             shading = smooth_n;
         }
     }
-    return SurfacePoint(p, n, shading, triangle.error, triangle.surface, index, weights);
+    return SurfacePoint(p, n, shading, error, surface, index, weights);
 }
 
 // Index into `lights`, or NO_LIGHT.

@@ -55,12 +55,7 @@ pub(super) struct Lines {
 impl Crew {
     pub(super) fn new(settings: &Settings) -> Result<Crew, SessionError> {
         let Scene { film, render, .. } = &*settings.scene;
-        // The GPU's own tables have no instances: what it renders has a copy of a mesh for each.
-        let sharing = match settings.device {
-            DeviceChoice::Cpu => world::SHARING_PAYS_FROM,
-            DeviceChoice::Gpu(_) | DeviceChoice::All(_) => usize::MAX,
-        };
-        let (compiled, geometry) = world::compile_sharing(&settings.scene, film.width, film.height, sharing);
+        let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
         let compiled = Arc::new(compiled);
         let offset = film_offset(film);
         let splatter = splatter(settings);

@@ -13,7 +13,7 @@ pub use mesh::{MOST as MOST_TRIANGLES, Mesh, MeshError};
 pub use plane::Plane;
 pub use quad::{Quad, QuadForm};
 pub use sphere::{Sphere, SphereForm};
-pub use triangle::{Meeting, Sheared, Shears, triangle_error};
+pub use triangle::{FLATTEST, Meeting, Sheared, Shears, TRIANGLE_ERROR, triangle_error};
 
 use crate::math::{Bounds, Float, Ray, Vec3};
 

@@ -173,10 +173,10 @@ impl<F: Float> Sheared<F> {
 /// A triangle's share of its hits' error bound, for each unit of its longest side, times that side's square
 /// over twice the area: the sheared areas are off by a few roundings of the square, and the distance by as much
 /// over the area.
-const TRIANGLE_ERROR: f32 = 8.0 * UNIT_ROUNDOFF;
+pub const TRIANGLE_ERROR: f32 = 8.0 * UNIT_ROUNDOFF;
 
 /// The longest side's square over twice the area, of triangles that still get the bound they need.
-const FLATTEST: f32 = 2000.0;
+pub const FLATTEST: f32 = 2000.0;
 
 /// How far at most a point that is computed as the mean of a triangle's corners lies off the triangle, plus how
 /// close to it a ray may start without meeting it again: of a corner and the sides that begin there.

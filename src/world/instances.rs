@@ -19,17 +19,17 @@ const NUMBERS: usize = 32;
 
 /// Where a mesh stands: X in its own space is at A·X + c in the world's.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place<F> {
+pub struct Place<F> {
     /// The rows of A.
-    to_world: [Vec3<F>; 3],
+    pub to_world: [Vec3<F>; 3],
     /// The rows of A's inverse.
-    to_mesh: [Vec3<F>; 3],
+    pub to_mesh: [Vec3<F>; 3],
     /// c.
-    origin: Vec3<F>,
+    pub origin: Vec3<F>,
     /// The most by which A lengthens.
-    stretch: F,
+    pub stretch: F,
     /// By how much more A lengthens some error than others: ‖|A|·|A⁻¹|‖ in the maximum norm.
-    condition: F,
+    pub condition: F,
 }
 
 /// Numbers in the order in which the table has them, nine of each matrix by rows.
@@ -104,7 +104,7 @@ impl<F: Float> Place<F> {
 
 /// Error of a ray that is taken to a mesh for each unit of its distance from the mesh's origin: as in
 /// [`BOUNDS_ERROR`], with room for what the sum of coordinates is larger than the largest.
-const RAY_ERROR: f32 = BOUNDS_ERROR / 2.0;
+pub const RAY_ERROR: f32 = BOUNDS_ERROR / 2.0;
 
 const ROUNDING: f32 = crate::shape::UNIT_ROUNDOFF;
 
@@ -148,7 +148,7 @@ impl Instances {
 
     /// The place of one instance.
     #[inline(always)]
-    pub(super) fn place(&self, instance: usize) -> Place<f32> {
+    pub fn place(&self, instance: usize) -> Place<f32> {
         let numbers = &self.numbers[instance * NUMBERS..(instance + 1) * NUMBERS];
         Place::new(
             #[inline(always)]

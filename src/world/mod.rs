@@ -12,9 +12,9 @@ mod surfaces;
 mod triangles;
 mod union;
 
-pub use bvh::{Bvh, Contents, WIDTH as TREE_WIDTH};
+pub use bvh::{Boxes, Bvh, Contents, WIDTH as TREE_WIDTH};
 pub use compile::{CompiledScene, Geometry, SHARING_PAYS_FROM, compile, compile_sharing};
-pub use instances::{Instances, NO_INSTANCE};
+pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
 pub use simple::Simple;
 pub use surfaces::{Look, NO_LIGHT, SurfacePoint, SurfaceTable};
 pub use triangles::{FIRST_TRIANGLE, Triangles};

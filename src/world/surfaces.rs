@@ -168,6 +168,11 @@ impl SurfaceTable {
         self.instances.as_deref()
     }
 
+    /// 1, or −1 where outward is the other side than the shape says: what `flip_normal` turns, or a place that mirrors.
+    pub fn orientation(&self, row: u32) -> f32 {
+        self.orientation[row as usize]
+    }
+
     /// The entity of a row.
     pub fn entity(&self, row: u32) -> u32 {
         self.rows[row as usize].1.entity

@@ -169,14 +169,17 @@ fn read_field(field: &Field) -> String {
 
 /// The tables' names in the WGSL: `surface_at(row)` reads a row of the table that begins with the heap's word
 /// `scene.surfaces_from`.
-const TABLES: [(&str, &str, &str); 7] = [
+const TABLES: [(&str, &str, &str); 9] = [
     ("Surface", "surface_at", "surfaces_from"),
     ("Material", "material_at", "materials_from"),
     ("Light", "light_at", "lights_from"),
     ("LightNode", "light_node_at", "light_nodes_from"),
     ("TreeNode", "tree_node_at", "tree_nodes_from"),
     ("Triangle", "triangle_at", "triangles_from"),
+    // Instances stand among triangles.
+    ("Instance", "instance_at", "triangles_from"),
     ("Vertex", "vertex_at", "vertices_from"),
+    ("Place", "place_at", "places_from"),
 ];
 
 /// WGSL that reads rows of tables, from the host's own layouts.

@@ -13,8 +13,8 @@ use crate::material::Kind;
 use crate::math::lanes::scalar::Wrapping;
 use crate::sampling::{Block, sobol};
 use crate::scene::{Integrator, Sampler};
-use crate::shape::{BOUNDS_ERROR, POSITION_ERROR};
-use crate::world::{FIRST_TRIANGLE, NO_LIGHT};
+use crate::shape::{BOUNDS_ERROR, FLATTEST, POSITION_ERROR, TRIANGLE_ERROR, UNIT_ROUNDOFF};
+use crate::world::{FIRST_TRIANGLE, NO_INSTANCE, NO_LIGHT};
 use bytemuck::{Pod, Zeroable};
 use std::fmt::Write;
 
@@ -84,7 +84,9 @@ shared! {
         tree_nodes_from: u32,
         triangles_from: u32,
         vertices_from: u32,
-        _gap: [u32; 3],
+        places_from: u32,
+        tree_root: u32,
+        tree_share: f32,
         offset_nodes: [[f32; 4]; 17],
     }
 
@@ -189,6 +191,36 @@ shared! {
         error: f32,
     }
 
+    /// A shared mesh where it stands, as rays come to it: in the place of a triangle.
+    struct Instance {
+        to_mesh_x: [f32; 3],
+        root: u32,
+        to_mesh_y: [f32; 3],
+        number: u32,
+        to_mesh_z: [f32; 3],
+        _middle: u32,
+        origin: [f32; 3],
+        _end: u32,
+    }
+
+    /// The same as hits look it up.
+    struct Place {
+        to_world_x: [f32; 3],
+        stretch: f32,
+        to_world_y: [f32; 3],
+        ray_error: f32,
+        to_world_z: [f32; 3],
+        surface: u32,
+        to_mesh_x: [f32; 3],
+        _x: u32,
+        to_mesh_y: [f32; 3],
+        _y: u32,
+        to_mesh_z: [f32; 3],
+        _z: u32,
+        origin: [f32; 3],
+        _end: u32,
+    }
+
     /// What a mesh says of a vertex.
     struct Vertex {
         normal: [f32; 3],
@@ -273,6 +305,8 @@ pub(super) struct Plan {
     pub(super) levels: u32,
     /// Whether there are triangles in it.
     pub(super) triangles: bool,
+    /// Whether there are shared meshes in it.
+    pub(super) instances: bool,
     /// Whether light scatters around other normals than the surfaces' own.
     pub(super) smooth: bool,
 }
@@ -282,7 +316,13 @@ impl Plan {
     pub(super) fn of(device: &Device, tables: &Tables) -> Result<Plan, GpuError> {
         let paging = Paging::on(device, tables)?;
         let tree = &tables.tree;
-        Ok(Plan { paging, levels: tree.levels, triangles: !tree.triangles.is_empty(), smooth: tree.smooth })
+        Ok(Plan {
+            paging,
+            levels: tree.levels,
+            triangles: !tree.triangles.is_empty(),
+            instances: !tree.places.is_empty(),
+            smooth: tree.smooth,
+        })
     }
 }
 
@@ -323,9 +363,12 @@ pub(super) fn text(variant: Variant) -> String {
         ("LIGHT_TRIANGLE", light::TRIANGLE),
         ("FIRST_TRIANGLE", FIRST_TRIANGLE),
         ("NO_TRIANGLE", u32::MAX),
+        ("NO_INSTANCE", NO_INSTANCE),
+        ("NO_NODE", tree::NO_NODE),
         ("TREE_LEVELS", variant.plan.levels),
         ("LEAF_TRIANGLES", tree::TRIANGLES),
         ("LEAF_SPHERES", tree::SPHERES),
+        ("LEAF_INSTANCE", tree::INSTANCE),
         ("LEAF", light::LEAF),
         ("ROULETTE_FROM", ROULETTE_FROM),
         ("ROULETTE_AT_MOST_FROM", ROULETTE_AT_MOST_FROM),
@@ -356,6 +399,9 @@ pub(super) fn text(variant: Variant) -> String {
         ("NOTHING", NOTHING),
         ("POSITION_ERROR", POSITION_ERROR),
         ("BOUNDS_ERROR", BOUNDS_ERROR),
+        ("TRIANGLE_ERROR", TRIANGLE_ERROR),
+        ("FLATTEST", FLATTEST),
+        ("UNIT_ROUNDOFF", UNIT_ROUNDOFF),
         ("SMALLEST_NORMAL", f32::MIN_POSITIVE),
     ];
     let mut text = String::new();
@@ -368,7 +414,10 @@ pub(super) fn text(variant: Variant) -> String {
         // Debug's digits are the fewest that read back as the same float.
         writeln!(text, "const {name}: f32 = {value:?}f;").expect("a string takes all");
     }
-    for (name, is_so) in [("TREE_TRIANGLES", variant.plan.triangles), ("TREE_SMOOTH", variant.plan.smooth)] {
+    let Plan { triangles, instances, smooth, .. } = variant.plan;
+    for (name, is_so) in
+        [("TREE_TRIANGLES", triangles), ("TREE_INSTANCES", instances), ("TREE_SMOOTH", smooth)]
+    {
         writeln!(text, "const {name}: bool = {is_so};").expect("a string takes all");
     }
     text + &tree::trail(variant.plan.levels) + &variant.plan.paging.text() + &heap::readers()

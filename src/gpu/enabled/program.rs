@@ -7,7 +7,7 @@ use crate::gpu::GpuError;
 use crate::scene::RenderSettings;
 
 /// The WGSL, in the order of the CPU's rooms.
-const SOURCES: [&str; 17] = [
+const SOURCES: [&str; 18] = [
     include_str!("../layout.wgsl"),
     include_str!("../math.wgsl"),
     include_str!("../sampling.wgsl"),
@@ -19,6 +19,7 @@ const SOURCES: [&str; 17] = [
     include_str!("../light_tree.wgsl"),
     include_str!("../camera.wgsl"),
     include_str!("../world.wgsl"),
+    include_str!("../instances.wgsl"),
     include_str!("../tree.wgsl"),
     include_str!("../lanes.wgsl"),
     include_str!("../naive.wgsl"),

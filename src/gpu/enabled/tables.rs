@@ -36,9 +36,6 @@ impl Tables {
         if job.render.max_depth > MAX_DEPTH && job.render.max_depth != UNLIMITED {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
         }
-        if table.instances().is_some() {
-            return Err(GpuError::Unsupported("meshes that are kept once for several places".to_owned()));
-        }
         // Meshes are found by the tree alone.
         let bounded = &job.geometry.second;
         let with_tree = match job.finder.treed(bounded) {
@@ -57,7 +54,7 @@ impl Tables {
         order.append(&tree.rows);
         order.append(&meshes(table));
         let places = order.places(table.len());
-        tree.triangles.iter_mut().for_each(|triangle| triangle.surface = places[triangle.surface as usize]);
+        tree.put_surfaces(&places);
         let surfaces = order.rows.iter().map(|&row| surface(table, row)).collect();
         let point_lights = lights.rows().take_while(|light| light.kind == light::POINT).count();
         let mut offset_nodes = [[0.0; 4]; 17];
@@ -96,6 +93,8 @@ impl Tables {
             region_y: job.region.y,
             region_width: job.region.width,
             offset_nodes,
+            tree_root: tree.root,
+            tree_share: tree.share,
             ..Scene::default()
         };
         Ok(Tables {
@@ -153,7 +152,7 @@ fn meshes(table: &SurfaceTable) -> Vec<u32> {
 
 impl Tables {
     /// The tables, in the order in which they lie in the heap.
-    pub(super) fn sections(&self) -> [Section<'_>; 7] {
+    pub(super) fn sections(&self) -> [Section<'_>; 8] {
         [
             Section::new(&self.surfaces),
             Section::new(&self.materials),
@@ -162,6 +161,7 @@ impl Tables {
             Section::new(&self.tree.nodes),
             Section::new(&self.tree.triangles),
             Section::new(&self.tree.vertices),
+            Section::new(&self.tree.places),
         ]
     }
 
@@ -173,7 +173,7 @@ impl Tables {
     /// What all share, and where in the heap each table begins.
     pub(super) fn scene(&self) -> Scene {
         let mut next = 0;
-        let [surfaces, materials, lights, light_nodes, tree_nodes, triangles, vertices] =
+        let [surfaces, materials, lights, light_nodes, tree_nodes, triangles, vertices, places] =
             self.sections().map(|section| {
                 let from = next;
                 // A heap of more words than can be numbered is refused.
@@ -188,6 +188,7 @@ impl Tables {
             tree_nodes_from: tree_nodes,
             triangles_from: triangles,
             vertices_from: vertices,
+            places_from: places,
             ..self.scene
         }
     }
@@ -206,7 +207,7 @@ pub(super) fn surface(table: &SurfaceTable, row: u32) -> Surface {
         v_axis: form.v_axis,
         emission: look.emission,
         error,
-        orientation: if look.flip_normal { -1.0 } else { 1.0 },
+        orientation: table.orientation(row),
         material: look.material,
         light: look.light,
         row,

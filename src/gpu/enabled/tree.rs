@@ -7,10 +7,12 @@
 //! so that every ray knows an order in which it meets them, whatever its direction: turn i belongs to place i ^ o, o
 //! being the octant that the ray points away from.
 
-use super::layout::{TreeNode, Triangle, Vertex};
+use super::layout::{Instance, Place, TreeNode, Triangle, Vertex};
 use crate::math::{Bounds, Vec3};
 use crate::shape::triangle_error;
-use crate::world::{Bvh, Contents, FIRST_TRIANGLE, NO_LIGHT, SurfaceTable, TREE_WIDTH, Triangles};
+use crate::world::{
+    Boxes, Bvh, Contents, FIRST_TRIANGLE, Instances, NO_LIGHT, RAY_ERROR, SurfaceTable, TREE_WIDTH, Triangles,
+};
 use std::collections::VecDeque;
 use std::fmt::Write;
 
@@ -18,19 +20,30 @@ use std::fmt::Write;
 pub(super) const TRIANGLES: u32 = 0;
 pub(super) const SPHERES: u32 = 1;
 pub(super) const QUADS: u32 = 2;
+pub(super) const INSTANCE: u32 = 3;
 
 /// No box reaches farther.
 const FARTHEST: f32 = 1e18;
 
-/// The tree and what it holds. Empty without any.
+/// The parent of a node that has none.
+pub(super) const NO_NODE: u32 = u32::MAX;
+
+/// The trees and what they hold: those of shared meshes, and then the one in the world's own space. Empty without
+/// any.
 #[derive(Default)]
 pub(super) struct Tree {
     /// How many nodes there are on the longest way down.
     pub(super) levels: u32,
-    /// The root first.
     pub(super) nodes: Vec<TreeNode>,
+    /// Where the tree in the world's own space begins.
+    pub(super) root: u32,
+    /// What a ray is moved beside its boxes by: see [`Bvh::share`].
+    pub(super) share: f32,
+    /// The triangles, and among them, of the same size, every [`Instance`].
     pub(super) triangles: Vec<Triangle>,
     pub(super) vertices: Vec<Vertex>,
+    /// Where shared meshes stand, in the host's order.
+    pub(super) places: Vec<Place>,
     /// Rows of the host's surface table in the order in which leaves hold them.
     pub(super) rows: Vec<u32>,
     /// Whether any vertex has a normal.
@@ -44,14 +57,46 @@ struct Pending<'a> {
     level: u32,
 }
 
+/// What the trees are made from.
+struct Source<'a> {
+    table: &'a SurfaceTable,
+    /// Surfaces that precede those of leaves.
+    first_surface: u32,
+    meshes: Option<Meshes<'a>>,
+    /// Where the trees of shared meshes begin.
+    roots: Vec<u32>,
+}
+
 impl Tree {
-    /// The host's tree over a scene's surfaces, of which `first_surface` precede those of leaves.
+    /// The host's trees over a scene's surfaces, of which `first_surface` precede those of leaves.
     pub(super) fn new(bvh: &Bvh, table: &SurfaceTable, first_surface: u32) -> Tree {
-        let mut tree = Tree::default();
+        let mut tree = Tree { share: bvh.share(), ..Tree::default() };
+        let meshes = table.triangles().map(|triangles| Meshes::new(triangles, table));
+        let mut source = Source { table, first_surface, meshes, roots: Vec::new() };
+        let mut below = 0;
+        for boxes in bvh.shared() {
+            source.roots.push(tree.nodes.len() as u32);
+            below = tree.add(boxes, &source).max(below);
+        }
+        tree.root = tree.nodes.len() as u32;
+        let Some(boxes) = bvh.boxes() else { return tree };
+        tree.levels = tree.add(boxes, &source) + below;
+        if let Some(Meshes { triangles, .. }) = source.meshes {
+            tree.vertices = vertices(triangles);
+            tree.smooth = triangles.has_normals;
+        }
+        if let Some(instances) = table.instances() {
+            tree.places = (0..instances.len()).map(|i| place(instances, i)).collect();
+        }
+        tree
+    }
+
+    /// Adds one of the host's trees and returns how many levels it has.
+    fn add(&mut self, tree: Boxes<'_>, source: &Source<'_>) -> u32 {
         let nothing = (Bounds::NOTHING, Contents::Nothing);
-        let root = match bvh.root() {
-            Contents::Nothing => return tree,
-            Contents::Node(node) => bvh.children(node),
+        let root = match tree.root() {
+            Contents::Nothing => [nothing; TREE_WIDTH],
+            Contents::Node(node) => tree.children(node),
             // A leaf is the only child of a node.
             leaf => {
                 let mut children = [nothing; TREE_WIDTH];
@@ -59,59 +104,110 @@ impl Tree {
                 children
             }
         };
-        let meshes = table.triangles().map(|triangles| Meshes::new(triangles, table));
-        let mut pending = VecDeque::from([Pending { children: root, parent: 0, level: 1 }]);
-        let mut made = 1;
+        let mut pending = VecDeque::from([Pending { children: root, parent: NO_NODE, level: 1 }]);
+        let mut made = self.nodes.len() as u32 + 1;
+        let mut levels = 0;
         // Breadth first, so that a node's nodes stand side by side.
         while let Some(Pending { children, parent, level }) = pending.pop_front() {
-            tree.levels = tree.levels.max(level);
-            let here = tree.nodes.len() as u32;
+            levels = levels.max(level);
+            let here = self.nodes.len() as u32;
             let children = in_places(children);
             let mut node = boxes(&children.map(|(bounds, _)| bounds));
             (node.parent, node.nodes) = (parent, made);
-            node.triangles = tree.triangles.len() as u32;
-            node.surfaces = first_surface + tree.rows.len() as u32;
+            node.triangles = self.triangles.len() as u32;
+            node.surfaces = source.first_surface + self.rows.len() as u32;
             for (place, (_, contents)) in children.into_iter().enumerate() {
-                match contents {
-                    // A scene that shares meshes is refused.
-                    Contents::Nothing | Contents::Instance(_) => {}
+                let (kind, from, count) = match contents {
+                    Contents::Nothing => continue,
                     Contents::Node(child) => {
                         node.scales |= 1 << (24 + place);
-                        pending.push_back(Pending {
-                            children: bvh.children(child),
-                            parent: here,
-                            level: level + 1,
-                        });
+                        let children = tree.children(child);
+                        pending.push_back(Pending { children, parent: here, level: level + 1 });
                         made += 1;
+                        continue;
                     }
-                    Contents::Leaf(numbers) => {
-                        let (kind, from) = if numbers[0] >= FIRST_TRIANGLE {
-                            (TRIANGLES, tree.triangles.len() as u32 - node.triangles)
-                        } else if table.rows()[numbers[0] as usize].0.radius > 0.0 {
-                            (SPHERES, first_surface + tree.rows.len() as u32 - node.surfaces)
-                        } else {
-                            (QUADS, first_surface + tree.rows.len() as u32 - node.surfaces)
-                        };
-                        let count = numbers.len() as u32;
-                        assert!(count < 16 && from < 256, "a leaf of {count} from {from}");
-                        node.leaves[place / 2] |= (kind << 12 | from << 4 | count) << (place % 2 * 16);
-                        match &meshes {
-                            Some(meshes) if kind == TRIANGLES => {
-                                tree.triangles.extend(numbers.iter().map(|&number| meshes.triangle(number)));
-                            }
-                            _ => tree.rows.extend(numbers),
-                        }
+                    Contents::Instance(number) => self.add_instance(number, source, &node),
+                    Contents::Leaf(numbers) => self.add_leaf(numbers, source, &node),
+                };
+                assert!(count < 16 && from < 256, "a leaf of {count} from {from}");
+                node.leaves[place / 2] |= (kind << 12 | from << 4 | count) << (place % 2 * 16);
+            }
+            self.nodes.push(node);
+        }
+        levels
+    }
+
+    /// Adds what a leaf holds. Returns of which kind it is, from where on after the node's others, and how many.
+    fn add_leaf(&mut self, numbers: &[u32], source: &Source<'_>, node: &TreeNode) -> (u32, u32, u32) {
+        let count = numbers.len() as u32;
+        match &source.meshes {
+            Some(meshes) if numbers[0] >= FIRST_TRIANGLE => {
+                let from = self.triangles.len() as u32 - node.triangles;
+                self.triangles.extend(numbers.iter().map(|&number| meshes.triangle(number)));
+                (TRIANGLES, from, count)
+            }
+            _ => {
+                let is_round = source.table.rows()[numbers[0] as usize].0.radius > 0.0;
+                let from = source.first_surface + self.rows.len() as u32 - node.surfaces;
+                self.rows.extend(numbers);
+                (if is_round { SPHERES } else { QUADS }, from, count)
+            }
+        }
+    }
+
+    fn add_instance(&mut self, number: usize, source: &Source<'_>, node: &TreeNode) -> (u32, u32, u32) {
+        let from = self.triangles.len() as u32 - node.triangles;
+        if let Some(instances) = source.table.instances() {
+            let Place { to_mesh_x, to_mesh_y, to_mesh_z, origin, .. } = place(instances, number);
+            let root = source.roots[instances.mesh[number] as usize];
+            let number = number as u32 + 1;
+            let instance =
+                Instance { to_mesh_x, root, to_mesh_y, number, to_mesh_z, origin, ..Instance::default() };
+            self.triangles.push(bytemuck::cast(instance));
+        }
+        (INSTANCE, from, 1)
+    }
+
+    /// Tells what is on meshes where the host's rows of the surface table are on the device.
+    pub(super) fn put_surfaces(&mut self, places: &[u32]) {
+        for node in &self.nodes {
+            for place in 0..TREE_WIDTH {
+                let leaf = node.leaves[place / 2] >> (place % 2 * 16) & 0xffff;
+                let (kind, from, count) = (leaf >> 12, leaf >> 4 & 255, leaf & 15);
+                if kind == TRIANGLES {
+                    let first = (node.triangles + from) as usize;
+                    for triangle in &mut self.triangles[first..first + count as usize] {
+                        triangle.surface = places[triangle.surface as usize];
                     }
                 }
             }
-            tree.nodes.push(node);
         }
-        if let Some(Meshes { triangles, .. }) = meshes {
-            tree.vertices = vertices(triangles);
-            tree.smooth = triangles.has_normals;
-        }
-        tree
+        self.places.iter_mut().for_each(|place| place.surface = places[place.surface as usize]);
     }
+}
+
+/// Where an instance stands. Its surface is the host's row, until the device's are in order.
+fn place(instances: &Instances, number: usize) -> Place {
+    let place = instances.place(number);
+    let [to_world_x, to_world_y, to_world_z] = place.to_world.map(array);
+    let [to_mesh_x, to_mesh_y, to_mesh_z] = place.to_mesh.map(array);
+    Place {
+        to_world_x,
+        to_world_y,
+        to_world_z,
+        to_mesh_x,
+        to_mesh_y,
+        to_mesh_z,
+        origin: array(place.origin),
+        stretch: place.stretch,
+        ray_error: place.condition * RAY_ERROR,
+        surface: instances.rows[number],
+        ..Place::default()
+    }
+}
+
+fn array(v: Vec3<f32>) -> [f32; 3] {
+    [v.x, v.y, v.z]
 }
 
 /// Children in the places that the corners of their node suggest: bit i of a place is set on the upper side along
@@ -200,9 +296,10 @@ impl<'a> Meshes<'a> {
         Meshes { triangles, table, first }
     }
 
-    /// The light that a triangle is: those of a mesh follow each other as its triangles do.
+    /// The light that a triangle is: those of a mesh follow each other as its triangles do. What is shared is none.
     fn light(&self, index: usize) -> u32 {
-        let row = self.triangles.rows[index] as usize;
+        let Some(&row) = self.triangles.rows.get(index) else { return NO_LIGHT };
+        let row = row as usize;
         match self.table.rows()[row].1.light {
             NO_LIGHT => NO_LIGHT,
             light => light + index as u32 - self.first[row],
@@ -221,8 +318,8 @@ impl<'a> Meshes<'a> {
             a,
             number,
             b,
-            // The host's row, until the device's are in order.
-            surface: triangles.rows[index],
+            // The host's row, until the device's are in order. Of what is shared the place knows it.
+            surface: triangles.rows.get(index).copied().unwrap_or(0),
             c,
             light: self.light(index),
             vertices: [0, 1, 2].map(|corner| triangles.corners[corner][index]),

@@ -147,16 +147,37 @@ pub enum Contents<'a> {
     Instance(usize),
 }
 
-impl Bvh {
+/// One tree, for workers that keep it in another form.
+#[derive(Clone, Copy, Debug)]
+pub struct Boxes<'a>(&'a Nodes);
+
+impl<'a> Boxes<'a> {
     /// What the whole tree is.
-    pub fn root(&self) -> Contents<'_> {
-        self.tree.as_ref().map_or(Contents::Nothing, |tree| tree.contents(tree.root))
+    pub fn root(self) -> Contents<'a> {
+        self.0.contents(self.0.root)
     }
 
     /// The boxes of a node's children, and what they hold. A box is grown as [`Shape::bounds`] says.
-    pub fn children(&self, node: usize) -> [(Bounds, Contents<'_>); WIDTH] {
-        let nothing = (Bounds::NOTHING, Contents::Nothing);
-        self.tree.as_ref().map_or([nothing; WIDTH], |tree| tree.children(node))
+    pub fn children(self, node: usize) -> [(Bounds, Contents<'a>); WIDTH] {
+        self.0.children(node)
+    }
+}
+
+impl Bvh {
+    /// The tree in the world's own space, if anything is in it.
+    pub fn boxes(&self) -> Option<Boxes<'_>> {
+        self.tree.as_ref().map(Boxes)
+    }
+
+    /// The trees of the shared meshes, each in its mesh's space.
+    pub fn shared(&self) -> impl Iterator<Item = Boxes<'_>> {
+        self.meshes.iter().map(Boxes)
+    }
+
+    /// The share of a ray's origin by which it has to be moved beside the boxes of the tree in the world's own space:
+    /// at least [`BOUNDS_ERROR`], which is enough in those of shared meshes.
+    pub fn share(&self) -> f32 {
+        self.share
     }
 }
 

@@ -29,11 +29,12 @@ use crate::integrator::{self, Integrator};
 use crate::render::{Order, Payload, Region, SampleBatch};
 use crate::sampling::warp::FilmOffset;
 use crate::scene::{RenderSettings, Scene};
-use crate::world::{CompiledScene, Finder, Geometry, compile};
+use crate::world::{CompiledScene, Finder, Geometry, compile_sharing};
 use crossbeam_channel::{bounded, unbounded};
 
 /// What a few spheres, quads and planes ask of a program.
-const SIMPLE: Plan = Plan { paging: Paging::ONE, levels: 0, triangles: false, smooth: false };
+const SIMPLE: Plan =
+    Plan { paging: Paging::ONE, levels: 0, triangles: false, instances: false, smooth: false };
 
 /// A device, or none on a machine without one, where that is allowed.
 fn device() -> Option<Device> {
@@ -59,7 +60,8 @@ struct Prepared {
 impl Prepared {
     fn new(scene: &Scene, seed: u32) -> Prepared {
         let (width, height) = (scene.film.width, scene.film.height);
-        let (compiled, geometry) = compile(scene, width, height);
+        // What stands twice is shared, however small.
+        let (compiled, geometry) = compile_sharing(scene, width, height, 0);
         let render = RenderSettings { seed, ..scene.render.clone() };
         let offset = film_offset(&scene.film);
         Prepared { scene: compiled, geometry, render, offset, whole: Region::whole(width, height) }

@@ -148,8 +148,10 @@ fn what_no_scene_has_is_the_same_picture() {
 
 #[test]
 fn meshes_and_what_is_in_the_tree_are_the_same_picture() {
-    let crowd = ("crowd".to_owned(), scenes::crowd(48, 32));
-    hold_all(&[crowd], &[Integrator::Path, Integrator::PathNaive], 8);
+    let scenes = [("crowd", scenes::crowd(48, 32)), ("copies", scenes::copies(48, 32))];
+    assert!(Prepared::new(&scenes[1].1, 0).scene.surfaces.instances().is_some_and(|all| all.len() == 5));
+    let scenes = scenes.map(|(name, scene)| (name.to_owned(), scene));
+    hold_all(&scenes, &[Integrator::Path, Integrator::PathNaive], 8);
     // `whitted` asks every light at every point, and of those near a point it chooses a random point with a variance
     // that may be infinite.
     let few_lamps = ("few lamps".to_owned(), scenes::crowd_with_few_lamps(48, 32));
@@ -189,7 +191,7 @@ fn one_changed_constant_is_noticed() {
     let mut unnoticed = Vec::new();
     let (cover, bazaar) = (scenes::cover(48, 32), scenes::bazaar(48, 32));
     let (large, lamps) = (scenes::large_spheres(48, 32), scenes::lamps(48, 32));
-    let crowd = scenes::crowd(48, 32);
+    let (crowd, copies) = (scenes::crowd(48, 32), scenes::copies(48, 32));
     for (scene, integrator, sampler, right, wrong) in [
         (
             &cover,
@@ -231,6 +233,8 @@ fn one_changed_constant_is_noticed() {
             "waiting = trail.newest.x & 255u;",
             "waiting = trail.newest.x & 15u;",
         ),
+        // Rays that come back from a mesh forget that they are in the world again.
+        (&copies, PathNaive, Sobol, "ray = world_ray;\n                probe", "probe"),
     ] {
         let scene = scenes::with(scene.clone(), integrator, sampler);
         let Some(verdict) = verdict_on(&scene, right, wrong) else { return };

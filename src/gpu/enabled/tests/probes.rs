@@ -281,7 +281,7 @@ fn shapes_are_met_where_the_cpu_meets_them() {
         put_float3(0u, t);
         for (var i = 0u; i < 3u; i++) {
             if t[i] < NOTHING {
-                let point = surface_point(ray, Hit(t[i], i, i));
+                let point = surface_point(ray, Hit(t[i], i, i, NO_INSTANCE));
                 put_float3(3u + 9u * i, point.p); put_float3(6u + 9u * i, point.n);
                 put_float(9u + 9u * i, point.error);
                 let uv = surface_uv(point); put_float(10u + 9u * i, uv.x); put_float(11u + 9u * i, uv.y);

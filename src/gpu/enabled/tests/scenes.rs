@@ -252,6 +252,38 @@ pub(super) fn placed(mesh: Mesh, transform: DAffine3, material: usize) -> Entity
     entity(Shape::Mesh { mesh: Arc::new(mesh), transform }, material)
 }
 
+/// One of several copies of a mesh.
+pub(super) fn copy_of(mesh: &Arc<Mesh>, transform: DAffine3, material: usize) -> Entity {
+    entity(Shape::Mesh { mesh: Arc::clone(mesh), transform }, material)
+}
+
+/// A place that turns, mirrors if a scale is negative, and moves.
+pub(super) fn turned(scale: [f64; 3], angle: f64, at: DVec3) -> DAffine3 {
+    let turn = DQuat::from_axis_angle(DVec3::new(0.3, -0.4, 1.0).normalize(), angle);
+    DAffine3::from_scale_rotation_translation(DVec3::from_array(scale), turn, at)
+}
+
+/// One mesh at many places, squeezed, turned, mirrored and turned inside out, of every material; one more shines. Spheres
+/// and quads between them.
+pub(super) fn copies(width: u32, height: u32) -> Scene {
+    let mut scene = crowd(width, height);
+    let pebble = Arc::new(ball(5, 0.1, true, true));
+    let place = |scale, angle, at: [f64; 3], material| {
+        copy_of(&pebble, turned(scale, angle, DVec3::from_array(at)), material)
+    };
+    let meshes = [
+        place([1.0, 1.0, 0.6], 0.3, [5.0, -1.8, -0.4], 0),
+        place([0.7, -0.9, 0.9], 2.0, [5.0, 1.6, -0.2], 2),
+        place([0.7, 0.7, 0.7], 1.0, [3.8, 0.1, -0.5], 4),
+        place([0.2, 1.2, -1.4], 4.0, [7.0, 0.3, 0.3], 3),
+        Entity { flip_normal: true, ..place([0.6; 3], 5.0, [4.2, 2.4, 0.8], 1) },
+        Entity { emission: [4.0; 3], ..place([0.6, 0.6, 0.3], 0.0, [4.0, 0.0, 2.2], 0) },
+    ];
+    scene.entities.retain(|entity| !matches!(entity.shape, Shape::Mesh { .. }));
+    scene.entities.splice(1..1, meshes);
+    scene
+}
+
 /// Where a tree pays: meshes with and without normals and uv, one of which shines, one turned inside out and one
 /// mirrored, among spheres and quads, over a plane.
 pub(super) fn crowd(width: u32, height: u32) -> Scene {

@@ -1,6 +1,6 @@
 //! What rays meet in the device's tree, against the CPU's.
 
-use super::super::layout::TreeNode;
+use super::super::layout::{Instance, TreeNode};
 use super::super::tables::Tables;
 use super::super::tree;
 use super::probes::{ULP, bits, probe};
@@ -9,9 +9,10 @@ use crate::math::{Bounds, Ray, Vec3};
 use crate::sampling::{Stream, warp};
 use crate::scene::{Mesh, Scene};
 use crate::shape::NOTHING;
-use crate::world::{Bvh, FIRST_TRIANGLE, Hit, World};
+use crate::world::{Bvh, FIRST_TRIANGLE, Hit, NO_INSTANCE, World};
 use glam::{DAffine3, DVec3};
 use rand::RngExt;
+use std::sync::Arc;
 
 fn direction(stream: &mut Stream) -> DVec3 {
     let d = warp::uniform_sphere([stream.random::<f32>(), stream.random::<f32>()]);
@@ -73,13 +74,36 @@ const LINES: &str = "let ray = Ray(float3(0u), float3(3u));
         put_float3(3u, point.p); put_float3(6u, point.n); put_float3(9u, point.shading);
         put_float(12u, point.error); put(13u, light_of(point));
         let uv = surface_uv(point); put_float(14u, uv.x); put_float(15u, uv.y);
-    }";
+    }
+    put(16u, hit.instance);";
+
+/// Copies of one mesh of sizes that differ by up to 10², squeezed, turned and mirrored, one of them twice at one place,
+/// between spheres.
+fn copies(scale: f64, place: DVec3, stream: &mut Stream) -> Scene {
+    let mesh = Arc::new(scenes::ball(5, 0.2, true, true));
+    let mut entities =
+        vec![scenes::plane([0.0, 0.6, 0.8], place.dot(DVec3::new(0.0, 0.6, 0.8)) - 2.0 * scale, 0)];
+    for i in 0..12 {
+        let size = scale * if i == 0 { 0.5 } else { 10_f64.powf(stream.random_range(-2.0..-0.2)) };
+        let at = place + direction(stream) * scale * stream.random::<f64>();
+        let sides = [[1.0, 1.0, 1.0], [1.0, -0.3, 2.0], [-0.7, -1.0, -0.1]][i % 3];
+        let to = scenes::turned(sides.map(|side| side * size), stream.random_range(0.0..6.0), at);
+        for _ in 0..if i == 0 { 2 } else { 1 } {
+            entities.push(scenes::copy_of(&mesh, to, 0));
+        }
+        let centre = place + direction(stream) * scale * stream.random::<f64>();
+        entities.push(scenes::sphere(centre.to_array(), size * 0.5, 0));
+    }
+    scenes::scene(16, 16, vec![scenes::matte([0.5; 3])], entities)
+}
 
 /// What was seen of rays.
 #[derive(Debug, Default)]
 struct Seen {
     hits: usize,
     triangles: usize,
+    /// Hits of what is shared.
+    shared: usize,
     /// Rays that the two sides answer otherwise.
     differ: usize,
     /// Limits before which only one side sees something.
@@ -95,14 +119,15 @@ fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -
     // It answers what trying everything does, to the bit, and sooner.
     let world = Bvh::new(&prepared.geometry);
     let mut seen = Seen::default();
-    for (input, out) in rays.iter().zip(probe::<7, 16>(device, LINES, &bits(rays), tables)) {
+    for (input, out) in rays.iter().zip(probe::<7, 17>(device, LINES, &bits(rays), tables)) {
         let [ox, oy, oz, dx, dy, dz, limit] = *input;
         let ray = Ray { o: Vec3::new(ox, oy, oz), d: Vec3::new(dx, dy, dz) };
         let hit: Hit<f32> = world.intersect(&ray, true);
         let t = f32::from_bits(out[0]);
         let size = ray.o.max_abs() + hit.t.min(1e30);
         seen.limits += usize::from((hit.t - limit).abs() > 1e-4 * size && (out[2] == 1) != (hit.t < limit));
-        if (t < f32::MAX) != (hit.t < NOTHING) || (t < f32::MAX && out[1] != hit.surface.0) {
+        let other = out[1] != hit.surface.0 || out[16] != hit.instance.0;
+        if (t < f32::MAX) != (hit.t < NOTHING) || (t < f32::MAX && other) {
             seen.differ += 1;
             continue;
         }
@@ -111,6 +136,7 @@ fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -
         }
         seen.hits += 1;
         seen.triangles += usize::from(hit.surface.0 >= FIRST_TRIANGLE);
+        seen.shared += usize::from(hit.instance.0 != NO_INSTANCE);
         let point = surfaces.point(&ray, &hit);
         let steep = 1.0 / point.n.dot(ray.d).abs().max(1e-3);
         let near = |at: usize, v: Vec3<f32>, bound: f32| {
@@ -121,6 +147,8 @@ fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -
         let close = |at: usize, x: f32, bound: f32| (f32::from_bits(out[at]) - x).abs() <= bound;
         // How a rounding of the coordinates shows along the ray, and in what is a part of a small surface.
         let moved = 64.0 * ULP * size * steep;
+        // What is shared is off by what taking rays to it and points back does.
+        let moved = if hit.instance.0 == NO_INSTANCE { moved } else { moved + point.error * steep };
         let (u, v) = surfaces.uv(&point, true);
         let turned = moved / point.error.max(ULP) * 1e-5 + 1e-4;
         let good = close(0, hit.t, moved)
@@ -165,6 +193,73 @@ fn the_tree_finds_what_the_cpu_finds() {
 }
 
 #[test]
+fn instances_are_met_as_on_the_cpu() {
+    let Some(device) = device() else { return };
+    let stream = &mut Stream::new(55, 0, 0);
+    for (scale, place) in
+        [(1.0, DVec3::ZERO), (1.0, DVec3::new(30.0, -5.0, 2.0)), (1e4, DVec3::X), (1e-3, DVec3::ZERO)]
+    {
+        let scene = copies(scale, place, stream);
+        let rays = rays(scale, place, 20_000, stream);
+        let prepared = Prepared::new(&scene, 0);
+        let mut tables = Tables::new(&prepared.job()).unwrap();
+        assert_eq!(tables.tree.places.len(), 13);
+        let seen = compare(&device, &scene, &tables, &rays);
+        println!("{scale} at {place}: {seen:?}");
+        assert!(seen.shared > 3_000, "{seen:?}");
+        assert!(seen.differ <= 20 && seen.limits <= 20 && seen.points <= 20, "{seen:?}");
+        if scale != 1.0 {
+            continue;
+        }
+        // Negative controls: hits are looked up in another place.
+        tables.tree.places.reverse();
+        let elsewhere = compare(&device, &scene, &tables, &rays);
+        assert!(elsewhere.points > 1000, "another place goes unnoticed: {elsewhere:?}");
+        tables.tree.places.reverse();
+        // Two stand at one place: numbers decide.
+        let instances = tables.tree.triangles.iter_mut();
+        let first = instances.map(bytemuck::cast_mut::<_, Instance>).find(|row| row.number == 1);
+        first.expect("the first instance").number = 3;
+        let higher = compare(&device, &scene, &tables, &rays);
+        assert!(higher.differ > 20, "a higher number goes unnoticed: {higher:?}");
+    }
+}
+
+#[test]
+fn no_ray_slips_out_of_a_closed_instance() {
+    let Some(device) = device() else { return };
+    let stream = &mut Stream::new(56, 0, 0);
+    for (n, at) in [(3, DVec3::ZERO), (12, DVec3::splat(3.0)), (30, DVec3::new(100.0, -300.0, 200.0))] {
+        let (mut mesh, rays) = from_inside(n, DVec3::ZERO, 40_000, stream);
+        let to = scenes::turned([0.7, -1.3, 1.1], 0.8, at);
+        let narrow = |v: DVec3| v.as_vec3().to_array();
+        let rays: Vec<_> = rays
+            .iter()
+            .map(|&[ox, oy, oz, dx, dy, dz, limit]| {
+                let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+                let [ox, oy, oz] = narrow(to.transform_point3(wide([ox, oy, oz])));
+                let [dx, dy, dz] = narrow(to.transform_vector3(wide([dx, dy, dz])).normalize());
+                [ox, oy, oz, dx, dy, dz, limit]
+            })
+            .collect();
+        let escaped = |mesh: Mesh| {
+            let mesh = Arc::new(mesh);
+            let far = scenes::turned([1.0; 3], 0.0, DVec3::splat(1e4));
+            let entities = vec![scenes::copy_of(&mesh, to, 0), scenes::copy_of(&mesh, far, 0)];
+            let scene = scenes::scene(16, 16, vec![scenes::matte([0.5; 3])], entities);
+            let tables = Tables::new(&Prepared::new(&scene, 0).job()).unwrap();
+            assert_eq!(tables.tree.places.len(), 2);
+            let out = probe::<7, 17>(&device, LINES, &bits(&rays), &tables);
+            out.iter().filter(|out| out[16] != 1 || out[2] == 0).count()
+        };
+        assert_eq!(escaped(mesh.clone()), 0, "{n} at {at}");
+        // Negative control: one triangle is missing.
+        mesh.triangles.pop();
+        assert!(escaped(mesh) > 0, "{n}: nothing leaves by a hole");
+    }
+}
+
+#[test]
 fn of_equal_distances_the_lower_number_counts() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(52, 0, 0);
@@ -180,7 +275,7 @@ fn of_equal_distances_the_lower_number_counts() {
     }
     let world = Bvh::new(&prepared.geometry);
     let mut ties = 0;
-    let out = probe::<7, 16>(&device, LINES, &bits(&rays), &tables);
+    let out = probe::<7, 17>(&device, LINES, &bits(&rays), &tables);
     for (ray, out) in rays.iter().zip(out) {
         let ray = Ray { o: Vec3::new(ray[0], ray[1], ray[2]), d: Vec3::new(ray[3], ray[4], ray[5]) };
         let hit: Hit<f32> = world.intersect(&ray, true);
@@ -231,7 +326,7 @@ fn no_ray_slips_out_of_a_closed_mesh() {
             let mesh = scenes::placed(mesh, DAffine3::IDENTITY, 0);
             let scene = scenes::scene(16, 16, vec![scenes::matte([0.5; 3])], vec![mesh]);
             let tables = Tables::new(&Prepared::new(&scene, 0).job()).unwrap();
-            let out = probe::<7, 16>(&device, LINES, &bits(&rays), &tables);
+            let out = probe::<7, 17>(&device, LINES, &bits(&rays), &tables);
             out.iter().filter(|out| f32::from_bits(out[0]) == f32::MAX || out[2] == 0).count()
         };
         assert_eq!(escaped(mesh.clone()), 0, "{n} at {place}");

@@ -25,8 +25,8 @@ pub struct LightTree {
     link: Vec<u32>,
     /// Whether some mesh shines; if none does, what follows is not looked at.
     has_meshes: bool,
-    /// The square of the distance from the centre from which on these lights are far; infinite if they are not all
-    /// of one mesh.
+    /// The square of the distance from the centre from which on these lights are far; infinite at leaves, and if they
+    /// are not all of one mesh or too many to share units.
     far2: Vec<f32>,
     /// Power in whole units, so that the lights of a node share it without rounding.
     units: Vec<u32>,
@@ -82,7 +82,9 @@ pub const FACING: f32 = 0.3;
 /// that tells them apart.
 pub const NARROW: f32 = 0.95;
 
-/// Units of power of the whole tree, about: as many as a uniform number of 24 bits can tell apart.
+/// Units of power of the whole tree, about: no more than a uniform number of 24 bits can tell apart. Once steps down
+/// the tree have used up some of its bits, what is left of it leads to fewer places, evenly spread: a light that
+/// comes up less than once in 2²⁴ may not be asked from a given point, as in any tree.
 const UNITS: f64 = 8_388_608.0;
 
 /// From this depth on lights are split in halves, so that the way to each fits into a word.

@@ -22,9 +22,6 @@ pub(super) const SPHERES: u32 = 1;
 pub(super) const QUADS: u32 = 2;
 pub(super) const INSTANCE: u32 = 3;
 
-/// No box reaches farther.
-const FARTHEST: f32 = 1e18;
-
 /// The parent of a node that has none.
 pub(super) const NO_NODE: u32 = u32::MAX;
 
@@ -97,12 +94,7 @@ impl Tree {
         let root = match tree.root() {
             Contents::Nothing => [nothing; TREE_WIDTH],
             Contents::Node(node) => tree.children(node),
-            // A leaf is the only child of a node.
-            leaf => {
-                let mut children = [nothing; TREE_WIDTH];
-                children[0] = (Bounds { low: [-FARTHEST; 3], high: [FARTHEST; 3] }, leaf);
-                children
-            }
+            _ => unreachable!("the host's roots are nodes"),
         };
         let mut pending = VecDeque::from([Pending { children: root, parent: NO_NODE, level: 1 }]);
         let mut made = self.nodes.len() as u32 + 1;

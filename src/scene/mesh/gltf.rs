@@ -100,8 +100,7 @@ fn read<R: BufRead>(
     }
     let whole = |message: String| source.whole(message);
     let placed = place::meshes(&document).map_err(whole)?;
-    let mut buffers = Buffers::new(source.name(), binary);
-    let mut room = Room::new(source);
+    let mut buffers = Buffers::new(source.name(), binary, Room::new(source));
     for Placed { mesh, node, to_world } in placed {
         let Some(of_mesh) = document.meshes.get(mesh) else {
             return Err(whole(format!(
@@ -122,7 +121,7 @@ fn read<R: BufRead>(
                 }
             };
             let part = parts.of(&group, &material);
-            add(&document, &mut buffers, primitive, &to_world, parts, part, &mut room)
+            add(&document, &mut buffers, primitive, &to_world, parts, part)
                 .map_err(|message| whole(format!("mesh {mesh}, primitive {i}: {message}")))?;
         }
     }
@@ -140,7 +139,7 @@ struct Room {
     repeats: u64,
 }
 
-/// How many times the length of a file the vertices and triangles may take that are made of it, in bytes.
+/// How many times the length of a file, and of those beside it that it names, the vertices and triangles may take that are made of it, in bytes.
 const MOST_REPEATS: u64 = 64;
 
 impl Room {
@@ -148,6 +147,11 @@ impl Room {
         // A small file may repeat more.
         let bytes = source.len().max(1 << 16).saturating_mul(MOST_REPEATS);
         Room { vertices: MOST_TRIANGLES, triangles: MOST_TRIANGLES, repeats: bytes }
+    }
+
+    /// Makes room for what comes of a file beside.
+    fn add_file(&mut self, len: u64) {
+        self.repeats = self.repeats.saturating_add(len.saturating_mul(MOST_REPEATS));
     }
 
     fn take(&mut self, vertices: usize, triangles: usize) -> Result<(), String> {
@@ -182,7 +186,6 @@ fn add(
     to_world: &DAffine3,
     parts: &mut Parts<'_>,
     part: usize,
-    room: &mut Room,
 ) -> Result<(), String> {
     let mode = primitive.mode.unwrap_or(TRIANGLES);
     if ![TRIANGLES, STRIP, FAN].contains(&mode) {
@@ -211,7 +214,7 @@ fn add(
         TRIANGLES => indices.len() / 3,
         _ => indices.len().saturating_sub(2),
     };
-    room.take(vertices, count)?;
+    buffers.room.take(vertices, count)?;
 
     let mirrors = to_world.matrix3.determinant() < 0.0;
     let turned = to_world.matrix3.inverse().transpose();

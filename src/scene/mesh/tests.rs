@@ -5,6 +5,7 @@ use crate::sampling::Stream;
 use rand::RngExt;
 
 mod gltf;
+mod limits;
 mod parts;
 
 fn read_split(name: &str, bytes: &[u8], split: &Split) -> Result<MeshFile, String> {

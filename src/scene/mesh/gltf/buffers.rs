@@ -2,6 +2,7 @@
 //!
 //! Every range is checked against the bytes that are there before anything is set aside for it.
 
+use super::Room;
 use super::document::{Accessor, Document};
 use crate::scene::mesh::{beside, open};
 use data_encoding::{BASE64, BASE64_NOPAD};
@@ -17,6 +18,7 @@ pub(super) struct Buffers<'a> {
     /// What a `.glb` has behind its JSON: the first buffer.
     binary: Option<Rc<Vec<u8>>>,
     loaded: Vec<Option<Rc<Vec<u8>>>>,
+    pub(super) room: Room,
 }
 
 /// Some components that stand at equal distances in a buffer.
@@ -45,8 +47,8 @@ fn size(component: u32) -> Result<u64, String> {
 }
 
 impl<'a> Buffers<'a> {
-    pub(super) fn new(file: &'a Path, binary: Option<Vec<u8>>) -> Self {
-        Buffers { file, binary: binary.map(Rc::new), loaded: Vec::new() }
+    pub(super) fn new(file: &'a Path, binary: Option<Vec<u8>>, room: Room) -> Self {
+        Buffers { file, binary: binary.map(Rc::new), loaded: Vec::new(), room }
     }
 
     /// An accessor's vectors of `N` floats.
@@ -179,7 +181,7 @@ impl<'a> Buffers<'a> {
         Ok(bytes)
     }
 
-    fn load(&self, uri: &str, length: u64) -> Result<Vec<u8>, String> {
+    fn load(&mut self, uri: &str, length: u64) -> Result<Vec<u8>, String> {
         if let Some(data) = uri.strip_prefix("data:") {
             let Some((_, text)) = data.split_once(";base64,") else {
                 return Err("its data: URI is not in base64".into());
@@ -198,7 +200,10 @@ impl<'a> Buffers<'a> {
         let mut bytes = Vec::new();
         // No more than is asked for.
         match file.take(length).read_to_end(&mut bytes) {
-            Ok(_) => Ok(bytes),
+            Ok(read) => {
+                self.room.add_file(read as u64);
+                Ok(bytes)
+            }
             Err(error) => Err(format!("{}: cannot be read: {error}", path.display())),
         }
     }

@@ -259,6 +259,7 @@ fn material(document: &Document, index: usize) -> FileMaterial {
         MaterialKind::Matte { reflectance: base }
     };
     let strength = of.extensions.emissive_strength.strength;
-    let emission = radiance(of.emissive_factor.map(|c| c * strength));
+    let emission =
+        if of.has_emissive_texture() { [0.0; 3] } else { radiance(of.emissive_factor.map(|c| c * strength)) };
     FileMaterial { name: document.material_name(index), kind, emission }
 }

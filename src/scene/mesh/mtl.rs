@@ -14,6 +14,8 @@ struct Raw {
     diffuse: Option<Colour>,
     specular: Colour,
     emission: Colour,
+    /// Whether a texture says where it shines, often at a few places of many.
+    has_emission_texture: bool,
     filter: Colour,
     ior: Option<f64>,
     opacity: f64,
@@ -27,6 +29,7 @@ impl Raw {
             diffuse: None,
             specular: [0.0; 3],
             emission: [0.0; 3],
+            has_emission_texture: false,
             filter: [1.0; 3],
             ior: None,
             opacity: 1.0,
@@ -46,7 +49,8 @@ impl Raw {
             _ if black && shiny => MaterialKind::Mirror { reflectance: self.specular },
             _ => MaterialKind::Matte { reflectance: self.diffuse.unwrap_or([0.8; 3]) },
         };
-        FileMaterial { name: self.name, kind, emission: self.emission }
+        let emission = if self.has_emission_texture { [0.0; 3] } else { self.emission };
+        FileMaterial { name: self.name, kind, emission }
     }
 }
 
@@ -99,7 +103,10 @@ pub(super) fn read<R: BufRead>(
                 raw.model = number(word)
                     .ok_or_else(|| source.on_line(format!("{} is no illumination model", shown(word))))?;
             }
-            _ if key.starts_with(b"map_") => parts.note("it has textures, which are passed over"),
+            _ if key.starts_with(b"map_") => {
+                raw.has_emission_texture |= key == b"map_Ke";
+                parts.note("it has textures, which are passed over");
+            }
             _ => {}
         }
     }

@@ -176,6 +176,11 @@ impl Material {
             || base_color_texture.is_some()
             || metallic_roughness_texture.is_some()
     }
+
+    /// Whether a texture says where it shines, often at a few places of many.
+    pub(super) fn has_emissive_texture(&self) -> bool {
+        self.emissive_texture.is_some()
+    }
 }
 
 #[derive(Deserialize)]

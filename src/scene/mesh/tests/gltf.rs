@@ -153,9 +153,15 @@ fn parts_have_the_materials_of_the_file() {
         file.notes,
         ["it has points or lines, which are passed over", "it has textures, which are passed over"]
     );
+    // Where it shines is not known.
+    let mut document = document();
+    document["materials"][1]["emissiveTexture"] = json!({ "index": 0 });
+    let dark = read_split("a.glb", &glb(&document, &binary()), &Split::Materials).expect("a file");
+    assert_eq!((&dark.materials[1].kind, dark.materials[1].emission), (&glass, [0.0; 3]));
+    assert_eq!(dark.notes, file.notes);
     // By the names of nodes and meshes.
     let split = Split::Named(vec!["window".into(), "turned".into()]);
-    let file = read_split("a.glb", &glb(&document(), &binary()), &split).expect("a file");
+    let file = read_split("a.glb", &glb(&self::document(), &binary()), &split).expect("a file");
     let names: Vec<_> = file.parts.iter().map(|(name, mesh)| (name.as_str(), mesh.triangles.len())).collect();
     assert_eq!(names, [("window", 4), ("turned", 2)]);
     assert_eq!(file.names, ["turned", "red", "window", "material 1"]);

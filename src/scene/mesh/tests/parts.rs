@@ -68,6 +68,10 @@ fn colours_are_matte_mirror_and_glass() {
     assert_eq!(kind("Tr 0.75"), glass(1.5, [1.0; 3]));
     assert_eq!(kind("d -halo 0.25"), glass(1.5, [1.0; 3]));
     assert_eq!(kind("Kd 1 1 1\nKe 2 3 4").1, [2.0, 3.0, 4.0]);
+    // Where it shines is not known: in either order, and in this material alone.
+    assert_eq!(kind("map_Ke lamp.png\nKe 2 3 4").1, [0.0; 3]);
+    assert_eq!(kind("Ke 2 3 4\nmap_Ke lamp.png\nnewmtl b").1, [0.0; 3]);
+    assert_eq!(kind("Ke 2 3 4\nmap_Kd wood.png\nnewmtl b\nmap_Ke lamp.png").1, [2.0, 3.0, 4.0]);
     let noted = materials("newmtl Clear\nmap_Kd wood.png\n").unwrap();
     assert_eq!(noted.notes, ["it has textures, which are passed over"]);
 }

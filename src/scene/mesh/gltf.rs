@@ -9,7 +9,7 @@ mod document;
 mod place;
 
 use self::buffers::Buffers;
-use self::document::{Document, Primitive};
+use self::document::{Document, Material, Primitive};
 use self::place::Placed;
 use super::FileMaterial;
 use super::mtl::{fraction, glass, radiance};
@@ -100,6 +100,7 @@ fn read<R: BufRead>(
     }
     let whole = |message: String| source.whole(message);
     let placed = place::meshes(&document).map_err(whole)?;
+    let names = document.material_names();
     let mut buffers = Buffers::new(source.name(), binary, Room::new(source));
     for Placed { mesh, node, to_world } in placed {
         let Some(of_mesh) = document.meshes.get(mesh) else {
@@ -113,7 +114,7 @@ fn read<R: BufRead>(
         for (i, primitive) in of_mesh.primitives.iter().enumerate() {
             let material = match primitive.material {
                 None => String::new(),
-                Some(material) if material < document.materials.len() => document.material_name(material),
+                Some(material) if material < names.len() => names[material].clone(),
                 Some(material) => {
                     let message =
                         format!("material {material}, but there are only {}", document.materials.len());
@@ -125,8 +126,8 @@ fn read<R: BufRead>(
                 .map_err(|message| whole(format!("mesh {mesh}, primitive {i}: {message}")))?;
         }
     }
-    let materials = (0..document.materials.len()).map(|i| material(&document, i)).collect();
-    if document.materials.iter().any(document::Material::has_texture) {
+    let materials = names.into_iter().zip(&document.materials).map(|(name, of)| material(name, of)).collect();
+    if document.materials.iter().any(Material::has_texture) {
         parts.note("it has textures, which are passed over");
     }
     Ok(materials)
@@ -245,8 +246,7 @@ fn add(
 }
 
 /// A material in this program's terms: what lets light through is glass, metal is a mirror, the rest is matte.
-fn material(document: &Document, index: usize) -> FileMaterial {
-    let of = &document.materials[index];
+fn material(name: String, of: &Material) -> FileMaterial {
     let base = of.pbr_metallic_roughness.base_color_factor;
     let base = fraction([base[0], base[1], base[2]]);
     let kind = if of.extensions.transmission.factor >= 0.5 {
@@ -261,5 +261,5 @@ fn material(document: &Document, index: usize) -> FileMaterial {
     let strength = of.extensions.emissive_strength.strength;
     let emission =
         if of.has_emissive_texture() { [0.0; 3] } else { radiance(of.emissive_factor.map(|c| c * strength)) };
-    FileMaterial { name: document.material_name(index), kind, emission }
+    FileMaterial { name, kind, emission }
 }

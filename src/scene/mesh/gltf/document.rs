@@ -5,7 +5,7 @@
 
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -56,10 +56,30 @@ fn few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Resul
 }
 
 impl Document {
-    /// The name of a material, or its number where it has none.
-    pub(super) fn material_name(&self, index: usize) -> String {
-        let name = self.materials[index].name.clone().filter(|name| !name.is_empty());
-        name.unwrap_or_else(|| format!("material {index}"))
+    /// What each material is called: its name, or its number where it has none. The first of a name has it to
+    /// itself; to the others, whom glTF lets have the same, a number is added that makes none of the file's names.
+    pub(super) fn material_names(&self) -> Vec<String> {
+        // Whether the first has it yet, and the last number that was added.
+        let mut given: HashMap<&str, (bool, usize)> =
+            self.materials.iter().filter_map(Material::own_name).map(|name| (name, (false, 1))).collect();
+        let mut names = Vec::with_capacity(self.materials.len());
+        for (i, material) in self.materials.iter().enumerate() {
+            let numbered = format!("material {i}");
+            let own = material.own_name();
+            let name = own.unwrap_or(&numbered);
+            let (is_taken, mut last) = given.get(name).copied().unwrap_or((false, 1));
+            let is_first = if own.is_some() { !is_taken } else { !given.contains_key(name) };
+            let mut unique = name.to_owned();
+            while !is_first && given.contains_key(unique.as_str()) {
+                last += 1;
+                unique = format!("{name} ({last})");
+            }
+            if let Some(state) = given.get_mut(name) {
+                *state = (is_taken || own.is_some(), last);
+            }
+            names.push(unique);
+        }
+        names
     }
 }
 
@@ -162,7 +182,7 @@ pub(super) struct Buffer {
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Material {
-    pub(super) name: Option<String>,
+    name: Option<String>,
     pub(super) pbr_metallic_roughness: Metallic,
     pub(super) emissive_factor: [f64; 3],
     emissive_texture: Option<serde::de::IgnoredAny>,
@@ -170,6 +190,10 @@ pub(super) struct Material {
 }
 
 impl Material {
+    fn own_name(&self) -> Option<&str> {
+        self.name.as_deref().filter(|name| !name.is_empty())
+    }
+
     pub(super) fn has_texture(&self) -> bool {
         let Metallic { base_color_texture, metallic_roughness_texture, .. } = &self.pbr_metallic_roughness;
         self.emissive_texture.is_some()

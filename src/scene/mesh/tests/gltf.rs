@@ -168,6 +168,55 @@ fn parts_have_the_materials_of_the_file() {
 }
 
 #[test]
+fn materials_of_one_name_stay_apart() {
+    let names = [
+        json!("Material"),
+        json!(null),
+        json!("Material"),
+        json!("Material (2)"),
+        json!(""),
+        json!("material 1"),
+        json!("Material"),
+        json!("material 1"),
+        json!("Material (2)"),
+    ];
+    let mut document = document();
+    let red = |i: usize| json!([i as f64 / 10.0, 0, 0, 1]);
+    document["materials"] = names
+        .iter()
+        .enumerate()
+        .map(|(i, name)| {
+            json!({ "name": name, "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorFactor": red(i) } })
+        })
+        .collect();
+    document["meshes"][1]["primitives"] = (0..names.len())
+        .map(|i| json!({ "attributes": { "POSITION": 0 }, "indices": 3, "material": i }))
+        .collect();
+    document["nodes"][0]["children"] = json!([2]);
+    let file = read_split("a.glb", &glb(&document, &binary()), &Split::Materials).expect("a file");
+    let unique = [
+        "Material",
+        // Another is called so, and keeps its name.
+        "material 1 (2)",
+        "Material (3)",
+        "Material (2)",
+        "material 4",
+        "material 1",
+        "Material (4)",
+        "material 1 (3)",
+        "Material (2) (2)",
+    ];
+    assert_eq!(file.parts.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), unique);
+    for (i, material) in file.materials.iter().enumerate() {
+        let reflectance = [i as f64 / 10.0, 0.0, 0.0];
+        assert_eq!(
+            (material.name.as_str(), &material.kind),
+            (unique[i], &MaterialKind::Matte { reflectance })
+        );
+    }
+}
+
+#[test]
 fn buffers_may_be_files_beside() {
     let folder = tempfile::tempdir().unwrap();
     let mut document = document();

@@ -3,6 +3,7 @@
 use super::parts::Parts;
 use super::polygon::triangulate;
 use super::source::{Read_, Source, number, shown, words};
+use std::collections::HashMap;
 use std::io::BufRead;
 
 /// The columns of an OBJ file, each numbered by itself.
@@ -13,6 +14,8 @@ struct Columns {
     normals: Vec<[f32; 3]>,
     /// Of each position, the vertex that was made of it last, from 1.
     last: Vec<u32>,
+    /// By position, part, uv and normal: the numbers of the vertices for which their position's chain was too long.
+    others: HashMap<[u32; 4], u32>,
 }
 
 /// A corner of a face: a position and, counted from 1 so that 0 is none, a uv and a normal.
@@ -28,6 +31,9 @@ struct Vertex {
     /// The vertex that was made of the same position before, from 1.
     before: u32,
 }
+
+/// The most vertices in the chain of a position.
+const LONGEST_CHAIN: usize = 64;
 
 /// The most vertices, of all parts.
 const MOST_VERTICES: usize = 1 << 30;
@@ -71,7 +77,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                     let corner = corner(source, &columns, word)?;
                     corners.push(columns.vertex(&mut vertices, parts, part, corner));
                 }
-                if vertices.len() > MOST_VERTICES {
+                if vertices.len() + columns.others.len() > MOST_VERTICES {
                     return Err(source.on_line("more vertices than stride can number (2³⁰)"));
                 }
                 let mesh = parts.mesh(part);
@@ -97,18 +103,31 @@ impl Columns {
         let (position, uv, normal) = corner;
         let last = &mut self.last[position as usize];
         let mut at = *last;
-        // A position has few vertices: as many as faces that disagree about it.
+        let mut length = 0;
+        // A position has few vertices as a rule: as many as faces that disagree about it.
         while let Some(vertex) = all.get(at.wrapping_sub(1) as usize) {
             if (vertex.part, vertex.uv, vertex.normal) == (part as u32, uv, normal) {
                 return vertex.number;
             }
             at = vertex.before;
+            length += 1;
+        }
+        let key = [position, part as u32, uv, normal];
+        if length >= LONGEST_CHAIN
+            && let Some(&number) = self.others.get(&key)
+        {
+            return number;
         }
         let given_uv = uv.checked_sub(1).map(|i| self.uv[i as usize]);
         let given_normal = normal.checked_sub(1).map(|i| self.normals[i as usize]);
         let number = parts.vertex(part, self.positions[position as usize], given_normal, given_uv);
-        all.push(Vertex { part: part as u32, uv, normal, number, before: *last });
-        *last = all.len() as u32;
+        // A chain that grew on would take time by the square of its length.
+        if length >= LONGEST_CHAIN {
+            self.others.insert(key, number);
+        } else {
+            all.push(Vertex { part: part as u32, uv, normal, number, before: *last });
+            *last = all.len() as u32;
+        }
         number
     }
 }

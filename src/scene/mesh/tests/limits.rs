@@ -2,6 +2,8 @@
 
 use super::*;
 use serde_json::json;
+use std::fmt::Write as _;
+use std::time::{Duration, Instant};
 
 #[test]
 fn large_buffers_beside_a_small_document_count_for_it() {
@@ -22,4 +24,21 @@ fn large_buffers_beside_a_small_document_count_for_it() {
     std::fs::write(folder.path().join("large.bin"), bytes).unwrap();
     let file = read(&path, &Split::Whole, &mut |_, _| {}).map_err(|error| error.to_string()).unwrap();
     assert_eq!(file.parts[0].1.positions.len(), count);
+}
+
+#[test]
+fn a_position_of_many_normals_takes_no_more_time_than_others() {
+    let count = 200_000;
+    let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
+    (0..count).for_each(|i| writeln!(text, "vn {i} 0 1").unwrap());
+    // Twice, so that each is looked for where it is.
+    (0..2 * count).for_each(|i| writeln!(text, "f 1//{} 2 3", i % count + 1).unwrap());
+    let start = Instant::now();
+    let mesh = read_bytes("a.obj", text.as_bytes()).unwrap();
+    assert_eq!((mesh.positions.len(), mesh.triangles.len()), (count + 2, 2 * count));
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        assert_eq!(mesh.normals[triangle[0] as usize], [(i % count) as f32, 0.0, 1.0]);
+    }
+    // A chain of them all is walked for minutes.
+    assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
 }

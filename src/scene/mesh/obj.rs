@@ -2,7 +2,7 @@
 
 use super::parts::Parts;
 use super::polygon::triangulate;
-use super::source::{Read_, Source, number, shown, words};
+use super::source::{LONGEST_LINE, Read_, Source, number, shown, words};
 use std::collections::HashMap;
 use std::io::BufRead;
 
@@ -52,8 +52,11 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
         while line.last() == Some(&b'\\') {
             line.pop();
             line.push(b' ');
-            if !source.next_line(&mut more)? || line.len() + more.len() > 1 << 20 {
+            if !source.next_line(&mut more)? {
                 break;
+            }
+            if line.len() + more.len() > LONGEST_LINE {
+                return Err(source.too_long());
             }
             line.extend_from_slice(&more);
         }

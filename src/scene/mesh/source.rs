@@ -40,7 +40,7 @@ impl fmt::Display for MeshFileError {
 impl std::error::Error for MeshFileError {}
 
 /// The longest line of text, the longest word of which is no longer. A polygon of a thousand corners fits.
-const LONGEST_LINE: usize = 1 << 20;
+pub(super) const LONGEST_LINE: usize = 1 << 20;
 
 /// A file that is read from front to back.
 pub(super) struct Source<'a, R> {
@@ -118,7 +118,7 @@ impl<'a, R: BufRead> Source<'a, R> {
         self.passed(read);
         self.line += 1;
         if read > LONGEST_LINE {
-            return Err(self.on_line("this line is longer than 1 MiB: is this a mesh file?"));
+            return Err(self.too_long());
         }
         if line.last() == Some(&b'\n') {
             line.pop();
@@ -127,6 +127,11 @@ impl<'a, R: BufRead> Source<'a, R> {
             line.pop();
         }
         Ok(read > 0)
+    }
+
+    /// The line that was read last, by itself or with those that it goes on, is longer than any may be.
+    pub(super) fn too_long(&self) -> MeshFileError {
+        self.on_line("this line is longer than 1 MiB: is this a mesh file?")
     }
 
     /// Fills `bytes` with the next ones.

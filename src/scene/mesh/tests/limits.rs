@@ -42,3 +42,17 @@ fn a_position_of_many_normals_takes_no_more_time_than_others() {
     // A chain of them all is walked for minutes.
     assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
 }
+
+#[test]
+fn lines_are_as_long_in_pieces_as_in_one() {
+    let read = |blanks: usize, between: &str| {
+        let blanks = " ".repeat(blanks);
+        let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3{blanks}{between}{blanks}1\n");
+        read_bytes("a.obj", text.as_bytes()).map(|mesh| mesh.triangles.len())
+    };
+    for between in ["", "\\\n"] {
+        assert_eq!(read(500_000, between), Ok(2), "{between:?}");
+        let error = read(600_000, between).unwrap_err();
+        assert!(error.contains("line") && error.contains("longer than 1 MiB"), "{between:?}: {error}");
+    }
+}

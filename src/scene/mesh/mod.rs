@@ -109,8 +109,7 @@ pub fn parse(
         "obj" => {
             let libraries = obj::read(&mut source, &mut parts)?;
             if *split == Split::Materials {
-                for library in libraries {
-                    let path = beside(name, &library);
+                for path in libraries.iter().flat_map(|line| libraries_beside(name, line)) {
                     let (file, len) = open(&path)?;
                     let mut watch = |_, _| {};
                     let input = BufReader::new(file);
@@ -128,4 +127,13 @@ pub fn parse(
 /// A file that another one names.
 fn beside(file: &Path, name: &str) -> PathBuf {
     file.parent().unwrap_or(Path::new("")).join(name)
+}
+
+/// The libraries that a line of an OBJ file names: one, in whose name there may be blanks or, if that is no file,
+/// several between blanks.
+fn libraries_beside(file: &Path, line: &str) -> Vec<PathBuf> {
+    let whole = beside(file, line);
+    let several: Vec<_> = line.split_ascii_whitespace().map(|name| beside(file, name)).collect();
+    // If there are none at all, the error is best about the whole.
+    if !whole.is_file() && several.iter().any(|path| path.is_file()) { several } else { vec![whole] }
 }

@@ -77,6 +77,27 @@ fn colours_are_matte_mirror_and_glass() {
 }
 
 #[test]
+fn a_line_may_name_several_libraries_or_one_with_blanks() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, SQUARE.replacen("colours.mtl", "red.mtl  clear.mtl", 1)).unwrap();
+    let write = |name: &str, mtl: &str| std::fs::write(folder.path().join(name), mtl).unwrap();
+    let read = || {
+        let file = read(&path, &Split::Materials, &mut |_, _| {}).map_err(|error| error.to_string())?;
+        Ok::<_, String>(file.materials.into_iter().map(|material| material.name).collect::<Vec<_>>())
+    };
+    let error = read().unwrap_err();
+    assert!(error.contains("red.mtl  clear.mtl: there is no such file"), "{error}");
+    write("red.mtl", "newmtl Red Paint\n");
+    let error = read().unwrap_err();
+    assert!(error.contains("clear.mtl: there is no such file") && !error.contains("red.mtl"), "{error}");
+    write("clear.mtl", "newmtl Clear\n");
+    assert_eq!(read().unwrap(), ["Red Paint", "Clear"]);
+    write("red.mtl  clear.mtl", "newmtl Both\n");
+    assert_eq!(read().unwrap(), ["Both"]);
+}
+
+#[test]
 fn wrong_libraries_are_told_where_and_why() {
     for (mtl, words) in [
         ("newmtl Clear\nKd 1 2", ["colours.mtl: line 2", "fewer than 3"]),

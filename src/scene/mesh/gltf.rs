@@ -4,10 +4,12 @@
 //! Cameras, lights, textures, animations, skins and morphs are passed over. Coordinates stay as they are: +y is up
 //! in glTF, `rotate = [90, 0, 0]` makes that +z.
 
+mod accessors;
 mod buffers;
 mod document;
 mod place;
 
+use self::accessors::{Floats, Indices};
 use self::buffers::Buffers;
 use self::document::{Document, Material, Primitive};
 use self::place::Placed;
@@ -109,21 +111,23 @@ fn read<R: BufRead>(
                 document.meshes.len()
             )));
         };
-        let named = |name: &Option<String>| name.clone().filter(|name| !name.is_empty());
-        let group = named(&document.nodes[node].name).or_else(|| named(&of_mesh.name)).unwrap_or_default();
+        let group = [&document.nodes[node].name, &of_mesh.name].into_iter().flatten();
+        let group = group.map(String::as_str).find(|name| !name.is_empty()).unwrap_or_default();
         for (i, primitive) in of_mesh.primitives.iter().enumerate() {
             let material = match primitive.material {
-                None => String::new(),
-                Some(material) if material < names.len() => names[material].clone(),
+                None => "",
+                Some(material) if material < names.len() => &names[material],
                 Some(material) => {
                     let message =
                         format!("material {material}, but there are only {}", document.materials.len());
                     return Err(whole(format!("mesh {mesh}, primitive {i} has {message}")));
                 }
             };
-            let part = parts.of(&group, &material);
-            add(&document, &mut buffers, primitive, &to_world, parts, part)
-                .map_err(|message| whole(format!("mesh {mesh}, primitive {i}: {message}")))?;
+            let wrong = |message: String| whole(format!("mesh {mesh}, primitive {i}: {message}"));
+            let names = group.len() + material.len();
+            buffers.room.take(0, 0, PRIMITIVE + names as u64).map_err(wrong)?;
+            let part = parts.of(group, material);
+            add(&document, &mut buffers, primitive, &to_world, parts, part).map_err(wrong)?;
         }
     }
     let materials = names.into_iter().zip(&document.materials).map(|(name, of)| material(name, of)).collect();
@@ -143,6 +147,12 @@ struct Room {
 /// How many times the length of a file, and of those beside it that it names, the vertices and triangles may take that are made of it, in bytes.
 const MOST_REPEATS: u64 = 64;
 
+/// What a primitive counts for besides its vertices and triangles, and its names: time, though it be empty.
+const PRIMITIVE: u64 = 256;
+
+/// What a vector counts for that replaces another.
+const REPLACING: u64 = 16;
+
 impl Room {
     fn new<R: BufRead>(source: &Source<'_, R>) -> Room {
         // A small file may repeat more.
@@ -155,8 +165,9 @@ impl Room {
         self.repeats = self.repeats.saturating_add(len.saturating_mul(MOST_REPEATS));
     }
 
-    fn take(&mut self, vertices: usize, triangles: usize) -> Result<(), String> {
-        let bytes = 32 * vertices as u64 + 12 * triangles as u64;
+    /// Takes room for vertices, triangles, and as much as so many bytes.
+    fn take(&mut self, vertices: usize, triangles: usize, more: u64) -> Result<(), String> {
+        let bytes = 32 * vertices as u64 + 12 * triangles as u64 + more;
         match (
             self.vertices.checked_sub(vertices),
             self.triangles.checked_sub(triangles),
@@ -198,24 +209,33 @@ fn add(
     let positions = buffers.floats::<3>(document, position)?;
     let normals = attribute("NORMAL").map(|a| buffers.floats::<3>(document, a)).transpose()?;
     let uv = attribute("TEXCOORD_0").map(|a| buffers.floats::<2>(document, a)).transpose()?;
-    let vertices = positions.len();
-    if normals.as_ref().is_some_and(|n| n.len() != vertices)
-        || uv.as_ref().is_some_and(|uv| uv.len() != vertices)
+    let vertices = positions.count();
+    if normals.as_ref().is_some_and(|n| n.count() != vertices)
+        || uv.as_ref().is_some_and(|uv| uv.count() != vertices)
     {
         return Err(format!("it has {vertices} positions, but not as many normals or uv"));
     }
-    let indices = match primitive.indices {
-        Some(accessor) => buffers.indices(document, accessor)?,
+    let indices = primitive.indices.map(|accessor| buffers.indices(document, accessor)).transpose()?;
+    let corners = indices.as_ref().map_or(vertices, Indices::count);
+    let count = match mode {
+        TRIANGLES => corners / 3,
+        _ => corners.saturating_sub(2),
+    };
+    let replacing = positions.replacing()
+        + normals.as_ref().map_or(0, Floats::replacing)
+        + uv.as_ref().map_or(0, Floats::replacing);
+    buffers.room.take(vertices, count, REPLACING * replacing as u64)?;
+
+    let positions = positions.decode()?;
+    let normals = normals.map(|normals| normals.decode()).transpose()?;
+    let uv = uv.map(|uv| uv.decode()).transpose()?;
+    let indices = match indices {
+        Some(indices) => indices.decode()?,
         None => (0..vertices as u32).collect(),
     };
     if let Some(&index) = indices.iter().find(|&&index| index as usize >= vertices) {
         return Err(format!("it has vertex {index}, but there are only {vertices} (counted from 0)"));
     }
-    let count = match mode {
-        TRIANGLES => indices.len() / 3,
-        _ => indices.len().saturating_sub(2),
-    };
-    buffers.room.take(vertices, count)?;
 
     let mirrors = to_world.matrix3.determinant() < 0.0;
     let turned = to_world.matrix3.inverse().transpose();

@@ -1,9 +1,10 @@
-//! The bytes of a glTF document: buffers, views of them, and accessors, which say what the bytes are.
+//! The bytes of a glTF document: buffers, views of them, and what accessors see there.
 //!
 //! Every range is checked against the bytes that are there before anything is set aside for it.
 
 use super::Room;
-use super::document::{Accessor, Document};
+use super::accessors::{Floats, Indices, size};
+use super::document::{Accessor, Document, Sparse};
 use crate::scene::mesh::{beside, open};
 use data_encoding::{BASE64, BASE64_NOPAD};
 use percent_encoding::percent_decode_str;
@@ -22,28 +23,11 @@ pub(super) struct Buffers<'a> {
 }
 
 /// Some components that stand at equal distances in a buffer.
-struct View {
-    bytes: Rc<Vec<u8>>,
-    first: usize,
-    stride: usize,
-    count: usize,
-}
-
-/// The types of components.
-const I8: u32 = 5120;
-const U8: u32 = 5121;
-const I16: u32 = 5122;
-const U16: u32 = 5123;
-const U32: u32 = 5125;
-const F32: u32 = 5126;
-
-fn size(component: u32) -> Result<u64, String> {
-    match component {
-        I8 | U8 => Ok(1),
-        I16 | U16 => Ok(2),
-        U32 | F32 => Ok(4),
-        other => Err(format!("has components of the unknown type {other}")),
-    }
+pub(super) struct View {
+    pub(super) bytes: Rc<Vec<u8>>,
+    pub(super) first: usize,
+    pub(super) stride: usize,
+    pub(super) count: usize,
 }
 
 impl<'a> Buffers<'a> {
@@ -56,57 +40,45 @@ impl<'a> Buffers<'a> {
         &mut self,
         document: &Document,
         index: usize,
-    ) -> Result<Vec<[f32; N]>, String> {
+    ) -> Result<Floats<N>, String> {
         let accessor = accessor(document, index)?;
         let name = |message: String| format!("accessor {index} {message}");
         if accessor.kind != ["SCALAR", "VEC2", "VEC3"][N - 1] {
             return Err(name(format!("holds {:?}, which does not fit its use", accessor.kind)));
         }
         let component = accessor.component_type;
-        let wide = size(component).map_err(name)?;
-        let element = N as u64 * wide;
+        let element = N as u64 * size(component).map_err(name)?;
         let view = self
             .view(document, accessor.buffer_view, accessor.byte_offset, accessor.count, element)
             .map_err(name)?;
-        let decode = |view: &View, i: usize| {
-            let at = view.first + i * view.stride;
-            let bytes = &view.bytes[at..at + element as usize];
-            std::array::from_fn(|c| number(&bytes[c * wide as usize..], component, accessor.normalized))
-        };
-        let mut all: Vec<[f32; N]> = (0..view.count).map(|i| decode(&view, i)).collect();
-        if let Some(sparse) = &accessor.sparse {
-            let of = &sparse.indices;
-            let index_size = size(of.component_type).map_err(name)?;
-            let indices = self
-                .view(document, Some(of.buffer_view), of.byte_offset, sparse.count, index_size)
+        let mut sparse = None;
+        if let Some(Sparse { count, indices, values }) = &accessor.sparse {
+            let index_size = size(indices.component_type).map_err(name)?;
+            let places = self
+                .view(document, Some(indices.buffer_view), indices.byte_offset, *count, index_size)
                 .map_err(name)?;
-            let values = &sparse.values;
             let values = self
-                .view(document, Some(values.buffer_view), values.byte_offset, sparse.count, element)
+                .view(document, Some(values.buffer_view), values.byte_offset, *count, element)
                 .map_err(name)?;
-            for i in 0..indices.count {
-                let at = index_at(&indices, i, of.component_type).map_err(name)?;
-                let Some(place) = all.get_mut(at as usize) else {
-                    return Err(name(format!("replaces element {at} of {}", view.count)));
-                };
-                *place = decode(&values, i);
-            }
+            sparse =
+                Some((Indices { accessor: index, view: places, component: indices.component_type }, values));
         }
-        Ok(all)
+        Ok(Floats { accessor: index, view, component, normalized: accessor.normalized, sparse })
     }
 
     /// An accessor's indices.
-    pub(super) fn indices(&mut self, document: &Document, index: usize) -> Result<Vec<u32>, String> {
+    pub(super) fn indices(&mut self, document: &Document, index: usize) -> Result<Indices, String> {
         let accessor = accessor(document, index)?;
         let name = |message: String| format!("accessor {index} {message}");
         if accessor.kind != "SCALAR" || accessor.sparse.is_some() {
             return Err(name(format!("holds {:?}, which are no indices", accessor.kind)));
         }
-        let size = size(accessor.component_type).map_err(name)?;
+        let component = accessor.component_type;
+        let size = size(component).map_err(name)?;
         let view = self
             .view(document, accessor.buffer_view, accessor.byte_offset, accessor.count, size)
             .map_err(name)?;
-        (0..view.count).map(|i| index_at(&view, i, accessor.component_type).map_err(name)).collect()
+        Ok(Indices { accessor: index, view, component })
     }
 
     /// Elements of so many bytes in a view, all of which are there.
@@ -216,27 +188,4 @@ fn accessor(document: &Document, index: usize) -> Result<&Accessor, String> {
 
 fn shortened(text: &str) -> String {
     text.chars().take(60).collect()
-}
-
-/// The component at the start of some bytes, as floats mean it: normalised integers are fractions.
-fn number(bytes: &[u8], component: u32, normalized: bool) -> f32 {
-    let (value, most) = match component {
-        I8 => (f32::from(bytes[0] as i8), 127.0),
-        U8 => (f32::from(bytes[0]), 255.0),
-        I16 => (f32::from(i16::from_le_bytes([bytes[0], bytes[1]])), 32767.0),
-        U16 => (f32::from(u16::from_le_bytes([bytes[0], bytes[1]])), 65535.0),
-        U32 => (u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as f32, 4_294_967_295.0),
-        _ => (f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]), 1.0),
-    };
-    if normalized && component != F32 { (value / most).max(-1.0) } else { value }
-}
-
-fn index_at(view: &View, i: usize, component: u32) -> Result<u32, String> {
-    let bytes = &view.bytes[view.first + i * view.stride..];
-    match component {
-        U8 => Ok(u32::from(bytes[0])),
-        U16 => Ok(u32::from(u16::from_le_bytes([bytes[0], bytes[1]]))),
-        U32 => Ok(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
-        _ => Err("holds indices that are no unsigned integers".into()),
-    }
 }

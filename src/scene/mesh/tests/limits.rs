@@ -56,3 +56,47 @@ fn lines_are_as_long_in_pieces_as_in_one() {
         assert!(error.contains("line") && error.contains("longer than 1 MiB"), "{between:?}: {error}");
     }
 }
+
+#[test]
+fn what_leaves_nothing_behind_takes_room_too() {
+    // Primitives without vertices, and one long name that all of them have.
+    for (nodes, primitives, name) in [(1000, 1000, "a".to_owned()), (1, 1000, "a".repeat(100_000))] {
+        let document = json!({
+            "asset": { "version": "2.0" },
+            "nodes": vec![json!({ "mesh": 0 }); nodes],
+            "meshes": [{ "name": name, "primitives": vec![json!({ "attributes": {} }); primitives] }],
+        });
+        let error = read_bytes("a.gltf", document.to_string().as_bytes()).unwrap_err();
+        assert!(error.contains("mesh 0, primitive") && error.contains("more than 64 times"), "{error}");
+    }
+    // A triangle, one corner of which is replaced again and again.
+    let replacing = 50_000;
+    let corners = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let mut bytes: Vec<u8> = corners.iter().flat_map(|x| x.to_le_bytes()).collect();
+    bytes.resize(bytes.len() + 13 * replacing, 0);
+    let placed = |nodes: usize| {
+        let document = json!({
+            "asset": { "version": "2.0" },
+            "nodes": vec![json!({ "mesh": 0 }); nodes],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+            "accessors": [{
+                "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                "sparse": {
+                    "count": replacing,
+                    "indices": { "bufferView": 1, "componentType": 5121 },
+                    "values": { "bufferView": 2 },
+                },
+            }],
+            "bufferViews": [
+                { "buffer": 0, "byteLength": 36 },
+                { "buffer": 0, "byteOffset": 36, "byteLength": replacing },
+                { "buffer": 0, "byteOffset": 36 + replacing, "byteLength": 12 * replacing },
+            ],
+            "buffers": [{ "byteLength": bytes.len() }],
+        });
+        read_bytes("a.glb", &gltf::glb(&document, &bytes)).map(|mesh| mesh.triangles.len())
+    };
+    assert_eq!(placed(40), Ok(40));
+    let error = placed(60).unwrap_err();
+    assert!(error.contains("more than 64 times"), "{error}");
+}

@@ -1,0 +1,106 @@
+//! What accessors say that bytes are. All of them are known to be there, and nothing is decoded before there is room
+//! for it.
+
+use super::buffers::View;
+
+/// The types of components.
+const I8: u32 = 5120;
+const U8: u32 = 5121;
+const I16: u32 = 5122;
+const U16: u32 = 5123;
+const U32: u32 = 5125;
+const F32: u32 = 5126;
+
+/// How many bytes a component takes.
+pub(super) fn size(component: u32) -> Result<u64, String> {
+    match component {
+        I8 | U8 => Ok(1),
+        I16 | U16 => Ok(2),
+        U32 | F32 => Ok(4),
+        other => Err(format!("has components of the unknown type {other}")),
+    }
+}
+
+/// Vectors of `N` floats.
+pub(super) struct Floats<const N: usize> {
+    pub(super) accessor: usize,
+    pub(super) view: View,
+    pub(super) component: u32,
+    pub(super) normalized: bool,
+    /// Which are replaced, and by what.
+    pub(super) sparse: Option<(Indices, View)>,
+}
+
+impl<const N: usize> Floats<N> {
+    pub(super) fn count(&self) -> usize {
+        self.view.count
+    }
+
+    /// How many replace others, which may be more than there are.
+    pub(super) fn replacing(&self) -> usize {
+        self.sparse.as_ref().map_or(0, |(places, _)| places.count())
+    }
+
+    pub(super) fn decode(&self) -> Result<Vec<[f32; N]>, String> {
+        let wide = size(self.component)? as usize;
+        let one = |view: &View, i: usize| {
+            let at = view.first + i * view.stride;
+            let bytes = &view.bytes[at..at + N * wide];
+            std::array::from_fn(|c| number(&bytes[c * wide..], self.component, self.normalized))
+        };
+        let mut all: Vec<[f32; N]> = (0..self.view.count).map(|i| one(&self.view, i)).collect();
+        if let Some((places, values)) = &self.sparse {
+            for i in 0..places.count() {
+                let at = places.get(i)?;
+                let Some(place) = all.get_mut(at as usize) else {
+                    return Err(format!(
+                        "accessor {} replaces element {at} of {}",
+                        self.accessor, self.view.count
+                    ));
+                };
+                *place = one(values, i);
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// Numbers of vertices, or of what is replaced.
+pub(super) struct Indices {
+    pub(super) accessor: usize,
+    pub(super) view: View,
+    pub(super) component: u32,
+}
+
+impl Indices {
+    pub(super) fn count(&self) -> usize {
+        self.view.count
+    }
+
+    pub(super) fn decode(&self) -> Result<Vec<u32>, String> {
+        (0..self.count()).map(|i| self.get(i)).collect()
+    }
+
+    fn get(&self, i: usize) -> Result<u32, String> {
+        let bytes = &self.view.bytes[self.view.first + i * self.view.stride..];
+        match self.component {
+            U8 => Ok(u32::from(bytes[0])),
+            U16 => Ok(u32::from(u16::from_le_bytes([bytes[0], bytes[1]]))),
+            U32 => Ok(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
+            _ => Err(format!("accessor {} holds indices that are no unsigned integers", self.accessor)),
+        }
+    }
+}
+
+/// The component at the start of some bytes, as floats mean it: normalised integers are fractions.
+fn number(bytes: &[u8], component: u32, normalized: bool) -> f32 {
+    let (value, most) = match component {
+        I8 => (f32::from(bytes[0] as i8), 127.0),
+        U8 => (f32::from(bytes[0]), 255.0),
+        I16 => (f32::from(i16::from_le_bytes([bytes[0], bytes[1]])), 32767.0),
+        U16 => (f32::from(u16::from_le_bytes([bytes[0], bytes[1]])), 65535.0),
+        U32 => (u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as f32, 4_294_967_295.0),
+        _ => (f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]), 1.0),
+    };
+    if normalized && component != F32 { (value / most).max(-1.0) } else { value }
+}

@@ -399,6 +399,27 @@ fn a_dump_is_developed_to_the_very_file_that_a_render_with_the_filter_writes() {
     assert!(said.contains("narrower filter"), "{said}");
 }
 
+/// What a scene's things are called and how many they are takes nothing from a dump.
+#[test]
+fn a_dump_of_many_things_with_foreign_names_is_developed() {
+    let dir = folder();
+    let ball = |i: usize| {
+        format!(
+            "[[entities]]\nname = \"Küche {i} 🫖\"\nmaterial = \"m\"\nemission = [1, 1, 1]\n\
+             shape = {{ type = \"sphere\", center = [{i}, 0, -9], radius = 1 }}\n"
+        )
+    };
+    let material = "materials.m = { type = \"matte\", reflectance = [0.5, 0.5, 0.5] }\n";
+    let scene = material.to_owned() + &(0..100).map(ball).collect::<String>();
+    fs::write(dir.path().join("many.toml"), scene).expect("a scene");
+    let dump = ["--size", "8x6", "--spp", "4", "--film-mode", "continuous", "--filter", "tent", "-o", "a.exr"];
+    let dump = [&["render", "many.toml", "--headless", "-q", "--samples", "a.npy"], &dump[..]].concat();
+    succeed(dir.path(), &dump);
+    succeed(dir.path(), &["develop", "-q", "a.npy", "--filter", "tent", "-o", "d.exr"]);
+    let bytes = |name: &str| fs::read(dir.path().join(name)).expect("a picture");
+    assert!(bytes("d.exr") == bytes("a.exr"));
+}
+
 #[test]
 fn what_cannot_be_developed_says_why() {
     let (dir, scene) = (folder(), cover());

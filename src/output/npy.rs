@@ -106,11 +106,11 @@ impl Records {
         let kept_back = Vec::with_capacity(FLUSH_BYTES + RECORD_BYTES);
         let facts: Vec<(&str, &str)> = facts.facts().collect();
         let comment = match serde_json::to_string(&facts) {
-            Ok(text) if !facts.is_empty() && text.is_ascii() && text.len() < LONGEST_HEADER / 2 => {
-                format!(" # {text}")
-            }
+            Ok(text) if !facts.is_empty() => format!(" # {}", ascii(&text)),
             _ => String::new(),
         };
+        // A dump that NumPy does not read is worth less than one that does not say what it is of.
+        let comment = if comment.len() < LONGEST_HEADER / 2 { comment } else { String::new() };
         // Room for any count; a multiple of 64, as the format asks.
         let start = (10 + dictionary(u64::MAX).len() + comment.len() + 1).next_multiple_of(64);
         Self { comment, start, kept_back, written: 0, last_flush: Instant::now(), failed: false }
@@ -178,6 +178,18 @@ fn record(sample: &Sample) -> [u8; RECORD_BYTES] {
     let mut bytes = [0; RECORD_BYTES];
     bytes.copy_from_slice(fields.as_flattened());
     bytes
+}
+
+/// JSON with its other characters escaped: what stands in strings, and nowhere else. Headers are Latin-1.
+fn ascii(json: &str) -> String {
+    let mut text = String::with_capacity(json.len());
+    for c in json.chars() {
+        match c.is_ascii() {
+            true => text.push(c),
+            false => c.encode_utf16(&mut [0; 2]).iter().for_each(|unit| text += &format!("\\u{unit:04x}")),
+        }
+    }
+    text
 }
 
 /// What the format says of `count` records.

@@ -103,9 +103,10 @@ pub(super) fn head(settings: &Settings, device: &str) -> Head {
 pub(crate) const NOTES: [&str; 6] = ["exposure", "tone", "asked", "layers", "parts", "rendered"];
 
 /// What a dump of this render's samples says of itself: facts and notes of a film, and where there are samples.
+/// A header has no room for the scene's parts, which only tell people what differs.
 pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
     let Region { x, y, width, height, .. } = settings.region;
-    let all = head.identity.facts().chain(head.notes.facts());
+    let all = head.identity.facts().chain(head.notes.facts()).filter(|&(name, _)| name != "parts");
     all.fold(Identity::default(), |all, (name, value)| all.with(name, value))
         .with("rendered", format_args!("{x},{y},{width},{height}"))
 }

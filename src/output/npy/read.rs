@@ -157,7 +157,8 @@ mod tests {
     fn a_dump_is_read_back_in_pieces() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.npy");
-        for facts in [facts(), Identity::default()] {
+        let foreign = facts().with("device", "gpu: Größe ⅔ 🎞");
+        for facts in [facts(), foreign, Identity::default()] {
             let mut dump = SampleDump::create(&path, &facts).unwrap();
             dump.write(&samples(1000)).unwrap();
             dump.finish().unwrap();

@@ -274,6 +274,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let (device, devices, threads) = (crew.description(), crew.devices(), crew.workers());
     let integrator = crew.integrator();
     let head = keeping::head(settings, &device);
+    keeping::check_film(settings, &head)?;
     let dumped = keeping::dumped(settings, &head);
     let (film, milestone) = keeping::first_film(settings, &head)?;
     let shown = settings.shown;

@@ -55,6 +55,16 @@ impl Head {
         format!("{}\n{}", self.identity, self.notes)
     }
 
+    /// Whether a film can say all this; why not, otherwise. A reader takes a longer text for damage.
+    pub fn check(&self) -> io::Result<()> {
+        let length = self.text().len();
+        if length > LONGEST_TEXT as usize {
+            let most = format!("what it is of takes {length} bytes, and a film has room for {LONGEST_TEXT}");
+            return Err(io::Error::new(ErrorKind::InvalidInput, most));
+        }
+        Ok(())
+    }
+
     /// Whether a milestone with an error has a plan: where samples go where the error is.
     fn plans(&self) -> bool {
         self.identity.get("adaptive").is_some()
@@ -141,6 +151,7 @@ pub struct FilmWriter<W> {
 impl<W: Write> FilmWriter<W> {
     /// Begins a film.
     pub fn new(out: W, head: &Head) -> io::Result<FilmWriter<W>> {
+        head.check()?;
         let text = head.text();
         let Layout { width, height, weighted, shown } = head.layout;
         let seen = [u64::MAX, 0];

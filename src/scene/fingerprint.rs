@@ -34,6 +34,9 @@ struct Part {
 /// Scenes of more parts than this don't list them: an outline is a courtesy, and not worth megabytes.
 const MOST_LISTED: usize = 2000;
 
+/// Nor do those whose names take more bytes than this: a film's text has its limit, too.
+const LONGEST_OUTLINE: usize = 1 << 16;
+
 /// Differences that are told one by one.
 const MOST_TOLD: usize = 4;
 
@@ -83,15 +86,18 @@ impl Fingerprint {
         hexadecimal(&all.finalize())
     }
 
-    /// Its parts on one line, in short, for [`differing`]; none of a scene of thousands.
+    /// Its parts on one line, in short, for [`differing`]; none of a scene of thousands, or of endless names.
     pub fn outline(&self) -> Option<String> {
+        if self.parts.len() > MOST_LISTED {
+            return None;
+        }
         let mut line = String::new();
         for part in &self.parts {
             let name = part.name.replace(SEPARATOR, ",");
             // Writing to a string can't fail.
             let _ = write!(line, "{}{name}{SEPARATOR}", hexadecimal(&part.digest[..4]));
         }
-        (self.parts.len() <= MOST_LISTED).then_some(line)
+        (line.len() <= LONGEST_OUTLINE).then_some(line)
     }
 }
 
@@ -364,6 +370,15 @@ mod tests {
         );
         assert!(differing(&other.outline().unwrap(), "").ends_with("and 11 more"));
         assert!(other.outline().unwrap().contains("the shape of a,b;"));
+    }
+
+    #[test]
+    fn an_outline_has_its_limit_of_parts_and_of_bytes() {
+        assert!(with("ball", &"a".repeat(1000)).outline().is_some());
+        // Three of its parts are called so.
+        assert!(with("ball", &"a".repeat(LONGEST_OUTLINE / 2)).outline().is_none());
+        let many = |len: usize| Fingerprint { parts: vec![Part::new("", |_| ()); len] };
+        assert!(many(MOST_LISTED).outline().is_some() && many(MOST_LISTED + 1).outline().is_none());
     }
 
     #[test]

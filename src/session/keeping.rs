@@ -111,6 +111,12 @@ pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
         .with("rendered", format_args!("{x},{y},{width},{height}"))
 }
 
+/// Finds out, before hours of rendering, whether the film file that is asked for can say what it is of.
+pub(super) fn check_film(settings: &Settings, head: &Head) -> Written {
+    let Some(path) = &settings.film else { return Ok(()) };
+    head.check().map_err(|error| OutputError::from_io(path, error))
+}
+
 /// What writes the film file, if there is to be one.
 pub(super) fn film_sink(settings: &Settings, head: &Head) -> Option<FilmSink> {
     settings.film.clone().map(|path| FilmSink { path, head: head.clone(), range: settings.range() })

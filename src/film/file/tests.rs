@@ -300,3 +300,21 @@ fn a_film_that_would_contradict_itself_is_not_written() {
     assert!(writer.pixels(&film.bytes(0..2)).is_err(), "one pixel too many");
     assert!(writer.finish(&holding, None).is_err());
 }
+
+/// The reader would take it for damaged.
+#[test]
+fn a_film_with_more_text_than_a_reader_takes_is_not_written() {
+    let (head, film) = (head(2, 2), film(2, 2, 1, 1));
+    let with = |length: usize| {
+        let notes = Identity::default().with("parts", "a".repeat(length));
+        Head { notes, ..head.clone() }
+    };
+    let rest = with(0).text().len();
+    let longest = with(LONGEST_TEXT as usize - rest);
+    assert!(read(&file(&longest, &film)).unwrap().0 == longest);
+    let longer = with(LONGEST_TEXT as usize - rest + 1);
+    let mut out = Vec::new();
+    let error = write(&mut out, &longer, &film, &Holding::prefix(10..20, 1, 1), None).unwrap_err();
+    assert!(error.to_string().contains("room for 1048576"), "{error}");
+    assert!(out.is_empty());
+}

@@ -1,6 +1,7 @@
 //! Going on with films, and what is said of a goal that is missed: where a render ends, and what layers a merge has.
 
 use serde_json::json;
+use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -73,6 +74,29 @@ fn spp_counts_from_sample_0_wherever_a_film_begins() {
     assert!(bytes("a.film") == bytes("b.film"));
     said(dir.path(), 0, &render(&["--range", "4..11", "--film", "c.film"]));
     assert!(bytes("a.film") != bytes("c.film"));
+}
+
+#[test]
+fn a_film_that_lies_otherwise_than_its_facts_say_is_refused() {
+    let dir = folder();
+    let path = dir.path().join("a.film");
+    said(dir.path(), 0, &render(&["--spp", "2", "--film", "a.film"]));
+    let good = fs::read(&path).expect("a film");
+    // Width and height change places, on the film and in what is shown of it, and its digest is right again.
+    let mut forged = good.clone();
+    for at in [16, 36] {
+        forged[at..at + 8].rotate_left(4);
+    }
+    let end = forged.len() - 32;
+    let digest = Sha256::digest(&forged[..end]);
+    forged[end..].copy_from_slice(&digest);
+    fs::write(&path, &forged).expect("a film");
+    let text = said(dir.path(), 1, &render(&["--resume", "a.film", "--spp", "3"]));
+    assert!(text.contains("in 18×24 plain pixels, not 24×18"), "{text}");
+    assert!(fs::read(&path).expect("a film") == forged);
+    // Negative control.
+    fs::write(&path, &good).expect("a film");
+    said(dir.path(), 0, &render(&["--resume", "a.film", "--spp", "3"]));
 }
 
 #[test]

@@ -142,6 +142,7 @@ pub enum Piece {
 pub struct FilmWriter<W> {
     out: W,
     digest: Sha256,
+    len: u64,
     shown: u64,
     pixels_left: u64,
     plans: bool,
@@ -157,7 +158,8 @@ impl<W: Write> FilmWriter<W> {
         let seen = [u64::MAX, 0];
         let (pixels_left, shown_len) = (head.layout.len(), head.layout.shown_len());
         let (digest, plans) = (Sha256::new(), head.plans());
-        let mut writer = FilmWriter { out, digest, shown: shown_len, pixels_left, plans, seen };
+        let len = pixels_left;
+        let mut writer = FilmWriter { out, digest, len, shown: shown_len, pixels_left, plans, seen };
         writer.put(&MAGIC)?;
         let part = [shown.x, shown.y, shown.width, shown.height];
         for word in [VERSION, text.len() as u32, width, height, u32::from(weighted)].into_iter().chain(part) {
@@ -191,7 +193,8 @@ impl<W: Write> FilmWriter<W> {
         let fits = |m: &Milestone| {
             let planned = m.plan.as_ref().map(|plan| plan.ends().len() as u64);
             let plans = (self.plans && m.error.is_some()).then_some(self.shown);
-            m.samples > 0 && m.picture.rgb.len() as u64 == self.shown && planned == plans
+            let whole = planned.is_none_or(|planned| planned == self.len);
+            m.samples > 0 && m.picture.rgb.len() as u64 == self.shown && planned == plans && whole
         };
         if self.pixels_left > 0 || !holding.allows(self.seen) || !milestone.is_none_or(fits) {
             return Err(io::Error::other("a film that contradicts itself"));
@@ -311,7 +314,10 @@ impl<R: Read + Seek> FilmReader<R> {
         let error = (error >= 0.0).then_some(error);
         let plane = if samples > 0 { layout.shown_len() * MILESTONE_BYTES } else { 0 };
         let planned = head.plans() && samples > 0 && error.is_some();
-        let plan = if planned { layout.shown_len() * PLAN_BYTES[0] + PLAN_BYTES[1] } else { 0 };
+        if planned && layout.shown_len() != layout.len() {
+            return Err(FilmFileError::Contradiction("it plans for pixels that it does not show"));
+        }
+        let plan = if planned { layout.len() * PLAN_BYTES[0] + PLAN_BYTES[1] } else { 0 };
         let more = 8 * ranges + plane + plan;
         if found != length(more) {
             return Err(FilmFileError::Length { found, expected: length(more) });

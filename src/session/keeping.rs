@@ -145,6 +145,15 @@ pub(super) fn first_film(
         };
         return Err(refuse(format!("{difference}; {remedy}")));
     }
+    if file.head().layout != head.layout {
+        let [theirs, ours] = [file.head().layout, head.layout].map(|layout| {
+            let words = if layout.weighted { "weighted" } else { "plain" };
+            format!("{}×{} {words} pixels", layout.width, layout.height)
+        });
+        return Err(refuse(format!(
+            "it lies otherwise than its facts say, in {theirs}, not {ours}: whatever wrote it made a mistake"
+        )));
+    }
     let holding = file.holding().clone();
     let nothing = holding.least() == 0 && holding.open().is_none();
     if !nothing && holding.start() != Some(settings.first) {
@@ -164,7 +173,7 @@ pub(super) fn first_film(
         )));
     }
     if let Some(Milestone { samples, plan: Some(plan), .. }) = &milestone
-        && !plan.allows(*samples, |place| film.seen(place))
+        && (plan.ends().len() as u64 != head.layout.len() || !plan.allows(*samples, |place| film.seen(place)))
     {
         let reason = FilmFileError::Contradiction("its pixels have other samples than it planned");
         return Err(crate::output::FilmError { path: path.clone(), reason }.into());

@@ -180,6 +180,11 @@ fn plans_are_read_back_and_their_bits_are_sealed() {
     for (head, plan) in [(&plain, Some(plan)), (&planned, None), (&planned, Some(short))] {
         assert!(write(Vec::new(), head, &film, &holding, Some(&milestone(plan))).is_err());
     }
+    // A plan is for every pixel of a film that is shown as a whole.
+    let mut part = write(Vec::new(), &planned, &film, &holding, Some(&with_plan)).unwrap();
+    part[36..40].copy_from_slice(&u32::to_le_bytes(1));
+    let error = FilmReader::open(Cursor::new(&sealed(part))).map(|_| ()).unwrap_err();
+    assert!(matches!(error, FilmFileError::Contradiction(_)), "{error}");
     // The first milestone knows no error yet, and has no plan.
     let first = Milestone { error: None, ..milestone(None) };
     let good = write(Vec::new(), &planned, &film, &holding, Some(&first)).unwrap();

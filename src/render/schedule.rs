@@ -184,12 +184,6 @@ impl Schedule {
         self
     }
 
-    /// The same, with a barrier that nobody passes before [`Schedule::decide`].
-    pub fn gated_at(mut self, gate: u32) -> Schedule {
-        self.gate = Some(gate);
-        self
-    }
-
     /// The barrier that all have come to and wait at, if there is one.
     pub fn waits_at(&self) -> Option<u32> {
         self.gate.filter(|&gate| gate < self.target && gate == self.completed())
@@ -400,7 +394,8 @@ mod tests {
     #[test]
     fn nobody_passes_a_gate_before_it_is_decided_how_to_go_on() {
         let quick = Some(Duration::from_micros(1));
-        let mut schedule = Schedule::new(1, 10, 1000, None, vec![]).gated_at(8);
+        let mut schedule = Schedule::new(1, 10, 1000, None, vec![]);
+        schedule.decide(None, Some(8));
         assert_eq!(orders(&mut schedule, 0, quick).last().map(|order| order.end), Some(8));
         assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Later, Some(8)));
         schedule.decide(None, Some(16));
@@ -414,7 +409,8 @@ mod tests {
         assert_eq!((ranges(&orders(&mut schedule, 0, quick)), schedule.target()), (vec![(16, 20)], 20));
         assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Done, None));
         // An end that was reached before: at once.
-        let mut schedule = Schedule::new(1, 10, 1000, None, vec![]).gated_at(8);
+        let mut schedule = Schedule::new(1, 10, 1000, None, vec![]);
+        schedule.decide(None, Some(8));
         orders(&mut schedule, 0, quick);
         schedule.decide(Some(8), None);
         assert_eq!(schedule.next(0, quick), Deal::Done);

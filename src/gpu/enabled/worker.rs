@@ -135,11 +135,10 @@ impl GpuWorker {
                     let adapter = self.device.description().name.clone();
                     return Err(GpuError::CutShort { adapter });
                 }
-                // An order's last task stays the last one.
-
                 self.wait_for_all(&in_flight)?;
                 let behind = in_flight.drain(..).map(|(submission, _)| submission.task);
                 let all: Vec<_> = [submission.task].into_iter().chain(behind).collect();
+                // In their order: an order's last task stays the last one.
                 all.into_iter().rev().for_each(|task| again.push_front(task));
                 continue;
             };

@@ -412,7 +412,8 @@ fn a_dump_of_many_things_with_foreign_names_is_developed() {
     let material = "materials.m = { type = \"matte\", reflectance = [0.5, 0.5, 0.5] }\n";
     let scene = material.to_owned() + &(0..100).map(ball).collect::<String>();
     fs::write(dir.path().join("many.toml"), scene).expect("a scene");
-    let dump = ["--size", "8x6", "--spp", "4", "--film-mode", "continuous", "--filter", "tent", "-o", "a.exr"];
+    let dump =
+        ["--size", "8x6", "--spp", "4", "--film-mode", "continuous", "--filter", "tent", "-o", "a.exr"];
     let dump = [&["render", "many.toml", "--headless", "-q", "--samples", "a.npy"], &dump[..]].concat();
     succeed(dir.path(), &dump);
     succeed(dir.path(), &["develop", "-q", "a.npy", "--filter", "tent", "-o", "d.exr"]);

@@ -429,14 +429,14 @@ fn lights() -> LightTable {
     lights
 }
 
-/// A curved fan of triangles: from most places one light, from others several.
+/// A fan of triangles that is nearly flat: from most places one light, from others several.
 fn fan() -> LightTable {
     let rim = |i: u8| {
         let phi = f32::from(i).powi(2) * 0.1;
-        [2.0 + 0.8 * phi.cos(), -2.0 + 0.8 * phi.sin(), 1.0 + 0.1 * f32::from(i)]
+        [2.0 + 0.8 * phi.cos(), -2.0 + 0.8 * phi.sin(), 1.0 + 0.01 * f32::from(i)]
     };
     let mut lights = LightTable::default();
-    lights.push_mesh((0..7).map(|i| [[2.0, -2.0, 1.5], rim(i), rim(i + 1)]), false, [1.0; 3]);
+    lights.push_mesh((0..7).map(|i| [[2.0, -2.0, 1.05], rim(i), rim(i + 1)]), false, [1.0; 3]);
     lights.build_tree();
     lights
 }

@@ -161,7 +161,7 @@ fn any_hit_is_whether_the_closest_hit_is_nearer_than_the_limit() {
         let ray = ray(direction(stream) * stream.random_range(0.0..30.0), direction(stream));
         let t = world.intersect(&ray, true).t;
         for t_max in [t, t.next_up(), t.next_down(), t * stream.random_range(0.5..2.0), 5.0, NOTHING] {
-            let occluded = world.occluded(&ray, t_max, true);
+            let occluded = world.occluded(&ray, t_max, true, false);
             assert_eq!(occluded, t < t_max, "{ray:?}: nearest {t}, limit {t_max}");
             seen[usize::from(occluded)] += 1;
         }

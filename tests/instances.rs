@@ -324,7 +324,7 @@ fn no_ray_slips_out_of_a_closed_instance() {
             };
             let ray = Ray { o: narrow(o), d: narrow(d.normalize()).normalized() };
             assert!(tree.intersect(&ray, true).is_some(), "{ray:?} leaves");
-            assert!(tree.occluded(&ray, NOTHING, true), "{ray:?} leaves");
+            assert!(tree.occluded(&ray, NOTHING, true, false), "{ray:?} leaves");
         }
     }
 }

@@ -65,7 +65,7 @@ fn no_ray_slips_out_of_a_closed_mesh() {
             };
             let ray = Ray { o, d: narrow(d.normalize()).normalized() };
             assert!(tree.intersect(&ray, true).is_some(), "{n}: {ray:?} leaves");
-            assert!(tree.occluded(&ray, NOTHING, true), "{n}: {ray:?} leaves");
+            assert!(tree.occluded(&ray, NOTHING, true, false), "{n}: {ray:?} leaves");
         }
     }
 }
@@ -286,4 +286,40 @@ fn pictures_of_meshes_are_the_same_in_every_world_at_every_level() {
         assert!(samples(Finder::Bvh, level) == truth, "{level}");
     }
     assert!(truth.iter().any(|radiance| *radiance != truth[0]));
+}
+
+#[test]
+fn a_lamp_that_bulges_is_not_in_its_own_way() {
+    let ball = || icosphere(v(0.3, 0.2, 0.1), 2.0, 4, false);
+    let mut dented = ball();
+    dented.positions[0] = dented.positions[0].map(|x| x * 0.3);
+    let lamp = |form: Mesh| Entity { emission: [1.0; 3], ..mesh(form, 0) };
+    let other = mesh(icosphere(v(9.0, 0.0, 0.0), 1.0, 1, false), 0);
+    let stream = &mut Stream::new(35, 0, 0);
+    // Whether it is said to bulge, and how many of its samples it hides in truth.
+    let mut tried = |entities: Vec<Entity>| {
+        let (tables, world) = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16);
+        let (mut said, mut asked, mut hidden) = (true, 0, 0);
+        for _ in 0..50_000 {
+            let p = narrow(direction(stream) * stream.random_range(2.2..20.0) + v(0.3, 0.2, 0.1));
+            let n = narrow(direction(stream));
+            let (light, _) = tables.lights.choose(p, n, stream.random(), true);
+            let sample = tables.lights.sample(light, p, [stream.random(), stream.random()]);
+            let (shadow, length) = sample.shadow_ray(p);
+            said = said && tables.lights.is_past_triangles::<f32>(light);
+            if sample.pdf > 0.0 {
+                asked += 1;
+                hidden += u32::from(world.occluded(&shadow, length, true, false));
+                assert!(!said || !world.occluded(&shadow, length, true, said));
+            }
+        }
+        assert!(asked > 10_000, "{asked}");
+        (said, hidden)
+    };
+    assert_eq!(tried(vec![lamp(ball())]), (true, 0));
+    let (said, hidden) = tried(vec![lamp(dented)]);
+    assert!(!said && hidden > 100, "{hidden}");
+    // It does bulge, but something else may be in the way.
+    assert!(!tried(vec![lamp(ball()), other]).0);
+    assert!(!tried(vec![lamp(ball()), lamp(ball())]).0);
 }

@@ -69,7 +69,7 @@ fn point_light<F: Float, W: World, S: Sampler, O: Observer>(
     let light = view.scene.point_lights.sample_one(point.p, choice);
     let wi = scattering.frame.to_local(light.wi);
     let (shadow, length) = light.shadow_ray(offset_origin(point.p, point.n, point.error, light.wi));
-    let visible = !view.world.occluded(&shadow, length, asks);
+    let visible = !view.world.occluded(&shadow, length, asks, F::Mask::splat(false));
     let Scattering { bsdf, wo, .. } = scattering;
     let seen = visible & scattering.passes(light.wi, wi);
     let added = (bsdf.eval(*wo, wi) * light.weight() * wi.z.abs()).only(seen);

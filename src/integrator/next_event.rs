@@ -194,7 +194,8 @@ fn direct_light<F: Float, W: World, S: Sampler, O: Observer>(
     let found = bsdf.pdf(*wo, wi).only(!lights.is_point::<F>(light));
     *rays += u64::from(possible.bits().count_ones());
     let (shadow, length) = sample.shadow_ray(offset_origin(point.p, point.n, point.error, sample.wi));
-    let visible = possible & !view.world.occluded(&shadow, length, possible);
+    let past_triangles = lights.is_past_triangles::<F>(light);
+    let visible = possible & !view.world.occluded(&shadow, length, possible, past_triangles);
     let added = (share * power_heuristic(pdf, found)).only(visible);
     observer.event(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
     added

@@ -139,8 +139,9 @@ impl<W: World, S: Sampler> Whitted<W, S> {
                         let from = offset_origin(point.p, point.n, point.error, sample.wi);
                         let (shadow, length) = sample.shadow_ray(from);
                         *rays += 1;
-                        let added =
-                            if self.world.occluded(&shadow, length, true) { Rgb::black() } else { share };
+                        let past_triangles = scene.lights.is_past_triangles::<f32>(Wrapping(light));
+                        let hidden = self.world.occluded(&shadow, length, true, past_triangles);
+                        let added = if hidden { Rgb::black() } else { share };
                         observer.event(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
                         l = l + added;
                     }

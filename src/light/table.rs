@@ -85,6 +85,7 @@ pub struct LightTable {
     has_spheres: bool,
     has_quads: bool,
     has_triangles: bool,
+    has_bulging_mesh: bool,
 }
 
 /// From this solid angle on, in steradians, rectangles are sampled by it: of smaller ones the sum of angles that
@@ -207,6 +208,12 @@ impl LightTable {
         self.tree = LightTree::new(&vec![everywhere; self.len()]);
     }
 
+    /// Says whether all triangles in the scene are lights of one mesh that bulges: seen from before any of them, all
+    /// others lie behind.
+    pub fn set_bulging_mesh(&mut self, has_bulging_mesh: bool) {
+        self.has_bulging_mesh = has_bulging_mesh;
+    }
+
     /// How many lights there are.
     pub fn len(&self) -> usize {
         self.kind.len()
@@ -249,6 +256,16 @@ impl LightTable {
             return F::Mask::splat(false);
         }
         F::Uint::gather(&self.kind, light).eq(F::Uint::splat(POINT))
+    }
+
+    /// The lanes whose light no triangle can hide from where it shines: it is one of those of a mesh that bulges, and
+    /// there are no others. To ask them all the same would cost more than all else that a shadow ray asks.
+    #[inline(always)]
+    pub fn is_past_triangles<F: Float>(&self, light: F::Uint) -> F::Mask {
+        if !self.has_bulging_mesh {
+            return F::Mask::splat(false);
+        }
+        F::Uint::gather(&self.kind, light).eq(F::Uint::splat(TRIANGLE))
     }
 
     /// Chooses a light for a point `p` on a surface with normal `n`, with `u` in [0, 1): its index and the
@@ -323,6 +340,9 @@ impl LightTable {
         to_corner: Vec3<F>,
         (u, v): (Vec3<F>, Vec3<F>),
     ) -> Option<(F::Mask, Rectangle<F>)> {
+        if !self.has_quads {
+            return None;
+        }
         let square = F::gather(&self.square, light).gt(F::zero());
         if !square.any() {
             return None;

@@ -117,6 +117,8 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     let mut triangles = Triangles::default();
     let mut lights = LightTable::default();
     let mut point_lights = PointLights::default();
+    // The last mesh that emits.
+    let mut lamp = None;
     for light in &scene.lights {
         let scene::Light::Point { position, intensity } = *light;
         let point = PointLight { position: narrow(position), intensity: colour(intensity) };
@@ -158,6 +160,7 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
                 if emits {
                     let corners = (first..triangles.len()).map(|triangle| triangles.positions_of(triangle));
                     look.light = lights.push_mesh(corners, flipped, emission);
+                    lamp = Some((first..triangles.len(), flipped));
                 }
                 surfaces.push_mesh(look, first);
             }
@@ -168,6 +171,9 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     all.instances = Arc::new(instances);
     surfaces.set_triangles(Arc::clone(&all.triangles), Arc::clone(&all.instances));
     lights.build_tree();
+    lights.set_bulging_mesh(lamp.is_some_and(|(lamp, flipped)| {
+        lamp == (0..all.triangles.len()) && all.triangles.bulge(lamp, flipped)
+    }));
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),
         surfaces,

@@ -120,8 +120,9 @@ pub trait World: Send + Sync {
     }
     /// The same of hits no farther than `t_max`; where there is none, a farther one or no hit.
     fn intersect_within<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F>;
-    /// The lanes whose ray meets anything before the distance `t_max`. Lanes that do not ask hold nonsense.
-    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> F::Mask;
+    /// The lanes whose ray meets anything before the distance `t_max`; for those in `past_triangles` nothing counts
+    /// that belongs to a mesh. Lanes that do not ask hold nonsense.
+    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask, past_triangles: F::Mask) -> F::Mask;
 }
 
 #[cfg(test)]

@@ -120,7 +120,7 @@ impl World for Simple {
     }
 
     #[inline(always)]
-    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, _asks: F::Mask) -> F::Mask {
+    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, _asks: F::Mask, past_triangles: F::Mask) -> F::Mask {
         let none = F::Mask::splat(false);
         let found = any(&self.planes, ray, t_max, none);
         let found = any(&self.spheres, ray, t_max, found);
@@ -128,7 +128,7 @@ impl World for Simple {
         self.every_triangle(
             ray,
             #[inline(always)]
-            |t, _, _| found = found | t.lt(t_max),
+            |t, _, _| found = found | (t.lt(t_max) & !past_triangles),
         );
         found
     }

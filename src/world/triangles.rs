@@ -1,7 +1,7 @@
 //! The triangles of all meshes.
 
 use crate::math::{Bounds, Float, Uint, Vec3};
-use crate::shape::{BOUNDS_ERROR, Mesh};
+use crate::shape::{BOUNDS_ERROR, Mesh, triangle_error};
 use glam::{DAffine3, DVec3};
 use std::ops::Range;
 
@@ -105,6 +105,25 @@ impl Triangles {
         let [x, y, z] = &self.positions;
         let position = |vertex: u32| [x[vertex as usize], y[vertex as usize], z[vertex as usize]];
         [position(a[triangle]), position(b[triangle]), position(c[triangle])]
+    }
+
+    /// Whether triangles bulge: seen from before any of them, within the errors of points on it, all others lie
+    /// behind, so that none is in the way. `turned` swaps before and behind. Of more than a thousand nobody asks:
+    /// each is held against every vertex.
+    pub fn bulge(&self, triangles: Range<usize>, turned: bool) -> bool {
+        const MOST: usize = 1024;
+        if triangles.len() > MOST {
+            return false;
+        }
+        let wide = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+        let all: Vec<_> = triangles.map(|triangle| self.positions_of(triangle)).collect();
+        all.iter().all(|&corners| {
+            let [a, b, c] = corners.map(wide);
+            let normal = (b - a).cross(c - a).normalize_or_zero() * if turned { -1.0 } else { 1.0 };
+            let [a32, b32, c32] = corners.map(Vec3::<f32>::splat);
+            let error = f64::from(triangle_error(a32, b32 - a32, c32 - a32));
+            all.iter().flatten().all(|&p| (wide(p) - a).dot(normal) <= error)
+        })
     }
 
     /// A box around a triangle, as [`crate::shape::Shape::bounds`] has it.

@@ -21,8 +21,8 @@ impl<A: World, B: World> World for Union<A, B> {
     }
 
     #[inline(always)]
-    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> F::Mask {
-        let found = self.first.occluded(ray, t_max, asks);
-        found | self.second.occluded(ray, t_max, asks & !found)
+    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask, past_triangles: F::Mask) -> F::Mask {
+        let found = self.first.occluded(ray, t_max, asks, past_triangles);
+        found | self.second.occluded(ray, t_max, asks & !found, past_triangles)
     }
 }

@@ -34,6 +34,8 @@ pub struct Bvh {
     instances: Arc<Instances>,
     /// By how much of its origin's largest coordinate a ray is moved beside the first tree's boxes.
     share: f32,
+    /// Whether nothing but meshes is in it.
+    is_of_meshes: bool,
 }
 
 impl Bvh {
@@ -102,6 +104,7 @@ impl Bvh {
             let splits = build::build(&mut items, threads);
             Nodes::new(&splits, &items, all, threads)
         };
+        let is_of_meshes = items.len() == all.triangles.placed();
         let mut meshes = Vec::new();
         for range in &all.instances.meshes {
             let mut items = pages::with_capacity(range.len());
@@ -116,7 +119,7 @@ impl Bvh {
         }
         let tree = (!items.is_empty()).then(|| tree_of(items));
         let instances = Arc::clone(&all.instances);
-        Union { first: beside, second: Bvh { tree, meshes, instances, share } }
+        Union { first: beside, second: Bvh { tree, meshes, instances, share, is_of_meshes } }
     }
 }
 
@@ -210,13 +213,19 @@ impl World for Bvh {
     }
 
     #[inline(always)]
-    fn occluded<F: Float>(&self, ray: &Ray<F>, limit: F, asks: F::Mask) -> F::Mask {
+    fn occluded<F: Float>(&self, ray: &Ray<F>, limit: F, asks: F::Mask, past_triangles: F::Mask) -> F::Mask {
         let Some(tree) = &self.tree else { return F::Mask::splat(false) };
+        let asks = if self.is_of_meshes { asks & !past_triangles } else { asks };
+        if !asks.any() {
+            return asks;
+        }
         let asks = asks & tree.reached(ray, limit, self.share);
         if !asks.any() {
             return asks;
         }
         let rays = Rays::new(ray, asks);
-        F::Mask::from_bits(F::outlined(Any { world: self, tree, rays, t_max: column(limit) }))
+        let past_triangles = past_triangles.bits();
+        let any = Any { world: self, tree, rays, t_max: column(limit), past_triangles };
+        F::Mask::from_bits(F::outlined(any))
     }
 }

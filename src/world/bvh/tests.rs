@@ -241,7 +241,7 @@ impl<W: World> Kernel for Ask<'_, W> {
             t_max[..limits.len()].copy_from_slice(limits);
             let asks = F::Mask::from_bits((1_u32 << chunk.len()) - 1);
             let hit = self.world.intersect(&ray, asks);
-            let occluded = self.world.occluded(&ray, F::load(&t_max), asks).bits();
+            let occluded = self.world.occluded(&ray, F::load(&t_max), asks, ray.d.x.gt(F::zero())).bits();
             let (mut t, mut rows, mut instances) = ([0.0; MAX_LANES], [0; MAX_LANES], [0; MAX_LANES]);
             hit.t.store(&mut t);
             hit.surface.store(&mut rows);
@@ -337,7 +337,7 @@ fn shapes_that_no_box_holds_stay_beside_the_tree() {
 fn a_tree_of_nothing_has_no_hits() {
     let tree = Bvh::new(&Union { first: Simple::default(), second: Simple::default() });
     let ray = Ray { o: Vec3::zero(), d: Vec3::<f32>::splat([1.0, 0.0, 0.0]) };
-    assert!(!tree.intersect(&ray, true).is_some() && !tree.occluded(&ray, NOTHING, true));
+    assert!(!tree.intersect(&ray, true).is_some() && !tree.occluded(&ray, NOTHING, true, false));
 }
 
 /// Depth of a tree; every box holds those below, every thing is in one leaf, and leaves are of one kind.

@@ -336,6 +336,8 @@ pub(super) struct Any<'a> {
     pub(super) tree: &'a Nodes,
     pub(super) rays: Rays,
     pub(super) t_max: [f32; MAX_LANES],
+    /// Bit `i` is set if lane `i` passes through triangles.
+    pub(super) past_triangles: u32,
 }
 
 impl Kernel for Any<'_> {
@@ -343,7 +345,7 @@ impl Kernel for Any<'_> {
 
     #[inline(always)]
     fn run<F: Float>(self) -> u32 {
-        let Any { world, tree, rays, t_max } = self;
+        let Any { world, tree, rays, t_max, past_triangles } = self;
         let mut stack = [Waiting { near: 0.0, child: tree.root }; STACK];
         let mut inner_stack = stack;
         let mut met = 0;
@@ -353,6 +355,7 @@ impl Kernel for Any<'_> {
                 let probe = Probe::<F::Octet>::new(&ray, world.share);
                 let limit = t_max[lane];
                 let mut meets = false;
+                let past_triangles = past_triangles >> lane & 1 != 0;
                 visit::<_, false>(
                     tree,
                     &probe,
@@ -360,6 +363,9 @@ impl Kernel for Any<'_> {
                     &mut stack,
                     #[inline(always)]
                     |target, limit| {
+                        if past_triangles && matches!(target, Target::Triangles(_) | Target::Instance(_)) {
+                            return Some(limit);
+                        }
                         if let Target::Instance(instance) = target {
                             let mesh = &world.meshes[world.instances.mesh[instance] as usize];
                             let ray = world.instances.place(instance).ray(&ray);

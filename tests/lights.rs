@@ -294,7 +294,7 @@ fn lights_are_chosen_as_often_as_their_chances_say() {
             // Negative control: the likeliest light a twentieth too rare, where it is neither rare nor certain
             // and the others are few enough not to drown it.
             let most = (0..chances.len()).max_by(|&a, &b| chances[a].total_cmp(&chances[b])).unwrap();
-            if count < 100 && (0.2..0.8).contains(&chances[most]) {
+            if count < 100 && (0.1..0.9).contains(&chances[most]) {
                 let rest = (1.0 - 0.95 * chances[most]) / (1.0 - chances[most]);
                 let wrong: Vec<f64> = (0..chances.len())
                     .map(|light| chances[light] * if light == most { 0.95 } else { rest })

@@ -265,12 +265,32 @@ fn transforms_place_meshes_and_mirrors_keep_outward_outward() {
     }
 }
 
+/// A panel of many triangles that shines on a floor: some places are near it and others far.
+fn panel() -> Scene {
+    let mut panel = Mesh::default();
+    for (i, j) in (0..9).flat_map(|i| (0..9).map(move |j| (i, j))) {
+        panel.positions.push([4.0 + 0.125 * j as f32, 0.125 * i as f32 - 0.5, 0.0]);
+        if i < 8 && j < 8 {
+            let corner = 9 * i + j;
+            panel.triangles.push([corner, corner + 9, corner + 1]);
+            panel.triangles.push([corner + 1, corner + 9, corner + 10]);
+        }
+    }
+    lit(vec![plane(DVec3::Z, -1.0, 0), emitting(mesh(panel, 0), 4.0)])
+}
+
 #[test]
 fn pictures_of_meshes_are_the_same_in_every_world_at_every_level() {
-    let mut scene = balls(|centre, radius| Shape::Mesh {
+    let balls = balls(|centre, radius| Shape::Mesh {
         mesh: Arc::new(icosphere(centre, radius, 4, true)),
         transform: DAffine3::IDENTITY,
     });
+    for scene in [balls, panel()] {
+        same_in_every_world_at_every_level(scene);
+    }
+}
+
+fn same_in_every_world_at_every_level(mut scene: Scene) {
     scene.render.sampler = Sampler::Sobol;
     let samples = |finder: Finder, level: Level| {
         let region = Region::whole(scene.film.width, scene.film.height);
@@ -322,4 +342,12 @@ fn a_lamp_that_bulges_is_not_in_its_own_way() {
     // It does bulge, but something else may be in the way.
     assert!(!tried(vec![lamp(ball()), other]).0);
     assert!(!tried(vec![lamp(ball()), lamp(ball())]).0);
+}
+
+#[test]
+fn a_panel_shines_as_chance_finds_it() {
+    let seen = estimate(&with(panel(), Integrator::Path, 256, 2));
+    let found = estimate(&with(panel(), Integrator::PathNaive, 1024, 3));
+    let verdict = compare(&found.blocks(), &seen.blocks());
+    assert!(verdict.agrees(), "{verdict}");
 }

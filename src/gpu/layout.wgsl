@@ -109,12 +109,12 @@ struct Light {
     emission: vec3f,
     // 1 where a sphere emits inwards.
     inward: u32,
-    // The way down the tree to it: bit i is set where step i goes to the second child.
-    way: u32,
+    // Its place in the order of the tree of lights.
+    place: u32,
     // 1 where a quad's sides meet at right angles.
     square: u32,
-    // Its node in the tree.
-    leaf: u32,
+    // Whole units of power.
+    units: u32,
 }
 
 // A node of the light tree.
@@ -126,12 +126,15 @@ struct LightNode {
     cos_o: f32,
     cos_e: f32,
     spread: f32,
-    // Index of the second child (the first comes right after its parent), or of the light with LEAF set.
+    // Index of the first child, the others follow it, and from bit COUNT_FROM on one less than their number; or the
+    // index of the light with LEAF set.
     link: u32,
     // Square of the distance from which on power alone says which of the lights is asked.
     far2: f32,
     // Whole units of power.
     units: u32,
+    // Where its lights begin in the order of the tree.
+    first: u32,
 }
 
 // A node of the tree over surfaces: eight boxes, rounded outwards to 256 steps of a power of two along each axis.

@@ -2,7 +2,7 @@
 
 struct LightChoice {
     light: u32,
-    // The probability of the choice; zero where no light can matter.
+    // The probability of the choice; where no light can matter, it is any of them.
     chance: f32,
 }
 
@@ -42,18 +42,51 @@ fn light_importance(node: LightNode, p: vec3f, n: vec3f) -> f32 {
     let cos_w = dot(node.axis, w);
     let x = less(vec2f(cos_w, sine_of(cos_w)), vec2f(node.cos_o, sine_of(node.cos_o)));
     let cos_p = less(x, b).x;
-    return select(0.0, float_max(importance * cos_p, 0.0), cos_p > node.cos_e);
+    return select(0.0, float_min(float_max(importance * cos_p, 0.0), GREATEST), cos_p > node.cos_e);
 }
 
-// The chance of going left at a node: its children's shares of importance, or half where both have none.
-fn left_share(left: u32, right: u32, p: vec3f, n: vec3f) -> f32 {
-    let a = light_importance(light_node_at(left), p, n);
-    let b = light_importance(light_node_at(right), p, n);
-    let sum = a + b;
-    let share = select(0.5, a / float_max(sum, SMALLEST_NORMAL), sum > 0.0);
-    // Where both have some, neither share rounds to nothing.
-    let between = float_min(float_max(share, 1.0 - BELOW_ONE), BELOW_ONE);
-    return select(share, between, a > 0.0 && b > 0.0);
+// A step down the tree.
+struct LightStep {
+    node: LightNode,
+    // Its share of the importance of all children.
+    share: f32,
+    // What is left of the number that it was drawn with, uniform again.
+    u: f32,
+}
+
+// The child of an inner node that `u` falls to, or if not `draws` the one that holds the light in a place.
+fn light_step(link: u32, p: vec3f, n: vec3f, u: f32, place: u32, draws: bool) -> LightStep {
+    let first = link & ((1u << COUNT_FROM) - 1u);
+    let count = (link >> COUNT_FROM) + 1u;
+    var ends: array<f32, 8>;
+    var most = 0.0;
+    for (var i = 0u; i < count; i++) {
+        ends[i] = light_importance(light_node_at(first + i), p, n);
+        most = float_max(most, ends[i]);
+    }
+    // Where the children's intervals end; where none has any share, all are alike.
+    var end = 0.0;
+    for (var i = 0u; i < count; i++) {
+        end += select(0.0, float_max(ends[i], most * LEAST_SHARE), ends[i] > 0.0);
+        ends[i] = end;
+    }
+    if !(end > 0.0) {
+        for (var i = 0u; i < count; i++) {
+            end = f32(i + 1u);
+            ends[i] = end;
+        }
+    }
+    let at = float_min(u * end, bitcast<f32>(bitcast<u32>(end) - 1u));
+    var child = 0u;
+    var begin = 0.0;
+    for (var i = 1u; i < count; i++) {
+        let is_past = select(place >= light_node_at(first + i).first, ends[i - 1u] <= at, draws);
+        begin = select(begin, ends[i - 1u], is_past);
+        child = select(child, i, is_past);
+    }
+    let width = ends[child] - begin;
+    let rest = (at - begin) / float_max(width, SMALLEST_NORMAL);
+    return LightStep(light_node_at(first + child), width / end, float_min(rest, BELOW_ONE));
 }
 
 // Whether a node's lights are so far from `p` that their power alone says which of them is asked.
@@ -77,59 +110,44 @@ fn lights_are_far(node: LightNode, p: vec3f) -> bool {
 
 // Chooses a light for a point `p` on a surface with normal `n`.
 fn choose_light(p: vec3f, n: vec3f, choice: f32) -> LightChoice {
-    var index = 0u;
     var node = light_node_at(0u);
     var chance = 1.0;
     var u = choice;
     while node.link < LEAF && !lights_are_far(node, p) {
-        let left = index + 1u;
-        let share = left_share(left, node.link, p, n);
-        let goes_left = u < share;
-        let taken = select(1.0 - share, share, goes_left);
-        // What is left of u is uniform again.
-        let rest = select(u - share, u, goes_left) / float_max(taken, SMALLEST_NORMAL);
-        u = float_min(rest, BELOW_ONE);
-        chance *= taken;
-        index = select(node.link, left, goes_left);
-        node = light_node_at(index);
+        let step = light_step(node.link, p, n, u, 0u, true);
+        chance *= step.share;
+        u = step.u;
+        node = step.node;
     }
     // Of lights that are far, the one that has some unit of their power.
     let units = node.units;
     var unit = min(u32(f32(units) * u), units - 1u);
     while node.link < LEAF {
-        let left = light_node_at(index + 1u);
-        if unit < left.units {
-            index += 1u;
-            node = left;
-        } else {
-            unit -= left.units;
-            index = node.link;
-            node = light_node_at(index);
+        var child = node.link & ((1u << COUNT_FROM) - 1u);
+        node = light_node_at(child);
+        while unit >= node.units {
+            unit -= node.units;
+            child++;
+            node = light_node_at(child);
         }
     }
-    return LightChoice(node.link & ~LEAF, chance * share_of_power(node, units));
+    return LightChoice(node.link & ~LEAF, chance * share_of_power(node.units, units));
 }
 
-// The share that a leaf has in so many units; all of it where there are none.
-fn share_of_power(leaf: LightNode, units: u32) -> f32 {
-    return select(f32(leaf.units) / f32(max(units, 1u)), 1.0, units == 0u);
+// The share that some units have in so many; all of it where there are none.
+fn share_of_power(own: u32, units: u32) -> f32 {
+    return select(f32(own) / f32(max(units, 1u)), 1.0, units == 0u);
 }
 
 // The probability with which `choose_light` chooses a light.
 fn light_chance(p: vec3f, n: vec3f, light: u32) -> f32 {
     let row = light_at(light);
-    var index = 0u;
     var node = light_node_at(0u);
     var chance = 1.0;
-    var way = row.way;
     while node.link < LEAF && !lights_are_far(node, p) {
-        let left = index + 1u;
-        let share = left_share(left, node.link, p, n);
-        let goes_right = (way & 1u) == 1u;
-        chance *= select(share, 1.0 - share, goes_right);
-        index = select(left, node.link, goes_right);
-        way >>= 1u;
-        node = light_node_at(index);
+        let step = light_step(node.link, p, n, 0.0, row.place, false);
+        chance *= step.share;
+        node = step.node;
     }
-    return chance * share_of_power(light_node_at(row.leaf), node.units);
+    return chance * share_of_power(row.units, node.units);
 }

@@ -9,7 +9,9 @@ mod tree;
 pub use bounds::LightBounds;
 pub use point::{PointLight, PointLights};
 pub use table::{AreaLight, LEAST_SOLID_ANGLE, LightRow, LightTable, POINT, QUAD, SPHERE, TRIANGLE};
-pub use tree::{BELOW_ONE, FACING, LEAF, LightNode, LightTree, NARROW, NEARNESS};
+pub use tree::{
+    BELOW_ONE, COUNT_FROM, FACING, GREATEST, LEAF, LEAST_SHARE, LightNode, LightTree, NARROW, NEARNESS,
+};
 
 use crate::math::{Float, Ray, Rgb, Vec3};
 

@@ -43,10 +43,10 @@ pub struct LightRow {
     pub emission: [f32; 3],
     /// Whether a quad's sides meet at right angles.
     pub square: bool,
-    /// The way down the tree to it (see [`LightTree::way`]).
-    pub way: u32,
-    /// Its node in the tree.
-    pub leaf: u32,
+    /// Its place in the order of the tree.
+    pub place: u32,
+    /// Its units of power (see [`LightTree::units`]).
+    pub units: u32,
 }
 
 /// A surface of finite area that emits from its outward side.
@@ -239,8 +239,8 @@ impl LightTable {
             inward: self.inward[i] > 0.0,
             square: self.square[i] > 0.0,
             emission: at(&self.emission, i),
-            way: self.tree.way(i),
-            leaf: self.tree.leaf(i),
+            place: self.tree.place(i),
+            units: self.tree.units(i),
         })
     }
 

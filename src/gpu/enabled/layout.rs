@@ -141,9 +141,9 @@ shared! {
         error: f32,
         emission: [f32; 3],
         inward: u32,
-        way: u32,
+        place: u32,
         square: u32,
-        leaf: u32,
+        units: u32,
         _end: u32,
     }
 
@@ -159,7 +159,8 @@ shared! {
         link: u32,
         far2: f32,
         units: u32,
-        _end: [u32; 2],
+        first: u32,
+        _end: u32,
     }
 
     /// A node of the tree over surfaces.
@@ -370,6 +371,7 @@ pub(super) fn text(variant: Variant) -> String {
         ("LEAF_SPHERES", tree::SPHERES),
         ("LEAF_INSTANCE", tree::INSTANCE),
         ("LEAF", light::LEAF),
+        ("COUNT_FROM", light::COUNT_FROM),
         ("ROULETTE_FROM", ROULETTE_FROM),
         ("ROULETTE_AT_MOST_FROM", ROULETTE_AT_MOST_FROM),
         ("MOST_BRANCHES", MOST_BRANCHES),
@@ -391,6 +393,8 @@ pub(super) fn text(variant: Variant) -> String {
         ("EPSILON", f32::EPSILON),
         ("BELOW_ONE", light::BELOW_ONE),
         ("NEARNESS", light::NEARNESS),
+        ("GREATEST", light::GREATEST),
+        ("LEAST_SHARE", light::LEAST_SHARE),
         ("FACING", light::FACING),
         ("NARROW", light::NARROW),
         ("LEAST_SOLID_ANGLE", light::LEAST_SOLID_ANGLE),

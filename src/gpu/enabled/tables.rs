@@ -243,16 +243,30 @@ pub(super) fn light_row(light: LightRow) -> Light {
         error: light.error,
         emission: light.emission,
         inward: u32::from(light.inward),
-        way: light.way,
+        place: light.place,
         square: u32::from(light.square),
-        leaf: light.leaf,
+        units: light.units,
         ..Light::default()
     }
 }
 
 pub(super) fn light_node(node: light::LightNode) -> LightNode {
-    let light::LightNode { centre, spread, power, radius, axis, cos_o, cos_e, far2, units, link } = node;
+    let light::LightNode { centre, spread, power, radius, axis, cos_o, cos_e, far2, units, first, link } =
+        node;
     // No infinity: WGSL lets compilers take for granted that there is none.
     let far2 = far2.min(f32::MAX);
-    LightNode { centre, radius, axis, power, cos_o, cos_e, spread, link, far2, units, ..LightNode::default() }
+    LightNode {
+        centre,
+        radius,
+        axis,
+        power,
+        cos_o,
+        cos_e,
+        spread,
+        link,
+        far2,
+        units,
+        first,
+        ..LightNode::default()
+    }
 }

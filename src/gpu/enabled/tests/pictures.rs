@@ -212,7 +212,7 @@ fn one_changed_constant_is_noticed() {
         ),
         // A light is asked with one density and weighed with another.
         (&cover, Path, Sobol, "light.emission, cone.pdf", "light.emission, cone.pdf * 0.9"),
-        (&lamps, Path, Independent, "chance *= select(share, 1.0 - share, goes_right)", "chance *= 0.5"),
+        (&lamps, Path, Independent, "row.place, false)", "0u, false)"),
         (&lamps, Path, Sobol, "*= 1.0 / chance", "*= 0.8 / chance"),
         (&cover, Path, Independent, "1.0 / 16777216.0", "0.8 / 16777216.0"),
         // Triangles' lights are asked with one density and weighed with another.

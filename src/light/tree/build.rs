@@ -1,0 +1,197 @@
+//! How the tree is built: by twos first, then two levels and more are made one.
+
+use super::node::{LEAF, Node, WIDTH};
+use super::shares::Shares;
+use crate::light::bounds::{LightBounds, distance2};
+
+/// From this many radii on, triangles of one mesh are chosen by their power alone, all the way down: they share what
+/// shadows them, and to look at each would cost more than it saves. (Of lamps that are apart, the picture would be
+/// noisier: by half at twice the radius, with ten thousand of them.)
+const FAR: f64 = 2.0;
+
+/// Units of power of the whole tree, about: no more than a uniform number of 24 bits can tell apart. Once steps down
+/// the tree have used up some of its bits, what is left of it leads to fewer places, evenly spread: a light that
+/// comes up less than once in 2²⁴ may not be asked from a given point, as in any tree.
+const UNITS: f64 = 8_388_608.0;
+
+/// Lights that stay together.
+pub(super) struct Group {
+    pub(super) bounds: LightBounds,
+    /// See [`Node::far2`].
+    pub(super) far2: f32,
+    pub(super) units: u32,
+    pub(super) first_unit: u32,
+    /// Where its lights begin in the order of the tree.
+    pub(super) first: u32,
+    lights: u32,
+    below: Below,
+}
+
+enum Below {
+    Light(u32),
+    /// The indices of two groups.
+    Two(usize, usize),
+}
+
+/// A tree of groups, the largest one last, and its lights in order.
+#[derive(Default)]
+pub(super) struct Groups {
+    all: Vec<Group>,
+    pub(super) shares: Shares,
+}
+
+/// From this depth on lights are split in halves, so that no way down is longer than 31 steps.
+fn balanced_from(lights: usize) -> u32 {
+    31 - lights.next_power_of_two().trailing_zeros().min(31)
+}
+
+impl Groups {
+    /// Of lights with these bounds.
+    pub(super) fn new(bounds: &[LightBounds]) -> Groups {
+        let mut groups = Groups::default();
+        // Only shares of power count, and these fit into f32 whatever the powers are.
+        let greatest = bounds.iter().map(|b| b.power).fold(f64::MIN_POSITIVE, f64::max);
+        let bounds: Vec<LightBounds> =
+            bounds.iter().map(|b| LightBounds { power: b.power / greatest, ..*b }).collect();
+        let mut lights: Vec<u32> = (0..bounds.len() as u32).collect();
+        if !lights.is_empty() {
+            let power = bounds.iter().map(|b| b.power).sum::<f64>().max(f64::MIN_POSITIVE);
+            groups.add(&bounds, &mut lights, UNITS / power, 0);
+            groups.shares.sort();
+        }
+        groups
+    }
+
+    /// Adds the group of some lights, `depth` steps down, and returns its index.
+    fn add(&mut self, bounds: &[LightBounds], lights: &mut [u32], units_of_power: f64, depth: u32) -> usize {
+        let first = self.shares.len() as u32;
+        let group = if let [light] = *lights {
+            let own = bounds[light as usize];
+            // What shines has a unit at least, or it would never be found.
+            let units = if own.power > 0.0 { (own.power * units_of_power).round().max(1.0) } else { 0.0 };
+            let (units, below) = (units as u32, Below::Light(light));
+            let first_unit = self.shares.push(light, units);
+            Group { bounds: own, far2: f32::INFINITY, units, first_unit, first, lights: 1, below }
+        } else {
+            let middle = split(bounds, lights, depth < balanced_from(bounds.len()));
+            let (lefts, rights) = lights.split_at_mut(middle);
+            let left = self.add(bounds, lefts, units_of_power, depth + 1);
+            let right = self.add(bounds, rights, units_of_power, depth + 1);
+            let [a, b] = [&self.all[left], &self.all[right]];
+            let (own, units) = (a.bounds.union(&b.bounds), a.units + b.units);
+            let mut far2 = f32::INFINITY;
+            if own.mesh.is_some() && (1..=1 << 24).contains(&units) {
+                let reach = lights.iter().map(|&light| {
+                    let light = &bounds[light as usize];
+                    distance2(light.mean, own.mean).sqrt() + light.radius()
+                });
+                let far = FAR * reach.fold(0.0, f64::max).min(own.radius());
+                far2 = (far * far) as f32;
+            }
+            let (first_unit, lights) = (a.first_unit, lights.len() as u32);
+            Group { bounds: own, far2, units, first_unit, first, lights, below: Below::Two(left, right) }
+        };
+        self.all.push(group);
+        self.all.len() - 1
+    }
+
+    /// The lights in order.
+    pub(super) fn lights(&self) -> impl Iterator<Item = (u32, &Group)> {
+        self.all.iter().filter_map(|group| match group.below {
+            Below::Light(light) => Some((light, group)),
+            Below::Two(..) => None,
+        })
+    }
+
+    /// A node whose only child is everything, and the nodes below it.
+    pub(super) fn nodes(&self) -> (Node, Vec<Node>) {
+        let (mut top, mut nodes) = (Node::default(), Vec::new());
+        if let Some(all) = self.all.last() {
+            top.push(all, self.link(all, &mut nodes));
+        }
+        (top, nodes)
+    }
+
+    /// Where a group is: a light, or a node, which is added with all below it. A node takes its children's children in
+    /// their place, those first that tell most apart, until it has eight.
+    fn link(&self, group: &Group, nodes: &mut Vec<Node>) -> u32 {
+        let (a, b) = match group.below {
+            Below::Light(light) => return light | LEAF,
+            Below::Two(a, b) => (a, b),
+        };
+        let mut children = vec![&self.all[a], &self.all[b]];
+        while children.len() < WIDTH {
+            let open = children.iter().enumerate().filter_map(|(i, child)| match child.below {
+                Below::Light(_) => None,
+                Below::Two(a, b) => Some((i, child, [a, b])),
+            });
+            let key = |group: &Group| (group.bounds.cost(), group.lights);
+            let most = open.max_by(|(_, a, _), (_, b, _)| {
+                let (a, b) = (key(a), key(b));
+                a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+            });
+            let Some((i, _, [a, b])) = most else { break };
+            children.splice(i..=i, [&self.all[a], &self.all[b]]);
+        }
+        let index = nodes.len();
+        nodes.push(Node::default());
+        for child in children {
+            let link = self.link(child, nodes);
+            nodes[index].push(child, link);
+        }
+        index as u32
+    }
+}
+
+/// Where to split lights: sorts them along the best axis and returns how many go left.
+fn split(bounds: &[LightBounds], lights: &mut [u32], by_cost: bool) -> usize {
+    const BUCKETS: usize = 12;
+    let half = lights.len() / 2;
+    let place = |light: u32, axis: usize| bounds[light as usize].mean[axis];
+    let extent = |axis: usize| {
+        let places = lights.iter().map(|&l| place(l, axis));
+        places.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
+    };
+    let extents = [0, 1, 2].map(extent);
+    let widest =
+        (0..3).max_by(|&a, &b| (extents[a].1 - extents[a].0).total_cmp(&(extents[b].1 - extents[b].0)));
+    let mut best: Option<(f64, usize, usize)> = None;
+    if by_cost {
+        for (axis, &(lo, hi)) in extents.iter().enumerate() {
+            if hi <= lo {
+                continue;
+            }
+            let mut sums: [Option<LightBounds>; BUCKETS] = [None; BUCKETS];
+            for &light in lights.iter() {
+                let sum = &mut sums[bucket_of(place(light, axis), lo, hi, BUCKETS)];
+                let own = bounds[light as usize];
+                *sum = Some(sum.map_or(own, |sum| sum.union(&own)));
+            }
+            let total = |sums: &[Option<LightBounds>]| {
+                sums.iter().flatten().copied().reduce(|a, b| a.union(&b)).map_or(0.0, |b| b.cost())
+            };
+            for at in 1..BUCKETS {
+                let cost = total(&sums[..at]) + total(&sums[at..]);
+                if best.is_none_or(|(least, ..)| cost < least) {
+                    best = Some((cost, axis, at));
+                }
+            }
+        }
+    }
+    if let Some((_, axis, at)) = best {
+        let (lo, hi) = extents[axis];
+        let left = |&l: &u32| bucket_of(place(l, axis), lo, hi, BUCKETS) < at;
+        lights.sort_by_key(|l| !left(l));
+        let middle = lights.iter().filter(|l| left(l)).count();
+        if (1..lights.len()).contains(&middle) {
+            return middle;
+        }
+    }
+    let axis = widest.unwrap_or(0);
+    lights.sort_by(|&a, &b| place(a, axis).total_cmp(&place(b, axis)));
+    half
+}
+
+fn bucket_of(place: f64, lo: f64, hi: f64, buckets: usize) -> usize {
+    (((place - lo) / (hi - lo) * buckets as f64) as usize).min(buckets - 1)
+}

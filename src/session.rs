@@ -28,7 +28,7 @@ use crate::integrator::{Integrator, Paths};
 use crate::math::lanes::Level;
 use crate::output::window::orbit::Orbit;
 use crate::output::window::{self, Feed, Left, Window, WindowOptions};
-use crate::output::{FilmError, OutputError, Progress, Reporter, SampleDump, Tev, TevError};
+use crate::output::{FilmError, OutputError, Progress, Reporter, SampleDump, Tev, TevError, tev};
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::{Accumulator, Barrier, Held, Region, Schedule, first_hit_layers, layer_samples};
 use crate::scene::{FilmMode, Fingerprint, Scene};
@@ -457,7 +457,7 @@ fn render(
         let (progress_out, progress) = bounded(1);
         let (snapshots_out, snapshots) = bounded(1);
         let watched = window.is_some();
-        let (remote_out, remote) = bounded(1);
+        let (remote_out, remote) = bounded(tev::MOST_WAITING);
         let has_tev = tev.is_some();
         let tev = tev.map(|tev| {
             let notes = pictures.notes.clone();

@@ -1,19 +1,30 @@
 //! Sends the picture to the viewer [tev](https://github.com/Tom94/tev) as it refines.
 //!
-//! A picture travels in bands of rows, so that no packet is large however large the picture. Whoever does not
-//! answer is given up: a render never waits for a viewer longer than [`PATIENCE`].
+//! A picture travels in bands of rows, so that no packet is large however large the picture. Nothing waits for a viewer
+//! but the end of the program, and whoever takes nothing in, or too little, is given up: see `Patience`.
 
 use crate::film::{Picture, Snapshot};
-use crossbeam_channel::Receiver;
-use std::io;
-use std::net::{TcpStream, ToSocketAddrs};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use std::io::{self, ErrorKind};
+use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 use thiserror::Error;
 
-/// How long tev may take to answer, or to take in what it is sent.
-pub const PATIENCE: Duration = Duration::from_secs(5);
+/// How long a tev is waited for.
+#[derive(Clone, Copy, Debug)]
+struct Patience {
+    /// Until it answers, or takes in more of what it is sent.
+    standstill: Duration,
+    /// Until it has taken in a picture, however steadily that goes.
+    picture: Duration,
+}
+
+const PATIENCE: Patience = Patience { standstill: Duration::from_secs(5), picture: Duration::from_secs(20) };
+
+/// Snapshots that wait for being sent, at most: one on the way, and the last.
+pub const MOST_WAITING: usize = 2;
 
 /// Pixels in a band: 3 MiB.
 const BAND: u32 = 1 << 18;
@@ -35,68 +46,193 @@ pub struct TevError {
 #[derive(Debug)]
 pub struct Tev {
     client: TevClient,
+    /// The same connection, to end it by.
+    guard: TcpStream,
     address: String,
     name: String,
+    patience: Patience,
 }
 
 impl Tev {
     /// Opens a black picture of this name and size in the tev that listens at `address`, a host and a port.
     pub fn connect(address: &str, name: &str, width: u32, height: u32) -> Result<Tev, TevError> {
+        Tev::with_patience(address, name, [width, height], PATIENCE)
+    }
+
+    fn with_patience(
+        address: &str,
+        name: &str,
+        [width, height]: [u32; 2],
+        patience: Patience,
+    ) -> Result<Tev, TevError> {
         let fail = |error| TevError { address: address.to_owned(), error };
-        let socket = connect(address).map_err(fail)?;
+        let socket = connect(address, patience.standstill).map_err(fail)?;
         // A name ends at a NUL.
         let (address, name) = (address.to_owned(), name.replace('\0', ""));
+        let guard = socket.try_clone().map_err(fail)?;
         let mut client = TevClient::wrap(socket);
         let image_name = &name;
         let create =
             PacketCreateImage { image_name, grab_focus: true, width, height, channel_names: &CHANNELS };
         client.send(create).map_err(fail)?;
-        Ok(Tev { client, address, name })
+        Ok(Tev { client, guard, address, name, patience })
     }
 
-    /// Shows pictures until their channel closes, or tev does: then `say` hears of it, and there is none any more.
+    /// Shows pictures until their channel closes, or tev does: then `say` hears of it, and there is none any more. Of
+    /// pictures that wait only the latest is shown.
     pub fn show(mut self, snapshots: &Receiver<Arc<Snapshot>>, say: impl FnOnce(String)) -> Option<Tev> {
-        for snapshot in snapshots {
-            if let Err(error) = self.send(&snapshot.picture) {
-                let address = &self.address;
-                say(format!("warning: tev at {address} is gone ({error}); the render goes on without it"));
-                return None;
+        let shown = std::thread::scope(|scope| {
+            let (turns_out, turns) = bounded(0);
+            // A write that goes on, however little, does not time out: another thread has to end it.
+            let (guard, within) = (&self.guard, self.patience.picture);
+            scope.spawn(move || end_late(guard, within, &turns));
+            for snapshot in snapshots {
+                let latest = snapshots.try_iter().last().unwrap_or(snapshot);
+                send(&mut self.client, &self.name, &latest.picture, &turns_out, self.patience)?;
             }
-        }
-        Some(self)
+            Ok(())
+        });
+        let Err(error): io::Result<()> = shown else { return Some(self) };
+        let address = &self.address;
+        say(format!("warning: tev at {address} is gone ({error}); the render goes on without it"));
+        None
     }
+}
 
-    fn send(&mut self, picture: &Picture) -> io::Result<()> {
-        let (width, rows) = (picture.width, (BAND / picture.width.max(1)).max(1));
-        for (band, y) in picture.rgb.chunks((rows * width) as usize).zip((0..).step_by(rows as usize)) {
-            self.client.send(PacketUpdateImage {
-                image_name: &self.name,
-                grab_focus: false,
-                channel_names: &CHANNELS,
-                channel_offsets: &[0, 1, 2],
-                channel_strides: &[3; 3],
-                x: 0,
-                y,
-                width,
-                height: band.len() as u32 / width,
-                data: band.as_flattened(),
-            })?;
+/// Sends a picture, and says over `turns` when it begins and when it is sent.
+fn send(
+    client: &mut TevClient,
+    name: &str,
+    picture: &Picture,
+    turns: &Sender<()>,
+    patience: Patience,
+) -> io::Result<()> {
+    let (start, seconds) = (Instant::now(), |time: Duration| time.as_secs_f64());
+    // Whoever watches has gone only if all is over.
+    let _ = turns.send(());
+    let sent = send_bands(client, name, picture).map_err(|error| match error.kind() {
+        _ if start.elapsed() >= patience.picture => {
+            let late = format!("it takes more than {} s for a picture", seconds(patience.picture));
+            io::Error::new(ErrorKind::TimedOut, late)
         }
-        Ok(())
+        ErrorKind::WouldBlock | ErrorKind::TimedOut => {
+            let still = format!("it has taken in nothing for {} s", seconds(patience.standstill));
+            io::Error::new(ErrorKind::TimedOut, still)
+        }
+        _ => error,
+    });
+    let _ = turns.send(());
+    sent
+}
+
+fn send_bands(client: &mut TevClient, image_name: &str, picture: &Picture) -> io::Result<()> {
+    let (width, rows) = (picture.width, (BAND / picture.width.max(1)).max(1));
+    for (band, y) in picture.rgb.chunks((rows * width) as usize).zip((0..).step_by(rows as usize)) {
+        client.send(PacketUpdateImage {
+            image_name,
+            grab_focus: false,
+            channel_names: &CHANNELS,
+            channel_offsets: &[0, 1, 2],
+            channel_strides: &[3; 3],
+            x: 0,
+            y,
+            width,
+            height: band.len() as u32 / width,
+            data: band.as_flattened(),
+        })?;
+    }
+    Ok(())
+}
+
+/// Ends a connection when a picture takes longer than `within`; `turns` tells when one begins and when it is sent.
+fn end_late(socket: &TcpStream, within: Duration, turns: &Receiver<()>) {
+    while turns.recv().is_ok() {
+        if turns.recv_timeout(within) == Err(RecvTimeoutError::Timeout) {
+            // It may have ended by itself.
+            let _ = socket.shutdown(Shutdown::Both);
+            return;
+        }
     }
 }
 
 /// The first of a host's addresses that answers.
-fn connect(address: &str) -> io::Result<TcpStream> {
+fn connect(address: &str, patience: Duration) -> io::Result<TcpStream> {
     let mut last = None;
     for address in address.to_socket_addrs()? {
-        match TcpStream::connect_timeout(&address, PATIENCE) {
+        match TcpStream::connect_timeout(&address, patience) {
             Ok(socket) => {
-                socket.set_write_timeout(Some(PATIENCE))?;
+                socket.set_write_timeout(Some(patience))?;
                 return Ok(socket);
             }
             Err(error) => last = Some(error),
         }
     }
     Err(last.unwrap_or_else(|| io::Error::new(io::ErrorKind::NotFound, "the host has no address")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Statistics;
+    use std::io::Read;
+    use std::net::TcpListener;
+
+    fn snapshot(width: u32, height: u32) -> Arc<Snapshot> {
+        let rgb = vec![[0.5; 3]; (width * height) as usize];
+        Arc::new(Snapshot {
+            picture: Picture { width, height, rgb },
+            statistics: Arc::new(Statistics::default()),
+            owners: Arc::default(),
+            spp_done: 1.0,
+            spp_before: 0.0,
+            spp_target: None,
+            noise: None,
+            samples: 1,
+            seconds: 1.0,
+            finished: false,
+        })
+    }
+
+    /// What is said of a tev that takes in `piece` bytes at a time, with a rest after each.
+    fn said(piece: usize, rest: Duration, patience: Patience) -> Option<String> {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        let (over_out, over) = bounded::<()>(0);
+        let mut told = None;
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                let (mut socket, _) = listener.accept().unwrap();
+                let mut bytes = vec![0; piece];
+                while over.recv_timeout(rest) == Err(RecvTimeoutError::Timeout) {
+                    if piece > 0 && socket.read(&mut bytes).is_ok_and(|count| count == 0) {
+                        return;
+                    }
+                }
+            });
+            // 24 MiB: more than sockets hold.
+            let tev = Tev::with_patience(&address, "name", [2048, 1024], patience).unwrap();
+            let (sender, snapshots) = bounded(MOST_WAITING);
+            sender.send(snapshot(2048, 1024)).unwrap();
+            sender.send(snapshot(2048, 1024)).unwrap();
+            drop(sender);
+            let is_there = tev.show(&snapshots, |line| told = Some(line)).is_some();
+            assert_eq!(is_there, told.is_none());
+            drop(over_out);
+        });
+        told
+    }
+
+    #[test]
+    fn who_takes_nothing_in_or_too_little_is_given_up() {
+        let (short, long) = (Duration::from_millis(300), Duration::from_secs(600));
+        let rest = Duration::from_millis(20);
+        let still = said(0, rest, Patience { standstill: short, picture: long }).unwrap();
+        assert!(still.contains("nothing for 0.3 s"), "{still}");
+        // 3 MiB a second: there is always something that goes on.
+        let slow = said(1 << 16, rest, Patience { standstill: long, picture: short }).unwrap();
+        assert!(slow.contains("more than 0.3 s for a picture"), "{slow}");
+        // Negative control.
+        let quick = said(1 << 22, Duration::ZERO, Patience { standstill: long, picture: long });
+        assert_eq!(quick, None);
+    }
 }

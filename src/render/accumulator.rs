@@ -105,7 +105,8 @@ pub struct Outbox {
     /// Views of the unfinished picture, which may be dropped, except for the last. The render stops when
     /// the viewer goes away.
     pub snapshots: Option<Sender<Arc<Snapshot>>>,
-    /// The same for a viewer elsewhere, without which the render goes on.
+    /// The same for a viewer elsewhere, without which the render goes on. It is not waited for, however slow: it has
+    /// room for one snapshot more than the one that others are dropped for, the last.
     pub remote: Option<Sender<Arc<Snapshot>>>,
     /// How far it is, which may be dropped.
     pub progress: Option<Sender<Totals>>,
@@ -641,9 +642,11 @@ impl Accumulator {
         if let Some(progress) = &self.outbox.progress {
             let _ = progress.try_send(self.totals);
         }
-        let mut viewers = self.outbox.snapshots.iter().chain(&self.outbox.remote);
+        let watched = self.outbox.snapshots.as_ref().is_some_and(|viewer| !viewer.is_full());
+        let is_free = |viewer: &&Sender<_>| viewer.is_empty();
+        let remote = self.outbox.remote.as_ref().filter(is_free);
         let pause = FRAME.max(self.frame_cost * SNAPSHOT_SHARE);
-        if viewers.all(Sender::is_full) || self.last_frame.is_some_and(|last| last.elapsed() < pause) {
+        if !(watched || remote.is_some()) || self.last_frame.is_some_and(|last| last.elapsed() < pause) {
             return;
         }
         let start = Instant::now();
@@ -656,7 +659,7 @@ impl Accumulator {
             self.outbox.snapshots = None;
             self.deserted = true;
         }
-        if self.outbox.remote.as_ref().is_some_and(gone) {
+        if self.outbox.remote.as_ref().filter(is_free).is_some_and(gone) {
             self.outbox.remote = None;
         }
         self.frame_cost = start.elapsed();

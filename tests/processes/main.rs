@@ -11,7 +11,7 @@ mod wiring;
 mod workers;
 
 use common::scenes::*;
-use crossbeam_channel::{Receiver, bounded};
+use crossbeam_channel::{Receiver, Sender, bounded};
 use rand::RngExt;
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -25,7 +25,7 @@ use stride::film::{
 };
 use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths, Pixel, Sample};
 use stride::math::lanes::Level;
-use stride::output::{FilmSink, open_film};
+use stride::output::{FilmSink, open_film, tev};
 use stride::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use stride::render::worker::Worker;
 use stride::render::{

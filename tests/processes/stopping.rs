@@ -171,3 +171,27 @@ fn a_deadline_ends_at_a_whole_number_of_samples() {
     assert!(outcome.whole && spp > 0 && spp < u32::MAX, "{spp}");
     assert!(outcome.film.picture() == plain_picture(spp));
 }
+
+#[test]
+fn a_viewer_elsewhere_that_takes_nothing_holds_up_nothing_and_still_finds_the_last_picture() {
+    let (remote_out, remote) = bounded(tev::MOST_WAITING);
+    let (ended_out, ended) = bounded(1);
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            // Slow enough that there are many frames.
+            let integrator = hooked(|_| std::thread::sleep(Duration::from_millis(35)));
+            let wiring = Wiring { workers: 1, spp: 2, remote: Some(remote_out), ..Wiring::default() };
+            let rendered = wiring.render(&integrator);
+            assert!(rendered.snapshots.len() > 3, "{} frames", rendered.snapshots.len());
+            ended_out.send(rendered.outcome.film.picture()).unwrap();
+        });
+        let picture = ended.recv_timeout(Duration::from_secs(60));
+        let waiting: Vec<Arc<Snapshot>> = remote.try_iter().collect();
+        // Whoever waits for it would wait for ever.
+        drop(remote);
+        let picture = picture.expect("the render waits for the viewer");
+        assert!(waiting.len() <= 2 && !waiting[0].finished);
+        let last = waiting.last().unwrap();
+        assert!(last.finished && last.picture == picture);
+    });
+}

@@ -22,6 +22,8 @@ pub(super) struct Wiring {
     pub(super) noise: Option<(f64, Option<Milestone>)>,
     /// How long the sample sink takes for each delivery.
     pub(super) sink_takes: Duration,
+    /// Where a viewer elsewhere gets its pictures.
+    pub(super) remote: Option<Sender<Arc<Snapshot>>>,
     /// How much faster the last worker is held to be, where the others can do without it.
     pub(super) spare: Option<f64>,
 }
@@ -41,6 +43,7 @@ impl Default for Wiring {
             keeper: None,
             noise: None,
             sink_takes: Duration::ZERO,
+            remote: None,
             spare: None,
         }
     }
@@ -127,7 +130,7 @@ impl Wiring {
                 barriers: Some(barriers_out),
                 film: self.keeper.is_some().then_some(film_out),
                 snapshots: Some(snapshots_out),
-                remote: None,
+                remote: self.remote,
                 progress: Some(progress_out),
             };
             let spp = Some(self.spp);

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use stride::output::read_picture;
 
 /// A packet that is read from the front.
@@ -110,14 +110,16 @@ fn render(folder: &Path, packets: usize, more: &[&str]) -> (Shown, Output) {
         }
         shown
     });
-    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml");
-    let output = Command::new(env!("CARGO_BIN_EXE_stride"))
-        .args(["render", scene, "--headless", "--quiet", "--tev", &address, "-o", "a.exr"])
-        .args(more)
-        .current_dir(folder)
-        .output()
-        .expect("stride runs");
+    let output = stride(folder, &address, more).output().expect("stride runs");
     (tev.join().expect("packets as they should be"), output)
+}
+
+fn stride(folder: &Path, tev: &str, more: &[&str]) -> Command {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+    command.args(["render", scene, "--headless", "--quiet", "--tev", tev, "-o", "a.exr"]).args(more);
+    command.current_dir(folder);
+    command
 }
 
 fn written(folder: &Path) -> Vec<[u32; 3]> {
@@ -155,4 +157,24 @@ fn a_tev_that_goes_away_ends_nothing() {
         String::from_utf8_lossy(&output.stderr)
     );
     assert!(written(folder.path()) == alone, "who watches changes nothing");
+}
+
+// That the files don't wait for it, `processes/stopping.rs`.
+#[test]
+fn a_tev_that_accepts_and_never_reads_ends_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = listener.local_addr().expect("an address").to_string();
+    // 24 MB: more than sockets hold.
+    let large = ["--size", "1920x1080", "--spp", "2", "--integrator", "path-naive"];
+    let stride = stride(folder.path(), &address, &large).stderr(Stdio::piped()).spawn();
+    let stride = stride.expect("stride starts");
+    let socket = listener.accept().expect("somebody calls");
+    let output = stride.wait_with_output().expect("it ends");
+    drop(socket);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && told.contains("it has taken in nothing for 5 s"), "{told}");
+    let without = written(folder.path());
+    render(folder.path(), usize::MAX, &large);
+    assert!(written(folder.path()) == without);
 }

@@ -85,6 +85,8 @@ pub struct Settings {
     pub dump_at: Vec<u32>,
     /// Layers that EXR files get beside colour, at the end.
     pub layers: Vec<Layer>,
+    /// Keep what a variance takes where samples are weighed, which costs memory and time.
+    pub spreads: bool,
     /// Where every sample goes, if anywhere.
     pub samples: Option<PathBuf>,
     /// A film file to write, for going on and merging, if any.
@@ -110,7 +112,8 @@ impl Settings {
     /// What the film's words are.
     pub fn layout(&self) -> Layout {
         let (Region { width, height, .. }, shown) = (self.region, self.shown);
-        Layout { width, height, weighted: self.scene.film.mode() == FilmMode::Continuous, shown }
+        let weighted = self.scene.film.mode() == FilmMode::Continuous;
+        Layout { width, height, weighted, spreads: weighted && self.spreads, shown }
     }
 
     /// The part of the film that becomes the picture.

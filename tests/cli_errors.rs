@@ -94,8 +94,7 @@ refuses! {
         => 2, ["negative", "continuous"];
     a_continuous_film_of_pixel_centres: ["render", "scene.toml", "--filter", "none", "--film-mode", "continuous"]
         => 2, ["none", "width"];
-    a_variance_without_squares: ["render", "scene.toml", "--filter", "mitchell", "--layers", "variance", "-o", "a.exr"]
-        => 2, ["variance", "importance"];
+    a_checkpoint_of_no_film: ["render", "scene.toml", "--checkpoint", "5s"] => 2, ["--checkpoint", "--film"];
     an_unknown_world: ["render", "scene.toml", "--world", "octree"] => 2, ["simple", "bvh"];
     an_unknown_device: ["render", "scene.toml", "--device", "tpu"] => 2, ["cpu", "gpu"];
     an_unknown_overlay: ["render", "scene.toml", "--overlay", "depth"] => 2, ["owner"];

@@ -34,6 +34,13 @@ fn succeed(folder: &Path, arguments: &[&str]) -> String {
     said
 }
 
+/// What it prints.
+fn succeed_with(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
 fn refused(folder: &Path, code: i32, arguments: &[&str]) -> String {
     let output = run(folder, arguments);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -91,13 +98,13 @@ fn threads_lanes_and_shards_in_any_order_give_the_same_files() {
     succeed(dir.path(), &[&["merge", "-q"], &films[..], &["-o", "m.exr", "-o", "m.film"]].concat());
     assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "whole.exr"));
     assert!(picture(dir.path(), "m.exr") == picture(dir.path(), "whole.exr"));
-    // Of the layers that films tell there is the count of samples, and no variance.
+    // Of the layers that films tell there is the count of samples, and no variance, which takes more than they have.
     succeed(dir.path(), &["merge", "-q", "m.film", "--layers", "all", "-o", "l.exr"]);
     assert!(picture(dir.path(), "l.exr") == picture(dir.path(), "whole.exr"));
     let has = |name: &str| bytes(dir.path(), "l.exr").windows(name.len()).any(|at| at == name.as_bytes());
     assert!(has("samples.Y") && !has("variance.Y"));
     let said = refused(dir.path(), 2, &["merge", "m.film", "--layers", "variance", "-o", "l.exr"]);
-    assert!(said.contains("mode \"importance\" has them"), "{said}");
+    assert!(said.contains("begun without --layers variance"), "{said}");
     // Negative controls: one shard less, another filter, another mode.
     succeed(dir.path(), &[&["merge", "-q"], &films[1..], &["-o", "m.exr"]].concat());
     assert!(picture(dir.path(), "m.exr") != picture(dir.path(), "whole.exr"));
@@ -122,12 +129,22 @@ fn kills() -> u32 {
     std::env::var("STRIDE_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(6)
 }
 
-// Of 320×240 pixels a checkpoint takes three pieces, and what is added meanwhile lies before, behind or across them.
 #[test]
 fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
+    kill_and_go_on(&[], kills());
+}
+
+#[test]
+fn killed_at_random_moments_a_film_keeps_its_variance() {
+    kill_and_go_on(&["--layers", "variance"], kills().div_ceil(2));
+}
+
+// Of 320×240 pixels a checkpoint takes three pieces, and what is added meanwhile lies before, behind or across them.
+fn kill_and_go_on(layers: &[&str], kills: u32) {
     let (dir, scene) = (folder(), cover());
     let common =
         ["--size", "320x240", "--filter", "lanczos", "--integrator", "path-naive", "--max-depth", "1"];
+    let common = [&common[..], layers].concat();
     let spp = ["--spp", "120"];
     succeed(
         dir.path(),
@@ -135,9 +152,9 @@ fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
     );
     let stream = &mut Stream::new(5, 0, 0);
     let (mut killed, mut rounds) = (0, 0);
-    while killed < kills() {
+    while killed < kills {
         rounds += 1;
-        assert!(rounds <= kills(), "only {killed} of {rounds} renders were killed before their end");
+        assert!(rounds <= kills, "only {killed} of {rounds} renders were killed before their end");
         for name in ["part.film", "part.exr"] {
             let _ = fs::remove_file(dir.path().join(name));
         }
@@ -156,7 +173,7 @@ fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
                 if let Some(status) = child.try_wait().expect("a child") {
                     break Some(status);
                 }
-                if start.elapsed() >= moment && killed < kills() {
+                if start.elapsed() >= moment && killed < kills {
                     break None;
                 }
                 std::thread::sleep(Duration::from_micros(300));
@@ -173,6 +190,129 @@ fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
         assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
     }
     println!("{killed} kills in {rounds} renders");
+}
+
+/// The values of a channel of an EXR file beside colour.
+fn channel(folder: &Path, name: &str, channel: &str) -> Vec<f32> {
+    let image = exr::prelude::read_first_flat_layer_from_file(folder.join(name)).expect("an EXR file");
+    let found = image.layer_data.channel_data.list.iter().find(|there| there.name.to_string() == channel);
+    found.unwrap_or_else(|| panic!("{name} has no {channel}")).sample_data.values_as_f32().collect()
+}
+
+#[test]
+fn variances_are_the_same_whoever_adds_them_up_and_cost_nobody_else_anything() {
+    let (dir, scene) = (folder(), cover());
+    let spread = [&SMALL[..], &["--layers", "variance,samples"]].concat();
+    let whole = ["--spp", "12", "-o", "whole.exr", "--film", "whole.film", "--samples", "s.npy"];
+    succeed(dir.path(), &render(&scene, &[&spread[..], &whole].concat()));
+    let is_whole = |exr: &str, film: Option<&str>, what: &str| {
+        assert!(bytes(dir.path(), exr) == bytes(dir.path(), "whole.exr"), "{what}");
+        assert!(film.is_none_or(|film| bytes(dir.path(), film) == bytes(dir.path(), "whole.film")), "{what}");
+    };
+    for threads in ["1", "3", "200"] {
+        let part = ["--spp", "12", "--threads", threads, "-o", "a.exr", "--film", "a.film"];
+        succeed(dir.path(), &render(&scene, &[&spread[..], &part].concat()));
+        is_whole("a.exr", Some("a.film"), threads);
+    }
+    for level in ["scalar", "portable"] {
+        let part = render(&scene, &[&spread[..], &["--spp", "12", "-o", "a.exr"]].concat());
+        let output = stride(dir.path(), &part).env("STRIDE_SIMD", level).output().expect("it starts");
+        assert!(output.status.success());
+        is_whole("a.exr", None, level);
+    }
+    // Gone on with, once by a render that does not ask for layers.
+    succeed(
+        dir.path(),
+        &render(&scene, &[&spread[..], &["--spp", "3", "--film", "p.film"], &["-o", "p.exr"]].concat()),
+    );
+    succeed(
+        dir.path(),
+        &render(&scene, &[&SMALL[..], &["--spp", "7", "--resume", "p.film", "-o", "p.exr"]].concat()),
+    );
+    succeed(
+        dir.path(),
+        &render(&scene, &[&spread[..], &["--spp", "12", "--resume", "p.film", "-o", "p.exr"]].concat()),
+    );
+    is_whole("p.exr", Some("p.film"), "resumed");
+    // Shards, with the layers that they were rendered with.
+    for (i, range) in ["0..5", "5..6", "6..12"].into_iter().enumerate() {
+        let name = format!("{i}.film");
+        let shard = ["--range", range, "--film", &name, "-o", "shard.exr"];
+        succeed(dir.path(), &render(&scene, &[&spread[..], &shard].concat()));
+    }
+    succeed(dir.path(), &["merge", "-q", "2.film", "0.film", "1.film", "-o", "m.exr", "-o", "m.film"]);
+    is_whole("m.exr", Some("m.film"), "merged");
+    succeed(
+        dir.path(),
+        &["develop", "-q", "s.npy", "--filter", "mitchell", "--layers", "all", "-o", "d.exr"],
+    );
+    is_whole("d.exr", None, "developed");
+    let variance = channel(dir.path(), "whole.exr", "variance.Y");
+    assert!(variance.iter().all(|v| v.is_finite() && *v >= 0.0));
+    assert!(variance.iter().filter(|v| **v > 0.0).count() > 1000, "the cover is noisy");
+    let told = succeed_with(dir.path(), &["info", "whole.film"]);
+    assert!(told.contains("variance    there are the sums for it"), "{told}");
+    // Negative control: fewer samples.
+    succeed(dir.path(), &["merge", "-q", "2.film", "0.film", "-o", "m.exr"]);
+    assert!(channel(dir.path(), "m.exr", "variance.Y") != variance);
+    // Others have the same picture and 64 bytes a pixel.
+    let plain = ["--spp", "12", "-o", "plain.exr", "--film", "plain.film"];
+    succeed(dir.path(), &render(&scene, &[&SMALL[..], &plain].concat()));
+    assert!(picture(dir.path(), "plain.exr") == picture(dir.path(), "whole.exr"));
+    let sizes = ["plain.film", "whole.film"].map(|name| bytes(dir.path(), name).len());
+    // One of them names its layers.
+    assert_eq!(sizes[1] - sizes[0], 40 * 30 * 64 + "layers: variance,samples\n".len());
+    // In a crop it is what it is in the whole.
+    let crop = ["--spp", "12", "--crop", "9,8,12,10", "-o", "c.exr"];
+    succeed(dir.path(), &render(&scene, &[&spread[..], &crop].concat()));
+    let part = channel(dir.path(), "c.exr", "variance.Y");
+    for (i, value) in part.iter().enumerate() {
+        assert_eq!(*value, variance[(8 + i / 12) * 40 + 9 + i % 12], "pixel {i}");
+    }
+}
+
+#[test]
+fn a_variance_that_cannot_be_told_is_refused_or_left_out_with_a_word() {
+    let (dir, scene) = (folder(), cover());
+    let shard = |name: &str, range: &str, layers: &[&str]| {
+        let film = ["--range", range, "--film", name, "-o", "s.exr"];
+        succeed(dir.path(), &render(&scene, &[&SMALL[..], layers, &film].concat()));
+    };
+    shard("with.film", "0..2", &["--layers", "variance"]);
+    shard("without.film", "2..4", &[]);
+    let more = ["--range", "2..6", "--resume", "without.film", "--layers", "variance", "-o", "s.exr"];
+    let said = refused(dir.path(), 1, &render(&scene, &[&SMALL[..], &more].concat()));
+    assert!(said.contains("begun without --layers variance"), "{said}");
+    for films in [["with.film", "without.film"], ["without.film", "with.film"]] {
+        let merge = [&["merge"], &films[..], &["-o", "m.exr", "-o", "m.film"]].concat();
+        let said = succeed(dir.path(), &merge);
+        assert!(said.contains("without the layer variance: \"without.film\" is"), "{said}");
+        let said = refused(dir.path(), 2, &[&merge[..], &["--layers", "variance"]].concat());
+        assert!(said.contains("\"without.film\" is of mode"), "{said}");
+    }
+    let plain = ["--spp", "4", "-o", "plain.exr", "--film", "plain.film"];
+    succeed(dir.path(), &render(&scene, &[&SMALL[..], &plain].concat()));
+    assert!(picture(dir.path(), "m.exr") == picture(dir.path(), "plain.exr"));
+    assert!(succeed(dir.path(), &["merge", "with.film", "-o", "m.exr"]).contains("wrote m.exr\n"));
+}
+
+// A filter that gives each sample to one pixel: the same samples, in the same pixels, as where they all count the same.
+#[test]
+fn the_variance_of_a_box_is_that_of_pixels_with_samples_of_their_own() {
+    let (dir, scene) = (folder(), cover());
+    let common = ["--size", "40x30", "--spp", "9", "--filter", "box", "--layers", "variance", "-o", "a.exr"];
+    let of = |more: &[&str]| {
+        succeed(dir.path(), &render(&scene, &[&common[..], more].concat()));
+        channel(dir.path(), "a.exr", "variance.Y")
+    };
+    // A sample on the border of two pixels is the one's here and the other's there.
+    let differ = |a: &[f32], b: &[f32]| {
+        let scale = a.iter().fold(0.0_f32, |most, v| most.max(*v));
+        a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > 1e-5 * (0.01 * scale + **a)).count()
+    };
+    let (drawn, weighed) = (of(&["--film-mode", "importance"]), of(&["--film-mode", "continuous"]));
+    assert!(differ(&drawn, &weighed) <= 2, "{}", differ(&drawn, &weighed));
+    assert!(differ(&drawn, &of(&["--film-mode", "continuous", "--seed", "1"])) > 1000);
 }
 
 #[test]
@@ -480,6 +620,13 @@ fn a_gpus_film_is_that_of_its_samples() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     succeed(dir.path(), &["develop", "-q", "g.npy", "--filter", "mitchell", "-o", "d.exr"]);
     assert!(bytes(dir.path(), "d.exr") == bytes(dir.path(), "r.exr"));
+    // With what a variance takes, the same.
+    let variance = ["--layers", "variance", "-o", "v.exr"];
+    succeed(dir.path(), &render(&scene, &[&film[..], &variance].concat()));
+    let layers = ["--layers", "variance", "-o", "d.exr"];
+    succeed(dir.path(), &[&["develop", "-q", "g.npy", "--filter", "mitchell"], &layers[..]].concat());
+    assert!(bytes(dir.path(), "d.exr") == bytes(dir.path(), "v.exr"));
+    assert!(channel(dir.path(), "d.exr", "variance.Y").iter().any(|v| *v > 0.0));
     succeed(dir.path(), &["develop", "-q", "g.npy", "--filter", "lanczos", "-o", "d.exr"]);
     assert!(picture(dir.path(), "d.exr") != picture(dir.path(), "r.exr"));
     // The same numbers on both devices: what differs from the CPU's picture is rounding.

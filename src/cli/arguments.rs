@@ -2,6 +2,7 @@
 
 use super::loading::Loading;
 use super::{Failure, usage};
+use crate::film::{Film, Layout};
 use crate::render::Region;
 use crate::scene::{self, FilmMode, Filter, Integrator, Sampler, Scene, Sources};
 use std::io::Write;
@@ -82,7 +83,7 @@ impl SceneArguments {
         }
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         if pixels > MOST_PIXELS {
-            let needed = crate::film::Film::memory(scene.film.width, scene.film.height);
+            let needed = Film::memory(&Layout::plain(scene.film.width, scene.film.height));
             return Err(usage(format!(
                 "a film of {}×{} pixels is more than stride can number (2³¹); it would need {:.0} GB of memory",
                 scene.film.width,

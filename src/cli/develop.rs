@@ -1,9 +1,10 @@
 //! `stride develop`: a picture from samples that were dumped.
 
 use super::arguments::{self, range};
+use super::render::{self, Layers};
 use super::{Failure, usage};
 use crate::film::develop::Developer;
-use crate::film::{Film, Holding, Identity, Layout, Splatter, ViewTransform, Weights};
+use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Splatter, ViewTransform, Weights};
 use crate::math::lanes::Level;
 use crate::output::{self, Crop, PictureOptions, npy, write_picture};
 use crate::render::Region;
@@ -29,8 +30,11 @@ pub(super) struct DevelopArguments {
     /// Picture to write: .png, .exr or .hdr; may be given several times
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     outputs: Vec<PathBuf>,
+    /// Layers that EXR files get beside colour, of those that samples tell: variance, samples, or all
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = render::layer)]
+    layers: Vec<Layers>,
     /// Exposure of PNG in stops, instead of the render's
-    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = super::render::exposure)]
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = render::exposure)]
     exposure: Option<f64>,
     /// Tone curve of PNG, srgb or filmic, instead of the render's
     #[arg(long, value_name = "NAME")]
@@ -65,6 +69,15 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
         Some(radius) => arguments.filter.with_radius(radius),
         None => arguments.filter,
     };
+    if let Some(layer) = arguments.layers.iter().filter_map(|asked| asked.0).find(|layer| !layer.is_of_film())
+    {
+        return Err(usage(format!(
+            "samples do not tell the layer {}; render the scene for it (render --layers)",
+            layer.name()
+        )));
+    }
+    let layers: Vec<Layer> =
+        render::layers(&arguments.layers).into_iter().filter(Layer::is_of_film).collect();
     let mut dump = npy::read::open_dump(&arguments.samples)?;
     let dumped = match (dump.facts(), arguments.size) {
         (Some(facts), None) => Dumped::told(facts, arguments)?,
@@ -99,9 +112,11 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
         )
         .into());
     }
-    let layout = Layout { weighted: true, shown, ..Layout::plain(region.width, region.height) };
+    let spreads = layers.contains(&Layer::Variance);
+    let layout = Layout { weighted: true, spreads, shown, ..Layout::plain(region.width, region.height) };
     let origin = [region.x, region.y];
-    let mut developer = Developer::new(layout, Splatter::new(weights, origin), dumped.width, origin, level)?;
+    let splatter = Splatter::new(weights, origin).with_spreads(spreads);
+    let mut developer = Developer::new(layout, splatter, dumped.width, origin, level)?;
     let failed = |reason: String| anyhow::anyhow!("cannot develop {:?}: {reason}", arguments.samples);
     loop {
         let samples = dump.next(PIECE).map_err(|fault| failed(fault.to_string()))?;
@@ -118,8 +133,9 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
     let tone = arguments.tone.or_else(|| dumped.facts.get("tone")?.parse().ok());
     let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
     let picture = film.picture();
-    let options =
-        PictureOptions { view, facts: Some(&facts), channels: &[], mattes: &[], crop: Crop::of(&facts) };
+    let channels: Vec<Channel> = layers.iter().flat_map(|layer| layer.channels_of_film(&film)).collect();
+    let (facts, channels, crop) = (Some(&facts), &channels[..], Crop::of(&facts));
+    let options = PictureOptions { view, facts, channels, mattes: &[], crop };
     // All of them, even if one fails.
     let written: Vec<_> =
         arguments.outputs.iter().map(|path| write_picture(path, &picture, &options)).collect();

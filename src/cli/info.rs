@@ -67,6 +67,9 @@ fn film(path: &Path) -> Result<String, Failure> {
     if !missing.is_empty() {
         line("missing", Ranges(&missing).to_string());
     }
+    if head.layout.spreads {
+        line("variance", "there are the sums for it".to_owned());
+    }
     line("left out", format!("{} samples", film.rejected()));
     line("mean", mean(&film.picture().rgb));
     Ok(text)

@@ -1,9 +1,9 @@
 //! `stride merge`: films of disjoint samples add up to one, exactly.
 
-use super::render::{Layers, NO_SQUARES};
+use super::render::Layers;
 use super::{Failure, usage};
 use crate::film::file::Head;
-use crate::film::{Channel, Film, Holding, Identity, Layer, Ranges, ViewTransform};
+use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Ranges, ViewTransform};
 use crate::output::{
     self, Crop, FilmError, FilmFile, Format, OutputError, PictureOptions, film, open_film, write_film,
     write_picture,
@@ -65,11 +65,13 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let parts: Vec<Part<'_>> =
         arguments.films.iter().map(|path| Part::read(path)).collect::<Result<_, _>>()?;
     let Some(first) = parts.first() else { return Err(usage("there is no film to merge")) };
-    let (layers, of_scene) = layers(&arguments.layers, &parts)?;
+    let (layers, missing) = layers(&arguments.layers, &parts)?;
     let holding = join(first, &parts, arguments.outputs.iter().any(|path| is_film(path)))?;
 
-    // One film's memory, however many there are.
-    let mut film = Film::with_layout(first.head.layout)?;
+    // One film's memory, however many there are; with what a variance takes if all of them have it.
+    let spreads = parts.iter().all(|part| part.head.layout.spreads);
+    let layout = Layout { spreads, ..first.head.layout };
+    let mut film = Film::with_layout(layout)?;
     for part in &parts {
         let path = part.path.to_path_buf();
         part.open()?.add_to(&mut film).map_err(|reason| FilmError { path, reason })?;
@@ -77,23 +79,31 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let exposure = arguments.exposure.or_else(|| first.head.notes.get("exposure")?.parse().ok());
     let tone = arguments.tone.or_else(|| first.head.notes.get("tone")?.parse().ok());
     let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
-    let head = merged_head(&parts, first, &holding, view);
+    let head = Head { layout, ..merged_head(&parts, first, &holding, view) };
     write_outputs(&arguments.outputs, &head, &film, &holding, view, &layers)?;
     if !arguments.quiet {
         // Standard error may be closed: these are courtesies.
-        let _ = tell(arguments, &holding, &of_scene, &mut std::io::stderr().lock());
+        let _ = tell(arguments, &holding, &missing, &mut std::io::stderr().lock());
     }
     Ok(())
 }
 
-/// The layers to write, and those that the films were rendered with and can't tell.
-fn layers(asked: &[Layers], parts: &[Part<'_>]) -> Result<(Vec<Layer>, Vec<Layer>), Failure> {
+/// Layers that would be written if the films told them.
+struct Missing<'a> {
+    /// Those that are made of the scene, which the films were rendered with.
+    of_scene: Vec<Layer>,
+    /// A film that has no variance, where that is wanted.
+    no_variance: Option<&'a Path>,
+}
+
+/// The layers to write, and those that are missing.
+fn layers<'a>(asked: &[Layers], parts: &[Part<'a>]) -> Result<(Vec<Layer>, Missing<'a>), Failure> {
     if let Some(layer) = asked.iter().filter_map(|asked| asked.0).find(|layer| !layer.is_of_film()) {
         return Err(usage(format!("a film does not tell the layer {}; {}", layer.name(), remedy(&[layer]))));
     }
-    let shares = parts.first().is_some_and(|part| part.head.layout.weighted);
-    if shares && asked.iter().any(|asked| asked.0 == Some(Layer::Variance)) {
-        return Err(usage(NO_SQUARES));
+    let lacking = parts.iter().find(|part| part.head.layout.weighted && !part.head.layout.spreads);
+    if let Some(part) = lacking.filter(|_| asked.iter().any(|asked| asked.0 == Some(Layer::Variance))) {
+        return Err(usage(format!("--layers variance: {:?} {NO_SPREADS}", part.path)));
     }
     let noted = noted_layers(parts);
     let noted = |layer: &Layer| noted.contains(layer);
@@ -101,10 +111,16 @@ fn layers(asked: &[Layers], parts: &[Part<'_>]) -> Result<(Vec<Layer>, Vec<Layer
         [] => noted(layer),
         asked => asked.iter().any(|asked| asked.0.is_none_or(|asked| asked == *layer)),
     };
-    let told = |layer: &Layer| layer.is_of_film() && !(shares && *layer == Layer::Variance);
+    let told = |layer: &Layer| layer.is_of_film() && !(lacking.is_some() && *layer == Layer::Variance);
     let of_film = Layer::ALL.into_iter().filter(told).filter(wanted).collect();
-    Ok((of_film, Layer::ALL.into_iter().filter(|layer| !layer.is_of_film() && noted(layer)).collect()))
+    let of_scene = Layer::ALL.into_iter().filter(|layer| !layer.is_of_film() && noted(layer)).collect();
+    let no_variance = lacking.filter(|_| wanted(&Layer::Variance)).map(|part| part.path);
+    Ok((of_film, Missing { of_scene, no_variance }))
 }
+
+/// Why a film tells no variance.
+const NO_SPREADS: &str =
+    "is of mode \"continuous\" and was begun without --layers variance: it has not the sums that this takes";
 
 /// The layers that the films were rendered with.
 fn noted_layers(parts: &[Part<'_>]) -> Vec<Layer> {
@@ -221,7 +237,7 @@ fn write_outputs(
 fn tell(
     arguments: &MergeArguments,
     holding: &Holding,
-    of_scene: &[Layer],
+    missing: &Missing<'_>,
     out: &mut impl Write,
 ) -> std::io::Result<()> {
     let names: Vec<String> = arguments.outputs.iter().map(|path| path.display().to_string()).collect();
@@ -229,9 +245,14 @@ fn tell(
     let films = if count == 1 { "film has" } else { "films have" };
     writeln!(out, "{count} {films} the samples {holding}; wrote {}", names.join(", "))?;
     let is_exr = |path: &PathBuf| Format::of(path).is_ok_and(|format| format == Format::Exr);
-    if !of_scene.is_empty() && arguments.outputs.iter().any(is_exr) {
+    let writes_layers = arguments.outputs.iter().any(is_exr);
+    let Missing { of_scene, no_variance } = missing;
+    if !of_scene.is_empty() && writes_layers {
         let names: Vec<&str> = of_scene.iter().map(|layer| layer.name()).collect();
         writeln!(out, "without the layers {}, which no film tells: {}", names.join(", "), remedy(of_scene))?;
+    }
+    if let Some(path) = no_variance.filter(|_| writes_layers) {
+        writeln!(out, "without the layer variance: {path:?} {NO_SPREADS}")?;
     }
     let missing = holding.missing();
     if !missing.is_empty() {

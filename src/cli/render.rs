@@ -144,7 +144,7 @@ pub(super) fn layer(text: &str) -> Result<Layers, String> {
 }
 
 /// Each once, in an order that does not depend on how they were asked for.
-fn layers(asked: &[Layers]) -> Vec<Layer> {
+pub(super) fn layers(asked: &[Layers]) -> Vec<Layer> {
     let wanted = |layer: &Layer| asked.iter().any(|asked| asked.0.is_none_or(|asked| asked == *layer));
     Layer::ALL.into_iter().filter(wanted).collect()
 }
@@ -211,8 +211,11 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
     let asked_region = region(arguments.crop, scene.film.width, scene.film.height)?;
     let reach = Weights::of(&scene.film).map_or(0, |weights| weights.reach());
     let (region, shown) = asked_region.with_margin(reach, scene.film.height);
-    let resumed = arguments.resume.as_deref().map(resumed).transpose()?;
-    let Range { start: first, end } = samples(arguments, resumed, scene.render.samples)?;
+    let resumed = arguments.resume.as_deref().map(Resumed::read).transpose()?;
+    let Range { start: first, end } = samples(arguments, resumed.as_ref(), scene.render.samples)?;
+    let layers = layers(&arguments.layers);
+    // What a film has goes on, whatever is written this time.
+    let spreads = layers.contains(&Layer::Variance) || resumed.is_some_and(|film| film.spreads);
     let spp = end - first;
     if arguments.noise.is_some() && first > 0 {
         return Err(usage("--noise tells the error of renders from sample 0 on, and this film begins later"));
@@ -263,7 +266,8 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         device: arguments.device.clone(),
         outputs,
         dump_at,
-        layers: layers(&arguments.layers),
+        layers,
+        spreads,
         samples: arguments.samples.clone(),
         film: arguments.film.clone().or_else(|| arguments.resume.clone()),
         checkpoint: arguments.checkpoint,
@@ -295,13 +299,13 @@ fn refuse_with_adaptive(arguments: &RenderArguments, first: u32, mode: FilmMode)
 /// The samples that a pixel is to have: `of_scene` many where nothing says more.
 fn samples(
     arguments: &RenderArguments,
-    resumed: Option<(u32, Option<u32>)>,
+    resumed: Option<&Resumed>,
     of_scene: u32,
 ) -> Result<Range<u32>, Failure> {
     if let Some(range) = &arguments.range {
         return Ok(range.clone());
     }
-    let (first, begun_for) = resumed.unwrap_or((0, None));
+    let (first, begun_for) = resumed.map_or((0, None), |film| (film.first, film.end));
     let end = match (arguments.spp, begun_for) {
         (Some(spp), _) if spp > first => spp,
         (Some(spp), _) => {
@@ -318,16 +322,25 @@ fn samples(
     Ok(first..end)
 }
 
-/// The first sample of a film that is gone on with, and the end that it was begun for, where that is known.
-fn resumed(path: &Path) -> Result<(u32, Option<u32>), Failure> {
-    let film = output::open_film(path)?;
-    let asked = film.head().asked();
-    let first = film.holding().start().or(asked.as_ref().map(|asked| asked.start)).unwrap_or(0);
-    Ok((first, asked.map(|asked| asked.end).filter(|&end| end > first && end < u32::MAX)))
+/// What a film that is gone on with has to say about that.
+struct Resumed {
+    /// Its first sample.
+    first: u32,
+    /// The end that it was begun for, where that is known.
+    end: Option<u32>,
+    /// Whether it has what a variance takes where samples are weighed.
+    spreads: bool,
 }
 
-/// Why continuous films have no variance.
-pub(super) const NO_SQUARES: &str = "--layers variance: with mode \"continuous\" samples are shared by pixels, and the film keeps no squares; mode \"importance\" has them";
+impl Resumed {
+    fn read(path: &Path) -> Result<Resumed, Failure> {
+        let film = output::open_film(path)?;
+        let asked = film.head().asked();
+        let first = film.holding().start().or(asked.as_ref().map(|asked| asked.start)).unwrap_or(0);
+        let end = asked.map(|asked| asked.end).filter(|&end| end > first && end < u32::MAX);
+        Ok(Resumed { first, end, spreads: film.head().layout.spreads })
+    }
+}
 
 /// Finds out before the render whether its files can be written after it, each in a place of its own.
 fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), Failure> {
@@ -344,9 +357,6 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
         }
     }
     let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    if settings.layers.contains(&Layer::Variance) && settings.layout().weighted {
-        return Err(usage(NO_SQUARES));
-    }
     if !settings.layers.is_empty() && !settings.outputs.iter().any(is_exr) {
         return Err(usage("--layers go into .exr files, and none is written; add -o FILE.exr"));
     }

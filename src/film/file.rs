@@ -19,12 +19,15 @@ use std::sync::Arc;
 
 /// What every film file begins with. A program that takes it for text changes it.
 const MAGIC: [u8; 8] = *b"\x89FILM\r\n\x1a";
-/// The version of the format that this program writes, and the only one that it reads.
+/// The version of the format of films whose pixels have the words of a picture.
 pub const VERSION: u32 = 2;
-/// Bytes before the text: magic, version, text length, width, height, whether samples have weights, the part shown.
+/// The version of films that have the words of a variance beside them. No other is written or read.
+pub const SPREADS_VERSION: u32 = 3;
+/// Bytes before the text: magic, version, text length, width, height, what the words are, the part shown.
 const START_BYTES: u64 = 44;
-/// Bytes of a pixel.
-const PIXEL_BYTES: u64 = Film::BYTES_PER_PIXEL;
+/// What the words are: bits for samples that have weights, and for more words for a variance.
+const WEIGHTED: u32 = 1;
+const SPREADS: u32 = 2;
 /// Bytes behind the pixels, before the ranges: their number, the open one, the milestone's samples and error.
 const TAIL_BYTES: u64 = 24;
 /// Bytes of a pixel of the milestone's picture.
@@ -95,7 +98,9 @@ pub enum FilmFileError {
     #[error("it is no film")]
     NotAFilm,
     /// It is of another version of the format.
-    #[error("it is a film of version {0}, and this program reads version {VERSION} only")]
+    #[error(
+        "it is a film of version {0}, and this program reads the versions {VERSION} and {SPREADS_VERSION} only"
+    )]
     Version(u32),
     /// It is too short or too long for what it says.
     #[error(
@@ -145,6 +150,7 @@ pub struct FilmWriter<W> {
     len: u64,
     shown: u64,
     pixels_left: u64,
+    pixel_bytes: u64,
     plans: bool,
     seen: [u64; 2],
 }
@@ -154,15 +160,18 @@ impl<W: Write> FilmWriter<W> {
     pub fn new(out: W, head: &Head) -> io::Result<FilmWriter<W>> {
         head.check()?;
         let text = head.text();
-        let Layout { width, height, weighted, shown } = head.layout;
-        let seen = [u64::MAX, 0];
+        let Layout { width, height, weighted, spreads, shown } = head.layout;
+        let (seen, pixel_bytes) = ([u64::MAX, 0], head.layout.pixel_bytes());
+        let version = if spreads { SPREADS_VERSION } else { VERSION };
+        let words = if weighted { WEIGHTED } else { 0 } | if spreads { SPREADS } else { 0 };
         let (pixels_left, shown_len) = (head.layout.len(), head.layout.shown_len());
         let (digest, plans) = (Sha256::new(), head.plans());
         let len = pixels_left;
-        let mut writer = FilmWriter { out, digest, len, shown: shown_len, pixels_left, plans, seen };
+        let mut writer =
+            FilmWriter { out, digest, len, shown: shown_len, pixels_left, pixel_bytes, plans, seen };
         writer.put(&MAGIC)?;
         let part = [shown.x, shown.y, shown.width, shown.height];
-        for word in [VERSION, text.len() as u32, width, height, u32::from(weighted)].into_iter().chain(part) {
+        for word in [version, text.len() as u32, width, height, words].into_iter().chain(part) {
             writer.put(&word.to_le_bytes())?;
         }
         writer.put(text.as_bytes())?;
@@ -171,13 +180,13 @@ impl<W: Write> FilmWriter<W> {
 
     /// Writes the next pixels, as [`Film::bytes`] gives them. Whether these were the last.
     pub fn pixels(&mut self, bytes: &[u8]) -> io::Result<bool> {
-        for pixel in bytes.chunks_exact(PIXEL_BYTES as usize) {
+        for pixel in bytes.chunks_exact(self.pixel_bytes as usize) {
             let seen = seen(pixel);
             self.seen = [self.seen[0].min(seen), self.seen[1].max(seen)];
         }
         self.pixels_left = self
             .pixels_left
-            .checked_sub(bytes.len() as u64 / PIXEL_BYTES)
+            .checked_sub(bytes.len() as u64 / self.pixel_bytes)
             .ok_or_else(|| io::Error::other("more pixels than the film has"))?;
         self.put(bytes)?;
         Ok(self.pixels_left == 0)
@@ -281,19 +290,22 @@ impl<R: Read + Seek> FilmReader<R> {
         }
         read_exactly(&mut input, &mut start[8..12], found)?;
         let version = word(&start, 8);
-        if version != VERSION {
-            return Err(FilmFileError::Version(version));
-        }
+        let kinds: &[u32] = match version {
+            VERSION => &[0, WEIGHTED],
+            SPREADS_VERSION => &[WEIGHTED | SPREADS],
+            other => return Err(FilmFileError::Version(other)),
+        };
         read_exactly(&mut input, &mut start[12..], found)?;
-        let [text_length, width, height, weighted] = [12, 16, 20, 24].map(|at| word(&start, at));
+        let [text_length, width, height, words] = [12, 16, 20, 24].map(|at| word(&start, at));
         let part = [28, 32, 36, 40].map(|at| word(&start, at));
         let shown = Rectangle { x: part[0], y: part[1], width: part[2], height: part[3] };
-        if text_length > LONGEST_TEXT || weighted > 1 || !shown.fits(width, height) {
+        if text_length > LONGEST_TEXT || !kinds.contains(&words) || !shown.fits(width, height) {
             return Err(FilmFileError::Damaged);
         }
-        let layout = Layout { width, height, weighted: weighted == 1, shown };
+        let (weighted, spreads) = (words & WEIGHTED != 0, words & SPREADS != 0);
+        let layout = Layout { width, height, weighted, spreads, shown };
         // Nothing is allocated for what the file doesn't have.
-        let pixels = (u64::from(width) * u64::from(height)).saturating_mul(PIXEL_BYTES);
+        let pixels = layout.len().saturating_mul(layout.pixel_bytes());
         let before_tail = pixels.saturating_add(START_BYTES + u64::from(text_length));
         let length = |more: u64| before_tail.saturating_add(TAIL_BYTES + DIGEST_BYTES).saturating_add(more);
         if found < length(0) {
@@ -371,10 +383,11 @@ impl<R: Read + Seek> FilmReader<R> {
         Ok(film)
     }
 
-    /// Adds the pixels to a film, a piece at a time. After an error what the film holds is worth nothing.
+    /// Adds the pixels to a film, a piece at a time; to one that has no words for a variance, without those. After an error what the film holds is worth nothing.
     pub fn add_to(mut self, film: &mut Film) -> Result<(), FilmFileError> {
         let (ours, theirs) = (self.head.layout, film.layout());
-        if ours != theirs {
+        let known = if theirs.spreads { ours } else { ours.without_spreads() };
+        if known != theirs {
             let size = |layout: Layout| [layout.width, layout.height];
             return Err(match size(ours) != size(theirs) {
                 true => FilmFileError::Size { found: size(ours), expected: size(theirs) },
@@ -382,13 +395,14 @@ impl<R: Read + Seek> FilmReader<R> {
             });
         }
         let len = self.head.layout.len() as usize;
-        let mut piece = vec![0; len.min(PIECE) * PIXEL_BYTES as usize];
+        let pixel_bytes = ours.pixel_bytes() as usize;
+        let mut piece = vec![0; len.min(PIECE) * pixel_bytes];
         let mut range = [u64::MAX, 0];
         for first in (0..len).step_by(PIECE) {
-            let piece = &mut piece[..(len - first).min(PIECE) * PIXEL_BYTES as usize];
+            let piece = &mut piece[..(len - first).min(PIECE) * pixel_bytes];
             self.input.read_exact(piece)?;
             self.digest.update(&piece);
-            let [least, most] = film.add_bytes(first, piece);
+            let [least, most] = film.add_bytes(first, piece, ours.spreads);
             range = [range[0].min(least), range[1].max(most)];
         }
         let (ranges, digest) = self.tail.split_at(self.tail.len() - DIGEST_BYTES as usize);

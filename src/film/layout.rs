@@ -1,5 +1,8 @@
 //! What a film's words are, and which pixels become the picture.
 
+use super::Film;
+use super::spread::SpreadPixel;
+
 /// Some columns of some rows of a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rectangle {
@@ -40,6 +43,8 @@ pub struct Layout {
     pub height: u32,
     /// Whether samples count by weights, which a pixel's words then sum up.
     pub weighted: bool,
+    /// Whether the words of a film whose samples count by weights have more beside them, which its variance takes.
+    pub spreads: bool,
     /// The part of it that becomes the picture. Pixels around it are there because their samples reach into it.
     pub shown: Rectangle,
 }
@@ -47,7 +52,23 @@ pub struct Layout {
 impl Layout {
     /// A film whose samples all count the same and that is shown as a whole.
     pub fn plain(width: u32, height: u32) -> Layout {
-        Layout { width, height, weighted: false, shown: Rectangle { x: 0, y: 0, width, height } }
+        Layout {
+            width,
+            height,
+            weighted: false,
+            spreads: false,
+            shown: Rectangle { x: 0, y: 0, width, height },
+        }
+    }
+
+    /// Bytes that a pixel's words take.
+    pub fn pixel_bytes(&self) -> u64 {
+        Film::BYTES_PER_PIXEL + if self.spreads { SpreadPixel::BYTES as u64 } else { 0 }
+    }
+
+    /// The same without what only a variance takes.
+    pub fn without_spreads(self) -> Layout {
+        Layout { spreads: false, ..self }
     }
 
     /// Pixels of the film.

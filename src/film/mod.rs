@@ -16,6 +16,7 @@ pub mod picture;
 mod plane;
 pub mod snapshot;
 pub mod splat;
+mod spread;
 pub mod sums;
 pub mod tone;
 pub mod weights;

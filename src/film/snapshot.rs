@@ -9,8 +9,8 @@ use super::{Film, Picture};
 pub struct Statistics {
     /// How many samples it is the mean of.
     pub counts: Vec<u32>,
-    /// The variance of the mean, of its channels together, by the spread of its samples. Empty where samples count
-    /// by weights.
+    /// The variance of the mean, of its channels together, by the spread of its samples. Empty where the
+    /// film does not tell it.
     pub variances: Vec<f32>,
 }
 
@@ -19,9 +19,9 @@ impl Statistics {
     pub fn of(film: &Film) -> Statistics {
         let layout = film.layout();
         let counts = layout.places().map(|pixel| film.count(pixel).min(u32::MAX.into()) as u32).collect();
-        let variances = match layout.weighted {
-            true => Vec::new(),
-            false => layout.places().map(|pixel| film.variance(pixel) as f32).collect(),
+        let variances = match film.has_variance() {
+            false => Vec::new(),
+            true => layout.places().map(|pixel| film.variance(pixel) as f32).collect(),
         };
         Statistics { counts, variances }
     }

@@ -5,7 +5,8 @@
 //! one sum over the other. Workers add up a *band* of some rows at a time, in 64-bit words, and send it; the film
 //! adds bands to wider words.
 
-use super::sums::{Film, Reject, check, fits, round_large, round_small};
+use super::spread::{self, LOW_BITS, Spreads, squared};
+use super::sums::{Film, MAGIC, Reject, check, fits, round_large, round_small};
 use super::weights::{MOST_TAPS, TAP_BITS, Weights, taps, with_width};
 use super::{Rectangle, sums};
 use crate::integrator::{Finished, Sample};
@@ -15,8 +16,8 @@ use crate::math::lanes::{Kernel, Level, dispatch};
 /// Bits behind the binary point of a pixel's weight.
 pub const WEIGHT_BITS: u32 = 2 * TAP_BITS;
 
-/// The largest band, in pixels: 3 MiB. A worker fills one and has sent two at most that nobody has taken yet.
-pub const BAND_PIXELS: u32 = 3 << 15;
+/// The largest band, in bytes. A worker fills one and has sent two at most that nobody has taken yet.
+pub const BAND_BYTES: usize = 3 << 20;
 
 /// The most rows of pixels that a band is filled from.
 pub const BAND_ROWS: u32 = 16;
@@ -45,18 +46,22 @@ pub struct Band {
     width: usize,
     height: usize,
     /// For each pixel, row by row: radiance in multiples of the quantum, weight in multiples of 2^−[`WEIGHT_BITS`].
-    sums: Vec<[i64; 4]>,
+    sums: Vec<Sums>,
+    /// How the samples of each pixel spread, where that is asked for.
+    spreads: Option<Spreads>,
 }
+
+type Sums = [i64; 4];
 
 impl Band {
     /// A band without pixels.
     pub fn empty() -> Band {
-        Band { x: 0, y: 0, width: 0, height: 0, sums: Vec::new() }
+        Band { x: 0, y: 0, width: 0, height: 0, sums: Vec::new(), spreads: None }
     }
 
     /// Bytes that its sums take.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.sums[..])
+        size_of_val(&self.sums[..]) + self.spreads.as_ref().map_or(0, |_| self.sums.len() * Spreads::BYTES)
     }
 
     /// Columns and rows that lie on a film of so many.
@@ -83,12 +88,19 @@ pub struct Splatter {
     weights: Weights,
     /// Column and row of the film's first pixel, where positions count from elsewhere.
     origin: [i64; 2],
+    /// Whether it keeps how samples spread.
+    spreads: bool,
 }
 
 impl Splatter {
     /// Puts samples on a film whose first pixel is in this column and row of what their positions are on.
     pub fn new(weights: Weights, origin: [u32; 2]) -> Splatter {
-        Splatter { weights, origin: origin.map(i64::from) }
+        Splatter { weights, origin: origin.map(i64::from), spreads: false }
+    }
+
+    /// The same, which also keeps how samples spread, if that is so, for films whose layout says so.
+    pub fn with_spreads(self, spreads: bool) -> Splatter {
+        Splatter { spreads, ..self }
     }
 
     /// The weights.
@@ -103,14 +115,20 @@ impl Splatter {
 
     /// How many places, from one on, a band may be filled from on a film with so many pixels in a row.
     pub fn places_from(&self, place: u32, film_width: u32) -> u32 {
-        let margin = self.margin();
-        let rows = (BAND_PIXELS / (film_width + margin)).saturating_sub(margin).min(BAND_ROWS);
+        let (margin, most) = (self.margin(), self.band_pixels());
+        let rows = (most / (film_width + margin)).saturating_sub(margin).min(BAND_ROWS);
         let left_in_row = film_width - place % film_width;
         if rows > 0 {
             left_in_row + (rows - 1) * film_width
         } else {
-            left_in_row.min((BAND_PIXELS / (margin + 1)).saturating_sub(margin).max(1))
+            left_in_row.min((most / (margin + 1)).saturating_sub(margin).max(1))
         }
+    }
+
+    /// The most pixels of a band.
+    fn band_pixels(&self) -> u32 {
+        let spread = if self.spreads { Spreads::BYTES } else { 0 };
+        (BAND_BYTES / (size_of::<Sums>() + spread)) as u32
     }
 
     /// An empty band for samples of the pixels at these places.
@@ -122,7 +140,9 @@ impl Splatter {
         let (width, height) =
             ((columns[1] - columns[0] + 1 + margin) as usize, (bottom - top + 1 + margin) as usize);
         let (x, y) = (i64::from(columns[0]) - reach, i64::from(top) - reach);
-        Band { x, y, width, height, sums: vec![[0; 4]; width * height] }
+        let len = width * height;
+        let spreads = self.spreads.then(|| Spreads::new(len));
+        Band { x, y, width, height, sums: vec![[0; 4]; len], spreads }
     }
 
     /// Adds samples to a band and counts them in the pixels that they were made for. Returns the places in the list of
@@ -147,15 +167,18 @@ impl Kernel for Add<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Float>(self) {
-        with_width!(self.splatter.weights.width(), N => self.run_with::<N>());
+    fn run<F: Float>(mut self) {
+        with_width!(self.splatter.weights.width(), N => {
+            self.spread_with::<N>();
+            self.run_with::<N>();
+        });
     }
 }
 
 impl Add<'_> {
     #[inline(always)]
     fn run_with<const N: usize>(self) {
-        let Splatter { weights, origin } = self.splatter;
+        let Splatter { weights, origin, .. } = self.splatter;
         let (rows, shift) = (weights.rows::<N>(), weights.shift());
         let (left, top) = (origin[0] + self.band.x, origin[1] + self.band.y);
         let width = self.band.width;
@@ -195,11 +218,61 @@ impl Add<'_> {
             }
         }
     }
+
+    /// Adds up how those samples spread that fit, if that is asked for.
+    #[inline(always)]
+    fn spread_with<const N: usize>(&mut self) {
+        const LOW: f64 = (1_u64 << LOW_BITS) as f64;
+        let Some(Spreads { sums: to_sums, squares: [to_high, to_low] }) = &mut self.band.spreads else {
+            return;
+        };
+        let Splatter { weights, origin, .. } = self.splatter;
+        let (rows, shift) = (weights.rows::<N>(), weights.shift());
+        let (left, top) = (origin[0] + self.band.x, origin[1] + self.band.y);
+        let width = self.band.width;
+        for Finished { sample: Sample { x, y, radiance, .. }, .. } in self.samples {
+            if !fits(*radiance) {
+                continue;
+            }
+            let (column, across) = taps::<N>(rows, shift, *x);
+            let (row, down) = taps::<N>(rows, shift, *y);
+            let [r, g, b] = radiance.map(|c| f64::from(c) * sums::SCALE);
+            let (one, square) = ((1_u32 << WEIGHT_BITS) as f64, spread::scaled_square(*radiance));
+            // All of these are exact, and what a square is multiplied with is, too. Written as plain arrays, they become
+            // whole registers.
+            let mut product = [[0.0; 4]; N];
+            let [mut columns, mut rows] = [[0.0; N]; 2];
+            for k in 0..N {
+                columns[k] = f64::from(squared(across[k])) * TAP;
+                rows[k] = f64::from(squared(down[k])) * TAP;
+                product[k] = [r * columns[k], g * columns[k], b * columns[k], one * columns[k]];
+            }
+            let mut first = (row - top) as usize * width + (column - left) as usize;
+            for down in rows {
+                let to = &mut to_sums[first..first + N];
+                for (to, product) in to.iter_mut().zip(&product) {
+                    for (to, product) in to.iter_mut().zip(product) {
+                        *to += round_small(product * down);
+                    }
+                }
+                let (high, low) = (&mut to_high[first..first + N], &mut to_low[first..first + N]);
+                for k in 0..N {
+                    let square = square * (columns[k] * down);
+                    // Rounded, and as an integer.
+                    let part = (square * (1.0 / LOW) + MAGIC) - MAGIC;
+                    high[k] += round_small(part);
+                    low[k] += round_small(square - part * LOW);
+                }
+                first += width;
+            }
+        }
+    }
 }
 
 impl Film {
     /// Adds a band's sums to the pixels that are on the film.
     pub fn add_band(&mut self, band: &Band) {
+        debug_assert!(!self.layout().spreads || band.spreads.is_some(), "a band without spreads");
         let Some(on) = band.on(self.width(), self.height()) else { return };
         let from =
             |y: u32| (i64::from(y) - band.y) as usize * band.width + (i64::from(on.x) - band.x) as usize;
@@ -212,6 +285,9 @@ impl Film {
                 to.add_radiance(1, g);
                 to.add_radiance(2, b);
                 to.add_weight(weight);
+            }
+            if let Some(spreads) = band.spreads.as_ref().filter(|_| self.layout().spreads) {
+                spreads.add_to(from(y)..from(y) + on.width as usize, &mut self.spreads[first..]);
             }
         }
     }
@@ -243,18 +319,26 @@ impl Film {
         });
         let (width, height) = (i64::from(self.width()), i64::from(self.height()));
         let scaled = sample.radiance.map(|c| f64::from(c) * sums::SCALE * (TAP * TAP));
+        let square = spread::scaled_square(sample.radiance);
         for (y, down) in (row..).zip(all[1]) {
             for (x, across) in (column..).zip(all[0]) {
                 let weight = i64::from(down) * i64::from(across);
                 if weight == 0 || !(0..width).contains(&x) || !(0..height).contains(&y) {
                     continue;
                 }
-                let to = &mut self.pixels[(y * width + x) as usize];
+                let pixel = (y * width + x) as usize;
+                let to = &mut self.pixels[pixel];
                 for (channel, c) in scaled.into_iter().enumerate() {
                     // Exact: the weight has 28 bits, but no more than 28 of them and those of the float count.
                     to.add_radiance(channel, round_large(c * weight as f64));
                 }
                 to.add_weight(weight);
+                if let Some(to) = self.spreads.get_mut(pixel) {
+                    let weight = i64::from(squared(down)) * i64::from(squared(across));
+                    let rgb = scaled.map(|c| round_large(c * weight as f64) as u128);
+                    let squares = square * (weight as f64 * (TAP * TAP));
+                    to.add(rgb, weight as u64, squares.round_ties_even() as u128);
+                }
             }
         }
         Ok(())

@@ -5,6 +5,7 @@
 //! films of disjoint samples merge exactly.
 
 use super::splat::WEIGHT_BITS;
+use super::spread::SpreadPixel;
 use super::{Layout, Picture};
 
 /// Bits behind the binary point of every sum: radiance in multiples of 2⁻³², squares in multiples of 2⁻³²
@@ -53,11 +54,13 @@ pub fn check(radiance: [f32; 3]) -> Result<(), Reject> {
     }
 }
 
+/// 1.5·2⁵².
+pub(super) const MAGIC: f64 = 6_755_399_441_055_744.0;
+
 /// Rounds to the nearest integer, ties to even, for |x| < 2⁵¹: in that range adding 1.5·2⁵² leaves the
 /// integer in the low bits of the sum, on every processor and without a call.
 #[inline(always)]
 pub(super) fn round_small(x: f64) -> i64 {
-    const MAGIC: f64 = 6_755_399_441_055_744.0;
     (x + MAGIC).to_bits() as i64 - MAGIC.to_bits() as i64
 }
 
@@ -262,15 +265,17 @@ fn available_memory() -> Option<u64> {
 pub struct Film {
     layout: Layout,
     pub(super) pixels: Vec<FilmPixel>,
+    /// How samples spread, of as many pixels, where the layout says that there is that.
+    pub(super) spreads: Vec<SpreadPixel>,
 }
 
 impl Film {
-    /// Bytes that a pixel takes.
+    /// Bytes that a pixel takes, but for what a variance takes beside them where samples are weighed.
     pub const BYTES_PER_PIXEL: u64 = size_of::<FilmPixel>() as u64;
 
-    /// Bytes that a render of so many pixels needs: the sums, a picture of them, and who owns each pixel.
-    pub fn memory(width: u32, height: u32) -> u64 {
-        u64::from(width) * u64::from(height) * (Film::BYTES_PER_PIXEL + 12 + 4)
+    /// Bytes that a render of such a film needs: the sums, a picture of them, and who owns each pixel.
+    pub fn memory(layout: &Layout) -> u64 {
+        layout.len() * (layout.pixel_bytes() + 12 + 4)
     }
 
     /// An empty film whose samples all count the same.
@@ -281,17 +286,21 @@ impl Film {
     /// An empty film; an error where the memory for it and its pictures is not there.
     pub fn with_layout(layout: Layout) -> Result<Film, MemoryError> {
         let Layout { width, height, .. } = layout;
-        let needed = Film::memory(width, height);
+        let needed = Film::memory(&layout);
         let available = available_memory();
         let error = MemoryError { width, height, needed, available };
         if available.is_some_and(|available| needed > available) {
             return Err(error);
         }
         let len = usize::try_from(u64::from(width) * u64::from(height)).map_err(|_| error.clone())?;
-        let mut pixels = Vec::new();
-        pixels.try_reserve_exact(len).map_err(|_| error)?;
+        let (mut pixels, mut spreads) = (Vec::new(), Vec::new());
+        pixels.try_reserve_exact(len).map_err(|_| error.clone())?;
         pixels.resize(len, FilmPixel::default());
-        Ok(Film { layout, pixels })
+        if layout.spreads {
+            spreads.try_reserve_exact(len).map_err(|_| error)?;
+            spreads.resize(len, SpreadPixel::default());
+        }
+        Ok(Film { layout, pixels, spreads })
     }
 
     /// Pixels in a row.
@@ -365,21 +374,33 @@ impl Film {
         seen.fold([u64::MAX, 0], |[least, most], seen| [least.min(seen), most.max(seen)])
     }
 
-    /// The words of some pixels as a film file has them: 64 bytes each.
+    /// The words of some pixels as a film file has them: [`Layout::pixel_bytes`] each.
     pub fn bytes(&self, pixels: std::ops::Range<usize>) -> Vec<u8> {
-        self.pixels[pixels].iter().flat_map(|pixel| pixel.to_bytes()).collect()
+        let mut bytes = Vec::with_capacity(pixels.len() * self.layout.pixel_bytes() as usize);
+        for pixel in pixels {
+            bytes.extend(self.pixels[pixel].to_bytes());
+            bytes.extend(self.spreads.get(pixel).into_iter().flat_map(|spread| spread.to_bytes()));
+        }
+        bytes
     }
 
-    /// Adds the words of another film's pixels, from the pixel `first` on, as a film file has them. Returns
-    /// the fewest and the most samples that were made for one of those.
-    pub(super) fn add_bytes(&mut self, first: usize, bytes: &[u8]) -> [u64; 2] {
-        let (pixels, rest) = bytes.as_chunks();
+    /// Adds the words of another film's pixels, from the pixel `first` on, as a film file has them, with spreads if
+    /// the other has them: it does if this one does. Returns the fewest and the most samples that were made for one of
+    /// those.
+    pub(super) fn add_bytes(&mut self, first: usize, bytes: &[u8], spreads: bool) -> [u64; 2] {
+        let (parts, rest) = bytes.as_chunks();
         debug_assert!(rest.is_empty(), "part of a pixel");
+        let parts_each = if spreads { 2 } else { 1 };
         let mut range = [u64::MAX, 0];
-        for (to, bytes) in self.pixels[first..].iter_mut().zip(pixels) {
-            let pixel = FilmPixel::from_bytes(bytes);
+        for (to, parts) in self.pixels[first..].iter_mut().zip(parts.chunks_exact(parts_each)) {
+            let pixel = FilmPixel::from_bytes(&parts[0]);
             to.merge(&pixel);
             range = [range[0].min(pixel.seen()), range[1].max(pixel.seen())];
+        }
+        if self.layout.spreads {
+            for (to, parts) in self.spreads[first..].iter_mut().zip(parts.chunks_exact(parts_each)) {
+                to.merge(&SpreadPixel::from_bytes(&parts[parts_each - 1]));
+            }
         }
         range
     }
@@ -387,6 +408,11 @@ impl Film {
     /// Samples left out, over all pixels.
     pub fn rejected(&self) -> u64 {
         self.pixels.iter().map(|p| u64::from(p.rejected)).sum()
+    }
+
+    /// Whether [`Film::variance`] tells anything.
+    pub fn has_variance(&self) -> bool {
+        !self.layout.weighted || self.layout.spreads
     }
 
     /// Mean radiance of a pixel; black without samples, and where weights have no sum above zero.
@@ -406,10 +432,15 @@ impl Film {
 
     /// The variance of a pixel's mean radiance, of its channels together, by the spread of its samples: what it
     /// is if they are independent, more than it is if they are spread evenly. Zero with fewer than two, and where samples
-    /// count by weights: such a film has no squares.
+    /// count by weights and the film has not what it takes then.
     pub fn variance(&self, pixel: usize) -> f64 {
         let from = &self.pixels[pixel];
-        if from.count < 2 || self.layout.weighted {
+        if self.layout.weighted {
+            let weight = from.weight();
+            let mean = [0, 1, 2].map(|channel| from.radiance_sum(channel) / weight);
+            return self.spreads.get(pixel).map_or(0.0, |spread| spread.variance(mean, weight));
+        }
+        if from.count < 2 {
             return 0.0;
         }
         let [low, high] = from.squares;

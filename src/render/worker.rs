@@ -4,7 +4,7 @@ use super::batch::{NAMED_REJECTS, Payload, SampleBatch, Traced};
 use super::held::Held;
 use super::schedule::Order;
 use super::stride::{Region, Stride};
-use crate::film::splat::BAND_PIXELS;
+use crate::film::splat::BAND_BYTES;
 use crate::film::sums::{PixelSums, Reject, check, fits};
 use crate::film::{Band, Made, Splatter};
 use crate::integrator::{Finished, Integrator, Paths, Pixel, Sample};
@@ -39,7 +39,7 @@ const _: () = {
     let sums = MOST_SLOTS * size_of::<PixelSums>();
     // Each slot has a sample at least: with all of them, there are fewer slots.
     let with_samples = samples + MOST_SAMPLES * size_of::<PixelSums>();
-    let splats = BAND_PIXELS as usize * size_of::<[i64; 4]>() + samples;
+    let splats = BAND_BYTES + samples;
     assert!(3 * sums <= 16 << 20 && 3 * with_samples <= 16 << 20 && 3 * splats <= 16 << 20);
 };
 

@@ -272,7 +272,8 @@ pub(super) fn layer_integrator(settings: &Settings) -> Option<Arc<dyn Integrator
 /// What spreads samples over pixels, if the film wants that.
 fn splatter(settings: &Settings) -> Option<Arc<Splatter>> {
     let weights = Weights::of(&settings.scene.film)?;
-    Some(Arc::new(Splatter::new(weights, [settings.region.x, settings.region.y])))
+    let splatter = Splatter::new(weights, [settings.region.x, settings.region.y]);
+    Some(Arc::new(splatter.with_spreads(settings.layout().spreads)))
 }
 
 /// Samples a second of each worker, over some time from its first results on.

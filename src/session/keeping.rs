@@ -145,6 +145,11 @@ pub(super) fn first_film(
         };
         return Err(refuse(format!("{difference}; {remedy}")));
     }
+    if head.layout.spreads && !file.head().layout.spreads {
+        return Err(refuse(
+            "it was begun without --layers variance, and has not the sums that this takes; leave the layer out, or begin another film".to_owned(),
+        ));
+    }
     if file.head().layout != head.layout {
         let [theirs, ours] = [file.head().layout, head.layout].map(|layout| {
             let words = if layout.weighted { "weighted" } else { "plain" };

@@ -77,9 +77,9 @@ fn a_workers_batches_take_16_mib_at_most_however_quick_it_is() {
     let integrator = Quick(common::integrator(&scene()));
     let mitchell = Weights::new(Filter::Mitchell { radius: 2.0, b: 1.0 / 3.0, c: 1.0 / 3.0 });
     let splatter = Splatter::new(mitchell, [0, 0]);
-    for (splatter, sends_samples) in
-        [(None, false), (None, true), (Some(&splatter), false), (Some(&splatter), true)]
-    {
+    let spreading = splatter.clone().with_spreads(true);
+    let splatters = [None, Some(&splatter), Some(&spreading)];
+    for (splatter, sends_samples) in splatters.into_iter().flat_map(|it| [(it, false), (it, true)]) {
         let worker = Worker { region, sends_samples, splatter, ..lone_worker(&integrator) };
         let (orders_out, orders) = bounded(1);
         let (batches_out, batches) = bounded::<SampleBatch>(1);

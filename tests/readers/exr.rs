@@ -58,6 +58,39 @@ assert all((again[name].view('u4') == pixels[name].view('u4')).all() for name in
 print(len(names))
 ";
 
+/// Checks the variance of a film whose samples are weighed against the definition, by Mitchell and Netravali's own
+/// formula. Its arguments: the EXR, and the dump of the samples that it was made of.
+const CHECK_WEIGHED: &str = "
+import sys, numpy, OpenEXR
+exr, dump = sys.argv[1:3]
+with OpenEXR.File(exr, separate_channels=True) as file:
+    pixels = {name: channel.pixels.astype(float) for name, channel in file.channels().items()}
+height, width = pixels['R'].shape
+samples = numpy.load(dump)
+radiance = samples['radiance'].astype(float)
+
+def mitchell(x):
+    x, b, c = numpy.abs(x), 1 / 3, 1 / 3
+    near = (12 - 9*b - 6*c) * x**3 + (-18 + 12*b + 6*c) * x**2 + 6 - 2*b
+    far = (-b - 6*c) * x**3 + (6*b + 30*c) * x**2 + (-12*b - 48*c) * x + 8*b + 24*c
+    return numpy.where(x < 1, near, numpy.where(x < 2, far, 0))
+
+worst = scale = 0
+for y in range(height):
+    for x in range(width):
+        w = mitchell(samples['x'] - (x + 0.5)) * mitchell(samples['y'] - (y + 0.5))
+        there = numpy.nonzero(w)
+        w, seen = w[there], radiance[there]
+        mean = (w @ seen) / w.sum()
+        assert all(abs(pixels[name][y, x] - mean[i]) < 1e-3 * (1 + mean[i]) for i, name in enumerate('RGB'))
+        spread = w**2 @ ((seen - mean)**2).sum(1) / (w.sum()**2 - (w**2).sum())
+        worst, scale = max(worst, abs(pixels['variance.Y'][y, x] - spread)), max(scale, spread)
+assert pixels['samples.Y'].min() == pixels['samples.Y'].max() == len(samples) / (width * height)
+# Taps and their squares are rounded to multiples of 2^-14.
+assert worst < 2e-3 * scale, (worst, scale)
+print('good')
+";
+
 fn stride(folder: &Path, arguments: &[&str]) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
     let output = command.args(arguments).current_dir(folder).output().expect("stride");
@@ -133,4 +166,25 @@ fn openexr_and_numpy_read_what_was_meant() {
             .expect_err("a bit is wrong")
             .contains("AssertionError")
     );
+}
+
+#[test]
+fn the_variance_of_a_film_whose_samples_are_weighed_is_what_numpy_makes_of_them() {
+    let Some(python) = python_with("numpy, OpenEXR") else { return };
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| -> PathBuf { dir.path().join(name) };
+    let scene = format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"));
+    let film =
+        ["--headless", "-q", "--size", "24x18", "--filter", "mitchell", "--layers", "variance,samples"];
+    for seed in ["0", "1"] {
+        let (exr, dump) = (format!("{seed}.exr"), format!("{seed}.npy"));
+        let render = ["--spp", "6", "--seed", seed, "-o", &exr, "--samples", &dump];
+        stride(dir.path(), &[&["render", &scene], &film[..], &render].concat());
+    }
+    let check = |files: [&str; 2]| {
+        run(&python, CHECK_WEIGHED, &files.map(path).each_ref().map(|path| path.as_path()))
+    };
+    assert_eq!(check(["0.exr", "0.npy"]), Ok("good".to_owned()));
+    // Negative control: another seed's samples.
+    assert!(check(["0.exr", "1.npy"]).expect_err("files of two renders").contains("AssertionError"));
 }

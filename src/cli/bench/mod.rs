@@ -121,6 +121,7 @@ impl<'a> Bench<'a> {
             outputs: Vec::new(),
             dump_at: Vec::new(),
             layers: Vec::new(),
+            spreads: false,
             samples: None,
             film: None,
             checkpoint: Duration::MAX,

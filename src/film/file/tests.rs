@@ -83,6 +83,56 @@ fn weighted_films_and_what_is_shown_of_them_are_read_back() {
 }
 
 #[test]
+fn films_with_a_variance_are_of_another_version_and_can_be_added_to_those_without() {
+    let layout = Layout { weighted: true, spreads: true, ..Layout::plain(4, 3) };
+    let of = |seed: u32| {
+        let mut film = Film::with_layout(layout).unwrap();
+        let splatter = Splatter::new(Weights::new(Filter::Tent { radius: 1.0 }), [0, 0]).with_spreads(true);
+        for i in 0..12 {
+            let (x, y) = ((i % 4) as f32 + 0.3, (i / 4) as f32 + 0.6);
+            let sample = Sample { pixel: i, sample: 0, x, y, radiance: [3.0, (i + seed) as f32, 1e-5] };
+            film.splat(&splatter, i as usize, &sample).unwrap();
+        }
+        film
+    };
+    let (head, one, other) = (Head { layout, ..head(4, 3) }, of(0), of(5));
+    let bytes = file(&head, &one);
+    assert_eq!((bytes[8], bytes[24]), (3, 3));
+    let (read_head, _, read_film) = read(&bytes).unwrap();
+    assert!(read_head == head && read_film == one);
+    let (pixel, text) = (one.bytes(5..6), 44 + head.text().len());
+    assert_eq!(pixel.len(), 128);
+    assert_eq!(bytes[text + 5 * 128..text + 6 * 128], pixel);
+    let seen = FilmReader::open(Cursor::new(&bytes)).unwrap();
+    let mut both = other.clone();
+    seen.add_to(&mut both).unwrap();
+    let mut expected = one.clone();
+    FilmReader::open(Cursor::new(&file(&head, &other))).unwrap().add_to(&mut expected).unwrap();
+    assert!(both == expected && both != one && both.variance(5) > 0.0);
+    // To a film that has no room for them goes the rest; to one that has, nothing without them.
+    let mut plain = Film::with_layout(layout.without_spreads()).unwrap();
+    FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut plain).unwrap();
+    assert!(plain.picture() == one.picture() && plain.variance(5) == 0.0);
+    let plain_file = file(&Head { layout: plain.layout(), ..head.clone() }, &plain);
+    assert_eq!((plain_file[8], plain_file[24], bytes.len() - plain_file.len()), (2, 1, 12 * 64));
+    assert!(matches!(
+        FilmReader::open(Cursor::new(&plain_file)).unwrap().add_to(&mut both),
+        Err(FilmFileError::Contradiction(_))
+    ));
+    for (at, bad) in [(8, 2), (24, 1), (24, 2), (24, 0)] {
+        let mut bytes = bytes.clone();
+        bytes[at] = bad;
+        assert!(matches!(read(&bytes), Err(FilmFileError::Damaged | FilmFileError::Length { .. })), "{at}");
+    }
+    let mut next = bytes.clone();
+    next[8] = 4;
+    assert!(read(&next).unwrap_err().to_string().contains("version 4"));
+    let mut flipped = bytes.clone();
+    flipped[text + 5 * 128 + 70] ^= 4;
+    assert!(matches!(read(&flipped), Err(FilmFileError::Damaged)));
+}
+
+#[test]
 fn the_layout_is_the_documented_one() {
     let (head, mut film) = (head(2, 1), Film::new(2, 1).unwrap());
     film.add_sample(1, [2.0, 0.5, 1.0]).unwrap();
@@ -235,9 +285,9 @@ fn sizes_that_no_machine_has_are_refused_before_memory_is_asked_for() {
 fn what_other_programs_write_is_told_apart() {
     let good = file(&head(3, 2), &film(3, 2, 1, 1));
     let mut newer = good.clone();
-    newer[8] = 3;
+    newer[8] = 4;
     let said = read(&sealed(newer)).unwrap_err().to_string();
-    assert!(said.contains("version 3") && said.contains("version 2"), "{said}");
+    assert!(said.contains("version 4") && said.contains("versions 2 and 3"), "{said}");
     assert!(matches!(read(b"\x89PNG\r\n\x1a\n and so on"), Err(FilmFileError::NotAFilm)));
     // A right digest over a wrong count.
     let mut liar = good.clone();

@@ -270,12 +270,15 @@ fn a_band_is_clipped_to_the_film_and_bounded_in_memory() {
     for (filter, film_width) in
         [(lanczos, 65_536), (Filter::Tent { radius: 1.0 }, 640), (Filter::Box { radius: 0.5 }, 1)]
     {
-        let splatter = splatter(filter);
-        for first in [0, 7, film_width - 1, 5 * film_width + 3] {
-            let places = splatter.places_from(first, film_width);
-            assert!(places >= 1);
-            let band = splatter.band(first, first + places - 1, film_width);
-            assert!(band.sums.len() <= BAND_PIXELS as usize && band.width * band.height == band.sums.len());
+        for spreads in [false, true] {
+            let splatter = splatter(filter).with_spreads(spreads);
+            for first in [0, 7, film_width - 1, 5 * film_width + 3] {
+                let places = splatter.places_from(first, film_width);
+                assert!(places >= 1);
+                let band = splatter.band(first, first + places - 1, film_width);
+                assert!(band.bytes() <= BAND_BYTES && band.width * band.height == band.sums.len());
+                assert_eq!(band.spreads.is_some(), spreads);
+            }
         }
     }
     let band = splatter(Filter::Tent { radius: 1.0 }).band(WIDTH + 1, 2 * WIDTH + 6, WIDTH);

@@ -258,6 +258,14 @@ pub enum SessionError {
         /// Why not.
         reason: String,
     },
+    /// The device that a render was begun on is gone, and there is another.
+    #[error("the render was begun on {begun}, and now there is {found}: it can't be gone on with here")]
+    OtherDevice {
+        /// What it was begun on.
+        begun: String,
+        /// What is there.
+        found: String,
+    },
     /// A worker failed.
     #[error("{0}; {1}")]
     Worker(WorkerFailure, String),
@@ -293,7 +301,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let mut own = render(task, window.as_mut(), stop)?;
     let mut toured = Ok(());
     if let Some(window) = &mut window {
-        toured = tour(settings, &head, &mut own, integrator.as_ref(), window, stop);
+        toured = tour(settings, (&head, &device), &mut own, integrator.as_ref(), window, stop);
     }
     if own.is_aside {
         write_aside(settings, &head, &own)?;
@@ -351,10 +359,11 @@ struct Rendered {
     is_aside: bool,
 }
 
-/// Renders what the user moves the camera to, until the window is closed.
+/// Renders what the user moves the camera to, until the window is closed. The render of the scene's own camera is of
+/// the devices of this description.
 fn tour(
     settings: &Settings,
-    head: &Head,
+    (head, device): (&Head, &str),
     own: &mut Rendered,
     integrator: Option<&Arc<dyn Integrator>>,
     window: &mut Window,
@@ -381,12 +390,7 @@ fn tour(
                 left = view.left;
             }
             Some(Left::Home) => {
-                let crew = match integrator {
-                    Some(integrator) if settings.device == DeviceChoice::Cpu => {
-                        Crew::again(settings, Some(integrator))?
-                    }
-                    _ => Crew::new(settings)?,
-                };
+                let crew = Crew::of_film(settings, integrator, device)?;
                 let film = std::mem::replace(&mut own.outcome.film, Film::new(1, 1)?);
                 // From here on it is that render's to write, even if it fails.
                 own.is_aside = false;

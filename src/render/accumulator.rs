@@ -137,14 +137,17 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Counts what was done before, by a render that this one has gone on with.
+    /// Counts what was done before, by a render that this one has gone on with; it may have had a worker more, or one
+    /// less.
     pub fn follow(&mut self, earlier: &Outcome) {
         let totals = &mut self.totals;
         totals.before = earlier.totals.before;
         totals.rays += earlier.totals.rays;
         totals.elapsed += earlier.totals.elapsed;
         totals.adding += earlier.totals.adding;
+        self.made.resize(self.made.len().max(earlier.made.len()), 0);
         self.made.iter_mut().zip(&earlier.made).for_each(|(made, before)| *made += before);
+        self.lost = self.lost.take().or_else(|| earlier.lost.clone());
         self.rejects.splice(0..0, earlier.rejects.iter().cloned());
         self.rejects.truncate(NAMED_REJECTS);
     }

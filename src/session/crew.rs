@@ -26,6 +26,9 @@ const MEASURED_AT_MOST: Duration = Duration::from_secs(2);
 /// Samples of an order by which devices are measured: more than they make in that time.
 const MEASURED_BY: u32 = 256;
 
+/// What threads alone are called.
+const CPU: &str = "cpu";
+
 /// Those who render. The GPU worker, if there is one, has the last number.
 pub(super) struct Crew {
     splatter: Option<Arc<Splatter>>,
@@ -115,6 +118,35 @@ impl Crew {
         Ok(Crew { splatter, integrator: Some(seen.into()), threads, gpu: None, times: 1.0 })
     }
 
+    /// A crew for a film that was begun on the devices of this description, by a crew whose integrator this was. Only
+    /// their samples may go into it. Threads do without a GPU that is not there any more, or is another now; and where
+    /// there was none when the film was begun, none that has come since takes part.
+    pub(super) fn of_film(
+        settings: &Settings,
+        integrator: Option<&Arc<dyn Integrator>>,
+        device: &str,
+    ) -> Result<Crew, SessionError> {
+        if device == CPU && integrator.is_some() {
+            return Crew::again(settings, integrator);
+        }
+        let crew = Crew::new(settings)?;
+        let found = crew.description();
+        if found == device {
+            return Ok(crew);
+        }
+        if integrator.is_none() {
+            return Err(SessionError::OtherDevice { begun: device.to_owned(), found });
+        }
+        // Of a GPU that is gone it has been told already.
+        if crew.gpu.is_some() && settings.view != View::Quiet {
+            let _ = writeln!(
+                std::io::stderr(),
+                "warning: the render was begun on {device}, and now there is {found}; the CPU renders alone"
+            );
+        }
+        Crew::again(settings, integrator)
+    }
+
     /// What spreads samples over pixels, if the film wants that.
     pub(super) fn splatter(&self) -> Option<Arc<Splatter>> {
         self.splatter.clone()
@@ -184,7 +216,7 @@ impl Crew {
 
     pub(super) fn description(&self) -> String {
         match (&self.gpu, self.threads) {
-            (None, _) => "cpu".to_owned(),
+            (None, _) => CPU.to_owned(),
             (Some(gpu), 0) => format!("gpu: {}", gpu.name),
             (Some(gpu), _) => format!("all: cpu and {}", gpu.name),
         }
@@ -192,7 +224,7 @@ impl Crew {
 
     /// What each device is called, and which workers are its.
     pub(super) fn devices(&self) -> Vec<(String, std::ops::Range<usize>)> {
-        let cpu = (self.threads > 0).then(|| ("cpu".to_owned(), 0..self.threads));
+        let cpu = (self.threads > 0).then(|| (CPU.to_owned(), 0..self.threads));
         let gpu = self.gpu.as_ref().map(|gpu| (gpu.name.clone(), self.threads..self.threads + 1));
         cpu.into_iter().chain(gpu).collect()
     }
@@ -328,4 +360,77 @@ fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
     let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
     text.unwrap_or_else(|| "it panicked without a word".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Rectangle;
+    use crate::math::lanes::Level;
+    use crate::scene::parse;
+    use crate::world::Finder;
+    use std::num::NonZeroUsize;
+    use std::path::Path;
+
+    fn settings(device: DeviceChoice) -> Settings {
+        let text = "film = { width = 8, height = 8 }\n[camera]\neye = [0, 0, 0]\nforward = [1, 0, 0]\n";
+        Settings {
+            name: String::new(),
+            scene: Arc::new(parse(text, Path::new("empty.toml")).unwrap().scene),
+            region: Region::whole(8, 8),
+            shown: Rectangle { x: 0, y: 0, width: 8, height: 8 },
+            first: 0,
+            spp: 1,
+            time: None,
+            noise: None,
+            adaptive: false,
+            threads: NonZeroUsize::new(2).unwrap(),
+            level: Level::SCALAR,
+            finder: Finder::Fastest,
+            device,
+            outputs: Vec::new(),
+            dump_at: Vec::new(),
+            layers: Vec::new(),
+            spreads: false,
+            samples: None,
+            film: None,
+            checkpoint: Duration::MAX,
+            resume: None,
+            fingerprint: None,
+            overlay: false,
+            view: View::Quiet,
+            moved: None,
+            tev: None,
+        }
+    }
+
+    /// How many workers go on with a film of a device, and what they are.
+    fn of_film(device: DeviceChoice, begun: &str) -> (usize, String) {
+        let settings = settings(device);
+        let threads = Crew::new(&Settings { device: DeviceChoice::Cpu, ..settings.clone() }).unwrap();
+        let crew = Crew::of_film(&settings, threads.integrator().as_ref(), begun).unwrap();
+        (crew.workers(), crew.description())
+    }
+
+    #[test]
+    fn a_film_gets_samples_of_no_other_device_than_it_was_begun_on() {
+        let threads = || (2, "cpu".to_owned());
+        // A GPU that has come, one that has gone, and another one.
+        assert_eq!(of_film(DeviceChoice::All(None), "cpu"), threads());
+        let gone = DeviceChoice::All(Some("no GPU is called this".to_owned()));
+        assert_eq!(of_film(gone, "all: cpu and some GPU"), threads());
+        assert_eq!(of_film(DeviceChoice::All(None), "all: cpu and some GPU"), threads());
+        // Negative control: the one that was there.
+        let all = Crew::new(&settings(DeviceChoice::All(None))).unwrap();
+        if all.gpu.is_none() {
+            assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "no GPU");
+            println!("skipped: no GPU");
+            return;
+        }
+        assert_eq!(of_film(DeviceChoice::All(None), &all.description()), (3, all.description()));
+        // Nobody is left to go on with it.
+        let other = Crew::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU");
+        let told = other.err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(told.contains("begun on gpu: some GPU"), "{told}");
+    }
 }

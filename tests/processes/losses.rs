@@ -73,3 +73,22 @@ fn a_worker_that_is_lost_when_the_others_are_done_leaves_nothing_out() {
     assert!(outcome.lost.is_some() && outcome.failure.is_none() && outcome.whole);
     assert!(outcome.film == plain_film(&*common::integrator(&scene()), WHOLE, |_| 1));
 }
+
+#[test]
+fn a_render_that_others_go_on_with_tells_what_all_have_made_and_who_was_lost() {
+    let gone = hooked(move |_| {
+        let is_lost = std::thread::current().name() == Some("worker 2");
+        assert!(!is_lost, "the device is gone");
+    });
+    let earlier = Wiring { workers: 3, spp: 4, spare: Some(1.0), ..Wiring::default() }.render(&gone).outcome;
+    let plain = common::integrator(&scene());
+    for workers in [1, 2, 4] {
+        let film = Some(earlier.film.clone());
+        let wiring = Wiring { workers, spp: 9, film, ..Wiring::default() };
+        let mut outcome = wiring.render(&*plain).outcome;
+        assert!(outcome.lost.is_none());
+        outcome.follow(&earlier);
+        assert_eq!((outcome.made.len(), outcome.made.iter().sum::<u64>()), (workers.max(3), 1200 * 9));
+        assert_eq!(outcome.lost.expect("a lost worker").worker, "worker 2");
+    }
+}

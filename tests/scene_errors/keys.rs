@@ -37,10 +37,7 @@ broken!(
 type = "matte"
 albedo = [0.5, 0.5, 0.5]
 "#,
-    [
-        r#"1:1: missing key "reflectance" in a matte material"#,
-        r#"3:1: unknown key "albedo" in a matte material; did you mean "reflectance"?"#
-    ]
+    [r#"3:1: unknown key "albedo" in a matte material; did you mean "reflectance"?"#]
 );
 broken!(
     key_by_half_its_name,
@@ -50,10 +47,30 @@ broken!(
 broken!(
     unknown_key_in_inline_table,
     entity(r#"{ type = "sphere", centre = [0, 0, 0], radius = 1 }"#, ""),
+    [r#"5:28: unknown key "centre" in a sphere; did you mean "center"?"#]
+);
+broken!(
+    misspelt_type,
+    entity(r#"{ tpye = "sphere", center = [0, 0, 0], radius = 1 }"#, ""),
+    [r#"5:11: unknown key "tpye" in shape; did you mean "type"?"#]
+);
+broken!(
+    misspelt_beside_missing,
+    entity(r#"{ type = "sphere", centre = [0, 0, 0] }"#, ""),
     [
-        r#"5:9: missing key "center" in a sphere"#,
+        r#"5:9: missing key "radius" in a sphere"#,
         r#"5:28: unknown key "centre" in a sphere; did you mean "center"?"#
     ]
+);
+broken!(
+    entities_by_one_of_them,
+    "[[entity]]\nname = \"a\"\n",
+    [r#"1:3: unknown key "entity" in a scene file; did you mean "entities"?"#]
+);
+broken!(
+    material_by_another_programs_name,
+    "[materials.a]\ntype = \"lambert\"\nreflectance = [0.5, 0.5, 0.5]\n",
+    [r#"2:8: unknown material type "lambert"; did you mean "matte"?"#]
 );
 broken!(
     key_of_another_shape,

@@ -157,6 +157,8 @@ pub(super) struct Fields<'d, 't> {
     at: usize,
     what: &'static str,
     table: &'d DeTable<'t>,
+    /// Keys that the file seems to have misspelt, which has been said.
+    misspelt: Vec<(&'static str, Reported)>,
 }
 
 impl<'d, 't> Fields<'d, 't> {
@@ -170,13 +172,17 @@ impl<'d, 't> Fields<'d, 't> {
     ) -> Result<Self, Reported> {
         let entries = expect_table(key, table.what, value, reports)?;
         let known = tag.into_iter().chain(table.names());
+        let mut misspelt = Vec::new();
         for (name, _) in entries {
             if !known.clone().any(|known| known == name.get_ref()) {
                 let message = format!("unknown key {} in {}", quote(name.get_ref()), table.what);
-                reports.error_with(name.span().start, message, |_| unknown_key_help(name.get_ref(), &known));
+                let help = |_: &Reports<'_>| unknown_key_help(name.get_ref(), &known);
+                let reported = reports.error_with(name.span().start, message, help);
+                misspelt
+                    .extend(report::nearest(name.get_ref(), known.clone()).map(|meant| (meant, reported)));
             }
         }
-        Ok(Self { at: value.span().start, what: table.what, table: entries })
+        Ok(Self { at: value.span().start, what: table.what, table: entries, misspelt })
     }
 
     /// The value of `key`, or its default; an error if there is neither.
@@ -188,9 +194,11 @@ impl<'d, 't> Fields<'d, 't> {
         match (self.find(key, reports)?, &key.absent) {
             (Some(value), _) => Ok(value),
             (None, Absent::Means(text)) => read_default(key, text, self.at, reports),
-            (None, _) => {
-                Err(reports.error(self.at, format!("missing key {} in {}", quote(key.name), self.what)))
-            }
+            (None, _) => Err(match self.misspelt.iter().find(|(name, _)| *name == key.name) {
+                // It lacks only because it is misspelt.
+                Some((_, reported)) => *reported,
+                None => reports.error(self.at, format!("missing key {} in {}", quote(key.name), self.what)),
+            }),
         }
     }
 
@@ -289,6 +297,11 @@ impl<T> OneOf<T> {
         self.variants.iter().filter(|variant| !variant.hidden).map(|variant| variant.tag)
     }
 
+    /// Whether one of them has a key of this name.
+    fn is_key(&self, name: &str) -> bool {
+        self.variants.iter().any(|variant| variant.table.names().any(|known| known == name))
+    }
+
     fn pick(&self, tag: &str, at: usize, reports: &mut Reports<'_>) -> Result<&'static Variant<T>, Reported> {
         match self.variants.iter().find(|variant| variant.tag == tag) {
             Some(variant) => Ok(variant),
@@ -306,6 +319,13 @@ impl<T> Form for OneOf<T> {
     fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
         let table = expect_table(key, &format!("a {}", self.what), value, reports)?;
         let Some(tag) = table.get("type") else {
+            let is_like_it =
+                |name: &str| !self.is_key(name) && report::nearest(name, ["type"].into_iter()).is_some();
+            if let Some((name, _)) = table.iter().find(|(name, _)| is_like_it(name.get_ref())) {
+                let message = format!("unknown key {} in {key}", quote(name.get_ref()));
+                let help = report::instead(name.get_ref(), ["type"].into_iter());
+                return Err(reports.error_with(name.span().start, message, |_| help));
+            }
             let message = format!("missing key \"type\" in {key}");
             let types = || report::list(self.tags()).map(|all| format!("a {} is one of {all}", self.what));
             return Err(reports.error_with(value.span().start, message, |_| types()));
@@ -329,7 +349,8 @@ impl<T> WordOr<T> {
     /// Reads the word alone.
     pub(super) fn read_word(&self, word: &str, at: usize, reports: &mut Reports<'_>) -> Result<T, Reported> {
         let variant = self.0.pick(word, at, reports)?;
-        let fields = Fields { at, what: variant.table.what, table: &DeTable::new() };
+        let (what, misspelt) = (variant.table.what, Vec::new());
+        let fields = Fields { at, what, table: &DeTable::new(), misspelt };
         (variant.build)(&fields, reports)
     }
 }

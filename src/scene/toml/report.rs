@@ -17,17 +17,25 @@ const MAX_ERRORS: usize = 100;
 /// The longest word, in bytes, whose nearest spelling is looked for.
 const MAX_WORD: usize = 64;
 
-/// Other programs' words for our keys.
+/// Other programs' words for our keys and types.
 const SYNONYMS: &[(&str, &str)] = &[
     ("albedo", "reflectance"),
     ("color", "reflectance"),
     ("colour", "reflectance"),
+    ("dielectric", "glass"),
+    ("diffuse", "matte"),
     ("emit", "emission"),
+    ("entity", "entities"),
     ("index_of_refraction", "ior"),
+    ("lambert", "matte"),
+    ("lambertian", "matte"),
+    ("object", "entities"),
+    ("objects", "entities"),
     ("origin", "eye"),
     ("pos", "position"),
     ("position", "center"),
     ("position", "eye"),
+    ("specular", "mirror"),
     ("spp", "samples"),
     ("target", "look_at"),
 ];

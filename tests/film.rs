@@ -354,6 +354,25 @@ fn films_that_do_not_belong_together_are_refused_with_the_reason() {
 }
 
 #[test]
+fn samples_say_what_they_are_and_films_without_an_end_that_they_have_none() {
+    let dir = folder();
+    let scene = cover();
+    succeed(dir.path(), &render(&scene, &["--spp", "3", "--samples", "a.npy", "-o", "a.exr"]));
+    let told = succeed(dir.path(), &["info", "a.npy"]).0;
+    for line in
+        ["samples     3600 of 28 bytes", "size        40x30", "asked       0..3", "rendered    0,0,40,30"]
+    {
+        assert!(told.lines().any(|told| told == line), "no {line:?} in {told}");
+    }
+    fs::write(dir.path().join("b.npy"), &bytes(dir.path(), "a.npy")[..5000]).expect("written");
+    assert!(refused(dir.path(), 1, &["info", "b.npy"]).contains("a part of it is missing"));
+    let endless = ["--time", "50ms", "--range", "7..", "--film", "a.film", "-o", "a.exr"];
+    succeed(dir.path(), &render(&scene, &endless));
+    let told = succeed(dir.path(), &["info", "a.film"]).0;
+    assert!(told.contains("asked       7..\n") && !told.contains("4294967295"), "{told}");
+}
+
+#[test]
 fn films_and_pictures_say_what_they_are() {
     let dir = folder();
     let scene = cover();
@@ -384,7 +403,9 @@ fn films_and_pictures_say_what_they_are() {
     let before = bytes(dir.path(), "a.exr");
     succeed(dir.path(), &render(&scene, &["--spp", "4", "--seed", "77", "--threads", "1", "-o", "a.exr"]));
     assert!(bytes(dir.path(), "a.exr") == before);
-    assert!(info("a.png").starts_with("picture     40×30 pixels\nmean        "));
+    assert!(info("a.png").starts_with("picture     40×30 pixels\nformat      PNG: as it is shown"));
+    let parts = info("a.film").lines().find(|line| line.starts_with("parts")).expect("parts").to_owned();
+    assert!(parts.starts_with("parts       33 of the scene, "), "{parts}");
     assert!(refused(dir.path(), 2, &["info", "a.txt"]).contains(".film"));
     assert!(refused(dir.path(), 1, &["info", "no.exr"]).contains("no such file"));
 }

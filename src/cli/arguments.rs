@@ -162,11 +162,13 @@ pub(super) fn duration(text: &str) -> Result<Duration, String> {
 
 /// "16..32": sample indices from the first to one past the last.
 pub(super) fn range(text: &str) -> Result<Range<u32>, String> {
-    let error =
-        || "a range of samples is written FIRST..END, like 16..32 for the samples 16 to 31".to_owned();
+    let error = || {
+        "a range of samples is written FIRST..END, like 16..32 for the samples 16 to 31, or FIRST.. without an end".to_owned()
+    };
     let (first, end) = text.split_once("..").ok_or_else(error)?;
     let number = |text: &str| text.trim().parse::<u32>().map_err(|_| error());
-    let range = number(first)?..number(end)?;
+    let end = if end.trim().is_empty() { u32::MAX } else { number(end)? };
+    let range = number(first)?..end;
     if range.is_empty() { Err(format!("there is no sample in {text}: {}", error())) } else { Ok(range) }
 }
 
@@ -193,8 +195,20 @@ mod tests {
         for bad in ["", "1,2,3", "1,2,3,4,5", "a,b,c,d", "-1,0,1,1"] {
             assert!(crop(bad).is_err(), "{bad}");
         }
-        assert_eq!(range("16..32"), Ok(16..32));
-        for bad in ["", "16", "16..", "..32", "3..3", "4..3", "-1..3", "1...3", "1..=3", "0..4294967296"] {
+        assert_eq!((range("16..32"), range("16..")), (Ok(16..32), Ok(16..u32::MAX)));
+        for bad in [
+            "",
+            "16",
+            "..",
+            "..32",
+            "4294967295..",
+            "3..3",
+            "4..3",
+            "-1..3",
+            "1...3",
+            "1..=3",
+            "0..4294967296",
+        ] {
             assert!(range(bad).is_err(), "{bad}");
         }
         assert_eq!(duration("30s"), Ok(Duration::from_secs(30)));

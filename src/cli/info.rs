@@ -1,15 +1,16 @@
 //! `stride info`: what is in a file, or what there is to render with.
 
+use super::arguments::range;
 use super::{Failure, devices, holds, print, usage};
 use crate::film::{Identity, Ranges};
-use crate::output::{FilmError, Format, exr, open_film, read_picture};
+use crate::output::{FilmError, Format, exr, npy, open_film, read_picture};
 use std::fmt::Write;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct InfoArguments {
-    /// Film, picture, scene or mesh: .film, .png, .exr, .hdr, .toml, .ply, .obj, .glb or .gltf
+    /// Film, picture, samples, scene or mesh: .film, .png, .exr, .hdr, .npy, .toml, .ply, .obj, .glb or .gltf
     #[arg(conflicts_with = "devices")]
     file: Option<PathBuf>,
     /// List the devices that can render, and their limits
@@ -30,6 +31,8 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let text = if extension == "film" {
         film(path)?
+    } else if extension == "npy" {
+        samples(path)?
     } else if extension == "toml" {
         holds::of_scene(path)?
     } else if ["ply", "obj", "glb", "gltf"].contains(&extension.as_str()) {
@@ -38,7 +41,7 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
         picture(path)?
     } else {
         return Err(usage(format!(
-            "{} does not end in .film, .png, .exr, .hdr, .toml, .ply, .obj, .glb or .gltf",
+            "{} does not end in .film, .png, .exr, .hdr, .npy, .toml, .ply, .obj, .glb or .gltf",
             path.display()
         )));
     };
@@ -57,7 +60,10 @@ fn film(path: &Path) -> Result<String, Failure> {
     };
     let shown = head.layout.shown;
     line("film", format!("{}×{} pixels", shown.width, shown.height));
-    head.identity.facts().chain(head.notes.facts()).for_each(|(name, value)| line(name, value.to_owned()));
+    head.identity
+        .facts()
+        .chain(head.notes.facts())
+        .for_each(|(name, value)| line(name, shown_fact(name, value)));
     line("samples", holding.to_string());
     if holding.open().is_some() {
         let [least, most] = film.seen_range();
@@ -75,10 +81,46 @@ fn film(path: &Path) -> Result<String, Failure> {
     Ok(text)
 }
 
+/// A fact or a note as people read it: ranges without an end have none, and of the scene's parts it is told how many
+/// there are, whose digests tell nobody anything.
+fn shown_fact(name: &str, value: &str) -> String {
+    match (name, range(value)) {
+        ("asked", Ok(asked)) => Ranges(&[asked]).to_string(),
+        ("parts", _) => {
+            format!("{} of the scene, to tell what differs in another", value.matches(';').count())
+        }
+        _ => value.to_owned(),
+    }
+}
+
+/// A dump of samples, by its header.
+fn samples(path: &Path) -> Result<String, Failure> {
+    let dump = npy::read::open_dump(path)?;
+    let mut text = format!("{:<12}{} of {} bytes\n", "samples", dump.count(), npy::RECORD_BYTES);
+    let facts = dump.facts().into_iter().flat_map(Identity::facts);
+    for (name, value) in facts {
+        let _ = writeln!(text, "{name:<12}{}", shown_fact(name, value));
+    }
+    if dump.facts().is_none() {
+        let _ = writeln!(text, "{:<12}unknown: the file does not say", "film");
+    }
+    Ok(text)
+}
+
+/// What the numbers of a format are.
+fn kind(format: Format) -> &'static str {
+    match format {
+        Format::Png => "PNG: as it is shown, in 8 or 16 bits; the mean is that of its light",
+        Format::Exr => "EXR: light, in floating point",
+        Format::Hdr => "Radiance HDR: light, with a shared exponent of 8 bits a pixel",
+    }
+}
+
 fn picture(path: &Path) -> Result<String, Failure> {
     let (format, picture) = read_picture(path)?;
     let mut text = String::new();
     let _ = writeln!(text, "{:<12}{}×{} pixels", "picture", picture.width, picture.height);
+    let _ = writeln!(text, "{:<12}{}", "format", kind(format));
     let facts = (format == Format::Exr).then(|| File::open(path).ok().and_then(exr::facts)).flatten();
     if format == Format::Exr
         && let Ok(file) = File::open(path)

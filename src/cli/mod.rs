@@ -43,7 +43,7 @@ enum Command {
     Develop(develop::DevelopArguments),
     /// Say how far apart two pictures are
     Compare(compare::CompareArguments),
-    /// Say what is in a film, a picture, a scene or a mesh, or what there is to render with
+    /// Say what is in a film, a picture, dumped samples, a scene or a mesh, or what there is to render with
     Info(info::InfoArguments),
 }
 

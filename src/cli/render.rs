@@ -29,7 +29,8 @@ pub(super) struct RenderArguments {
     /// a film that begins later
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Render these samples only, for merging: 16..32 are the samples 16 to 31 of each pixel
+    /// Render these samples only, for merging: 16..32 are the samples 16 to 31 of each pixel, and 16.. all from 16 on,
+    /// until --time or Ctrl-C
     #[arg(long, allow_hyphen_values = true, value_name = "FIRST..END", value_parser = range, conflicts_with = "spp")]
     range: Option<Range<u32>>,
     /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h) or at the end of --spp or --range; neither the
@@ -88,9 +89,9 @@ pub(super) struct RenderArguments {
     /// Write a film file, which can be gone on with (--resume) and merged (stride merge)
     #[arg(long, value_name = "FILE.film")]
     film: Option<PathBuf>,
-    /// How often the film file is written while the render runs
-    #[arg(long, allow_hyphen_values = true, value_name = "TIME", value_parser = duration, default_value = "60s")]
-    checkpoint: Duration,
+    /// How often the film file is written while the render runs [default: 60s]
+    #[arg(long, allow_hyphen_values = true, value_name = "TIME", value_parser = duration)]
+    checkpoint: Option<Duration>,
     /// Go on where a film stopped, and write the same film [unless --film names another]
     #[arg(long, value_name = "FILE.film")]
     resume: Option<PathBuf>,
@@ -101,6 +102,9 @@ pub(super) struct RenderArguments {
     #[arg(short, long)]
     quiet: bool,
 }
+
+/// How often a film file is written unless it is said.
+const CHECKPOINT: Duration = Duration::from_secs(60);
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum WorldName {
@@ -270,7 +274,7 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         spreads,
         samples: arguments.samples.clone(),
         film: arguments.film.clone().or_else(|| arguments.resume.clone()),
-        checkpoint: arguments.checkpoint,
+        checkpoint: arguments.checkpoint.unwrap_or(CHECKPOINT),
         resume: arguments.resume.clone(),
         fingerprint: None,
         overlay: arguments.overlay.is_some(),
@@ -359,6 +363,11 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
     let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
     if !settings.layers.is_empty() && !settings.outputs.iter().any(is_exr) {
         return Err(usage("--layers go into .exr files, and none is written; add -o FILE.exr"));
+    }
+    if arguments.checkpoint.is_some() && settings.film.is_none() {
+        return Err(usage(
+            "--checkpoint says how often a film file is written, and none is; add --film FILE.film",
+        ));
     }
     let mut pictures = settings.outputs.clone();
     for path in &settings.outputs {

@@ -130,14 +130,17 @@ impl fmt::Display for Holding {
     }
 }
 
-/// "0..16, 32..48": ranges as `--range` writes them.
+/// "0..16, 32..48, 64..": ranges as `--range` writes them; the last has no end.
 pub struct Ranges<'a>(pub &'a [Range<u32>]);
 
 impl fmt::Display for Ranges<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, range) in self.0.iter().enumerate() {
             let comma = if i > 0 { ", " } else { "" };
-            write!(f, "{comma}{}..{}", range.start, range.end)?;
+            write!(f, "{comma}{}..", range.start)?;
+            if range.end < u32::MAX {
+                write!(f, "{}", range.end)?;
+            }
         }
         Ok(())
     }
@@ -161,6 +164,7 @@ mod tests {
         assert_eq!((ragged.least(), ragged.start()), (2, Some(3)));
         assert!(ragged.allows([2, 6]) && !ragged.allows([1, 6]) && !ragged.allows([2, 7]));
         assert_eq!(Holding::prefix(0..4, 0, 0).to_string(), "none");
+        assert_eq!(Holding::prefix(3..u32::MAX, 2, 7).to_string(), "3..5, and some of 5..");
     }
 
     #[test]

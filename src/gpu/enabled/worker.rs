@@ -94,7 +94,7 @@ impl GpuWorker {
         let mut last_landing = Instant::now();
         loop {
             // The device works at one dispatch while the next waits in its queue.
-            while in_flight.len() < IN_FLIGHT && !closed {
+            while in_flight.len() < IN_FLIGHT {
                 let task = next_part(&mut again, &self.pace);
                 let task =
                     task.or_else(|| remaining.as_mut().and_then(|remaining| remaining.next(&self.pace)));
@@ -104,6 +104,9 @@ impl GpuWorker {
                     let submission = self.pipeline.submit(&self.device, buffers, task, self.sends_samples);
                     in_flight.push_back((submission, submitted));
                     continue;
+                }
+                if closed {
+                    break;
                 }
                 // While the device works, an order is welcome but not waited for.
                 let order = if in_flight.is_empty() {

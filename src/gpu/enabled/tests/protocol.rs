@@ -96,6 +96,19 @@ fn what_a_driver_ends_too_soon_is_done_again_in_parts() {
 }
 
 #[test]
+fn what_is_ended_too_soon_is_done_again_also_when_no_more_orders_come() {
+    let Some(device) = device() else { return };
+    let prepared = Prepared::new(&scenes::cover(16, 12), 0);
+    // One dispatch, after which the channel is closed.
+    let orders = [Order { stride: Stride::ALL, first: 0, end: 7 }];
+    let whole = carry_out(&mut GpuWorker::new(&device, &prepared.job()).unwrap(), &orders);
+    assert_eq!(whole.len(), 1);
+    let mut worker = cut_short(&device, &prepared, &prepared.job(), "dispatch.samples <= 3u");
+    let batches = carry_out(&mut worker, &orders);
+    assert!(batches.len() > 1 && totals(&batches, 16 * 12) == totals(&whole, 16 * 12));
+}
+
+#[test]
 fn a_driver_that_ends_every_loop_is_an_error() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);

@@ -466,6 +466,36 @@ fn a_gpus_continuous_film_is_the_cpus_by_statistics() {
 }
 
 #[test]
+fn a_gpus_continuous_film_is_the_same_in_one_go_in_two_and_with_its_samples_kept() {
+    let (dir, scene) = (folder(), cover());
+    let on = |more: &[&str]| {
+        let common = ["--size", "40x30", "--filter", "lanczos", "--device", "gpu", "--crop", "3,2,31,24"];
+        run(dir.path(), &render(&scene, &[&common[..], more].concat()))
+    };
+    let done = |more: &[&str]| {
+        let output = on(more);
+        assert!(output.status.success(), "{more:?}: {}", String::from_utf8_lossy(&output.stderr));
+    };
+    if lacks_a_gpu(&on(&["--spp", "12", "--film", "whole.film", "-o", "whole.exr"])) {
+        return;
+    }
+    done(&["--spp", "5", "--film", "a.film", "-o", "a.exr"]);
+    assert!(bytes(dir.path(), "a.exr") != bytes(dir.path(), "whole.exr"), "there is something to go on with");
+    done(&["--spp", "12", "--resume", "a.film", "--film", "a.film", "-o", "a.exr"]);
+    // Where samples are kept, the accumulator puts them on the film.
+    done(&["--spp", "12", "--film", "b.film", "-o", "b.exr", "--samples", "b.npy"]);
+    for name in ["a", "b"] {
+        for end in ["film", "exr"] {
+            let (one, whole) = (format!("{name}.{end}"), format!("whole.{end}"));
+            assert!(bytes(dir.path(), &one) == bytes(dir.path(), &whole), "{one}");
+        }
+    }
+    // Negative control.
+    done(&["--spp", "12", "--seed", "1", "--film", "c.film", "-o", "c.exr"]);
+    assert!(bytes(dir.path(), "c.film") != bytes(dir.path(), "whole.film"));
+}
+
+#[test]
 fn at_equal_samples_a_good_filter_has_a_smaller_error_than_a_box() {
     let (dir, scene) = (folder(), cover());
     let error = |film: &[&str]| {

@@ -103,6 +103,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
                 region,
                 index: index as usize,
                 sends_samples: false,
+                splatter: None,
             };
             let mut worker = GpuWorker::new(&device, &job).unwrap();
             let batches_out = batches_out.clone();

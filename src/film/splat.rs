@@ -19,7 +19,7 @@ pub const WEIGHT_BITS: u32 = 2 * TAP_BITS;
 /// The largest band, in bytes. A worker fills one and has sent two at most that nobody has taken yet.
 pub const BAND_BYTES: usize = 3 << 20;
 
-/// The most rows of pixels that a band is filled from.
+/// The most rows of pixels that a CPU worker fills a band from.
 pub const BAND_ROWS: u32 = 16;
 
 /// One unit of a tap.
@@ -62,6 +62,26 @@ impl Band {
     /// Bytes that its sums take.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.sums[..]) + self.spreads.as_ref().map_or(0, |_| self.sums.len() * Spreads::BYTES)
+    }
+
+    /// The first column and the first row, counted from the film's.
+    pub fn corner(&self) -> [i64; 2] {
+        [self.x, self.y]
+    }
+
+    /// Pixels in a row.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// All pixels.
+    pub fn pixels(&self) -> usize {
+        self.sums.len()
+    }
+
+    /// For each pixel, row by row: radiance in multiples of the quantum, weight in multiples of 2^−[`WEIGHT_BITS`].
+    pub fn sums_mut(&mut self) -> &mut [[i64; 4]] {
+        &mut self.sums
     }
 
     /// Columns and rows that lie on a film of so many.
@@ -113,10 +133,31 @@ impl Splatter {
         2 * self.weights.reach() + self.weights.width() as u32
     }
 
+    /// Whether its bands hold spreads too.
+    pub fn has_spreads(&self) -> bool {
+        self.spreads
+    }
+
     /// How many places, from one on, a band may be filled from on a film with so many pixels in a row.
     pub fn places_from(&self, place: u32, film_width: u32) -> u32 {
+        self.places_in_rows(place, film_width, BAND_ROWS)
+    }
+
+    /// The same for a band of any number of rows.
+    pub fn most_places_from(&self, place: u32, film_width: u32) -> u32 {
+        self.places_in_rows(place, film_width, u32::MAX)
+    }
+
+    /// The most pixels of a band on a film of this size.
+    pub fn most_pixels(&self, width: u32, height: u32) -> u32 {
+        let margin = self.margin();
+        let [width, height] = [width, height].map(|side| u64::from(side) + u64::from(margin));
+        (width * height).min(self.band_pixels().into()) as u32
+    }
+
+    fn places_in_rows(&self, place: u32, film_width: u32, most_rows: u32) -> u32 {
         let (margin, most) = (self.margin(), self.band_pixels());
-        let rows = (most / (film_width + margin)).saturating_sub(margin).min(BAND_ROWS);
+        let rows = (most / (film_width + margin)).saturating_sub(margin).min(most_rows);
         let left_in_row = film_width - place % film_width;
         if rows > 0 {
             left_in_row + (rows - 1) * film_width

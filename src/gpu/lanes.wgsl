@@ -37,6 +37,13 @@ fn film_position(id: PathId, centre: vec2f) -> vec2f {
     return centre + vec2f(film_offset(at.x), film_offset(at.y));
 }
 
+// A sample as it is sent.
+fn sample_words(id: PathId, film: vec2f, radiance: vec3f) -> SampleWords {
+    let at = bitcast<vec2u>(film);
+    let found = bitcast<vec3u>(radiance);
+    return SampleWords(id.pixel, id.sample, at.x, at.y, found.x, found.y, found.z);
+}
+
 // A path at the camera.
 fn start(id: PathId, centre: vec2f, rays: u32) -> State {
     let lens = draw(id, BLOCK_CAMERA).zw;

@@ -45,6 +45,12 @@ struct Scene {
     // moved beside its boxes.
     tree_root: u32,
     tree_share: f32,
+    // The heap's word with which the filter's weights begin.
+    weights_from: u32,
+    // Added to a position in multiples of 2^−CHANCE_BITS, it gives the first tap, rounded down; and whether it was not
+    // rounded, so that there may be ties.
+    tap_shift: i32,
+    tap_ties: u32,
     // Of `FilmOffset::Drawn`: 65 nodes, four a row.
     offset_nodes: array<vec4f, 17>,
 }
@@ -61,6 +67,13 @@ struct Dispatch {
     first_sample: u32,
     samples: u32,
     sends_samples: u32,
+    // The band that samples are added to: its first column and row, in those of the whole film, and its size.
+    band_left: i32,
+    band_top: i32,
+    band_width: u32,
+    band_pixels: u32,
+    // The most samples that are sent because they are too bright for the band.
+    most_bright: u32,
 }
 
 // A row of the surface table.
@@ -249,6 +262,15 @@ struct SampleWords {
     blue: u32,
 }
 
+// Sums of samples that count in all pixels around them.
+struct Splats {
+    // How many samples were too bright for that.
+    bright: atomic<u32>,
+    // Of all pixels of the band the low words of red, then those of green, of blue and of the weight, so that neighbours
+    // add side by side; then the high words.
+    words: array<atomic<u32>>,
+}
+
 @group(0) @binding(0) var<uniform> scene: Scene;
 // Of every invocation as many as may wait, those at one height side by side.
 @group(0) @binding(1) var<storage, read_write> branches: array<Branch>;
@@ -256,3 +278,4 @@ struct SampleWords {
 @group(1) @binding(0) var<uniform> dispatch: Dispatch;
 @group(1) @binding(1) var<storage, read_write> sums: array<SlotSums>;
 @group(1) @binding(2) var<storage, read_write> samples: array<SampleWords>;
+@group(1) @binding(3) var<storage, read_write> splats: Splats;

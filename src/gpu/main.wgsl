@@ -39,13 +39,15 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
             if step_path(&state, lane) {
                 continue;
             }
-            add_sample(&slot_sums, state.id.sample, state.l);
             if dispatch.sends_samples != 0u {
-                let film = bitcast<vec2u>(film_position(state.id, centre));
-                let found = bitcast<vec3u>(state.l);
+                add_sample(&slot_sums, state.id.sample, state.l);
                 // Neighbours write side by side.
                 samples[i * dispatch.slots + slot] =
-                    SampleWords(pixel, state.id.sample, film.x, film.y, found.x, found.y, found.z);
+                    sample_words(state.id, film_position(state.id, centre), state.l);
+            } else if TAPS > 0u {
+                add_splats(&slot_sums, state.id, film_position(state.id, centre), state.l);
+            } else {
+                add_sample(&slot_sums, state.id.sample, state.l);
             }
             i++;
             if i == dispatch.samples {

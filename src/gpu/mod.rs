@@ -17,6 +17,7 @@ mod disabled;
 #[cfg(not(feature = "gpu"))]
 pub use disabled::{Device, GpuWorker, adapters};
 
+use crate::film::Splatter;
 use crate::render::Region;
 use crate::sampling::warp::FilmOffset;
 use crate::scene::RenderSettings;
@@ -40,8 +41,10 @@ pub struct Job<'a> {
     pub region: Region,
     /// The worker's number.
     pub index: usize,
-    /// Whether a sink wants every sample.
+    /// Whether a sink wants every sample: then they travel one by one, and nothing is summed up.
     pub sends_samples: bool,
+    /// What puts samples on the film where they count in all pixels around them.
+    pub splatter: Option<&'a Splatter>,
 }
 
 /// What kind of device an adapter is; the better ones for rendering come first.

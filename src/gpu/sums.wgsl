@@ -77,15 +77,23 @@ fn add_square(to: ptr<function, SlotSums>, square: f32) {
     (*to).squares = vec4u(x, y_carried, z_carried, before.w + carry_z);
 }
 
+// Whether a film does not take a sample, which is counted then.
+fn is_rejected(to: ptr<function, SlotSums>, sample: u32, radiance: vec3f) -> bool {
+    let reject = check(radiance);
+    if reject == REJECT_NONE {
+        return false;
+    }
+    if (*to).rejected == 0u {
+        (*to).first_reject = sample;
+        (*to).rejected = reject << REJECT_SHIFT;
+    }
+    (*to).rejected++;
+    return true;
+}
+
 // Adds a sample, or counts it as rejected.
 fn add_sample(to: ptr<function, SlotSums>, sample: u32, radiance: vec3f) {
-    let reject = check(radiance);
-    if reject != REJECT_NONE {
-        if (*to).rejected == 0u {
-            (*to).first_reject = sample;
-            (*to).rejected = reject << REJECT_SHIFT;
-        }
-        (*to).rejected++;
+    if is_rejected(to, sample, radiance) {
         return;
     }
     add_radiance(to, radiance);

@@ -62,7 +62,7 @@ impl Crew {
         let compiled = Arc::new(compiled);
         let offset = film_offset(film);
         let splatter = splatter(settings);
-        let weighted = splatter.is_some();
+        let puts = splatter.clone();
         let open = |name: &Option<String>, index, geometry: &Geometry| {
             let device = gpu::Device::open(name.as_deref())?;
             let job = gpu::Job {
@@ -73,8 +73,8 @@ impl Crew {
                 offset,
                 region: settings.region,
                 index,
-                // The accumulator puts a GPU's samples on a film where they count in all pixels around them.
-                sends_samples: settings.samples.is_some() || weighted,
+                sends_samples: settings.samples.is_some(),
+                splatter: puts.as_deref(),
             };
             let worker = Box::new(gpu::GpuWorker::new(&device, &job)?);
             Ok::<_, gpu::GpuError>(Gpu { worker, name: device.description().to_string() })

@@ -5,7 +5,7 @@ use crossbeam_channel::{Receiver, bounded};
 use std::sync::Arc;
 
 /// Storage buffers that the shaders bind beside the tables.
-const OTHER_BUFFERS: u32 = 3;
+const OTHER_BUFFERS: u32 = 4;
 
 /// A GPU, open for work. Clones are the same device.
 #[derive(Clone, Debug)]

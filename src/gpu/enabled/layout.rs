@@ -5,7 +5,9 @@ use super::heap::{self, Paging};
 use super::tables::Tables;
 use super::tree;
 use crate::film::Reject;
-use crate::film::sums::{FRACTION_BITS, MAX_RADIANCE};
+use crate::film::splat::WEIGHT_BITS;
+use crate::film::sums::{FRACTION_BITS, MAX_RADIANCE, MAX_SUMMED};
+use crate::film::weights::{CELL_BITS, POSITION_BITS, TABLE_BITS, TAP_BITS};
 use crate::gpu::GpuError;
 use crate::integrator::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 use crate::light;
@@ -87,6 +89,10 @@ shared! {
         places_from: u32,
         tree_root: u32,
         tree_share: f32,
+        weights_from: u32,
+        tap_shift: i32,
+        tap_ties: u32,
+        _gap: u32,
         offset_nodes: [[f32; 4]; 17],
     }
 
@@ -101,6 +107,11 @@ shared! {
         first_sample: u32,
         samples: u32,
         sends_samples: u32,
+        band_left: i32,
+        band_top: i32,
+        band_width: u32,
+        band_pixels: u32,
+        most_bright: u32,
     }
 
     /// A row of the surface table.
@@ -310,6 +321,8 @@ pub(super) struct Plan {
     pub(super) instances: bool,
     /// Whether light scatters around other normals than the surfaces' own.
     pub(super) smooth: bool,
+    /// The filter's taps along an axis, where samples count in all pixels around them; zero elsewhere.
+    pub(super) taps: u32,
 }
 
 impl Plan {
@@ -323,9 +336,16 @@ impl Plan {
             triangles: !tree.triangles.is_empty(),
             instances: !tree.places.is_empty(),
             smooth: tree.smooth,
+            taps: tables.weights.taps,
         })
     }
 }
+
+/// Bits behind the binary point of a position on the film: a sum of halves and of what is drawn from so many bits.
+pub(super) const CHANCE_BITS: u32 = 24;
+
+/// Taps in a word of the heap.
+pub(super) const TAPS_IN_A_WORD: u32 = 4;
 
 /// Branches of `whitted` that may wait for one invocation; from then on chance chooses among them.
 pub(super) const MOST_BRANCHES: u32 = 16;
@@ -379,6 +399,15 @@ pub(super) fn text(variant: Variant) -> String {
         ("OFFSET_UNIFORM", OFFSET_UNIFORM),
         ("OFFSET_TENT", OFFSET_TENT),
         ("OFFSET_DRAWN", OFFSET_DRAWN),
+        ("TAPS", variant.plan.taps),
+        ("TAP_WORDS", variant.plan.taps.div_ceil(TAPS_IN_A_WORD)),
+        ("TAP_BITS", TAP_BITS),
+        ("TABLE_BITS", TABLE_BITS),
+        ("CELL_BITS", CELL_BITS),
+        ("POSITION_BITS", POSITION_BITS),
+        ("CHANCE_BITS", CHANCE_BITS),
+        ("WEIGHT_BITS", WEIGHT_BITS),
+        ("MAX_SUMMED_BITS", MAX_SUMMED.to_bits()),
         ("FRACTION_BITS", FRACTION_BITS),
         ("MAX_RADIANCE_BITS", MAX_RADIANCE.to_bits()),
         ("REJECT_NONE", 0),

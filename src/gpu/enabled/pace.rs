@@ -25,8 +25,17 @@ pub(super) const MOST_SLOTS: u32 = 1 << 18;
 /// The most samples that a dispatch sends one by one: 7 MB.
 pub(super) const MOST_SAMPLES: u32 = 1 << 18;
 
+/// The most samples that a dispatch may find too bright for a band of sums: these are sent one by one, 2 MB.
+pub(super) const MOST_BRIGHT: u32 = 1 << 16;
+
+/// And for how many there is room at first: 7 kB, which travel with each dispatch whether anything is in them or not.
+pub(super) const FIRST_BRIGHT: u32 = 1 << 8;
+
 /// A visit to a slot costs its sums, so it should add a few samples.
 const SAMPLES_A_VISIT: f64 = 8.0;
+
+/// And more where it costs a part of a band, with the rows that the filter reaches.
+const SAMPLES_A_VISIT_OF_SPLATS: f64 = 32.0;
 
 /// What one dispatch does: these samples for each of these slots of a stride.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +57,9 @@ impl Task {
     /// Two tasks that make up this one; the first does no more of its kind than a pace allows. One alone if it is
     /// not too much.
     fn split(self, pace: &Pace) -> (Task, Option<Task>) {
-        let (slots, samples) = (pace.most_slots, pace.most_samples);
+        let paths = pace.most_paths;
+        let samples = pace.most_samples.min((paths / self.slots).max(1));
+        let slots = pace.most_slots.min(paths);
         if self.samples > samples {
             let (first_sample, rest) = (self.first_sample + samples, self.samples - samples);
             let rest = Task { first_sample, samples: rest, ..self };
@@ -77,7 +88,9 @@ pub(super) fn next_part(tasks: &mut VecDeque<Task>, pace: &Pace) -> Option<Task>
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     paths: f64,
-    sends_samples: bool,
+    /// The most that there is room for what they bring.
+    most_paths: u32,
+    samples_a_visit: f64,
     /// The most samples for each slot, and the most slots, that the driver lets invocations finish.
     most_samples: u32,
     most_slots: u32,
@@ -85,7 +98,26 @@ pub(super) struct Pace {
 
 impl Pace {
     pub(super) fn new(sends_samples: bool) -> Pace {
-        Pace { paths: FIRST_PATHS, sends_samples, most_samples: MAX_COUNT, most_slots: MOST_SLOTS }
+        let most_paths = if sends_samples { MOST_SAMPLES } else { u32::MAX };
+        Pace {
+            paths: FIRST_PATHS,
+            most_paths,
+            samples_a_visit: SAMPLES_A_VISIT,
+            most_samples: MAX_COUNT,
+            most_slots: MOST_SLOTS,
+        }
+    }
+
+    /// For samples that are put on bands.
+    pub(super) fn of_splats() -> Pace {
+        Pace { samples_a_visit: SAMPLES_A_VISIT_OF_SPLATS, ..Pace::new(false) }
+    }
+
+    /// After a task with more bright samples than there is room for: half as many as would fit if they lie evenly. So
+    /// many paths as there is room for always fit.
+    pub(super) fn leave_room(&mut self, task: &Task, bright: u32, room: u32) {
+        let even = task.paths() * u64::from(room) / u64::from(bright.max(1)) / 2;
+        self.most_paths = even.clamp(room.into(), self.most_paths.max(room).into()) as u32;
     }
 
     /// After a task that the driver ended too soon: the next ones ask less of each of so many invocations. Returns
@@ -116,8 +148,8 @@ impl Pace {
 
     /// Slots and samples of a dispatch, where so many are left.
     fn tile(&self, slots: u32, samples: u32) -> (u32, u32) {
-        let most = if self.sends_samples { self.paths.min(f64::from(MOST_SAMPLES)) } else { self.paths };
-        let wanted = most / f64::from(samples.min(self.most_samples)).min(SAMPLES_A_VISIT);
+        let most = self.paths.min(f64::from(self.most_paths));
+        let wanted = most / f64::from(samples.min(self.most_samples)).min(self.samples_a_visit);
         let slots = (wanted.max(1.0) as u32).min(slots).min(self.most_slots);
         let fitting = (most / f64::from(slots)).max(1.0) as u32;
         (slots, fitting.min(samples).min(self.most_samples))
@@ -159,12 +191,17 @@ impl Remaining {
         self.runs.is_empty()
     }
 
-    /// The next task, or none when the order is done.
-    pub(super) fn next(&mut self, pace: &Pace) -> Option<Task> {
+    /// The next task, or none when the order is done. From a place of the region on, it is for so many places at most
+    /// as `reach` says.
+    pub(super) fn next(&mut self, pace: &Pace, reach: impl Fn(u32) -> u32) -> Option<Task> {
         let run = self.runs.front_mut()?;
         if self.slots == 0 {
             self.sample = run.samples.start;
-            self.slots = pace.tile(run.slots.len() as u32, run.samples.len() as u32).0;
+            let Order { stride, .. } = self.order;
+            let place = stride.place(run.slots.start);
+            // A stride's length up to a place is the number of the first slot from there on.
+            let within = stride.len(place.saturating_add(reach(place))) - run.slots.start;
+            self.slots = pace.tile(within.min(run.slots.len() as u32), run.samples.len() as u32).0;
         }
         let (_, samples) = pace.tile(self.slots, run.samples.end - self.sample);
         let mut task = Task {
@@ -195,7 +232,7 @@ mod tests {
     fn tasks(order: Order, slots: u32, pace: &mut Pace, took: Duration) -> Vec<Task> {
         let mut remaining = Remaining::new(order, slots);
         let mut tasks = Vec::new();
-        while let Some(task) = remaining.next(pace) {
+        while let Some(task) = remaining.next(pace, |_| u32::MAX) {
             pace.learn(task.paths(), took);
             tasks.push(task);
         }
@@ -232,7 +269,7 @@ mod tests {
         let mut remaining = Remaining::of(order, runs.clone());
         let mut seen = vec![Vec::new(); 1000];
         let mut completes = Vec::new();
-        while let Some(task) = remaining.next(&Pace { paths: 700.0, ..Pace::new(false) }) {
+        while let Some(task) = remaining.next(&Pace { paths: 700.0, ..Pace::new(false) }, |_| u32::MAX) {
             for slot in task.first_slot..task.first_slot + task.slots {
                 seen[slot as usize].extend(task.first_sample..task.first_sample + task.samples);
             }
@@ -263,7 +300,7 @@ mod tests {
         let (slots, samples) = pace.tile(1 << 20, 256);
         let seconds = f64::from(slots) * f64::from(samples) / rate;
         assert!((0.01..0.03).contains(&seconds), "{slots} slots × {samples} samples take {seconds} s");
-        let (slots, samples) = Pace { sends_samples: true, ..pace }.tile(1 << 20, 256);
+        let (slots, samples) = Pace { most_paths: MOST_SAMPLES, ..pace }.tile(1 << 20, 256);
         assert!(slots * samples <= MOST_SAMPLES);
     }
 
@@ -296,6 +333,56 @@ mod tests {
         }
         assert_eq!(seen.iter().sum::<u32>(), 2100);
         assert!(seen.iter().all(|&times| times <= 1));
+    }
+
+    #[test]
+    fn a_task_goes_no_farther_than_its_places_reach() {
+        let stride = Stride { first: 30, step: 100, run: 40 };
+        let order = Order { stride, first: 2, end: 9 };
+        // Rows of 90 places, two of which share a band.
+        let reach = |place: u32| 180 - place % 90;
+        for pace in [Pace::new(false), Pace { paths: 300.0, ..Pace::new(false) }] {
+            let mut remaining = Remaining::new(order, stride.len(1000));
+            let mut seen = vec![0; stride.len(1000) as usize];
+            while let Some(task) = remaining.next(&pace, reach) {
+                let [first, last] = [0, task.slots - 1].map(|slot| stride.place(task.first_slot + slot) / 90);
+                assert!(last <= first + 1, "{task:?}");
+                (task.first_slot..task.first_slot + task.slots)
+                    .for_each(|slot| seen[slot as usize] += task.samples);
+            }
+            assert!(seen.iter().all(|&samples| samples == 7));
+        }
+    }
+
+    #[test]
+    fn where_bright_samples_find_no_room_fewer_paths_are_followed() {
+        let mut pace = Pace::new(false);
+        let task = Task {
+            stride: Stride::ALL,
+            first_slot: 0,
+            slots: 1000,
+            first_sample: 0,
+            samples: 50,
+            completes: Some(50),
+        };
+        pace.leave_room(&task, 400, 100);
+        assert_eq!(pace.most_paths, 6250);
+        let mut left = VecDeque::from([task]);
+        let mut paths = 0;
+        while let Some(part) = next_part(&mut left, &pace) {
+            assert!(part.paths() <= 6250);
+            paths += part.paths();
+        }
+        assert_eq!(paths, 50_000);
+        // As many as there is room for, whatever they are, and never more than before.
+        pace.leave_room(&Task { slots: 100, ..task }, 5000, 100);
+        assert_eq!(pace.most_paths, 100);
+        let (slots, samples) = Pace { paths: 1e9, ..pace }.tile(1 << 20, 256);
+        assert!(slots * samples <= 100);
+        let part = next_part(&mut VecDeque::from([task]), &pace).unwrap();
+        assert_eq!((part.slots, part.samples), (100, 1));
+        pace.leave_room(&Task { slots: 100, samples: 1, ..task }, 101, 100);
+        assert_eq!(pace.most_paths, 100);
     }
 
     #[test]

@@ -5,8 +5,12 @@ use super::heap;
 use super::layout::{Branch, Dispatch, MOST_BRANCHES, SampleWords, SlotSums};
 use super::pace::Task;
 use super::program::Program;
+use super::readback::{self, splat_words};
 use super::tables::Tables;
+use crate::film::Band;
 use crate::gpu::{GpuError, Job};
+use crate::integrator::Sample;
+use crate::render::Region;
 use crate::scene::Integrator;
 use bytemuck::Pod;
 use crossbeam_channel::{Receiver, bounded};
@@ -77,6 +81,7 @@ pub(super) struct DispatchBuffers {
     dispatch: wgpu::Buffer,
     sums: Output,
     samples: Output,
+    splats: Output,
     group: wgpu::BindGroup,
 }
 
@@ -122,28 +127,52 @@ impl Output {
     }
 }
 
+/// What a dispatch brings.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Brings {
+    /// Sums of each slot.
+    Sums,
+    /// All samples.
+    Samples,
+    /// Sums of a band's pixels, and as many of those samples that are too bright for them.
+    Splats(Band, u32),
+}
+
+/// What buffers for dispatches must hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Room {
+    pub(super) slots: u32,
+    /// All of a dispatch, or those that are too bright for a band.
+    pub(super) samples: u32,
+    pub(super) band_pixels: u32,
+}
+
 /// A dispatch that the device works at.
 pub(super) struct Submission {
     pub(super) task: Task,
+    pub(super) brings: Brings,
     pub(super) index: wgpu::SubmissionIndex,
-    sums: Receiver<bool>,
-    samples: Option<Receiver<bool>>,
+    answers: Vec<Receiver<bool>>,
 }
 
 impl Submission {
     /// Whether the device has answered.
     pub(super) fn is_done(&self) -> bool {
-        !self.sums.is_empty() && self.samples.as_ref().is_none_or(|samples| !samples.is_empty())
+        self.answers.iter().all(|answer| !answer.is_empty())
     }
 
     /// Whether its results can be read.
     pub(super) fn is_readable(&self) -> bool {
-        self.sums.try_recv() == Ok(true) && self.samples.as_ref().is_none_or(|s| s.try_recv() == Ok(true))
+        self.answers.iter().all(|answer| answer.try_recv() == Ok(true))
     }
 }
 
 const SUMS_BYTES: u64 = size_of::<SlotSums>() as u64;
 const SAMPLE_BYTES: u64 = size_of::<SampleWords>() as u64;
+
+fn splat_bytes(pixels: usize) -> u64 {
+    (splat_words(pixels) * size_of::<u32>()) as u64
+}
 
 impl Pipeline {
     /// The most invocations of a dispatch.
@@ -151,13 +180,8 @@ impl Pipeline {
         self.workgroups.saturating_mul(self.program.shape.workgroup_size)
     }
 
-    /// Buffers for dispatches of so many slots and, where they are sent, samples.
-    pub(super) fn buffers(
-        &self,
-        device: &Device,
-        slots: u32,
-        samples: u32,
-    ) -> Result<DispatchBuffers, GpuError> {
+    /// Buffers for dispatches.
+    pub(super) fn buffers(&self, device: &Device, room: Room) -> Result<DispatchBuffers, GpuError> {
         device.checked(|device| {
             let dispatch = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("dispatch"),
@@ -165,10 +189,12 @@ impl Pipeline {
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });
-            let sums = Output::new(device, "sums", u64::from(slots.max(1)) * SUMS_BYTES);
-            let samples = Output::new(device, "samples", u64::from(samples.max(1)) * SAMPLE_BYTES);
-            let group = bind(device, &self.program.tasks, &[&dispatch, &sums.written, &samples.written]);
-            DispatchBuffers { dispatch, sums, samples, group }
+            let sums = Output::new(device, "sums", u64::from(room.slots.max(1)) * SUMS_BYTES);
+            let samples = Output::new(device, "samples", u64::from(room.samples.max(1)) * SAMPLE_BYTES);
+            let splats = Output::new(device, "splats", splat_bytes(room.band_pixels.max(1) as usize));
+            let buffers = [&dispatch, &sums.written, &samples.written, &splats.written];
+            let group = bind(device, &self.program.tasks, &buffers);
+            DispatchBuffers { dispatch, sums, samples, splats, group }
         })
     }
 
@@ -177,13 +203,14 @@ impl Pipeline {
         &self,
         device: &Device,
         buffers: &DispatchBuffers,
+        region: Region,
         task: Task,
-        sends_samples: bool,
+        brings: Brings,
     ) -> Submission {
         let workgroup_size = self.program.shape.workgroup_size;
         let groups = task.slots.div_ceil(workgroup_size).min(self.workgroups);
-        let (sums_bytes, samples_bytes) = (u64::from(task.slots) * SUMS_BYTES, task.paths() * SAMPLE_BYTES);
-        let dispatch = Dispatch {
+        let mut outputs = vec![(&buffers.sums, u64::from(task.slots) * SUMS_BYTES)];
+        let mut dispatch = Dispatch {
             stride_first: task.stride.first,
             stride_step: task.stride.step,
             stride_run: task.stride.run,
@@ -192,12 +219,31 @@ impl Pipeline {
             invocations: groups * workgroup_size,
             first_sample: task.first_sample,
             samples: task.samples,
-            sends_samples: u32::from(sends_samples),
+            sends_samples: u32::from(brings == Brings::Samples),
+            ..Dispatch::default()
         };
+        match &brings {
+            Brings::Sums => {}
+            Brings::Samples => outputs.push((&buffers.samples, task.paths() * SAMPLE_BYTES)),
+            Brings::Splats(band, bright) => {
+                // Positions are on the whole film.
+                let [left, top] = band.corner();
+                dispatch.band_left = (i64::from(region.x) + left) as i32;
+                dispatch.band_top = (i64::from(region.y) + top) as i32;
+                dispatch.band_width = band.width() as u32;
+                dispatch.band_pixels = band.pixels() as u32;
+                dispatch.most_bright = *bright;
+                outputs.push((&buffers.splats, splat_bytes(band.pixels())));
+                outputs.push((&buffers.samples, u64::from(*bright) * SAMPLE_BYTES));
+            }
+        }
         device.queue.write_buffer(&buffers.dispatch, 0, bytemuck::bytes_of(&dispatch));
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         // What no invocation comes to must not be what was there before.
-        encoder.clear_buffer(&buffers.sums.written, 0, Some(sums_bytes));
+        encoder.clear_buffer(&buffers.sums.written, 0, Some(u64::from(task.slots) * SUMS_BYTES));
+        if let Brings::Splats(band, _) = &brings {
+            encoder.clear_buffer(&buffers.splats.written, 0, Some(splat_bytes(band.pixels())));
+        }
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&self.program.pipeline);
@@ -205,14 +251,12 @@ impl Pipeline {
             pass.set_bind_group(1, &buffers.group, &[]);
             pass.dispatch_workgroups(groups, 1, 1);
         }
-        buffers.sums.copy(&mut encoder, sums_bytes);
-        if sends_samples {
-            buffers.samples.copy(&mut encoder, samples_bytes);
+        for (output, bytes) in &outputs {
+            output.copy(&mut encoder, *bytes);
         }
         let index = device.queue.submit([encoder.finish()]);
-        let sums = buffers.sums.ask(sums_bytes);
-        let samples = sends_samples.then(|| buffers.samples.ask(samples_bytes));
-        Submission { task, index, sums, samples }
+        let answers = outputs.iter().map(|(output, bytes)| output.ask(*bytes)).collect();
+        Submission { task, brings, index, answers }
     }
 }
 
@@ -225,5 +269,22 @@ impl DispatchBuffers {
     /// Looks at a finished task's samples, once.
     pub(super) fn samples<R>(&self, task: &Task, work: impl FnOnce(&[SampleWords]) -> R) -> Option<R> {
         self.samples.look(task.paths(), work)
+    }
+
+    /// Puts a finished task's sums of a band where they belong, and says how many samples were too bright for them: these,
+    /// once, if there was room for all.
+    pub(super) fn splats(&self, band: &mut Band, room: u32) -> Option<Result<Vec<Sample>, u32>> {
+        let words = splat_words(band.pixels()) as u64;
+        let bright = self.splats.look(words, |words| readback::splats(words, band))?;
+        self.samples.look(room.into(), |words: &[SampleWords]| match words.get(..bright as usize) {
+            Some(words) => Ok(words.iter().map(readback::sample).collect()),
+            None => Err(bright),
+        })
+    }
+
+    /// Puts samples where a dispatch finds them.
+    #[cfg(test)]
+    pub(super) fn write_samples(&self, device: &Device, samples: &[SampleWords]) {
+        device.queue.write_buffer(&self.samples.written, 0, bytemuck::cast_slice(samples));
     }
 }

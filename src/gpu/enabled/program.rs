@@ -7,7 +7,7 @@ use crate::gpu::GpuError;
 use crate::scene::RenderSettings;
 
 /// The WGSL, in the order of the CPU's rooms.
-const SOURCES: [&str; 18] = [
+const SOURCES: [&str; 19] = [
     include_str!("../layout.wgsl"),
     include_str!("../math.wgsl"),
     include_str!("../sampling.wgsl"),
@@ -26,6 +26,7 @@ const SOURCES: [&str; 18] = [
     include_str!("../next_event.wgsl"),
     include_str!("../whitted.wgsl"),
     include_str!("../sums.wgsl"),
+    include_str!("../splats.wgsl"),
 ];
 
 /// What only rendering needs.
@@ -118,7 +119,7 @@ impl Program {
             debug_assert_eq!(tables.len(), FIRST_PAGE as usize);
             tables.extend((0..plan.paging.pages).map(|_| read));
             let tables = layout(&tables);
-            let tasks = layout(&[uniform, write, write]);
+            let tasks = layout(&[uniform, write, write, write]);
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("stride"),
                 source: wgpu::ShaderSource::Wgsl(source.into()),

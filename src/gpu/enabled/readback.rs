@@ -1,7 +1,7 @@
 //! From the device's words to what the accumulator takes.
 
 use super::layout::{REJECT_SHIFT, REJECTS, SampleWords, SlotSums};
-use crate::film::{PixelSums, Reject, WideSums};
+use crate::film::{Band, PixelSums, Reject, WideSums};
 use crate::integrator::Sample;
 
 /// What one slot's words say.
@@ -39,6 +39,25 @@ pub(super) fn slot(words: &SlotSums, samples: u32) -> Slot {
 pub(super) fn sample(words: &SampleWords) -> Sample {
     let radiance = [words.red, words.green, words.blue];
     Sample { pixel: words.pixel, sample: words.sample, x: words.x, y: words.y, radiance }
+}
+
+/// Words of sums of a band of so many pixels, and the one before them.
+pub(super) const fn splat_words(pixels: usize) -> usize {
+    1 + 8 * pixels
+}
+
+/// Puts words of sums into a band, all of it. Returns how many samples were too bright for that.
+pub(super) fn splats(words: &[u32], band: &mut Band) -> u32 {
+    let Some((&bright, words)) = words.split_first() else { return 0 };
+    let sums = band.sums_mut();
+    let pixels = sums.len();
+    let (low, high) = words.split_at(4 * pixels);
+    for (channel, (low, high)) in low.chunks(pixels.max(1)).zip(high.chunks(pixels.max(1))).enumerate() {
+        for (to, (&low, &high)) in sums.iter_mut().zip(low.iter().zip(high)) {
+            to[channel] = (u64::from(low) | u64::from(high) << 32) as i64;
+        }
+    }
+    bright
 }
 
 #[cfg(test)]

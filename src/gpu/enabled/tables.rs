@@ -1,8 +1,9 @@
 //! From the compiled scene to the device's tables.
 
 use super::heap::Section;
-use super::layout::{self, Light, LightNode, Material, Scene, Surface};
+use super::layout::{self, CHANCE_BITS, Light, LightNode, Material, Scene, Surface, TAPS_IN_A_WORD};
 use super::tree::Tree;
+use crate::film::{self, Splatter};
 use crate::gpu::{GpuError, Job};
 use crate::light::{self, LightRow};
 use crate::material::{Kind, Row};
@@ -27,6 +28,30 @@ pub(super) struct Tables {
     pub(super) lights: Vec<Light>,
     pub(super) light_nodes: Vec<LightNode>,
     pub(super) tree: Tree,
+    pub(super) weights: Weights,
+}
+
+/// A filter's weights, where samples count in all pixels around them.
+#[derive(Default)]
+pub(super) struct Weights {
+    /// Taps along an axis; zero where samples count in their own pixels only.
+    pub(super) taps: u32,
+    /// The table's rows, each filled up to whole words of the heap with taps of zero.
+    rows: Vec<[i32; TAPS_IN_A_WORD as usize]>,
+}
+
+impl Weights {
+    fn new(weights: &film::Weights) -> Weights {
+        let mut rows = Vec::new();
+        for row in weights.table().chunks_exact(weights.width()) {
+            rows.extend(row.chunks(TAPS_IN_A_WORD as usize).map(|some| {
+                let mut taps = [0; TAPS_IN_A_WORD as usize];
+                taps[..some.len()].copy_from_slice(some);
+                taps
+            }));
+        }
+        Weights { taps: weights.width() as u32, rows }
+    }
 }
 
 impl Tables {
@@ -67,6 +92,10 @@ impl Tables {
                 (layout::OFFSET_DRAWN, 0.0)
             }
         };
+        let weights = job.splatter.map(Splatter::weights);
+        // What is cut off lies between two positions that there are: no sample comes to lie on another tap for it.
+        let shift = weights.map_or(0.0, film::Weights::shift) * f64::from(1_u32 << CHANCE_BITS);
+        let (tap_shift, tap_ties) = (shift.floor() as i32, u32::from(shift.floor() == shift));
         let scene = Scene {
             eye: camera.eye,
             pixel_side: camera.pixel_side,
@@ -95,6 +124,8 @@ impl Tables {
             offset_nodes,
             tree_root: tree.root,
             tree_share: tree.share,
+            tap_shift,
+            tap_ties,
             ..Scene::default()
         };
         Ok(Tables {
@@ -104,6 +135,7 @@ impl Tables {
             lights: lights.rows().map(light_row).collect(),
             light_nodes: lights.tree().nodes().map(light_node).collect(),
             tree,
+            weights: weights.map_or_else(Weights::default, Weights::new),
         })
     }
 }
@@ -152,7 +184,7 @@ fn meshes(table: &SurfaceTable) -> Vec<u32> {
 
 impl Tables {
     /// The tables, in the order in which they lie in the heap.
-    pub(super) fn sections(&self) -> [Section<'_>; 8] {
+    pub(super) fn sections(&self) -> [Section<'_>; 9] {
         [
             Section::new(&self.surfaces),
             Section::new(&self.materials),
@@ -162,6 +194,7 @@ impl Tables {
             Section::new(&self.tree.triangles),
             Section::new(&self.tree.vertices),
             Section::new(&self.tree.places),
+            Section::new(&self.weights.rows),
         ]
     }
 
@@ -173,7 +206,7 @@ impl Tables {
     /// What all share, and where in the heap each table begins.
     pub(super) fn scene(&self) -> Scene {
         let mut next = 0;
-        let [surfaces, materials, lights, light_nodes, tree_nodes, triangles, vertices, places] =
+        let [surfaces, materials, lights, light_nodes, tree_nodes, triangles, vertices, places, weights] =
             self.sections().map(|section| {
                 let from = next;
                 // A heap of more words than can be numbered is refused.
@@ -189,6 +222,7 @@ impl Tables {
             triangles_from: triangles,
             vertices_from: vertices,
             places_from: places,
+            weights_from: weights,
             ..self.scene
         }
     }

@@ -1,12 +1,15 @@
 //! The worker itself: orders in, dispatches out, batches back.
 
 use super::device::Device;
-use super::layout::Plan;
-use super::pace::{MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Run, Task, next_part};
-use super::pipeline::{DispatchBuffers, Pipeline, Submission};
+use super::layout::{Plan, SlotSums};
+use super::pace::{
+    FIRST_BRIGHT, MOST_BRIGHT, MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Run, Task, next_part,
+};
+use super::pipeline::{Brings, DispatchBuffers, Pipeline, Room, Submission};
 use super::program::{Program, Shape};
 use super::readback;
 use super::tables::Tables;
+use crate::film::{Band, Made, Reject, Splatter};
 use crate::gpu::{GpuError, Job};
 use crate::render::batch::NAMED_REJECTS;
 use crate::render::{Held, Order, Payload, Region, SampleBatch, Stride, Traced};
@@ -31,8 +34,21 @@ pub struct GpuWorker {
     region: Region,
     index: usize,
     sends_samples: bool,
+    /// What samples are put on bands with, unless they are sent.
+    splatter: Option<Splatter>,
+    /// For how many samples that are too bright for a band there is room, and for how many there can be.
+    bright: [u32; 2],
     pace: Pace,
     held: Option<Arc<Held>>,
+}
+
+/// What a dispatch has come to.
+enum Landed {
+    Batch(Box<SampleBatch>),
+    /// Nothing: the driver ended it too soon.
+    CutShort,
+    /// Nothing: there was no room for so many bright samples.
+    TooBright(u32),
 }
 
 impl GpuWorker {
@@ -53,12 +69,29 @@ impl GpuWorker {
         tables: &Tables,
         program: Program,
     ) -> Result<GpuWorker, GpuError> {
+        GpuWorker::with_room(device, job, tables, program, MOST_BRIGHT)
+    }
+
+    /// With room for so many samples of a dispatch that are too bright for a band of sums.
+    pub(super) fn with_room(
+        device: &Device,
+        job: &Job<'_>,
+        tables: &Tables,
+        program: Program,
+        bright: u32,
+    ) -> Result<GpuWorker, GpuError> {
         let pipeline = Pipeline::new(device, job, tables, program)?;
-        let slots = job.region.len().min(MOST_SLOTS);
-        let samples = if job.sends_samples { MOST_SAMPLES } else { 0 };
-        let buffers = (0..IN_FLIGHT)
-            .map(|_| pipeline.buffers(device, slots, samples))
-            .collect::<Result<Vec<_>, _>>()?;
+        // The device adds up no spreads.
+        let sends_samples = job.sends_samples || job.splatter.is_some_and(Splatter::has_spreads);
+        let splatter = job.splatter.filter(|_| !sends_samples).cloned();
+        let (samples, band_pixels) = match &splatter {
+            _ if sends_samples => (MOST_SAMPLES, 0),
+            Some(splatter) => (bright, splatter.most_pixels(job.region.width, job.region.height)),
+            None => (0, 0),
+        };
+        let room = Room { slots: job.region.len().min(MOST_SLOTS), samples, band_pixels };
+        let buffers =
+            (0..IN_FLIGHT).map(|_| pipeline.buffers(device, room)).collect::<Result<Vec<_>, _>>()?;
         Ok(GpuWorker {
             device: device.clone(),
             pipeline,
@@ -66,8 +99,10 @@ impl GpuWorker {
             turn: 0,
             region: job.region,
             index: job.index,
-            sends_samples: job.sends_samples,
-            pace: Pace::new(job.sends_samples),
+            sends_samples,
+            pace: if splatter.is_some() { Pace::of_splats() } else { Pace::new(sends_samples) },
+            splatter,
+            bright: [FIRST_BRIGHT.min(bright), bright],
             held: None,
         })
     }
@@ -88,20 +123,22 @@ impl GpuWorker {
     pub fn run(&mut self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) -> Result<(), GpuError> {
         let mut in_flight: VecDeque<(Submission, Instant)> = VecDeque::with_capacity(IN_FLIGHT);
         let mut remaining: Option<Remaining> = None;
-        // Tasks that the driver ended too soon, and those that were in flight behind them.
-        let mut again = VecDeque::new();
+        // What is next: tasks that came to nothing, and those that were in flight behind them.
+        let mut tasks = VecDeque::new();
         let mut closed = false;
         let mut last_landing = Instant::now();
         loop {
             // The device works at one dispatch while the next waits in its queue.
             while in_flight.len() < IN_FLIGHT {
-                let task = next_part(&mut again, &self.pace);
-                let task =
-                    task.or_else(|| remaining.as_mut().and_then(|remaining| remaining.next(&self.pace)));
-                if let Some(task) = task {
+                if tasks.is_empty() {
+                    let reach = |place| self.reach(place);
+                    tasks.extend(remaining.as_mut().and_then(|remaining| remaining.next(&self.pace, reach)));
+                }
+                if let Some(task) = next_part(&mut tasks, &self.pace) {
                     let buffers = &self.buffers[(self.turn + in_flight.len()) % IN_FLIGHT];
                     let submitted = Instant::now();
-                    let submission = self.pipeline.submit(&self.device, buffers, task, self.sends_samples);
+                    let brings = self.brings(&task);
+                    let submission = self.pipeline.submit(&self.device, buffers, self.region, task, brings);
                     in_flight.push_back((submission, submitted));
                     continue;
                 }
@@ -121,7 +158,7 @@ impl GpuWorker {
                             let mut batch = self.empty_batch(order.stride, 0);
                             batch.completes = Some(order.end);
                             if batches.send(batch).is_err() {
-                                return self.wait_for_all(&in_flight);
+                                return self.wait_for_all(in_flight);
                             }
                         }
                         remaining = Some(to_do);
@@ -131,23 +168,35 @@ impl GpuWorker {
                 }
             }
             let Some((submission, submitted)) = in_flight.pop_front() else { return Ok(()) };
-            let landed = self.land(&submission, submitted.max(last_landing))?;
+            let task = submission.task;
+            let landed = self.land(submission, submitted.max(last_landing))?;
             last_landing = Instant::now();
-            let Some(batch) = landed else {
-                if !self.pace.ask_less(&submission.task, self.pipeline.invocations()) {
-                    let adapter = self.device.description().name.clone();
-                    return Err(GpuError::CutShort { adapter });
+            match landed {
+                Landed::Batch(batch) => {
+                    if batches.send(*batch).is_err() {
+                        return self.wait_for_all(in_flight);
+                    }
+                    continue;
                 }
-                self.wait_for_all(&in_flight)?;
-                let behind = in_flight.drain(..).map(|(submission, _)| submission.task);
-                let all: Vec<_> = [submission.task].into_iter().chain(behind).collect();
-                // In their order: an order's last task stays the last one.
-                all.into_iter().rev().for_each(|task| again.push_front(task));
-                continue;
-            };
-            if batches.send(batch).is_err() {
-                return self.wait_for_all(&in_flight);
+                Landed::CutShort => {
+                    if !self.pace.ask_less(&task, self.pipeline.invocations()) {
+                        let adapter = self.device.description().name.clone();
+                        return Err(GpuError::CutShort { adapter });
+                    }
+                }
+                Landed::TooBright(bright) => {
+                    let [room, most] = &mut self.bright;
+                    *room = bright.saturating_mul(2).clamp(*room, *most);
+                    if bright > *most {
+                        self.pace.leave_room(&task, bright, *most);
+                    }
+                }
             }
+            let behind = in_flight.iter().map(|(submission, _)| submission.task);
+            let all: Vec<_> = [task].into_iter().chain(behind).collect();
+            self.wait_for_all(std::mem::take(&mut in_flight))?;
+            // In their order: an order's last task stays the last one.
+            all.into_iter().rev().for_each(|task| tasks.push_front(task));
         }
     }
 
@@ -163,21 +212,39 @@ impl GpuWorker {
         }
     }
 
-    /// Waits for a dispatch, learns from the time that it took since `start`, and makes a batch of it; none if the
-    /// driver ended it too soon.
-    fn land(&mut self, submission: &Submission, start: Instant) -> Result<Option<SampleBatch>, GpuError> {
+    /// How many places from one on a dispatch may be for.
+    fn reach(&self, place: u32) -> u32 {
+        let most = |splatter: &Splatter| splatter.most_places_from(place, self.region.width);
+        self.splatter.as_ref().map_or(u32::MAX, most)
+    }
+
+    /// What is asked of a task.
+    fn brings(&self, task: &Task) -> Brings {
+        match &self.splatter {
+            _ if self.sends_samples => Brings::Samples,
+            Some(splatter) => {
+                let [first, last] = [0, task.slots - 1].map(|slot| task.stride.place(task.first_slot + slot));
+                Brings::Splats(splatter.band(first, last, self.region.width), self.bright[0])
+            }
+            None => Brings::Sums,
+        }
+    }
+
+    /// Waits for a dispatch, learns from the time that it took since `start`, and makes a batch of it.
+    fn land(&mut self, submission: Submission, start: Instant) -> Result<Landed, GpuError> {
         // Answers come while the device is asked. One that is here already may have been here for long.
         let _ = self.device.device.poll(wgpu::PollType::Poll);
         let waited = !submission.is_done();
-        self.wait(submission)?;
+        self.wait(&submission)?;
         let took = start.elapsed();
-        let landed = self.read(&submission.task);
+        let paths = submission.task.paths();
+        let landed = self.read(submission);
         self.turn = (self.turn + 1) % IN_FLIGHT;
         match landed {
+            Ok(Landed::Batch(_)) if waited => self.pace.learn(paths, took),
+            Ok(Landed::Batch(_)) => self.pace.learn_at_most(paths, took),
             // How long it would have taken is not known.
-            Ok(None) | Err(_) => {}
-            Ok(Some(_)) if waited => self.pace.learn(submission.task.paths(), took),
-            Ok(Some(_)) => self.pace.learn_at_most(submission.task.paths(), took),
+            Ok(_) | Err(_) => {}
         }
         landed
     }
@@ -193,68 +260,102 @@ impl GpuWorker {
     }
 
     /// Leaves the buffers as they were found, for another run.
-    fn wait_for_all(&mut self, in_flight: &VecDeque<(Submission, Instant)>) -> Result<(), GpuError> {
+    fn wait_for_all(&mut self, in_flight: VecDeque<(Submission, Instant)>) -> Result<(), GpuError> {
         for (submission, _) in in_flight {
-            self.wait(submission)?;
+            self.wait(&submission)?;
             // Looking at results gives their buffers back.
-            drop(self.read(&submission.task));
+            drop(self.read(submission));
             self.turn = (self.turn + 1) % IN_FLIGHT;
         }
         Ok(())
     }
 
-    /// A batch of what the program leaves behind: samples, or sums from a slot on.
+    /// A batch of what the program leaves behind, of slots from one on.
     fn empty_batch(&self, stride: Stride, first_slot: u32) -> SampleBatch {
-        let samples = self.sends_samples.then(|| Payload::Samples(Vec::new()));
-        SampleBatch::empty(self.index, stride, samples.unwrap_or_else(|| Payload::sums(first_slot)))
+        let payload = if self.sends_samples {
+            Payload::Samples(Vec::new())
+        } else if self.splatter.is_some() {
+            Payload::Splats { first_slot, made: Vec::new(), band: Band::empty(), bright: Vec::new() }
+        } else {
+            Payload::sums(first_slot)
+        };
+        SampleBatch::empty(self.index, stride, payload)
     }
 
-    /// What the dispatch whose turn it is has brought; none if the driver ended it too soon, and nothing of it counts.
-    fn read(&self, task: &Task) -> Result<Option<SampleBatch>, GpuError> {
+    /// What the dispatch whose turn it is has brought.
+    fn read(&self, submission: Submission) -> Result<Landed, GpuError> {
         let unreadable = || self.device.failure("its results cannot be read");
-        let buffers = &self.buffers[self.turn];
+        let (buffers, task) = (&self.buffers[self.turn], submission.task);
         let mut batch = self.empty_batch(task.stride, task.first_slot);
-        batch.paths = task.paths();
-        batch.completes = task.completes;
-        let mut whole = true;
-        match &mut batch.payload {
-            Payload::Samples(samples) => {
+        (batch.paths, batch.completes) = (task.paths(), task.completes);
+        let mut too_bright = None;
+        match (&mut batch.payload, submission.brings) {
+            (Payload::Samples(samples), _) => {
                 *samples = buffers
-                    .samples(task, |words| words.iter().map(readback::sample).collect())
-                    .ok_or_else(unreadable)?;
-                batch.rays = buffers
-                    .sums(task, |words| {
-                        whole = words.iter().all(|words| words.rays > 0);
-                        words.iter().map(|words| u64::from(words.rays)).sum()
-                    })
+                    .samples(&task, |words| words.iter().map(readback::sample).collect())
                     .ok_or_else(unreadable)?;
             }
-            // Nobody makes such a batch here.
-            Payload::Splats { .. } => {}
+            (Payload::Splats { band, bright, .. }, Brings::Splats(empty, room)) => {
+                *band = empty;
+                match buffers.splats(band, room).ok_or_else(unreadable)? {
+                    Ok(samples) => *bright = samples,
+                    Err(samples) => too_bright = Some(samples),
+                }
+            }
+            _ => {}
+        }
+        let whole =
+            buffers.sums(&task, |words| self.read_slots(words, &task, &mut batch)).ok_or_else(unreadable)?;
+        Ok(match too_bright {
+            _ if !whole => Landed::CutShort,
+            Some(bright) => Landed::TooBright(bright),
+            None => Landed::Batch(batch.into()),
+        })
+    }
+
+    /// Adds what slots say of themselves to a batch. Returns whether the driver let all of them come to their ends.
+    fn read_slots(&self, words: &[SlotSums], task: &Task, batch: &mut SampleBatch) -> bool {
+        if words.iter().any(|words| words.rays == 0) {
+            // Cut short, it may have left anything.
+            return false;
+        }
+        batch.rays = words.iter().map(|words| u64::from(words.rays)).sum();
+        let rejects = &mut batch.rejects;
+        let mut name = |slot, reject: Option<(u32, Reject)>| {
+            if let Some((sample, why)) = reject
+                && rejects.len() < NAMED_REJECTS
+            {
+                let pixel = self.region.pixel(task.stride.place(slot)).index;
+                rejects.push((Traced { pixel, sample }, why));
+            }
+        };
+        match &mut batch.payload {
+            // Whoever takes them sorts them out.
+            Payload::Samples(_) => {}
+            Payload::Splats { made, bright, .. } => {
+                made.reserve_exact(words.len());
+                for (slot, words) in (task.first_slot..).zip(words) {
+                    let read = readback::slot(words, task.samples);
+                    made.push(Made { count: read.sums.count, rejected: read.sums.rejected });
+                    name(slot, read.reject);
+                }
+                // Those are counted by whoever adds them.
+                for sample in bright {
+                    // A stride's length up to a place is the place's slot.
+                    let slot = task.stride.len(self.region.place(sample.pixel));
+                    made[(slot - task.first_slot) as usize].count -= 1;
+                }
+            }
             Payload::Sums { sums, wide, .. } => {
-                let rejects = &mut batch.rejects;
-                batch.rays = buffers
-                    .sums(task, |words| {
-                        whole = words.iter().all(|words| words.rays > 0);
-                        sums.reserve_exact(words.len());
-                        let mut rays = 0;
-                        for (slot, words) in (task.first_slot..).zip(words) {
-                            let read = readback::slot(words, task.samples);
-                            sums.push(read.sums);
-                            wide.extend(read.wide.map(|sums| (slot, sums)));
-                            rays += read.rays;
-                            if let Some((sample, why)) = read.reject
-                                && rejects.len() < NAMED_REJECTS
-                            {
-                                let pixel = self.region.pixel(task.stride.place(slot)).index;
-                                rejects.push((Traced { pixel, sample }, why));
-                            }
-                        }
-                        rays
-                    })
-                    .ok_or_else(unreadable)?;
+                sums.reserve_exact(words.len());
+                for (slot, words) in (task.first_slot..).zip(words) {
+                    let read = readback::slot(words, task.samples);
+                    sums.push(read.sums);
+                    wide.extend(read.wide.map(|sums| (slot, sums)));
+                    name(slot, read.reject);
+                }
             }
         }
-        Ok(whole.then_some(batch))
+        true
     }
 }

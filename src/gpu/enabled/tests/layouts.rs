@@ -7,7 +7,8 @@ use crate::scene::{Integrator, Sampler};
 use wgpu::naga;
 
 fn variant(workgroup_size: u32) -> Variant {
-    let plan = Plan { paging: Paging::ONE, levels: 20, triangles: true, instances: true, smooth: true };
+    let plan =
+        Plan { paging: Paging::ONE, levels: 20, triangles: true, instances: true, smooth: true, taps: 6 };
     Variant { integrator: Integrator::Path, sampler: Sampler::Sobol, workgroup_size, plan }
 }
 

@@ -1,7 +1,7 @@
 //! A device that is lost while the CPU renders beside it.
 
-use super::{GpuWorker, Prepared, device, scenes};
-use crate::film::Film;
+use super::{GpuWorker, Prepared, device, scenes, splats};
+use crate::film::{Film, Layout};
 use crate::gpu::Job;
 use crate::math::lanes::Level;
 use crate::render::Schedule;
@@ -34,7 +34,7 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
                     level,
                     region,
                     sends_samples: false,
-                    splatter: None,
+                    splatter: prepared.splatter.as_ref(),
                     held: None,
                 };
                 worker.run_with_updates(&cpu_orders, &updates, &batches_out);
@@ -53,7 +53,10 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
                 }
             }
         });
-        let schedule = Schedule::new(2, region.len(), SPP, None, vec![]).with_faster(region.len(), 1.0);
+        let mut schedule = Schedule::new(2, region.len(), SPP, None, vec![]).with_faster(region.len(), 1.0);
+        if prepared.splatter.is_some() {
+            schedule = schedule.in_stripes(region.len(), region.width);
+        }
         let outbox = Outbox {
             orders: vec![Some(cpu_orders_out), Some(gpu_orders_out)],
             samples: None,
@@ -63,11 +66,33 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
             remote: None,
             progress: Some(progress_out),
         };
-        let film = Film::new(region.width, region.height).unwrap();
-        let accumulator = Accumulator::new(film, region, schedule, &[], Some(SPP), outbox);
+        let weighted = prepared.splatter.is_some();
+        let layout = Layout { weighted, ..Layout::plain(region.width, region.height) };
+        let film = Film::with_layout(layout).unwrap();
+        let mut accumulator = Accumulator::new(film, region, schedule, &[], Some(SPP), outbox);
+        if let Some(splatter) = prepared.splatter.clone() {
+            accumulator = accumulator.with_splatter(splatter.into());
+        }
         accumulator.with_spare(1, vec![updates_out]).run(Inbox { batches, failures, stop: never() })
     });
     Some(outcome)
+}
+
+// What samples weigh in a pixel depends on their positions alone, and these are the same on both sides: with half of a
+// sample's weights the sums would not be those of a render that nothing happened to.
+#[test]
+fn a_continuous_film_has_all_of_a_sample_or_nothing() {
+    let prepared = Prepared::new(&splats::continuous(scenes::cover(80, 60), splats::MITCHELL), 0);
+    let all = u64::from(80 * 60 * SPP);
+    let mut expected = None;
+    for lost_after in [u64::MAX, 0, all / 10, all / 3] {
+        let Some(outcome) = render(&prepared, lost_after) else { return };
+        assert!(outcome.failure.is_none() && outcome.whole);
+        assert!(lost_after > 0 || outcome.lost.is_some());
+        let weights = splats::weights(&outcome.film);
+        assert!(*expected.get_or_insert_with(|| weights.clone()) == weights, "lost after {lost_after}");
+        assert_eq!(outcome.made.iter().sum::<u64>(), all);
+    }
 }
 
 #[test]

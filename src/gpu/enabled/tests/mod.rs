@@ -7,6 +7,7 @@ mod pictures;
 mod probes;
 mod protocol;
 mod scenes;
+mod splats;
 mod trees;
 mod words;
 
@@ -23,7 +24,7 @@ use super::heap::Paging;
 use super::layout::Plan;
 use super::program::{Program, Shape};
 use super::worker::GpuWorker;
-use crate::film::film_offset;
+use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu::{GpuError, Job};
 use crate::integrator::{self, Integrator};
 use crate::render::{Order, Payload, Region, SampleBatch};
@@ -34,7 +35,7 @@ use crossbeam_channel::{bounded, unbounded};
 
 /// What a few spheres, quads and planes ask of a program.
 const SIMPLE: Plan =
-    Plan { paging: Paging::ONE, levels: 0, triangles: false, instances: false, smooth: false };
+    Plan { paging: Paging::ONE, levels: 0, triangles: false, instances: false, smooth: false, taps: 0 };
 
 /// A device, or none on a machine without one, where that is allowed.
 fn device() -> Option<Device> {
@@ -54,6 +55,7 @@ struct Prepared {
     geometry: Geometry,
     render: RenderSettings,
     offset: FilmOffset,
+    splatter: Option<Splatter>,
     whole: Region,
 }
 
@@ -64,7 +66,8 @@ impl Prepared {
         let (compiled, geometry) = compile_sharing(scene, width, height, 0);
         let render = RenderSettings { seed, ..scene.render.clone() };
         let offset = film_offset(&scene.film);
-        Prepared { scene: compiled, geometry, render, offset, whole: Region::whole(width, height) }
+        let splatter = Weights::of(&scene.film).map(|weights| Splatter::new(weights, [0, 0]));
+        Prepared { scene: compiled, geometry, render, offset, splatter, whole: Region::whole(width, height) }
     }
 
     /// What the GPU renders, on the CPU.
@@ -83,6 +86,7 @@ impl Prepared {
             region: self.whole,
             index: 0,
             sends_samples: false,
+            splatter: self.splatter.as_ref(),
         }
     }
 }

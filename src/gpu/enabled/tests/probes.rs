@@ -3,7 +3,7 @@
 use super::super::heap;
 use super::super::layout::{Branch, Light, LightNode, Material, Plan, Scene, Surface, Variant};
 use super::super::program::library;
-use super::super::tables::{Tables, light_node, light_row, material, surface};
+use super::super::tables::{Tables, Weights, light_node, light_row, material, surface};
 use super::super::tree::Tree;
 use super::{Device, device};
 use crate::film::sums::{MAX_RADIANCE, PixelSums, check};
@@ -121,6 +121,7 @@ fn nothing() -> Tables {
         lights: vec![Light::default()],
         light_nodes: vec![LightNode::default()],
         tree: Tree::default(),
+        weights: Weights::default(),
     }
 }
 

@@ -7,8 +7,8 @@ mod common;
 
 use common::blocks::compare;
 use common::scenes::{
-    checkerboard, cover, emitting, flipped, glass, matte, mirror, plane, point_light, quad, scene, sized,
-    smallpt, sphere, v,
+    checkerboard, cover, cuboid, cylinder, disk, emitting, flipped, glass, matte, mirror, plane, point_light,
+    quad, scene, sized, smallpt, sphere, v,
 };
 use common::{blocks::Estimate, blocks::Verdict, estimate, for_each_sample};
 use stride::scene::{Integrator, Sampler, Scene};
@@ -74,6 +74,33 @@ fn many_lights() -> Scene {
 #[test]
 fn with_every_kind_of_light() {
     agree(many_lights(), [2048, 512]);
+}
+
+/// Disks, cylinders and boxes: lamps of each, one a shade that shines inwards, a can and a box of glass, and checks.
+fn shop() -> Scene {
+    let materials =
+        vec![matte([0.7, 0.6, 0.5]), matte([0.3; 3]), checkerboard(0, 1, 8.0), glass(1.5), mirror([0.9; 3])];
+    let entities = vec![
+        plane(v(0.0, 0.0, 1.0), 0.0, 0),
+        emitting(disk(v(4.0, 0.5, 3.0), v(0.0, 0.6, -0.8), 0.6, 0), 6.0),
+        emitting(cylinder(v(3.0, -2.0, 1.0), v(4.0, -1.5, 2.0), 0.05, 0), 12.0),
+        emitting(cuboid(v(5.0, 2.0, 0.0), v(5.5, 2.5, 1.0), 0), 2.0),
+        flipped(emitting(cylinder(v(5.5, -1.5, 0.2), v(5.5, -1.5, 1.2), 0.5, 0), 3.0)),
+        cylinder(v(3.5, 1.0, 0.0), v(3.5, 1.0, 0.8), 0.5, 2),
+        disk(v(3.5, 1.0, 0.8), v(0.0, 0.0, 1.0), 0.5, 2),
+        cuboid(v(3.5, -0.6, 0.01), v(4.2, 0.1, 0.9), 3),
+        cuboid(v(6.5, -0.5, 0.0), v(7.0, 1.5, 2.0), 4),
+    ];
+    let mut scene = sized(scene(materials, entities), 64, 48);
+    scene.camera.eye = v(0.0, 0.0, 1.5);
+    scene.environment = [0.1, 0.12, 0.15];
+    scene.render.max_depth = 6;
+    scene
+}
+
+#[test]
+fn with_disks_cylinders_and_boxes() {
+    agree(shop(), [2048, 512]);
 }
 
 #[test]

@@ -6,7 +6,10 @@
 
 mod common;
 
-use common::scenes::{checkerboard, emitting, flipped, glass, matte, mirror, plane, quad, scene, sphere, v};
+use common::scenes::{
+    checkerboard, cuboid, cylinder, disk, emitting, flipped, glass, matte, mirror, plane, quad, scene,
+    sphere, v,
+};
 use common::tracers::{Method, NUMBERS, trace, tracer};
 use glam::DVec3;
 use stride::scene::{Scene, UNLIMITED};
@@ -129,6 +132,13 @@ fn a_ball_in_the_glowing_sphere_of_the_same_albedo_cannot_be_told_from_it() {
     corner.z -= 1e-3;
     // The gap between them is dark at the rim only where a path creeps in, which none does within 10⁻³.
     room.entities.push(back);
+    room.entities.push(glowing(cuboid(v(0.6, 0.5, -0.9), v(0.9, 0.7, -0.4), 0)));
+    // A can, closed: a path that slipped in would find the dark.
+    let (bottom, top) = (v(1.0, -0.4, 0.3), v(1.3, -0.3, 0.9));
+    let axis = (top - bottom).normalize();
+    room.entities.push(glowing(cylinder(bottom, top, 0.2, 0)));
+    room.entities.push(glowing(disk(bottom, -axis, 0.2, 0)));
+    room.entities.push(glowing(disk(top, axis, 0.2, 0)));
     shows(&room, &[Method::Path], 256, 1.0);
 }
 
@@ -162,11 +172,17 @@ fn white_matter_in_a_white_sky_is_invisible() {
 
 #[test]
 fn clear_glass_in_a_white_sky_is_invisible() {
-    // Spheres alone: what enters them comes out again, and radiance with it. Behind a lone sheet of glass
+    // What is closed alone: what enters it comes out again, and radiance with it. Behind a lone sheet of glass
     // the world would be dense, and its sky as much brighter.
     let mut sky = white_sky(vec![glass(1.5), matte([1.0; 3])], 0);
     sky.entities[2].material = 1;
     sky.entities[3].material = 1;
+    // And what is closed: a box, and a can of three.
+    sky.entities.push(cuboid(v(2.5, -0.3, -0.8), v(3.0, 0.4, 0.1), 0));
+    sky.entities.push(cylinder(v(2.6, 0.5, 0.6), v(2.6, -0.6, 0.7), 0.3, 0));
+    let axis = v(0.0, -1.1, 0.1).normalize();
+    sky.entities.push(disk(v(2.6, 0.5, 0.6), -axis, 0.3, 0));
+    sky.entities.push(disk(v(2.6, -0.6, 0.7), axis, 0.3, 0));
     shows(&sky, &METHODS, 16, 1.0);
     sky.materials[0] = glass(0.8);
     shows(&sky, &METHODS, 16, 1.0);

@@ -10,7 +10,7 @@ use stride::math::{Frame, Ray, Vec3};
 use stride::render::Region;
 use stride::sampling::Stream;
 use stride::scene::{Entity, Scene, Shape};
-use stride::shape::{NOTHING, offset_origin};
+use stride::shape::{Cylinder, NOTHING, Rare, offset_origin};
 use stride::world::{CompiledScene, Geometry, SurfacePoint, World, compile};
 
 fn wide(v: Vec3<f32>) -> DVec3 {
@@ -120,6 +120,68 @@ fn a_quads_uv_run_from_zero_to_one_along_its_edges() {
 }
 
 #[test]
+fn a_disks_uv_are_its_angle_and_the_distance_from_its_centre() {
+    let plate = Alone::new(disk(v(1.0, 2.0, 3.0), DVec3::Z, 2.0, 0));
+    for (turns, share) in [(0.125, 0.5), (0.0, 0.25), (0.75, 0.999), (0.4, 0.01)] {
+        let angle: f64 = turns * std::f64::consts::TAU;
+        let target = v(1.0, 2.0, 3.0) + v(angle.cos(), angle.sin(), 0.0) * 2.0 * share;
+        for d in [DVec3::NEG_Z, DVec3::Z] {
+            let [u, w] = plate.uv(&ray(target - d, d));
+            // Near the centre an angle has few digits.
+            let off = (f64::from(u) - turns).abs();
+            assert!(off.min(1.0 - off) < 1e-6 / share, "{u} is not {turns}");
+            assert!((f64::from(w) - share).abs() < 2e-6, "{w} is not {share}");
+        }
+        assert!(plate.meet(&ray(target + v(angle.cos(), angle.sin(), 1.0) * 2.0, DVec3::NEG_Z)).is_none());
+    }
+}
+
+#[test]
+fn a_cylinders_uv_are_its_angle_and_the_share_of_its_length() {
+    let (from, to) = (v(1.0, 2.0, 3.0), v(1.0, 2.0, 7.0));
+    let pillar = Alone::new(cylinder(from, to, 2.0, 0));
+    for (turns, share) in [(0.125, 0.5), (0.25, 0.001), (0.75, 0.999), (0.4, 0.25)] {
+        let angle: f64 = turns * std::f64::consts::TAU;
+        let (out, on_axis) = (v(angle.cos(), angle.sin(), 0.0), from.lerp(to, share));
+        close(pillar.uv(&ray(on_axis + out * 5.0, -out)), [turns as f32, share as f32]);
+        close(pillar.uv(&ray(on_axis, out)), [turns as f32, share as f32]);
+    }
+    let turned = Alone::new(flipped(cylinder(from, to, 2.0, 0)));
+    close(turned.uv(&ray(v(9.0, 2.0, 4.0), DVec3::NEG_X)), [0.0, 0.25]);
+    // Of any axis, u grows counter-clockwise as seen from its end, from the first axis of Duff's frame.
+    let axis = v(0.6, -0.48, 0.64);
+    let frame = Frame::around(narrow(axis));
+    let tilted = Alone::new(cylinder(from, from + axis * 3.0, 2.0, 0));
+    close(tilted.uv(&ray(from + axis * 0.75, wide(frame.s) + wide(frame.t))), [0.125, 0.25]);
+}
+
+#[test]
+fn a_boxs_uv_run_over_each_side_upright() {
+    let crate_ = Alone::new(cuboid(v(1.0, 2.0, 3.0), v(3.0, 6.0, 4.0), 0));
+    let middle = v(2.0, 4.0, 3.5);
+    // Seen from without, u goes to the right and v up; up is z, or y on top and below.
+    for (n, up) in [
+        (DVec3::X, DVec3::Z),
+        (DVec3::NEG_X, DVec3::Z),
+        (DVec3::Y, DVec3::Z),
+        (DVec3::NEG_Y, DVec3::Z),
+        (DVec3::Z, DVec3::Y),
+        (DVec3::NEG_Z, DVec3::Y),
+    ] {
+        let size = v(2.0, 4.0, 1.0);
+        for (a, b) in [(0.5, 0.5), (0.25, 0.75), (0.999, 0.001)] {
+            let target = middle + (n * 0.5 + up.cross(n) * (a - 0.5) + up * (b - 0.5)) * size;
+            // A side reaches over its edges by some roundings.
+            let [u, w] = crate_.uv(&ray(target + n, -n)).map(f64::from);
+            assert!((u - a).abs() < 1e-5 && (w - b).abs() < 1e-5, "({u}, {w}) is not ({a}, {b})");
+            assert_eq!(wide(crate_.meet(&ray(target + n, -n)).unwrap().n), n);
+        }
+    }
+    // One entity, whichever side is met.
+    assert!((0..6).all(|row| crate_.tables.surfaces.entity(row) == 0));
+}
+
+#[test]
 fn normals_are_outward_from_either_side_and_flip_turns_them() {
     let outward = |entity: Entity, o: DVec3, d: DVec3| wide(Alone::new(entity).meet(&ray(o, d)).unwrap().n);
     let floor = || plane(DVec3::Z, -3.0, 0);
@@ -134,6 +196,14 @@ fn normals_are_outward_from_either_side_and_flip_turns_them() {
     }
     assert_eq!(outward(ball(), DVec3::ZERO, DVec3::NEG_Z), DVec3::Z);
     assert_eq!(outward(flipped(ball()), DVec3::ZERO, DVec3::NEG_Z), DVec3::NEG_Z);
+    let pipe = || cylinder(v(-1.0, 0.0, -3.0), v(1.0, 0.0, -3.0), 1.0, 0);
+    let crate_ = || cuboid(v(-1.0, -1.0, -4.0), v(1.0, 1.0, -2.0), 0);
+    let plate = || disk(v(0.0, 0.0, -2.0), DVec3::Z, 1.0, 0);
+    for thing in [pipe, crate_, plate] as [fn() -> Entity; 3] {
+        assert_eq!(outward(thing(), DVec3::ZERO, DVec3::NEG_Z), DVec3::Z);
+        assert_eq!(outward(flipped(thing()), DVec3::ZERO, DVec3::NEG_Z), DVec3::NEG_Z);
+        assert_eq!(outward(thing(), v(0.0, 0.0, -3.0), DVec3::Z), DVec3::Z);
+    }
     // From inside, outward is still away from the centre.
     assert_eq!(outward(ball(), v(0.0, 0.0, -3.0), DVec3::Z), DVec3::Z);
     assert_eq!(outward(flipped(ball()), v(0.0, 0.0, -3.0), DVec3::Z), DVec3::NEG_Z);
@@ -148,6 +218,9 @@ fn medley() -> Scene {
         sphere(v(6.0, -2.0, -1.0), 2.0, 0),
         sphere(v(0.0, 0.0, 0.0), 20.0, 0),
         quad(v(3.0, -3.0, -1.0), v(0.0, 5.0, 1.0), v(1.0, 0.0, 4.0), 0),
+        disk(v(4.0, 4.0, 2.0), v(0.6, 0.0, 0.8), 3.0, 0),
+        cylinder(v(-4.0, 2.0, -5.0), v(-5.0, -3.0, 6.0), 2.0, 0),
+        cuboid(v(-3.0, 5.0, -4.0), v(2.0, 7.0, 4.0), 0),
     ];
     scene(vec![matte([0.5; 3])], entities)
 }
@@ -173,6 +246,19 @@ fn any_hit_is_whether_the_closest_hit_is_nearer_than_the_limit() {
 fn power(ball: &stride::shape::Sphere, p: DVec3) -> f64 {
     let w = p - array(ball.anchor);
     w.dot(w - 2.0 * array(ball.to_centre)) + f64::from(ball.anchor_power)
+}
+
+/// The only surface, which is a cylinder.
+fn tube(alone: &Alone) -> Cylinder {
+    match alone.world.first.rare[0].0 {
+        Rare::Cylinder(tube) => tube,
+        Rare::Disk(disk) => unreachable!("{disk:?}"),
+    }
+}
+
+/// From the axis of a cylinder, as its own numbers define it, to a point.
+fn across(tube: &Cylinder, p: DVec3) -> DVec3 {
+    (p - array(tube.middle)).reject_from(array(tube.axis))
 }
 
 /// What was seen of rays that leave a surface.
@@ -221,7 +307,18 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
                 };
                 (power(&ball, p) / (2.0 * radius), largest.max(p.abs().max_element()))
             }
+            Shape::Disk { center, normal, .. } => {
+                let n = wide(narrow(normal));
+                let distance = f64::from(normal.dot(center) as f32);
+                (p.dot(n) - distance, distance.abs().max(p.abs().max_element()))
+            }
+            Shape::Cylinder { .. } => {
+                let tube = tube(&alone);
+                let largest = array(tube.middle).abs().max_element() + f64::from(tube.radius + tube.half);
+                (across(&tube, p).length() - f64::from(tube.radius), largest.max(p.abs().max_element()))
+            }
             Shape::Mesh { .. } => unreachable!("meshes have a test of their own"),
+            Shape::Box { .. } => unreachable!("the sides of a box are quads"),
         };
         let error = f64::from(point.error);
         seen.used = seen.used.max(off.abs() / error);
@@ -253,6 +350,20 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
                     let t = f64::from(t);
                     assert!((0.5 * chord..=2.0 * chord).contains(&t), "{shape:?} {away:?}: {t}, not {chord}");
                 }
+                Shape::Cylinder { .. } if point.n.dot(d) < 0.0 => {
+                    // Into a cylinder likewise, unless it leaves by an end.
+                    let tube = tube(&alone);
+                    let (m, d) = (across(&tube, wide(away.o)), wide(away.d));
+                    let e = d.reject_from(array(tube.axis));
+                    let inside = f64::from(tube.radius).powi(2) - m.length_squared();
+                    assert!(inside > 0.0, "{shape:?}: {away:?} starts outside by {inside:e}");
+                    let (a, b) = (e.length_squared(), m.dot(e));
+                    let root = (b * b + a * inside).sqrt();
+                    let chord = if b > 0.0 { inside / (root + b) } else { (root - b) / a };
+                    let t = f64::from(t);
+                    let is_met = (0.5 * chord..=2.0 * chord).contains(&t);
+                    assert!(is_met || t.is_infinite(), "{shape:?} {away:?}: {t}, not {chord}");
+                }
                 _ => assert!(t == NOTHING, "{shape:?}: {away:?} meets its own surface at {t}"),
             }
         }
@@ -274,6 +385,15 @@ fn rays_that_leave_a_surface_never_meet_it_where_they_start() {
                 Shape::Quad { corner: near, u: e * scale, v: e.any_orthogonal_vector() * scale * 0.7 },
                 Shape::Quad { corner: near, u: DVec3::X * scale, v: DVec3::Y * scale },
                 Shape::Sphere { center: near, radius: scale },
+                Shape::Disk { center: near, normal: e, radius: scale },
+                Shape::Disk { center: near, normal: DVec3::Y, radius: 0.1 * scale },
+                Shape::Cylinder { from: near, to: near + e * scale, radius: scale },
+                Shape::Cylinder {
+                    from: near - e * 5.0 * scale,
+                    to: near + e * 5.0 * scale,
+                    radius: 0.1 * scale,
+                },
+                Shape::Cylinder { from: near, to: near + DVec3::X * 0.1 * scale, radius: scale },
                 // Seen from up close, almost flat.
                 Shape::Sphere { center: near + e * scale * 1e3, radius: scale * 1e3 },
             ];

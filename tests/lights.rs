@@ -5,7 +5,7 @@
 mod common;
 
 use common::chi_square::{Outcome, Polar, compare, draw, narrow, pearson, wide};
-use common::scenes::{emitting, flipped, matte, quad, scene, sphere, v};
+use common::scenes::{cylinder, disk, emitting, flipped, matte, quad, scene, sphere, v};
 use common::statistics::sidak;
 use glam::DVec3;
 use rand::RngExt;
@@ -14,7 +14,7 @@ use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Ray, Vec3};
 use stride::sampling::Stream;
 use stride::scene::Entity;
-use stride::shape::{Quad, Sphere};
+use stride::shape::{Cylinder, Disk, Quad, Sphere};
 use stride::world::{CompiledScene, Geometry, World, compile};
 
 /// A scene of one light, seen from a point.
@@ -80,6 +80,23 @@ fn sheet(p: DVec3) -> (Seen, Polar) {
     (Seen::new(quad(CENTRE, a, b, 0), p), Polar::new(-n, middle - p))
 }
 
+/// A disk of radius 1 seen from `p`: across it, and above.
+fn plate(p: DVec3) -> (Seen, Polar) {
+    let (s, t, n) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0), v(0.6, -0.8, 0.0));
+    let p = CENTRE + s * p.x + t * p.y + n * p.z;
+    (Seen::new(disk(CENTRE, n, 1.0, 0), p), Polar::new(-n, CENTRE - p))
+}
+
+/// A cylinder of radius ½ and length 2 seen from `p`: across its axis, and along it, from its middle. What is seen
+/// from inside of it, or through an end, shines inwards.
+fn tube(p: DVec3) -> (Seen, Polar) {
+    let (s, t, n) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0), v(0.6, -0.8, 0.0));
+    let light = cylinder(CENTRE - n, CENTRE + n, 0.5, 0);
+    let light = if p.truncate().length() < 0.5 { flipped(light) } else { light };
+    let p = CENTRE + s * p.x + t * p.y + n * p.z;
+    (Seen::new(light, p), Polar::new(-n, CENTRE - p))
+}
+
 fn all() -> Vec<(&'static str, (Seen, Polar))> {
     vec![
         ("a sphere", ball(3.0)),
@@ -101,6 +118,18 @@ fn all() -> Vec<(&'static str, (Seen, Polar))> {
         ("a rectangle all but touched", window(v(0.3, 0.1, 0.003))),
         ("a rectangle aside", window(v(-3.0, 2.0, 1.0))),
         ("a rectangle almost edge-on", window(v(2.0, 0.0, 0.2))),
+        ("a disk", plate(v(0.2, 0.1, 2.0))),
+        ("a disk far away", plate(v(30.0, -50.0, 100.0))),
+        ("a disk close by", plate(v(0.3, 0.1, 0.1))),
+        ("a disk aside", plate(v(-3.0, 2.0, 1.0))),
+        ("a cylinder", tube(v(1.0, 2.0, 0.3))),
+        ("a cylinder far away", tube(v(40.0, 90.0, -20.0))),
+        ("a cylinder close by", tube(v(0.3, 0.45, 0.2))),
+        ("a cylinder all but touched", tube(v(0.3, 0.4002, 0.2))),
+        ("a cylinder from beyond its end", tube(v(0.5, -0.4, 2.0))),
+        ("a cylinder from far beyond its end", tube(v(1.0, 0.5, -20.0))),
+        ("a cylinder from inside", tube(v(0.2, 0.1, 0.3))),
+        ("a cylinder through its end", tube(v(0.2, 0.1, 2.0))),
     ]
 }
 
@@ -134,7 +163,11 @@ fn no_sample_leads_to_a_side_that_does_not_emit() {
     let turned = Seen::new(flipped(quad(CENTRE, DVec3::X, DVec3::Y, 0)), CENTRE + DVec3::Z);
     let hollow = Seen::new(flipped(sphere(CENTRE, 1.0, 0)), CENTRE + DVec3::Z * 3.0);
     let inside = Seen::new(sphere(CENTRE, 1.0, 0), CENTRE + DVec3::Z * 0.5);
-    for seen in [turned, hollow, inside] {
+    let plate = Seen::new(flipped(disk(CENTRE, DVec3::Z, 1.0, 0)), CENTRE + DVec3::Z);
+    let tube = || cylinder(CENTRE - DVec3::Z, CENTRE + DVec3::Z, 1.0, 0);
+    let above = Seen::new(tube(), CENTRE + v(0.5, 0.2, 3.0));
+    let within = Seen::new(tube(), CENTRE + v(0.5, 0.2, 0.0));
+    for seen in [turned, hollow, inside, plate, above, within] {
         for i in 0..1000 {
             let sample = seen.sample(draw(32, i));
             assert_eq!((sample.weight().lane(0), sample.pdf), ([0.0; 3], 0.0));
@@ -153,7 +186,19 @@ fn wrong_cones_and_wrong_densities_are_noticed() {
     let wrong = Seen::new(sphere(CENTRE + DVec3::X * 0.02, 1.0, 0), seen.p);
     let outcome = compare(polar, 201, |u| wrong.sample(u).wi, |d| seen.pdf(d));
     assert!(!outcome.agrees(1_000_000), "{outcome:?}");
-    for (name, (seen, polar)) in [("sphere", ball(3.0)), ("quad", sheet(v(-3.0, 2.0, 1.0)))] {
+    // A cylinder longer by a hundredth.
+    let (seen, polar) = tube(v(1.0, 2.0, 0.3));
+    let n = v(0.6, -0.8, 0.0);
+    let wrong = Seen::new(cylinder(CENTRE - n * 1.01, CENTRE + n * 1.01, 0.5, 0), seen.p);
+    let outcome = compare(polar, 205, |u| wrong.sample(u).wi, |d| seen.pdf(d));
+    assert!(!outcome.agrees(1_000_000), "{outcome:?}");
+    for (name, (seen, polar)) in [
+        ("sphere", ball(3.0)),
+        ("quad", sheet(v(-3.0, 2.0, 1.0))),
+        ("disk", plate(v(-3.0, 2.0, 1.0))),
+        ("cylinder", tube(v(1.0, 2.0, 0.3))),
+        ("cylinder from inside", tube(v(0.2, 0.1, 0.3))),
+    ] {
         // A density 2% too high.
         let outcome = compare(polar, 202, |u| seen.sample(u).wi, |d| seen.pdf(d) * 1.02);
         assert!(!outcome.agrees(1_000_000), "{name}: {outcome:?}");
@@ -199,13 +244,21 @@ fn medley(count: u32, stream: &mut Stream) -> LightTable {
         let size = 10_f64.powf(stream.random_range(-2.0..0.5));
         let strength = [10_f32.powf(stream.random_range(-1.0..1.0)); 3];
         let flipped = stream.random_bool(0.3);
-        match stream.random_range(0..4) {
+        match stream.random_range(0..6) {
             0 => table
                 .push_point(PointLight { position: place.to_array().map(|x| x as f32), intensity: strength }),
             1 => table.push_area(AreaLight::Sphere(Sphere::new(place, size)), flipped, strength),
             2 => {
                 let (a, b) = (direction(stream) * size, direction(stream) * size * 0.5);
                 table.push_area(AreaLight::Quad(Quad::new(place, a, b)), flipped, strength)
+            }
+            3 => {
+                let disk = Disk::new(place, direction(stream), size);
+                table.push_area(AreaLight::Disk(disk), flipped, strength)
+            }
+            4 => {
+                let cylinder = Cylinder::new(place, place + direction(stream) * size * 3.0, size);
+                table.push_area(AreaLight::Cylinder(cylinder), flipped, strength)
             }
             // From afar they are one light, chosen by power: a dome that is flatter or rounder, of a few triangles or
             // of many.

@@ -218,6 +218,15 @@ fn every_key_reaches_the_scene() {
         type = "plane"
         normal = [0, 3, 4]
         distance = -2
+        [[entities]]
+        material = "mirror"
+        shape = { type = "disk", center = [1, 2, 3], normal = [0, -3, 4], radius = 2.5 }
+        [[entities]]
+        material = "mirror"
+        shape = { type = "cylinder", from = [1, 2, 3], to = [4, 5, 6], radius = 0.5 }
+        [[entities]]
+        material = "mirror"
+        shape = { type = "box", min = [-1, -2, -3], max = [1, 2, 3.5] }
         [[lights]]
         type = "point"
         position = [1, 2, 3]
@@ -294,6 +303,12 @@ fn every_key_reaches_the_scene() {
     assert!((normal - DVec3::new(0.0, 0.6, 0.8)).length() < 1e-15 && (normal.length() - 1.0).abs() < 1e-15);
     let third = Entity { shape: plane, ..scene.entities[2].clone() };
     assert_eq!(third, entity("entity 3", third.shape.clone(), 1, [0.0; 3], false));
+    let Shape::Disk { center, normal, radius } = scene.entities[3].shape else { panic!("no disk") };
+    assert!((center, radius) == (corner, 2.5) && (normal - DVec3::new(0.0, -0.6, 0.8)).length() < 1e-15);
+    let tube = Shape::Cylinder { from: corner, to: DVec3::new(4.0, 5.0, 6.0), radius: 0.5 };
+    assert_eq!(scene.entities[4], entity("entity 5", tube, 1, [0.0; 3], false));
+    let (min, max) = (DVec3::new(-1.0, -2.0, -3.0), DVec3::new(1.0, 2.0, 3.5));
+    assert_eq!(scene.entities[5], entity("entity 6", Shape::Box { min, max }, 1, [0.0; 3], false));
     let position = DVec3::new(1.0, 2.0, 3.0);
     assert_eq!(scene.lights, [Light::Point { position, intensity: [10.0, 20.0, 30.0] }]);
     assert_eq!(scene.environment, [0.5, 0.25, 0.125]);

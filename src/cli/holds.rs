@@ -5,7 +5,7 @@ use super::loading::Loading;
 use crate::math::Bounds;
 use crate::scene::mesh::{self, MeshFile, Split};
 use crate::scene::{self, Light, MaterialKind, Scene};
-use crate::shape::Shape;
+use crate::shape::{Rare, Shape};
 use crate::world::{Bvh, CompiledScene, Finder, Geometry, Simple, Treed, Triangles, Union, compile};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
@@ -71,17 +71,22 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     let mut facts = Facts::default();
     facts.line("scene", format!("{}×{} pixels", scene.film.width, scene.film.height));
     facts.line("entities", scene.entities.len());
-    let (planes, bounded) = (&geometry.first.planes, &geometry.second);
+    let (beside, bounded) = (&geometry.first, &geometry.second);
+    let disks = beside.rare.iter().filter(|(shape, _)| matches!(shape, Rare::Disk(_))).count();
+    let boxes = scene.entities.iter().filter(|e| matches!(e.shape, scene::Shape::Box { .. })).count();
     let kinds = [
-        (planes.len(), "plane", "planes"),
+        (beside.planes.len(), "plane", "planes"),
         (bounded.spheres.len(), "sphere", "spheres"),
-        (bounded.quads.len(), "quad", "quads"),
+        (bounded.quads.len() - 6 * boxes, "quad", "quads"),
+        (disks, "disk", "disks"),
+        (beside.rare.len() - disks, "cylinder", "cylinders"),
+        (boxes, "box of six quads", "boxes of six quads"),
         (bounded.triangles.len(), "triangle", "triangles"),
         (bounded.instances.len(), "instance of a mesh", "instances of meshes"),
     ];
     let kinds = kinds.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| count(n, one, many));
     facts.line("surfaces", or_none(kinds.collect::<Vec<_>>().join(", ")));
-    let around = bounds(scene, &compiled, bounded);
+    let around = bounds(scene, &compiled, &geometry);
     if around.low[0] <= around.high[0] {
         facts.bounds(around);
     }
@@ -95,9 +100,11 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
 }
 
 /// A box around all that is bounded. Of instances it holds their own boxes.
-fn bounds(scene: &Scene, compiled: &CompiledScene, bounded: &Simple) -> Bounds {
+fn bounds(scene: &Scene, compiled: &CompiledScene, geometry: &Geometry) -> Bounds {
+    let bounded = &geometry.second;
     let shapes = bounded.spheres.iter().map(|(s, _)| s.bounds());
     let shapes = shapes.chain(bounded.quads.iter().map(|(q, _)| q.bounds()));
+    let shapes = shapes.chain(geometry.first.rare.iter().map(|(s, _)| s.bounds()));
     let triangles = (0..bounded.triangles.placed()).map(|i| bounded.triangles.bounds(i));
     let mut own = HashMap::new();
     let instances = bounded.instances.rows.iter().filter_map(|&row| {

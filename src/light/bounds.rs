@@ -1,7 +1,7 @@
 //! What a light, or a group of lights, can do to a point at most: its place, its power, and where it shines.
 
 use crate::math::Bounds;
-use crate::shape::Sphere;
+use crate::shape::{Cylinder, Disk, Shape, Sphere};
 use std::f64::consts::PI;
 
 /// Bounds of one or more lights (Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with
@@ -93,6 +93,39 @@ impl LightBounds {
             mesh: None,
             axis: normal,
             cos_o: 1.0,
+            cos_e: 0.0,
+        }
+    }
+
+    /// Of a disk that emits where `normal` points.
+    pub fn disk(disk: &Disk, normal: [f32; 3], emission: [f32; 3]) -> LightBounds {
+        let (bounds, r) = (disk.bounds(), f64::from(disk.radius));
+        LightBounds {
+            lo: bounds.low,
+            hi: bounds.high,
+            mean: disk.centre.map(f64::from),
+            spread: r * r / 2.0,
+            power: PI * PI * r * r * grey(emission),
+            mesh: None,
+            axis: normal,
+            cos_o: 1.0,
+            cos_e: 0.0,
+        }
+    }
+
+    /// Of a cylinder, whichever side emits.
+    pub fn cylinder(cylinder: &Cylinder, emission: [f32; 3]) -> LightBounds {
+        let bounds = cylinder.bounds();
+        let [r, half] = [cylinder.radius, cylinder.half].map(f64::from);
+        LightBounds {
+            lo: bounds.low,
+            hi: bounds.high,
+            mean: cylinder.middle.map(f64::from),
+            spread: r * r + half * half / 3.0,
+            power: PI * f64::from(cylinder.area()) * grey(emission),
+            mesh: None,
+            axis: [0.0, 0.0, 1.0],
+            cos_o: -1.0,
             cos_e: 0.0,
         }
     }
@@ -239,6 +272,39 @@ mod tests {
         let spread = |points: &[[f64; 2]], mean: [f64; 3]| {
             points.iter().map(|&at| distance2(on(at), mean)).sum::<f64>() / points.len() as f64
         };
+        let disk = Disk::new(glam::DVec3::new(1.0, 2.0, 3.0), glam::DVec3::new(0.6, 0.0, 0.8), 2.0);
+        let tube = Cylinder::new(glam::DVec3::new(1.0, 2.0, 3.0), glam::DVec3::new(1.0, 5.0, 7.0), 2.0);
+        let disk_bounds = LightBounds::disk(&disk, disk.normal, [1.0; 3]);
+        let tube_bounds = LightBounds::cylinder(&tube, [1.0; 3]);
+        let frame = crate::math::Frame::<f32>::around(crate::math::Vec3::splat(tube.axis));
+        let turned = |[u, v]: [f64; 2]| {
+            let (angle, r) = (2.0 * PI * u, 2.0 * libm::sqrt(v));
+            let (x, y) = (libm::cos(angle), libm::sin(angle));
+            let [a, b] = disk.radii();
+            let flat = [0, 1, 2].map(|i| {
+                let [a, b] = [a[i], b[i]].map(|x| f64::from(x) / 2.0);
+                f64::from(disk.centre[i]) + r * (x * a + y * b)
+            });
+            let [s, t] = [frame.s, frame.t].map(|v| [v.x, v.y, v.z].map(f64::from));
+            let round = [0, 1, 2].map(|i| {
+                let along = (2.0 * v - 1.0) * f64::from(tube.half) * f64::from(tube.axis[i]);
+                f64::from(tube.middle[i]) + along + 2.0 * (x * s[i] + y * t[i])
+            });
+            [flat, round]
+        };
+        for (which, group) in [disk_bounds, tube_bounds].into_iter().enumerate() {
+            let points = unit.iter().map(|&at| turned(at)[which]);
+            let (mut expected, mut farthest) = (0.0, 0.0_f64);
+            for p in points {
+                expected += distance2(p, group.mean) / unit.len() as f64;
+                farthest = farthest.max(distance2(p, group.mean));
+                for ((p, lo), hi) in p.into_iter().zip(group.lo).zip(group.hi) {
+                    assert!((f64::from(lo)..=f64::from(hi)).contains(&p), "{p} is not in {lo} to {hi}");
+                }
+            }
+            assert!((group.spread - expected).abs() < 0.01 * expected, "{} is not {expected}", group.spread);
+            assert!(group.radius() * group.radius() >= farthest);
+        }
         let half: Vec<_> = unit.iter().copied().filter(|[u, v]| u + v < 1.0).collect();
         for (group, expected) in [(triangle, spread(&half, triangle.mean)), (quad, spread(&unit, quad.mean))]
         {

@@ -1,6 +1,7 @@
 //! Lights: how to sample a direction towards one, and which one to ask.
 
 mod bounds;
+mod cylinder;
 mod point;
 mod rectangle;
 mod table;
@@ -8,7 +9,9 @@ mod tree;
 
 pub use bounds::LightBounds;
 pub use point::{PointLight, PointLights};
-pub use table::{AreaLight, LEAST_SOLID_ANGLE, LightRow, LightTable, POINT, QUAD, SPHERE, TRIANGLE};
+pub use table::{
+    AreaLight, CYLINDER, DISK, LEAST_SOLID_ANGLE, LightRow, LightTable, POINT, QUAD, SPHERE, TRIANGLE,
+};
 pub use tree::{
     BELOW_ONE, COUNT_FROM, FACING, GREATEST, LEAF, LEAST_SHARE, LightNode, LightTree, NARROW, NEARNESS,
 };

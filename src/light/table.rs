@@ -1,12 +1,13 @@
 //! Every light that can be sampled, as tables from which each lane can look up another one.
 
 use super::bounds::LightBounds;
+use super::cylinder::Seen;
 use super::point::{self, PointLight};
 use super::rectangle::Rectangle;
 use super::{LightSample, LightTree};
 use crate::math::{Float, Frame, Mask, Rgb, Uint, Vec3, trig};
 use crate::sampling::warp;
-use crate::shape::{POSITION_ERROR, Quad, Shape, Sphere, triangle_error};
+use crate::shape::{Cylinder, Disk, POSITION_ERROR, Quad, Shape, Sphere, triangle_error};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// The numbers of [`LightRow::kind`]: a point.
@@ -17,27 +18,31 @@ pub const SPHERE: u32 = 1;
 pub const QUAD: u32 = 2;
 /// A triangle.
 pub const TRIANGLE: u32 = 3;
+/// A disk.
+pub const DISK: u32 = 4;
+/// A cylinder.
+pub const CYLINDER: u32 = 5;
 
 /// One light of a [`LightTable`], for workers that keep the table in another form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightRow {
-    /// [`POINT`], [`SPHERE`], [`QUAD`] or [`TRIANGLE`].
+    /// [`POINT`], [`SPHERE`], [`QUAD`], [`TRIANGLE`], [`DISK`] or [`CYLINDER`].
     pub kind: u32,
-    /// Position of a point, centre of a sphere, corner of a quad or triangle.
+    /// Position of a point, centre of a sphere or disk, corner of a quad or triangle, one end of a cylinder's axis.
     pub origin: [f32; 3],
-    /// First edge of a quad or triangle, from the corner.
+    /// First edge of a quad or triangle, from the corner; a radius of a disk.
     pub edge_u: [f32; 3],
-    /// Second edge.
+    /// Second edge; the radius at a right angle; a cylinder's axis from end to end.
     pub edge_v: [f32; 3],
-    /// Outward normal of a quad or triangle.
+    /// Outward normal of a quad, triangle or disk; direction of a cylinder's axis.
     pub normal: [f32; 3],
-    /// Radius of a sphere.
+    /// Radius of a sphere or cylinder.
     pub radius: f32,
-    /// Area of a sphere, quad or triangle.
+    /// Area of all but a point.
     pub area: f32,
     /// The surface's share of the error bound of a point on it.
     pub error: f32,
-    /// Whether a sphere emits inwards.
+    /// Whether a sphere or cylinder emits inwards.
     pub inward: bool,
     /// Radiance; intensity of a point.
     pub emission: [f32; 3],
@@ -58,23 +63,26 @@ pub enum AreaLight {
     Quad(Quad),
     /// A triangle of a mesh: its corners.
     Triangle([[f32; 3]; 3]),
+    /// A disk.
+    Disk(Disk),
+    /// A cylinder.
+    Cylinder(Cylinder),
 }
 
 /// The lights that can be sampled, one column for each property, and the tree that chooses among them.
 #[derive(Clone, Debug, Default)]
 pub struct LightTable {
     kind: Vec<u32>,
-    /// Position of a point, centre of a sphere, corner of a quad.
+    // As in a `LightRow`.
     origin: [Vec<f32>; 3],
     edge_u: [Vec<f32>; 3],
     edge_v: [Vec<f32>; 3],
-    /// Outward normal of a quad.
     normal: [Vec<f32>; 3],
     radius: Vec<f32>,
     area: Vec<f32>,
     /// The surface's share of the error bound of a point on it.
     error: Vec<f32>,
-    /// 1 where a sphere emits inwards.
+    /// 1 where a sphere or cylinder emits inwards.
     inward: Vec<f32>,
     /// 1 where a quad's sides meet at right angles.
     square: Vec<f32>,
@@ -86,6 +94,8 @@ pub struct LightTable {
     has_quads: bool,
     has_triangles: bool,
     has_bulging_mesh: bool,
+    /// Whether there are disks or cylinders.
+    has_rare: bool,
 }
 
 /// From this solid angle on, in steradians, rectangles are sampled by it: of smaller ones the sum of angles that
@@ -148,6 +158,26 @@ impl LightTable {
                 let forms = [edges[0], edges[1], normal[0]];
                 self.push(TRIANGLE, corners[0], forms, 0.0, sizes, flipped, emission);
                 self.bounds.push(LightBounds::flat(&corners, normal[0], area, emission));
+            }
+            AreaLight::Disk(disk) => {
+                self.has_rare = true;
+                let surface = disk.surface();
+                let normal = disk.normal.map(|x| if flipped { -x } else { x });
+                let ([u, v], sizes) = (disk.radii(), [surface.area, surface.error]);
+                self.push(DISK, disk.centre, [u, v, normal], 0.0, sizes, flipped, emission);
+                self.bounds.push(LightBounds::disk(&disk, normal, emission));
+            }
+            AreaLight::Cylinder(cylinder) => {
+                self.has_rare = true;
+                let surface = cylinder.surface();
+                // A point on the light is made from the end and the axis, however far they are.
+                let from = cylinder.from();
+                let extent = from.iter().fold(2.0 * cylinder.half + cylinder.radius, |m, x| m.max(x.abs()));
+                let sizes = [surface.area, surface.error + extent * POSITION_ERROR];
+                let along = cylinder.axis.map(|x| x * 2.0 * cylinder.half);
+                let forms = [[0.0; 3], along, cylinder.axis];
+                self.push(CYLINDER, from, forms, cylinder.radius, sizes, flipped, emission);
+                self.bounds.push(LightBounds::cylinder(&cylinder, emission));
             }
         }
         self.bounds.len() as u32 - 1
@@ -295,6 +325,17 @@ impl LightTable {
                 sample = select_sample(lanes, from_sphere, sample);
             }
         }
+        if self.has_rare {
+            let (disks, cylinders) = (kind.eq(F::Uint::splat(DISK)), kind.eq(F::Uint::splat(CYLINDER)));
+            if disks.any() {
+                let (x, y) = warp::disk(u);
+                sample = select_sample(disks, self.sample_flat(light, p, origin, emission, [x, y]), sample);
+            }
+            if cylinders.any() {
+                let from_cylinder = self.sample_cylinder(light, p, origin, emission, u);
+                sample = select_sample(cylinders, from_cylinder, sample);
+            }
+        }
         if self.has_quads | self.has_triangles {
             let triangles = kind.eq(F::Uint::splat(TRIANGLE));
             let lanes = kind.eq(F::Uint::splat(QUAD)) | triangles;
@@ -328,7 +369,22 @@ impl LightTable {
                 pdf = F::select(by_angle, F::splat(1.0) / rectangle.solid_angle, pdf);
             }
         }
+        if self.has_rare {
+            let cylinder = kind.eq(F::Uint::splat(CYLINDER));
+            if cylinder.any() {
+                let seen = self.cylinder(light, to_origin);
+                let inward = F::gather(&self.inward, light).gt(F::zero());
+                pdf = F::select(cylinder & seen.outside & !inward, seen.pdf(t, cos_light), pdf);
+            }
+        }
         pdf
+    }
+
+    /// What a cylinder looks like.
+    #[inline(always)]
+    fn cylinder<F: Float>(&self, light: F::Uint, to_end: Vec3<F>) -> Seen<F> {
+        let (axis, along) = (Vec3::gather(&self.normal, light), Vec3::gather(&self.edge_v, light));
+        Seen::new(to_end, axis, along.dot(axis), F::gather(&self.radius, light))
     }
 
     /// The lanes whose light is a rectangle large enough to be sampled by solid angle, if there are any, and
@@ -407,8 +463,50 @@ impl LightTable {
         }
     }
 
-    /// A quad: a rectangle uniformly by the solid angle that it fills, unless that is small; others uniformly
-    /// by area, whose density of 1/area is distance²/(cos θ·area) by solid angle.
+    /// A cylinder seen from outside, by the directions in which it is seen; one that emits inwards, uniformly by area:
+    /// of that any part may be seen through an end.
+    #[inline(always)]
+    fn sample_cylinder<F: Float>(
+        &self,
+        light: F::Uint,
+        p: Vec3<F>,
+        end: Vec3<F>,
+        emission: Rgb<F>,
+        u: [F; 2],
+    ) -> LightSample<F> {
+        let (axis, along) = (Vec3::gather(&self.normal, light), Vec3::gather(&self.edge_v, light));
+        let radius = F::gather(&self.radius, light);
+        let inward = F::gather(&self.inward, light).gt(F::zero());
+        let seen = self.cylinder(light, end - p);
+        let towards = seen.sample(u);
+        let mut on_light = end + axis * towards.height + towards.normal * radius;
+        let (mut normal, mut wi, mut pdf) = (towards.normal, towards.wi, towards.pdf);
+        let mut shines = seen.outside & !inward;
+        if inward.any() {
+            let (sin, cos) = trig::sin_cos_turns(u[0]);
+            let outwards = Frame::around(axis).to_world(Vec3::new(cos, sin, F::zero()));
+            let at = end + along * u[1] + outwards * radius;
+            let to_light = at - p;
+            let distance2 = to_light.dot(to_light);
+            let back = to_light * (F::splat(1.0) / distance2.sqrt());
+            let cos = back.dot(outwards);
+            on_light = Vec3::select(inward, at, on_light);
+            normal = Vec3::select(inward, -outwards, normal);
+            wi = Vec3::select(inward, back, wi);
+            pdf = F::select(inward, distance2 / (cos * F::gather(&self.area, light)), pdf);
+            shines = shines | (inward & cos.gt(F::zero()));
+        }
+        let off = on_light.max_abs() * POSITION_ERROR + F::gather(&self.error, light);
+        LightSample {
+            wi,
+            target: on_light + normal * off,
+            radiance: emission.only(shines),
+            pdf: pdf.only(shines),
+        }
+    }
+
+    /// A quad: a rectangle uniformly by the solid angle that it fills, unless that is small; others, triangles and
+    /// disks uniformly by area, whose density of 1/area is distance²/(cos θ·area) by solid angle.
     #[inline(always)]
     fn sample_flat<F: Float>(
         &self,
@@ -557,6 +655,56 @@ mod tests {
     }
 
     #[test]
+    fn a_disk_gives_the_irradiance_of_its_form_factor() {
+        // A disk straight above fills a cone: E = π·L·r²/(r² + distance²).
+        for (distance, radius) in [(1.0, 1.0), (0.5, 1.0), (50.0, 1.0)] {
+            let disk = Disk::new(DVec3::Z * distance, DVec3::NEG_Z, radius);
+            let expected = std::f64::consts::PI * radius * radius / (radius * radius + distance * distance);
+            let got = irradiance(&table(AreaLight::Disk(disk), false, 1.0), 300);
+            assert!((got / expected - 1.0).abs() < 1e-3, "{got} is not {expected}");
+            assert_eq!(irradiance(&table(AreaLight::Disk(disk), true, 1.0), 10), 0.0);
+        }
+    }
+
+    #[test]
+    fn a_cylinder_gives_the_irradiance_of_its_solid_angle() {
+        // One that lies across the zenith, at an angle β to it on either side and as wide as a sine s: of the strip of
+        // directions (α, β) about its axis, cos θ = cos α·cos β. Seen from its axis's height it is a whole strip, from
+        // end to end, whose ends depend on α only by the distance to it.
+        let integral = |height: f64, radius: f64, half: f64| {
+            let (n, widest) = (2000, (radius / height).asin());
+            let sum: f64 = (0..n)
+                .map(|i| {
+                    let alpha = widest * ((f64::from(i) + 0.5) / f64::from(n) * 2.0 - 1.0);
+                    let chord = (radius * radius - (height * alpha.sin()).powi(2)).sqrt();
+                    let rise = (half / (height * alpha.cos() - chord)).atan();
+                    // ∫ cos β · cos β dβ from −rise to rise.
+                    alpha.cos() * (rise + 0.5 * (2.0 * rise).sin())
+                })
+                .sum();
+            sum * 2.0 * widest / f64::from(n)
+        };
+        for (height, radius, half) in
+            [(2.0, 1.0, 1.5), (1.05, 1.0, 20.0), (300.0, 1.0, 4.0), (2.0, 0.01, 0.01)]
+        {
+            let ends = [-half, half].map(|y| DVec3::new(0.0, y, height));
+            let cylinder = Cylinder::new(ends[0], ends[1], radius);
+            let expected = integral(height, radius, half);
+            let got = irradiance(&table(AreaLight::Cylinder(cylinder), false, 1.0), 200);
+            assert!((got / expected - 1.0).abs() < 1e-3, "{got} is not {expected}");
+        }
+    }
+
+    #[test]
+    fn a_long_tube_around_us_lights_us_as_a_sky() {
+        let tube = Cylinder::new(DVec3::new(0.2, -300.0, 0.1), DVec3::new(0.2, 300.0, 0.1), 1.0);
+        let table = table(AreaLight::Cylinder(tube), true, 1.0);
+        // By area, most samples are far away: many are needed.
+        let got = irradiance(&table, 2000);
+        assert!((got / std::f64::consts::PI - 1.0).abs() < 1e-2, "{got} is not π");
+    }
+
+    #[test]
     fn two_triangles_give_the_irradiance_of_their_square() {
         let (s, expected) = (1.25_f64.sqrt(), |s: f64| 4.0 * (0.5 / s * (0.5 / s).atan()));
         let corner = |x: f32, y: f32| [x - 0.5, y - 0.5, 1.0];
@@ -586,7 +734,19 @@ mod tests {
         let around = AreaLight::Sphere(Sphere::new(DVec3::new(0.3, -0.2, 0.1), 3.0));
         let quad = AreaLight::Quad(Quad::new(DVec3::new(-1.0, -1.0, 3.0), DVec3::Y, DVec3::X * 2.0));
         let triangle = AreaLight::Triangle([[-1.0, -1.0, 3.0], [-1.0, 2.0, 3.5], [1.5, -1.0, 2.5]]);
-        for (light, flipped) in [(sphere, false), (around, true), (quad, false), (triangle, false)] {
+        let disk = AreaLight::Disk(Disk::new(DVec3::new(1.0, 0.5, 3.0), DVec3::new(0.0, -0.6, -0.8), 1.5));
+        let [from, to] = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 2.5, 5.0)];
+        let tube = AreaLight::Cylinder(Cylinder::new(from, to, 0.5));
+        let shade = AreaLight::Cylinder(Cylinder::new(DVec3::NEG_Z, DVec3::new(0.1, 0.2, 2.0), 1.5));
+        for (light, flipped) in [
+            (sphere, false),
+            (around, true),
+            (quad, false),
+            (triangle, false),
+            (disk, false),
+            (tube, false),
+            (shade, true),
+        ] {
             let table = table(light, flipped, 1.0);
             for u in [[0.1, 0.2], [0.5, 0.5], [0.9, 0.8]] {
                 let p = Vec3::<f32>::zero();
@@ -599,6 +759,14 @@ mod tests {
                         (t, if flipped { -out } else { out })
                     }
                     AreaLight::Quad(q) => (q.intersect(&ray), Vec3::splat(q.normal)),
+                    AreaLight::Disk(d) => (d.intersect(&ray), Vec3::splat(d.normal)),
+                    AreaLight::Cylinder(c) => {
+                        let t = c.intersect(&ray);
+                        let w = ray.at(t) - Vec3::splat(c.middle);
+                        let axis = Vec3::splat(c.axis);
+                        let out = (w - axis * w.dot(axis)).normalized();
+                        (t, if flipped { -out } else { out })
+                    }
                     AreaLight::Triangle(corners) => {
                         let [a, b, c] = corners.map(Vec3::splat);
                         (Shears::new(&ray).meet([a, b, c]).t, (b - a).cross(c - a).normalized())

@@ -326,6 +326,31 @@ pub enum Shape {
         /// The second edge, not parallel to the first.
         v: DVec3,
     },
+    /// The points X of a plane with |X − center| ≤ radius; outward is the normal.
+    Disk {
+        /// The centre.
+        center: DVec3,
+        /// Of length one.
+        normal: DVec3,
+        /// The radius, above zero.
+        radius: f64,
+    },
+    /// The points at a distance from a line between its ends, which are open; outward is away from the line.
+    Cylinder {
+        /// One end of the line.
+        from: DVec3,
+        /// The other end, somewhere else.
+        to: DVec3,
+        /// The distance, above zero.
+        radius: f64,
+    },
+    /// The six sides of a box along the axes.
+    Box {
+        /// The least corner.
+        min: DVec3,
+        /// The greatest corner, above the least along each axis.
+        max: DVec3,
+    },
     /// Triangles; outward is their counter-clockwise side.
     Mesh {
         /// The triangles, in the space of their file. Entities of one file share them.

@@ -194,6 +194,20 @@ impl Digest {
                 self.tag("quad");
                 [corner, u, v].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
             }
+            Shape::Disk { center, normal, radius } => {
+                self.tag("disk");
+                [center, normal].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
+                self.numbers(&[*radius]);
+            }
+            Shape::Cylinder { from, to, radius } => {
+                self.tag("cylinder");
+                [from, to].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
+                self.numbers(&[*radius]);
+            }
+            Shape::Box { min, max } => {
+                self.tag("box");
+                [min, max].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
+            }
             Shape::Mesh { mesh, transform } => {
                 self.tag("mesh");
                 let known = meshes.iter().position(|known| Arc::ptr_eq(known, mesh));
@@ -350,6 +364,35 @@ mod tests {
             };
             assert_eq!(told(&ours, &other), named, "{to}");
             assert_eq!(told(&other, &ours), named, "{to}");
+            seen.push(other.digits());
+        }
+        let len = seen.len();
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), len);
+    }
+
+    #[test]
+    fn each_number_of_a_disk_a_cylinder_and_a_box_counts() {
+        let sphere = "type = \"sphere\", center = [0, 0.5, 1], radius = 1";
+        let mut seen = vec![of(SCENE).digits()];
+        for shape in [
+            "type = \"disk\", center = [0, 0.5, 1], normal = [0, 0, 1], radius = 1",
+            "type = \"disk\", center = [0, 0.5, 2], normal = [0, 0, 1], radius = 1",
+            "type = \"disk\", center = [0, 0.5, 1], normal = [0, 1, 0], radius = 1",
+            "type = \"disk\", center = [0, 0.5, 1], normal = [0, 0, 1], radius = 2",
+            "type = \"cylinder\", from = [0, 0.5, 1], to = [0, 0, 1], radius = 1",
+            "type = \"cylinder\", from = [0, 0.5, 2], to = [0, 0, 1], radius = 1",
+            "type = \"cylinder\", from = [0, 0.5, 1], to = [0, 0, 2], radius = 1",
+            "type = \"cylinder\", from = [0, 0.5, 1], to = [0, 0, 1], radius = 2",
+            "type = \"cylinder\", to = [0, 0.5, 1], from = [0, 0, 1], radius = 1",
+            "type = \"box\", min = [0, 0.5, 1], max = [1, 2, 3]",
+            "type = \"box\", min = [0, 0.5, 2], max = [1, 2, 3]",
+            "type = \"box\", min = [0, 0.5, 1], max = [1, 2, 4]",
+        ] {
+            let other = with(sphere, shape);
+            let told = differing(&of(SCENE).outline().unwrap(), &other.outline().unwrap());
+            assert_eq!(told, "the shape of ball", "{shape}");
             seen.push(other.digits());
         }
         let len = seen.len();

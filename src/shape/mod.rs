@@ -1,17 +1,24 @@
 //! Shapes: where a ray meets a surface first, and what the surface is like there.
 //!
 //! Distances are along a ray of unit direction; [`NOTHING`] stands for no hit. Outward is a plane's normal,
-//! a sphere's outside, a quad's u × v, a triangle's counter-clockwise side.
+//! a sphere's outside, a quad's u × v, a triangle's counter-clockwise side, a disk's normal, and away from a cylinder's
+//! axis. A box is six quads.
 
+mod cylinder;
+mod disk;
 mod mesh;
 mod plane;
 mod quad;
+mod rare;
 mod sphere;
 mod triangle;
 
+pub use cylinder::Cylinder;
+pub use disk::Disk;
 pub use mesh::{MOST as MOST_TRIANGLES, Mesh, MeshError};
 pub use plane::Plane;
 pub use quad::{Quad, QuadForm};
+pub use rare::Rare;
 pub use sphere::{Sphere, SphereForm};
 pub use triangle::{FLATTEST, Meeting, Sheared, Shears, TRIANGLE_ERROR, triangle_error};
 
@@ -33,30 +40,47 @@ pub trait Shape {
     fn surface(&self) -> Surface;
 }
 
+/// Which formula says what the surface is like at a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// A plane, a quad; of meshes the triangles tell.
+    Flat,
+    /// A sphere.
+    Round,
+    /// Flat, with polar coordinates.
+    Disk,
+    /// Round about an axis.
+    Cylinder,
+}
+
 /// Everything that a hit needs to know of a surface, in one form for flat and round ones, so that lanes on
 /// different shapes evaluate the same formula. In world space and the scene's unit of length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
+    /// Its form.
+    pub form: Form,
     /// Centre of a round surface; zero for a flat one.
     pub centre: [f32; 3],
-    /// Radius of a round surface; zero for a flat one.
+    /// Radius of a round surface, a disk or a cylinder; zero for a flat one.
     pub radius: f32,
-    /// The point near which a round surface is described best; zero for a flat one (see [`Sphere`]).
+    /// The point near which a round surface is described best (see [`Sphere`]), the middle of a cylinder's axis; zero
+    /// for a flat one.
     pub anchor: [f32; 3],
     /// From the anchor to the centre of a round surface; zero for a flat one.
     pub to_centre: [f32; 3],
     /// The anchor's power; zero for a flat surface.
     pub anchor_power: f32,
-    /// Outward normal of a flat surface, of length one; zero for a round one.
+    /// Outward normal of a flat surface or direction of a cylinder's axis, of length one; zero for a round one.
     pub normal: [f32; 3],
     /// A flat surface is where X·normal is this.
     pub distance: f32,
     /// The surface's share of a hit's error bound: how far a computed hit may lie off the surface, plus how
     /// close to it a ray may start before its intersection is in doubt.
     pub error: f32,
-    /// u of a point X on a flat surface is X·axis + offset, with the offset in the fourth place.
+    /// u of a point X on a flat surface is X·axis + offset, with the offset in the fourth place. On a disk that is the
+    /// first of the coordinates of which uv are the polar form; a cylinder's u is zero in this direction.
     pub u_axis: [f32; 4],
-    /// v likewise.
+    /// v likewise, on a cylinder too.
     pub v_axis: [f32; 4],
     /// Area; infinite for a plane.
     pub area: f32,
@@ -65,6 +89,7 @@ pub struct Surface {
 impl Surface {
     /// The row of a mesh, whose triangles say the rest.
     pub const OF_A_MESH: Surface = Surface {
+        form: Form::Flat,
         centre: [0.0; 3],
         radius: 0.0,
         anchor: [0.0; 3],
@@ -85,13 +110,20 @@ pub(crate) const UNIT_ROUNDOFF: f32 = f32::EPSILON / 2.0;
 /// Error of a hit's position for each unit of its largest coordinate (see [`offset_origin`]).
 pub const POSITION_ERROR: f32 = 16.0 * UNIT_ROUNDOFF;
 
+/// By how much a disk, a cylinder or a side of a box of some size reaches over its edges, so that rays do not slip
+/// between two of them that meet there: by what rounding does to a hit, where the largest coordinate is so large, but
+/// never so much that it is seen.
+fn overlap(largest: f64, size: f64) -> f64 {
+    (0.5 * f64::from(POSITION_ERROR) * largest).min(1e-4 * size)
+}
+
 /// How far outside of a shape a computed hit on it may lie, for each unit of the largest coordinates of the
 /// shape and of the ray's origin.
 ///
 /// The hit is where the distance that [`Shape::intersect`] computes takes the ray. On a plane that distance is
 /// off by a few roundings of the origin and the plane's own distance, and what an oblique quad adds its bounds
-/// pay for. On a sphere the distance from the centre is off by some 12 roundings of the origin's distance from
-/// the centre, which is up to √3 times the sum of both's coordinates. Comparing the distance with those to a
+/// pay for. On a sphere or cylinder the distance from the centre or axis is off by some 12 roundings of the origin's
+/// distance from the centre, which is up to √3 times the sum of both's coordinates. Comparing the distance with those to a
 /// box takes 4 more.
 pub const BOUNDS_ERROR: f32 = 64.0 * UNIT_ROUNDOFF;
 

@@ -1,6 +1,6 @@
 //! The unbounded plane.
 
-use super::{Bounds, NOTHING, POSITION_ERROR, Shape, Surface};
+use super::{Bounds, Form, NOTHING, POSITION_ERROR, Shape, Surface};
 use crate::math::{Float, Frame, Ray, Vec3};
 
 /// All X with X·normal = distance (report §2.3.1).
@@ -34,6 +34,7 @@ impl Shape for Plane {
         // uv are lengths along the frame's axes from the point nearest the origin, where both vanish.
         let frame = Frame::<f32>::around(Vec3::splat(self.normal));
         Surface {
+            form: Form::Flat,
             centre: [0.0; 3],
             radius: 0.0,
             anchor: [0.0; 3],

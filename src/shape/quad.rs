@@ -1,7 +1,7 @@
 //! The parallelogram.
 
 use super::plane::distance_to_plane;
-use super::{BOUNDS_ERROR, Bounds, NOTHING, POSITION_ERROR, Shape, Surface};
+use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Shape, Surface, overlap};
 use crate::math::{Float, Ray, Vec3};
 use glam::DVec3;
 
@@ -43,6 +43,24 @@ impl Quad {
             u_axis: axis(u_axis),
             v_axis: axis(v_axis),
         }
+    }
+
+    /// The sides of the box between two corners, each facing out and reaching over its edges by `overlap`: those
+    /// across x, y and z in turn, the lower one first. v runs along z, or along y where the side is across z.
+    pub fn sides(min: DVec3, max: DVec3) -> [Quad; 6] {
+        let largest = min.abs().max(max.abs()).max_element();
+        let more = DVec3::splat(overlap(largest, (max - min).min_element()));
+        let (low, high) = (min - more, max + more);
+        let size = high - low;
+        let ([x, y, z], at) = ([DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z], DVec3::new);
+        [
+            Quad::new(at(min.x, high.y, low.z), -y, z),
+            Quad::new(at(max.x, low.y, low.z), y, z),
+            Quad::new(at(low.x, min.y, low.z), x, z),
+            Quad::new(at(high.x, max.y, low.z), -x, z),
+            Quad::new(at(high.x, low.y, min.z), -x, y),
+            Quad::new(at(low.x, low.y, max.z), x, y),
+        ]
     }
 
     fn area(&self) -> f32 {
@@ -107,6 +125,7 @@ impl Shape for Quad {
 
     fn surface(&self) -> Surface {
         Surface {
+            form: Form::Flat,
             centre: [0.0; 3],
             radius: 0.0,
             anchor: [0.0; 3],

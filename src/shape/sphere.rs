@@ -1,6 +1,6 @@
 //! The sphere.
 
-use super::{BOUNDS_ERROR, Bounds, NOTHING, Shape, Surface, UNIT_ROUNDOFF};
+use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, Shape, Surface, UNIT_ROUNDOFF};
 use crate::math::{Float, Ray, Vec3};
 use glam::DVec3;
 use std::f32::consts::PI;
@@ -123,6 +123,7 @@ impl Shape for Sphere {
         let is_wall = largest(self.to_centre) > 0.0;
         let reach = if is_wall { 0.0 } else { self.radius };
         Surface {
+            form: Form::Round,
             centre: self.centre,
             radius: self.radius,
             anchor: self.anchor,

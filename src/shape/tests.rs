@@ -221,6 +221,169 @@ fn quad_distances_are_those_of_mathematics_within_its_edges() {
 }
 
 #[test]
+fn disk_distances_are_those_of_mathematics_within_the_rim() {
+    let stream = &mut Stream::new(4, 0, 0);
+    let mut tally = Tally::default();
+    for scale in SCALES {
+        for _ in 0..80_000 {
+            let centre = direction(stream) * scale * 2.0 * stream.random::<f64>();
+            let radius = scale * stream.random_range(0.3..3.0);
+            let disk = Disk::new(centre, direction(stream), radius);
+            let ray = ray(stream, centre, radius);
+            let truth = match plane_truth(&ray, disk.normal, disk.distance) {
+                Truth::Hit(t, error) => {
+                    let p = wide(ray.o) + wide(ray.d) * t;
+                    let largest = wide(ray.o).length() + t + centre.length() + radius;
+                    // How far the point may lie off, and how far the disk reaches over its rim.
+                    let margin = error + 8.0 * U * largest + overlap(centre.length() + radius, radius);
+                    match radius - p.distance(centre) {
+                        inside if inside.abs() <= margin => Truth::Doubtful,
+                        inside if inside > 0.0 => Truth::Hit(t, error),
+                        _ => Truth::Nothing,
+                    }
+                }
+                other => other,
+            };
+            tally.check(disk.intersect(&ray), truth, || format!("{disk:?} {ray:?}"));
+        }
+    }
+    tally.assert_telling();
+}
+
+/// As of a sphere across the axis; along it, both roots ask where the ends are.
+fn cylinder_truth(cylinder: &Cylinder, ray: &Ray<f32>) -> Truth {
+    let axis = array(cylinder.axis).normalize();
+    let (w, d) = (wide(ray.o) - array(cylinder.middle), wide(ray.d));
+    let [r, half] = [cylinder.radius, cylinder.half].map(f64::from);
+    let (m, e) = (w - axis * w.dot(axis), d - axis * d.dot(axis));
+    let (a, b, c) = (e.dot(e), m.dot(e), m.length_squared() - r * r);
+    // What rounding does to both parts.
+    let (m_error, e_error) = (5.0 * U * w.length(), 4.0 * U);
+    let nearest = m - e * (b / a);
+    let discriminant = r * r - nearest.length_squared();
+    let nearest_error = m_error + e_error * b.abs() / a + 3.0 * U * m.length();
+    let discriminant_error = 2.0 * nearest.length() * nearest_error
+        + nearest_error * nearest_error
+        + 4.0 * U * (nearest.length_squared() + r * r);
+    if discriminant < -discriminant_error {
+        return Truth::Nothing;
+    }
+    if discriminant <= 4.0 * discriminant_error {
+        return Truth::Doubtful;
+    }
+    let (root, e_share) = ((discriminant * a).sqrt(), e_error / a.sqrt());
+    let q = -b - root.copysign(b);
+    let b_error = m_error * a.sqrt() + e_error * m.length() + 3.0 * U * m.length() * a.sqrt();
+    let q_error = b_error + root * (discriminant_error / discriminant + e_share) + 2.0 * U * q.abs();
+    let c_error = 2.0 * m.length() * m_error + 4.0 * U * (m.length_squared() + r * r);
+    let small = (c / q, c_error / q.abs() + (c / q).abs() * q_error / q.abs());
+    let large = (q / a, q_error / a + (q / a).abs() * 2.0 * e_share);
+    let mut roots = [small, large].map(|(t, error)| (t, 2.0 * error + 2.0 * U * t.abs()));
+    roots.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (t, error) in roots {
+        let inside = half - (w + d * t).dot(axis).abs();
+        let margin = error * d.dot(axis).abs() + 8.0 * U * (w.length() + t.abs());
+        if t < -error || inside < -margin {
+            continue;
+        }
+        return if t > error && inside > margin { Truth::Hit(t, error) } else { Truth::Doubtful };
+    }
+    Truth::Nothing
+}
+
+#[test]
+fn cylinder_distances_are_those_of_mathematics_between_the_ends() {
+    let stream = &mut Stream::new(5, 0, 0);
+    let mut tally = Tally::default();
+    for scale in SCALES {
+        for _ in 0..80_000 {
+            let from = direction(stream) * scale * [0.0, 3.0, 30.0][stream.random_range(0..3)];
+            let along = direction(stream) * scale * [0.1, 1.0, 10.0][stream.random_range(0..3)];
+            let cylinder = Cylinder::new(from, from + along, scale);
+            let place = from + along * stream.random::<f64>();
+            let ray = ray(stream, place, scale);
+            let truth = cylinder_truth(&cylinder, &ray);
+            tally.check(cylinder.intersect(&ray), truth, || format!("{cylinder:?} {ray:?}"));
+        }
+    }
+    tally.assert_telling();
+}
+
+#[test]
+fn nothing_slips_out_between_the_sides_of_a_box_or_the_ends_of_a_can() {
+    let stream = &mut Stream::new(6, 0, 0);
+    type Distance<'a> = &'a dyn Fn(&Ray<f32>) -> f32;
+    let met = |shapes: &[Distance<'_>], ray: &Ray<f32>| shapes.iter().any(|f| f(ray) < NOTHING);
+    let (mut rays, mut out) = (0, 0);
+    for scale in SCALES {
+        for place in [0.0, 1.0, 10.0] {
+            let middle = direction(stream) * scale * place;
+            let size = DVec3::from([(); 3].map(|()| scale * stream.random_range(0.2..1.0)));
+            let sides =
+                Quad::sides(middle - size, middle + size).map(|side| move |ray: &_| side.intersect(ray));
+            let (axis, radius) = (direction(stream), scale * stream.random_range(0.2..1.0));
+            let ends = [-1.0, 1.0].map(|end| middle + axis * size.x * end);
+            let disks = ends.map(|end| Disk::new(end, axis, radius)).map(|d| move |ray: &_| d.intersect(ray));
+            let tube = Cylinder::new(ends[0], ends[1], radius);
+            for _ in 0..30_000 {
+                let from =
+                    |within: f64, stream: &mut Stream| direction(stream) * within * stream.random::<f64>();
+                // To an edge of the box,
+                let mut to = DVec3::from([(); 3].map(|()| [-1.0, 1.0][stream.random_range(0..2)]));
+                to[stream.random_range(0..3)] = stream.random_range(-1.0..1.0);
+                let o = middle + from(size.min_element(), stream);
+                let d = narrow(middle + size * to - wide(narrow(o))).normalized();
+                let shapes = sides.each_ref().map(|side| side as &dyn Fn(&_) -> _);
+                out += u32::from(!met(&shapes, &Ray { o: narrow(o), d }));
+                // and to a rim of the can.
+                let rim =
+                    ends[stream.random_range(0..2)] + axis.cross(direction(stream)).normalize() * radius;
+                let o = middle + from(radius.min(size.x), stream);
+                let d = narrow(rim - wide(narrow(o))).normalized();
+                let shapes = [&disks[0] as &dyn Fn(&_) -> _, &disks[1], &|ray| tube.intersect(ray)];
+                out += u32::from(!met(&shapes, &Ray { o: narrow(o), d }));
+                rays += 2;
+            }
+        }
+    }
+    assert!(rays >= 900_000 && out == 0, "{out} of {rays} rays slip out");
+}
+
+#[test]
+fn a_cylinder_is_open_at_its_ends() {
+    let cylinder = Cylinder::new(DVec3::NEG_Z, DVec3::Z, 1.0);
+    // From the side, from inside, away.
+    assert_eq!(cylinder.intersect(&at([3.0, 0.0, 0.5], [-1.0, 0.0, 0.0])), 2.0);
+    assert_eq!(cylinder.intersect(&at([0.5, 0.0, 0.5], [-1.0, 0.0, 0.0])), 1.5);
+    assert_eq!(cylinder.intersect(&at([3.0, 0.0, 0.5], [1.0, 0.0, 0.0])), NOTHING);
+    // Past the ends, and along the axis, within and without.
+    assert_eq!(cylinder.intersect(&at([3.0, 0.0, 1.5], [-1.0, 0.0, 0.0])), NOTHING);
+    for x in [0.0, 0.5, 1.0, 2.0] {
+        assert_eq!(cylinder.intersect(&at([x, 0.0, 5.0], [0.0, 0.0, -1.0])), NOTHING);
+    }
+    // Down through the open end, to the far side.
+    let t = cylinder.intersect(&at([2.0, 0.0, 3.0], [-0.6, 0.0, -0.8]));
+    assert!((t - 5.0).abs() < 1e-5 && cylinder.intersect(&at([0.0, 0.0, 3.0], [-0.6, 0.0, -0.8])) == NOTHING);
+    // From the surface itself outwards there is nothing, inwards the other side.
+    assert_eq!(cylinder.intersect(&at([1.0, 0.0, 0.0], [1.0, 0.0, 0.0])), NOTHING);
+    assert_eq!(cylinder.intersect(&at([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])), 2.0);
+}
+
+#[test]
+fn the_sides_of_a_box_face_out() {
+    let (min, max) = (DVec3::new(1.0, -2.0, 3.0), DVec3::new(2.0, 2.0, 8.0));
+    let middle = narrow((min + max) * 0.5);
+    for side in Quad::sides(min, max) {
+        let n = Vec3::<f32>::splat(side.normal);
+        assert!(side.intersect(&Ray { o: middle, d: n }) < NOTHING && n.max_abs() == 1.0, "{side:?}");
+        assert_eq!(side.intersect(&Ray { o: middle, d: -n }), NOTHING);
+        // Upright: v runs along the last of the axes that it can.
+        let up = if n.z == 0.0 { side.v[2] } else { side.v[1] };
+        assert!(up > 0.0 && side.v.iter().filter(|v| **v != 0.0).count() == 1, "{side:?}");
+    }
+}
+
+#[test]
 fn a_wrong_distance_is_noticed() {
     // The report's own slip: b² − 4c where b is half the linear coefficient.
     let sphere = Sphere::new(DVec3::Z * 5.0, 1.0);
@@ -232,6 +395,13 @@ fn a_wrong_distance_is_noticed() {
     let right = sphere.intersect(&ray);
     assert!(check(right));
     assert!(!check(right * (1.0 + 1e-5)) && !check(NOTHING));
+    let tube = Cylinder::new(DVec3::new(-2.0, 0.0, 5.0), DVec3::new(2.0, 0.0, 5.0), 1.0);
+    let check = |got| {
+        let one = || Tally::default().check(got, cylinder_truth(&tube, &ray), String::new);
+        std::panic::catch_unwind(one).is_ok()
+    };
+    let right = tube.intersect(&ray);
+    assert!(check(right) && !check(right * (1.0 + 1e-5)) && !check(NOTHING));
 }
 
 fn at(o: [f32; 3], d: [f32; 3]) -> Ray<f32> {
@@ -292,6 +462,13 @@ fn areas_are_those_of_geometry() {
     let oblique = Quad::new(DVec3::ZERO, DVec3::X * 3.0, DVec3::new(3.0_f64.sqrt(), 1.0, 0.0));
     assert!((oblique.surface().area - 3.0).abs() < 1e-6);
     assert_eq!(oblique.surface().normal, [0.0, 0.0, 1.0]);
+    let disk = Disk::new(DVec3::ONE, DVec3::Y, 2.0);
+    assert!((disk.surface().area / (4.0 * std::f32::consts::PI) - 1.0).abs() < 1e-5);
+    let cylinder = Cylinder::new(DVec3::ONE, DVec3::new(1.0, 4.0, 5.0), 2.0);
+    assert!((cylinder.surface().area / (20.0 * std::f32::consts::PI) - 1.0).abs() < 1e-5);
+    // What they reach over their edges by is not seen, however far away they are.
+    let far = Quad::sides(DVec3::splat(1e9), DVec3::splat(1e9 + 1.0));
+    assert!(far.iter().all(|side| side.surface().area < 1.001), "{far:?}");
 }
 
 #[test]

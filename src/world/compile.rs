@@ -6,7 +6,7 @@ use crate::camera::Camera;
 use crate::light::{AreaLight, LightTable, PointLight, PointLights};
 use crate::material::{Kind, MaterialTable, Row};
 use crate::scene::{self, MaterialKind, Scene};
-use crate::shape::{Mesh, Plane, Quad, Shape, Sphere};
+use crate::shape::{Cylinder, Disk, Mesh, Plane, Quad, Rare, Shape, Sphere};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -36,7 +36,8 @@ impl CompiledScene {
     }
 }
 
-/// The surfaces as rays meet them: the unbounded ones beside the bounded ones.
+/// The surfaces as rays meet them: those that go into a tree where there is one, and beside them, first, the others:
+/// the unbounded ones, and disks and cylinders.
 pub type Geometry = Union<Simple, Simple>;
 
 fn narrow(v: glam::DVec3) -> [f32; 3] {
@@ -151,6 +152,28 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
                 }
                 all.quads.push((quad, surfaces.push(quad.surface(), look)));
             }
+            scene::Shape::Box { min, max } => {
+                for quad in Quad::sides(min, max) {
+                    if emits {
+                        look.light = lights.push_area(AreaLight::Quad(quad), flipped, emission);
+                    }
+                    all.quads.push((quad, surfaces.push(quad.surface(), look)));
+                }
+            }
+            scene::Shape::Disk { center, normal, radius } => {
+                let disk = Disk::new(center, normal, radius);
+                if emits {
+                    look.light = lights.push_area(AreaLight::Disk(disk), flipped, emission);
+                }
+                all.rare.push((Rare::Disk(disk), surfaces.push(disk.surface(), look)));
+            }
+            scene::Shape::Cylinder { from, to, radius } => {
+                let cylinder = Cylinder::new(from, to, radius);
+                if emits {
+                    look.light = lights.push_area(AreaLight::Cylinder(cylinder), flipped, emission);
+                }
+                all.rare.push((Rare::Cylinder(cylinder), surfaces.push(cylinder.surface(), look)));
+            }
             scene::Shape::Mesh { ref transform, .. } if shared[index].is_some() => {
                 let row = surfaces.push_instance(look, transform.matrix3.determinant() < 0.0);
                 instances.push(shared[index].unwrap_or_default(), transform, row);
@@ -183,6 +206,10 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
         environment: colour(scene.environment),
         ambient: colour(scene.render.ambient),
     };
-    let unbounded = Simple { planes: std::mem::take(&mut all.planes), ..Simple::default() };
-    (compiled, Union { first: unbounded, second: all })
+    let beside = Simple {
+        planes: std::mem::take(&mut all.planes),
+        rare: std::mem::take(&mut all.rare),
+        ..Simple::default()
+    };
+    (compiled, Union { first: beside, second: all })
 }

@@ -1,8 +1,9 @@
 //! The world that tries every surface.
 
 use super::{FIRST_TRIANGLE, Hit, Instances, NO_INSTANCE, Triangles, World};
+use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
-use crate::shape::{Plane, Quad, Shape, Shears, Sphere};
+use crate::shape::{NOTHING, Plane, Quad, Rare, Shape, Shears, Sphere};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -15,6 +16,8 @@ pub struct Simple {
     pub spheres: Vec<(Sphere, u32)>,
     /// The quads likewise.
     pub quads: Vec<(Quad, u32)>,
+    /// Disks and cylinders likewise.
+    pub rare: Vec<(Rare, u32)>,
     /// The triangles of all meshes.
     pub triangles: Arc<Triangles>,
     /// The meshes that are shared, and where they stand.
@@ -24,8 +27,8 @@ pub struct Simple {
 impl Simple {
     /// How many surfaces there are.
     pub fn len(&self) -> usize {
-        let Simple { planes, spheres, quads, triangles, instances } = self;
-        planes.len() + spheres.len() + quads.len() + triangles.placed() + instances.len()
+        let Simple { planes, spheres, quads, rare, triangles, instances } = self;
+        planes.len() + spheres.len() + quads.len() + rare.len() + triangles.placed() + instances.len()
     }
 
     /// Whether there is none.
@@ -56,6 +59,56 @@ fn any<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut foun
     found
 }
 
+/// What rays ask where there are disks and cylinders, in a function of its own: what most scenes have none of takes no
+/// room in theirs.
+struct AskAll<'a> {
+    world: &'a Simple,
+    /// The rays' origins and directions, one column for each coordinate.
+    ray: [[f32; MAX_LANES]; 6],
+    /// Bit `i` is set if lane `i` passes through triangles.
+    past_triangles: u32,
+}
+
+impl<'a> AskAll<'a> {
+    #[inline(always)]
+    fn new<F: Float>(world: &'a Simple, ray: &Ray<F>, past_triangles: F::Mask) -> AskAll<'a> {
+        let mut columns = [[0.0; MAX_LANES]; 6];
+        for (column, x) in columns.iter_mut().zip([ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z]) {
+            x.store(column);
+        }
+        AskAll { world, ray: columns, past_triangles: past_triangles.bits() }
+    }
+}
+
+/// The first hit of each lane.
+struct Found {
+    t: [f32; MAX_LANES],
+    surface: [u32; MAX_LANES],
+    instance: [u32; MAX_LANES],
+}
+
+impl Kernel for AskAll<'_> {
+    type Output = Found;
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> Found {
+        let [ox, oy, oz, dx, dy, dz] = &self.ray;
+        let o = Vec3::new(F::load(ox), F::load(oy), F::load(oz));
+        let ray = Ray { o, d: Vec3::new(F::load(dx), F::load(dy), F::load(dz)) };
+        let hit = closest(
+            &self.world.rare,
+            &ray,
+            self.world.closest_common(&ray, F::Mask::from_bits(self.past_triangles)),
+        );
+        let nothing = [0; MAX_LANES];
+        let mut found = Found { t: [NOTHING; MAX_LANES], surface: nothing, instance: nothing };
+        hit.t.store(&mut found.t);
+        hit.surface.store(&mut found.surface);
+        hit.instance.store(&mut found.instance);
+        found
+    }
+}
+
 /// Distances to some triangles, each with its index.
 #[inline(always)]
 fn each_triangle<F: Float>(
@@ -75,6 +128,33 @@ fn each_triangle<F: Float>(
 }
 
 impl Simple {
+    /// The first hit of all, disks and cylinders among them; for lanes in `past_triangles`, of all but triangles.
+    #[inline(always)]
+    fn closest_of_all<F: Float>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
+        let Found { t, surface, instance } = &F::outlined(AskAll::new(self, ray, past_triangles));
+        Hit { t: F::load(t), surface: F::Uint::load(surface), instance: F::Uint::load(instance) }
+    }
+
+    /// The first hit of all but disks and cylinders.
+    #[inline(always)]
+    fn closest_common<F: Float>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
+        let hit = closest(&self.planes, ray, Hit::none());
+        let hit = closest(&self.spheres, ray, hit);
+        let mut hit = closest(&self.quads, ray, hit);
+        // Triangles come last and in the order of their numbers: the first of equal distances counts.
+        self.every_triangle(
+            ray,
+            #[inline(always)]
+            |t, instance, triangle| {
+                let nearer = t.lt(hit.t) & !past_triangles;
+                hit.t = F::select(nearer, t, hit.t);
+                hit.surface = F::Uint::select(nearer, F::Uint::splat(FIRST_TRIANGLE | triangle), hit.surface);
+                hit.instance = F::Uint::select(nearer, F::Uint::splat(instance), hit.instance);
+            },
+        );
+        hit
+    }
+
     /// Distances to all triangles, each with its instance and index, in the order in which equal ones count.
     #[inline(always)]
     fn every_triangle<F: Float>(&self, ray: &Ray<F>, mut found: impl FnMut(F, u32, u32)) {
@@ -102,25 +182,15 @@ impl Simple {
 impl World for Simple {
     #[inline(always)]
     fn intersect_within<F: Float>(&self, ray: &Ray<F>, _t_max: F, _asks: F::Mask) -> Hit<F> {
-        let hit = closest(&self.planes, ray, Hit::none());
-        let hit = closest(&self.spheres, ray, hit);
-        let mut hit = closest(&self.quads, ray, hit);
-        // Triangles come last and in the order of their numbers: the first of equal distances counts.
-        self.every_triangle(
-            ray,
-            #[inline(always)]
-            |t, instance, triangle| {
-                let nearer = t.lt(hit.t);
-                hit.t = F::select(nearer, t, hit.t);
-                hit.surface = F::Uint::select(nearer, F::Uint::splat(FIRST_TRIANGLE | triangle), hit.surface);
-                hit.instance = F::Uint::select(nearer, F::Uint::splat(instance), hit.instance);
-            },
-        );
-        hit
+        let none = F::Mask::splat(false);
+        if self.rare.is_empty() { self.closest_common(ray, none) } else { self.closest_of_all(ray, none) }
     }
 
     #[inline(always)]
     fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, _asks: F::Mask, past_triangles: F::Mask) -> F::Mask {
+        if !self.rare.is_empty() {
+            return self.closest_of_all(ray, past_triangles).t.lt(t_max);
+        }
         let none = F::Mask::splat(false);
         let found = any(&self.planes, ray, t_max, none);
         let found = any(&self.spheres, ray, t_max, found);

@@ -5,7 +5,7 @@ use super::triangles::{FIRST_TRIANGLE, Triangles};
 use super::{Hit, Instances, NO_INSTANCE};
 use crate::math::trig;
 use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3};
-use crate::shape::{POSITION_ERROR, Shears, Surface, triangle_error};
+use crate::shape::{Form, POSITION_ERROR, Shears, Surface, triangle_error};
 use std::sync::Arc;
 
 /// What a surface looks like beside its form.
@@ -35,14 +35,16 @@ fn index<F: Float>(surface: F::Uint) -> F::Uint {
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTable {
-    /// Of round surfaces.
+    /// Of round surfaces and cylinders.
     anchor: [Vec<f32>; 3],
-    /// Zero for flat surfaces.
+    /// Zero for flat surfaces: there what follows from the axes is all.
     radius: Vec<f32>,
-    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones.
+    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones, a cylinder's axis.
     axis: [Vec<f32>; 3],
-    /// The distance of flat surfaces, the anchor's power of round ones.
+    /// The distance of flat surfaces, the anchor's power of round ones; zero for cylinders.
     constant: Vec<f32>,
+    /// [`Form`]s as numbers.
+    form: Vec<u32>,
     error: Vec<f32>,
     u_axis: [Vec<f32>; 3],
     u_offset: Vec<f32>,
@@ -55,7 +57,10 @@ pub struct SurfaceTable {
     light: Vec<u32>,
     /// Of a mesh that emits, what to add to a triangle's index for its light, wrapping.
     triangle_light: Vec<u32>,
-    has_round: bool,
+    /// Whether some are not flat, or have polar coordinates.
+    has_curved: bool,
+    /// Whether there are disks or cylinders.
+    has_rare: bool,
     rows: Vec<(Surface, Look)>,
     triangles: Option<Arc<Triangles>>,
     instances: Option<Arc<Instances>>,
@@ -92,11 +97,17 @@ impl SurfaceTable {
     /// Adds a row and returns its number.
     pub fn push(&mut self, surface: Surface, look: Look) -> u32 {
         let row = self.rows.len() as u32;
-        let round = surface.radius > 0.0;
+        let (axis, constant) = match surface.form {
+            Form::Round => (surface.to_centre, surface.anchor_power),
+            Form::Flat | Form::Disk => (surface.normal, surface.distance),
+            Form::Cylinder => (surface.normal, 0.0),
+        };
         push3(&mut self.anchor, surface.anchor);
         self.radius.push(surface.radius);
-        push3(&mut self.axis, if round { surface.to_centre } else { surface.normal });
-        self.constant.push(if round { surface.anchor_power } else { surface.distance });
+        push3(&mut self.axis, axis);
+        self.constant.push(constant);
+        self.form.push(surface.form as u32);
+        self.has_rare |= matches!(surface.form, Form::Disk | Form::Cylinder);
         self.error.push(surface.error);
         let [ux, uy, uz, u_offset] = surface.u_axis;
         push3(&mut self.u_axis, [ux, uy, uz]);
@@ -109,7 +120,7 @@ impl SurfaceTable {
         self.material.push(look.material);
         self.light.push(look.light);
         self.triangle_light.push(0);
-        self.has_round |= round;
+        self.has_curved |= surface.radius > 0.0;
         self.rows.push((surface, look));
         row
     }
@@ -286,14 +297,23 @@ impl SurfaceTable {
         let mut normal = axis;
         let mut off = p.dot(normal) - constant;
         let radius = F::gather(&self.radius, row);
-        let round = radius.gt(F::zero());
-        if round.any() {
+        let curved = radius.gt(F::zero());
+        if curved.any() {
             // The distance to the centre less the radius, as power/(distance + radius): see `Sphere`.
             let w = p - Vec3::gather(&self.anchor, row);
             let from_centre = w - axis;
             let length = from_centre.length();
-            normal = Vec3::select(round, from_centre * (F::splat(1.0) / length), normal);
             let power = w.dot(from_centre - axis) + constant;
+            let mut round = curved;
+            if self.has_rare {
+                round = curved & self.has_form::<F>(row, Form::Round);
+                let cylinder = self.has_form::<F>(row, Form::Cylinder);
+                let across = w - axis * w.dot(axis);
+                let length = across.length();
+                normal = Vec3::select(cylinder, across * (F::splat(1.0) / length), normal);
+                off = F::select(cylinder, length - radius, off);
+            }
+            normal = Vec3::select(round, from_centre * (F::splat(1.0) / length), normal);
             off = F::select(round, power / (length + radius), off);
         }
         // Along a far hit's ray the error grows with the distance; put back onto the surface, what is left
@@ -317,14 +337,25 @@ impl SurfaceTable {
         let (p, row) = (point.p, point.row);
         let mut u = p.dot(Vec3::gather(&self.u_axis, row)) + F::gather(&self.u_offset, row);
         let mut v = p.dot(Vec3::gather(&self.v_axis, row)) + F::gather(&self.v_offset, row);
-        if self.has_round {
-            let round = wanted & F::gather(&self.radius, row).gt(F::zero());
-            if round.any() {
+        if self.has_curved {
+            let curved = wanted & F::gather(&self.radius, row).gt(F::zero());
+            if curved.any() {
                 // φ/2π and θ/π from +z, of the direction from the centre.
                 let d = point.n * F::gather(&self.orientation, row);
-                let phi = trig::angle_turns(d.y, d.x);
+                let (mut x, mut y, mut round) = (d.x, d.y, curved);
+                if self.has_rare {
+                    // On a disk uv so far are coordinates, on a cylinder v is as it should be.
+                    let disk = self.has_form::<F>(row, Form::Disk);
+                    let cylinder = self.has_form::<F>(row, Form::Cylinder);
+                    round = curved & self.has_form::<F>(row, Form::Round);
+                    let x_axis = Vec3::gather(&self.u_axis, row);
+                    let y_axis = Vec3::gather(&self.axis, row).cross(x_axis);
+                    x = F::select(disk, u, F::select(cylinder, d.dot(x_axis), x));
+                    y = F::select(disk, v, F::select(cylinder, d.dot(y_axis), y));
+                    v = F::select(disk, (x * x + y * y).sqrt(), v);
+                }
                 let theta = trig::angle_turns((d.x * d.x + d.y * d.y).sqrt(), d.z);
-                u = F::select(round, phi, u);
+                u = F::select(curved, trig::angle_turns(y, x), u);
                 v = F::select(round, theta * 2.0, v);
             }
         }
@@ -338,6 +369,12 @@ impl SurfaceTable {
             }
         }
         (u, v)
+    }
+
+    /// The rows of a form.
+    #[inline(always)]
+    fn has_form<F: Float>(&self, row: F::Uint, form: Form) -> F::Mask {
+        F::Uint::gather(&self.form, row).eq(F::Uint::splat(form as u32))
     }
 
     /// Material rows of points.

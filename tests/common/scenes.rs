@@ -69,6 +69,18 @@ pub fn quad(corner: DVec3, u: DVec3, v: DVec3, material: usize) -> Entity {
     entity(Shape::Quad { corner, u, v }, material)
 }
 
+pub fn disk(center: DVec3, normal: DVec3, radius: f64, material: usize) -> Entity {
+    entity(Shape::Disk { center, normal, radius }, material)
+}
+
+pub fn cylinder(from: DVec3, to: DVec3, radius: f64, material: usize) -> Entity {
+    entity(Shape::Cylinder { from, to, radius }, material)
+}
+
+pub fn cuboid(min: DVec3, max: DVec3, material: usize) -> Entity {
+    entity(Shape::Box { min, max }, material)
+}
+
 /// The entity, emitting.
 pub fn emitting(entity: Entity, radiance: f64) -> Entity {
     Entity { emission: [radiance; 3], ..entity }

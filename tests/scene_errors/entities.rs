@@ -57,19 +57,36 @@ material = "white"
 broken!(
     shape_without_type,
     entity("{ center = [0, 0, 0], radius = 1 }", ""),
-    [r#"5:9: missing key "type" in shape; a shape is one of "plane", "sphere", "quad", "mesh""#]
+    [
+        r#"5:9: missing key "type" in shape; a shape is one of "plane", "sphere", "quad", "disk", "cylinder", "box", "mesh""#
+    ]
 );
 broken!(
     shape_unknown,
     entity(r#"{ type = "cube" }"#, ""),
-    [r#"5:18: unknown shape type "cube"; valid here: "plane", "sphere", "quad", "mesh""#]
+    [
+        r#"5:18: unknown shape type "cube"; valid here: "plane", "sphere", "quad", "disk", "cylinder", "box", "mesh""#
+    ]
 );
 broken!(
-    shape_of_a_later_version,
-    entity(r#"{ type = "disk", radius = 1 }"#, ""),
-    [
-        r#"5:18: shape type "disk" comes in a later version; valid in this one: "plane", "sphere", "quad", "mesh""#
-    ]
+    disk_without_normal,
+    entity(r#"{ type = "disk", center = [0, 0, 0], radius = 1 }"#, ""),
+    [r#"5:9: missing key "normal" in a disk"#]
+);
+broken!(
+    disk_with_a_zero_normal_and_radius,
+    entity(r#"{ type = "disk", center = [0, 0, 0], normal = [0, 0, 0], radius = 0 }"#, ""),
+    ["5:55: normal must not be zero in all of x, y, z", "5:75: radius must be above 0, not 0"]
+);
+broken!(
+    cylinder_without_length,
+    entity(r#"{ type = "cylinder", from = [0, 1, 0], to = [0, 1.0, -0.0], radius = 1 }"#, ""),
+    ["5:53: to is the same point as from: the cylinder has no length"]
+);
+broken!(
+    box_inside_out,
+    entity(r#"{ type = "box", min = [0, 1, 0], max = [1, 1, 1] }"#, ""),
+    ["5:48: max must be above min in each of x, y, z: the box has no extent along y; a quad is flat"]
 );
 broken!(mesh_without_file, entity(r#"{ type = "mesh" }"#, ""), [r#"5:9: missing key "file" in a mesh"#]);
 broken!(

@@ -429,6 +429,38 @@ pub(super) fn quad(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<R
     Ok(RawShape::One(Shape::Quad { corner: corner?, u, v }))
 }
 
+pub(super) fn disk(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
+    let center = fields.get(&keys::DISK_CENTER, reports);
+    let normal = fields.get(&keys::DISK_NORMAL, reports);
+    let radius = fields.get(&keys::DISK_RADIUS, reports);
+    Ok(RawShape::One(Shape::Disk { center: center?, normal: normal?, radius: radius? }))
+}
+
+pub(super) fn cylinder(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
+    let from = fields.get(&keys::FROM, reports);
+    let to = fields.get(&keys::TO, reports);
+    let radius = fields.get(&keys::CYLINDER_RADIUS, reports);
+    let (from, to) = (from?, to?);
+    if from.distance(to) < keys::SHORTEST {
+        let at = fields.place_of(&keys::TO);
+        return Err(reports.error(at, "to is the same point as from: the cylinder has no length"));
+    }
+    Ok(RawShape::One(Shape::Cylinder { from, to, radius: radius? }))
+}
+
+pub(super) fn cuboid(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
+    let min = fields.get(&keys::MIN, reports);
+    let max = fields.get(&keys::MAX, reports);
+    let (min, max) = (min?, max?);
+    let sizes = [("x", max.x - min.x), ("y", max.y - min.y), ("z", max.z - min.z)];
+    if let Some((axis, _)) = sizes.into_iter().find(|(_, size)| *size < keys::SHORTEST) {
+        let at = fields.place_of(&keys::MAX);
+        let message = format!("max must be above min in each of x, y, z: the box has no extent along {axis}");
+        return Err(reports.error_with(at, message, |_| Some("a quad is flat".into())));
+    }
+    Ok(RawShape::One(Shape::Box { min, max }))
+}
+
 pub(super) fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
     let file = fields.get(&keys::MESH_FILE, reports);
     let transform = fields.get(&keys::TRANSFORM, reports);

@@ -288,8 +288,6 @@ pub(super) struct OneOf<T: 'static> {
     /// What all of them are, without an article: "material".
     pub(super) what: &'static str,
     pub(super) variants: &'static [Variant<T>],
-    /// Types that this version does not know yet, but a later one will.
-    pub(super) later: &'static [&'static str],
 }
 
 impl<T> OneOf<T> {
@@ -307,7 +305,7 @@ impl<T> OneOf<T> {
             Some(variant) => Ok(variant),
             None => {
                 let what = format!("{} type", self.what);
-                Err(value::unknown_word(&what, tag, self.tags(), self.later, at, reports))
+                Err(value::unknown_word(&what, tag, self.tags(), at, reports))
             }
         }
     }

@@ -15,7 +15,7 @@ use glam::DAffine3;
 
 // Lengths whose squares, and the squares of whose inverses, fit 32 bits.
 pub(super) const LONGEST: f64 = 1e18;
-const SHORTEST: f64 = 1e-18;
+pub(super) const SHORTEST: f64 = 1e-18;
 
 const COORDINATE: Number = Number::between(-LONGEST, LONGEST);
 const LENGTH: Number = Number::positive(SHORTEST, LONGEST);
@@ -118,7 +118,6 @@ pub(super) const FILTERS: WordOr<Filter> = WordOr(OneOf {
         Variant::new("blackman-harris", &BLACKMAN_HARRIS_TABLE, build::blackman_harris_filter),
         Variant::new("lanczos", &LANCZOS_TABLE, build::lanczos_filter),
     ],
-    later: &[],
 });
 static NO_FILTER_TABLE: Table = Table::new("filter \"none\"", &[]);
 static BOX_TABLE: Table = Table::new("filter \"box\"", &[&BOX_RADIUS]);
@@ -285,7 +284,6 @@ const MATERIAL: OneOf<Raw> = OneOf {
         #[cfg(feature = "broken-material")]
         Variant { tag: "broken", table: &BROKEN_TABLE, build: build::broken, hidden: true },
     ],
-    later: &[],
 };
 
 static MATTE_TABLE: Table = Table::new("a matte material", &[&REFLECTANCE]);
@@ -343,7 +341,7 @@ pub(super) static FLIP_NORMAL: Key<Flag> = Key::default(
     "flip_normal",
     Flag,
     "false",
-    "Turns the outward side: a plane's n, a sphere's outside, a quad's u × v, a triangle's counter-clockwise side.",
+    "Turns the outward side: a plane's n, a sphere's outside, a quad's u × v, a disk's normal, away from a cylinder's axis, a box's outside, a triangle's counter-clockwise side.",
 );
 
 const SHAPES: OneOf<RawShape> = OneOf {
@@ -352,14 +350,19 @@ const SHAPES: OneOf<RawShape> = OneOf {
         Variant::new("plane", &PLANE_TABLE, build::plane),
         Variant::new("sphere", &SPHERE_TABLE, build::sphere),
         Variant::new("quad", &QUAD_TABLE, build::quad),
+        Variant::new("disk", &DISK_TABLE, build::disk),
+        Variant::new("cylinder", &CYLINDER_TABLE, build::cylinder),
+        Variant::new("box", &CUBOID_TABLE, build::cuboid),
         Variant::new("mesh", &MESH_TABLE, build::mesh),
     ],
-    later: &["disk", "cylinder", "box"],
 };
 
 static PLANE_TABLE: Table = Table::new("a plane", &[&NORMAL, &PLANE_DISTANCE]);
 static SPHERE_TABLE: Table = Table::new("a sphere", &[&CENTER, &RADIUS]);
 static QUAD_TABLE: Table = Table::new("a quad", &[&CORNER, &U, &V]);
+static DISK_TABLE: Table = Table::new("a disk", &[&DISK_CENTER, &DISK_NORMAL, &DISK_RADIUS]);
+static CYLINDER_TABLE: Table = Table::new("a cylinder", &[&FROM, &TO, &CYLINDER_RADIUS]);
+static CUBOID_TABLE: Table = Table::new("a box", &[&MIN, &MAX]);
 static MESH_TABLE: Table = Table::new("a mesh", &[&MESH_FILE, &TRANSFORM, &PART_MATERIALS]);
 static TRANSFORM_TABLE: Table = Table {
     what: "a transform",
@@ -387,6 +390,27 @@ pub(super) static CORNER: Key<Vector> =
 pub(super) static U: Key<NonZero> = Key::required("u", EDGE, "The first edge, from the corner.");
 pub(super) static V: Key<NonZero> =
     Key::required("v", EDGE, "The second edge, from the corner. The quad faces u × v.");
+
+pub(super) static DISK_CENTER: Key<Vector> = Key::required("center", POINT, "The centre of the disk.");
+pub(super) static DISK_NORMAL: Key<Direction> =
+    Key::required("normal", DIRECTION, "The direction the disk faces, of any length.");
+pub(super) static DISK_RADIUS: Key<Number> = Key::required(
+    "radius",
+    LENGTH,
+    "The radius of the disk. Its uv are the angle about the normal over 2π and the distance from the centre over the radius.",
+);
+pub(super) static FROM: Key<Vector> =
+    Key::required("from", POINT, "The end of the cylinder's axis where v is 0. Both ends are open.");
+pub(super) static TO: Key<Vector> = Key::required("to", POINT, "The end where v is 1.");
+pub(super) static CYLINDER_RADIUS: Key<Number> =
+    Key::required("radius", LENGTH, "The radius of the cylinder. Its u is the angle about the axis over 2π.");
+pub(super) static MIN: Key<Vector> =
+    Key::required("min", POINT, "The corner of the box with the least x, y and z.");
+pub(super) static MAX: Key<Vector> = Key::required(
+    "max",
+    POINT,
+    "The corner of the box with the greatest x, y and z. On each side uv run from 0 to 1, v along z, or along y on top and bottom.",
+);
 
 pub(super) static MESH_FILE: Key<At<Word>> = Key::required(
     "file",
@@ -422,11 +446,8 @@ pub(super) static MATRIX: Key<Rows> = Key::optional(
     "Three rows of four numbers, instead: the first three columns are what x, y and z become, the fourth is the translation.",
 );
 
-const LIGHT: OneOf<Light> = OneOf {
-    what: "light",
-    variants: &[Variant::new("point", &POINT_LIGHT_TABLE, build::point_light)],
-    later: &[],
-};
+const LIGHT: OneOf<Light> =
+    OneOf { what: "light", variants: &[Variant::new("point", &POINT_LIGHT_TABLE, build::point_light)] };
 
 static POINT_LIGHT_TABLE: Table = Table::new("a point light", &[&POSITION, &INTENSITY]);
 

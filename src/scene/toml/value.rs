@@ -460,7 +460,7 @@ impl<T: Copy + Sync> Choice<T> {
             Some((_, choice)) => Ok(*choice),
             None => {
                 let names = self.options.iter().map(|(name, _)| *name);
-                Err(unknown_word(self.what, word, names, &[], at, reports))
+                Err(unknown_word(self.what, word, names, at, reports))
             }
         }
     }
@@ -488,19 +488,13 @@ impl<T: Copy + Sync> Form for Choice<T> {
     }
 }
 
-/// Reports a word that is not among those known, or not yet.
+/// Reports a word that is not among those known.
 pub(super) fn unknown_word<'c>(
     what: &str,
     word: &str,
     known: impl Iterator<Item = &'c str> + Clone,
-    later: &[&str],
     at: usize,
     reports: &mut Reports<'_>,
 ) -> Reported {
-    if later.contains(&word) {
-        let message = format!("{what} {} comes in a later version", quote(word));
-        let all = super::report::list(known);
-        return reports.error_with(at, message, |_| all.map(|all| format!("valid in this one: {all}")));
-    }
     reports.error_with(at, format!("unknown {what} {}", quote(word)), |_| instead(word, known))
 }

@@ -5,7 +5,7 @@ use super::*;
 use crate::math::Vec3;
 use crate::math::lanes::{Kernel, Level, dispatch};
 use crate::sampling::Stream;
-use crate::shape::{Mesh, NOTHING, Plane, Quad, Sphere};
+use crate::shape::{Cylinder, Disk, Mesh, NOTHING, Plane, Quad, Rare, Sphere};
 use crate::world::Triangles;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;
@@ -49,7 +49,7 @@ fn jumble(stream: &mut Stream) -> Jumble {
         let size = scale * 10_f64.powf(stream.random_range(-3.0..0.0) * stream.random_range(0.0..2.0));
         let centre = place + direction(stream) * scale * spread * stream.random::<f64>();
         let twice = stream.random_range(0..5) == 0;
-        match stream.random_range(0..24) {
+        match stream.random_range(0..28) {
             16..=23 => {
                 // Slivers, needles, points; some share vertices with the last.
                 let thin = [1.0, 1.0, 1e-3, 1e-6, 0.0][stream.random_range(0..5)];
@@ -69,6 +69,19 @@ fn jumble(stream: &mut Stream) -> Jumble {
                 targets.extend(corners);
                 targets.push((corners[0] + corners[1]) * 0.5);
                 targets.push((corners[0] + corners[1] + corners[2]) / 3.0);
+            }
+            24.. => {
+                let (along, to) = (direction(stream) * size, centre + direction(stream) * size);
+                let shapes = [
+                    Rare::Disk(Disk::new(centre, along.normalize(), size)),
+                    Rare::Cylinder(Cylinder::new(centre, to, size * stream.random_range(0.01..2.0))),
+                ];
+                let shape = shapes[stream.random_range(0..2)];
+                unbounded.rare.push((shape, row));
+                if twice {
+                    unbounded.rare.push((shape, row + 1000));
+                }
+                targets.extend([centre, to, centre + along.any_orthonormal_vector() * size]);
             }
             0..8 => {
                 let sphere = Sphere::new(centre, size);
@@ -109,6 +122,7 @@ fn jumble(stream: &mut Stream) -> Jumble {
     bounded.spheres.sort_by_key(|(_, row)| *row);
     bounded.quads.sort_by_key(|(_, row)| *row);
     unbounded.planes.sort_by_key(|(_, row)| *row);
+    unbounded.rare.sort_by_key(|(_, row)| *row);
     let mut triangles = Triangles::default();
     triangles.push(&mesh, &DAffine3::IDENTITY, 0);
     if stream.random_range(0..3) == 0 {

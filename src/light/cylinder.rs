@@ -1,0 +1,143 @@
+//! The cylinder, sampled by the directions in which it is seen.
+
+use crate::math::{Float, Vec3, trig};
+use std::f32::consts::PI;
+
+/// A cylinder seen from a point outside of it.
+///
+/// About the axis a direction has an angle α, and towards the end of the axis a sine: their product measures solid
+/// angle. In α the cylinder fills an arc, evenly; for each α it is seen along one line from end to end, of which the
+/// distance across the axis says between which sines. Both are uniform, which is all but uniform by solid angle, and
+/// wastes no sample on the side that is hidden.
+pub(super) struct Seen<F: Float> {
+    /// Towards the axis, at a right angle to it, and of length one.
+    towards: Vec3<F>,
+    axis: Vec3<F>,
+    /// Distance to the axis.
+    distance: F,
+    radius: F,
+    /// Half the arc, in turns.
+    half_arc: F,
+    /// How far along the axis the ends are.
+    ends: [F; 2],
+    /// Whether the point is outside; if not, nothing else here means anything.
+    pub(super) outside: F::Mask,
+}
+
+/// Directions from end to end along one line of a cylinder: of β, the angle by which they rise along the axis.
+struct Rise<F> {
+    /// 1 − sin β at both ends,
+    less: [F; 2],
+    /// and 1 + sin β: whichever is small has all its digits.
+    more: [F; 2],
+    /// The difference of the sines.
+    sines: F,
+}
+
+impl<F: Float> Rise<F> {
+    /// Of a line at a distance across the axis, between two heights.
+    #[inline(always)]
+    fn new(across: F, [low, high]: [F; 2]) -> Self {
+        let (length_low, length_high) = (length(low, across), length(high, across));
+        let (less_low, more_low) = around_one(low, length_low, across);
+        let (less_high, more_high) = around_one(high, length_high, across);
+        let (sin_low, sin_high) = (low / length_low, high / length_high);
+        // Of sines of one sign the difference would cancel; that of their squares, by their sum, does not.
+        let one_side = low.gt(F::zero()) | high.lt(F::zero());
+        let cosines = (across / length_low) * (across / length_high);
+        let of_squares = cosines * ((high - low) / length_low) * ((low + high) / length_high);
+        Rise {
+            less: [less_low, less_high],
+            more: [more_low, more_high],
+            sines: F::select(one_side, of_squares / (sin_low + sin_high), sin_high - sin_low),
+        }
+    }
+}
+
+#[inline(always)]
+fn length<F: Float>(a: F, b: F) -> F {
+    (a * a + b * b).sqrt()
+}
+
+/// 1 − sin β and 1 + sin β, for sin β = height/length.
+#[inline(always)]
+fn around_one<F: Float>(height: F, length: F, across: F) -> (F, F) {
+    let sum = length + height.abs();
+    let (small, large) = ((across / length) * (across / sum), sum / length);
+    let rises = height.gt(F::zero());
+    (F::select(rises, small, large), F::select(rises, large, small))
+}
+
+/// A direction to a cylinder.
+pub(super) struct Towards<F> {
+    /// Of length one.
+    pub(super) wi: Vec3<F>,
+    /// The outward normal where it leads.
+    pub(super) normal: Vec3<F>,
+    /// How far along the axis that is from the lower end.
+    pub(super) height: F,
+    /// Density by solid angle.
+    pub(super) pdf: F,
+}
+
+impl<F: Float> Seen<F> {
+    /// The cylinder one end of whose axis lies at `from` from the point. `axis` is of length one.
+    #[inline(always)]
+    pub(super) fn new(from: Vec3<F>, axis: Vec3<F>, length: F, radius: F) -> Self {
+        let low = from.dot(axis);
+        let across = from - axis * low;
+        let distance = across.length();
+        let beyond = ((distance - radius) * (distance + radius)).max(F::zero()).sqrt();
+        Seen {
+            towards: across * (F::splat(1.0) / distance),
+            axis,
+            distance,
+            radius,
+            half_arc: trig::angle_turns(radius, beyond),
+            ends: [low, low + length],
+            outside: distance.gt(radius),
+        }
+    }
+
+    #[inline(always)]
+    fn pdf_along(&self, rise: &Rise<F>) -> F {
+        F::splat(1.0 / (4.0 * PI)) / (self.half_arc * rise.sines)
+    }
+
+    /// A direction, drawn with `u` in [0, 1)².
+    #[inline(always)]
+    pub(super) fn sample(&self, [u, v]: [F; 2]) -> Towards<F> {
+        let turn = u * 2.0 - 1.0;
+        let (sin, cos) = trig::sin_cos_turns(turn.abs() * self.half_arc);
+        let sin = sin.copysign(turn);
+        let aside = self.distance * sin;
+        let half_chord = (self.radius * self.radius - aside * aside).max(F::zero()).sqrt();
+        let across = (self.distance * cos - half_chord).max(self.distance - self.radius);
+        let rise = Rise::new(across, self.ends);
+        let rest = -v + 1.0;
+        let (less, more) = (rise.less[0] * rest + rise.less[1] * v, rise.more[0] * rest + rise.more[1] * v);
+        let (sin_b, cos_b) = ((more - less) * 0.5, (less * more).sqrt());
+        let height = (across * sin_b / cos_b).min(self.ends[1]).max(self.ends[0]) - self.ends[0];
+        let sideways = self.axis.cross(self.towards);
+        let normal = self.towards * (across * cos - self.distance) + sideways * (across * sin);
+        Towards {
+            wi: (self.towards * cos + sideways * sin) * cos_b + self.axis * sin_b,
+            normal: normal.normalized(),
+            height,
+            pdf: self.pdf_along(&rise),
+        }
+    }
+
+    /// Density of the direction of a point that was met at distance `t`, with the cosine `cos` there.
+    ///
+    /// Across the axis, point, axis and what is met are the corners of a triangle, whose sides D and r are known; of the
+    /// third, t·cos is the share along the normal: D² = r² + ρ² + 2r·t·cos.
+    #[inline(always)]
+    pub(super) fn pdf(&self, t: F, cos: F) -> F {
+        let near = self.distance - self.radius;
+        let far2 = near * (self.distance + self.radius);
+        let across2 = far2 - self.radius * 2.0 * (t * cos);
+        let across = across2.max(near * near).min(far2).sqrt();
+        self.pdf_along(&Rise::new(across, self.ends))
+    }
+}

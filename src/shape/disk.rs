@@ -1,0 +1,91 @@
+//! The disk.
+
+use super::plane::distance_to_plane;
+use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Shape, Surface, overlap};
+use crate::math::{Float, Frame, Ray, Vec3};
+use glam::DVec3;
+use std::f32::consts::PI;
+
+/// The points of a plane that are at most the radius from a centre.
+///
+/// It reaches over its rim by `overlap`, so that nothing slips between it and a cylinder that it closes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disk {
+    /// The centre.
+    pub centre: [f32; 3],
+    /// The radius, above zero.
+    pub radius: f32,
+    /// Of length one.
+    pub normal: [f32; 3],
+    /// The disk's plane is where X·normal is this.
+    pub distance: f32,
+    /// X·x_axis + the fourth entry is the first coordinate of a point X in the plane, with the centre at zero and the
+    /// radius for its unit, in the frame of the normal.
+    pub x_axis: [f32; 4],
+    /// The second likewise.
+    pub y_axis: [f32; 4],
+}
+
+impl Disk {
+    /// The disk of a centre, a normal of length one and a radius above zero.
+    pub fn new(centre: DVec3, normal: DVec3, radius: f64) -> Disk {
+        let radius = radius + overlap(centre.abs().max_element() + radius, radius);
+        let frame = Frame::<f32>::around(Vec3::splat(normal.to_array().map(|x| x as f32)));
+        let wide = |v: Vec3<f32>| DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z));
+        // The frame's axes are rounded; these are at right angles to the normal and each other.
+        let x = (wide(frame.s) - normal * normal.dot(wide(frame.s))).normalize();
+        let axis = |w: DVec3| (w / radius).extend(-w.dot(centre) / radius).to_array().map(|x| x as f32);
+        Disk {
+            centre: centre.to_array().map(|x| x as f32),
+            radius: radius as f32,
+            normal: normal.to_array().map(|x| x as f32),
+            distance: normal.dot(centre) as f32,
+            x_axis: axis(x),
+            y_axis: axis(normal.cross(x)),
+        }
+    }
+
+    /// The vectors from the centre to the rim along both axes.
+    pub fn radii(&self) -> [[f32; 3]; 2] {
+        let r2 = self.radius * self.radius;
+        [self.x_axis, self.y_axis].map(|[x, y, z, _]| [x * r2, y * r2, z * r2])
+    }
+}
+
+impl Shape for Disk {
+    #[inline(always)]
+    fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
+        let ([ax, ay, az, a_offset], [bx, by, bz, b_offset]) = (self.x_axis, self.y_axis);
+        let t = distance_to_plane(ray, Vec3::splat(self.normal), F::splat(self.distance));
+        let p = ray.at(t);
+        let a = p.dot(Vec3::splat([ax, ay, az])) + a_offset;
+        let b = p.dot(Vec3::splat([bx, by, bz])) + b_offset;
+        F::select((a * a + b * b).le(F::splat(1.0)), t, F::splat(NOTHING))
+    }
+
+    fn bounds(&self) -> Bounds {
+        // As of a square about it: a and b are off by a few roundings of |X|/radius.
+        let reach = self.normal.map(|n| self.radius * (1.0 - n * n).max(0.0).sqrt());
+        around(self.centre, reach).grown(3.0 * BOUNDS_ERROR)
+    }
+
+    fn surface(&self) -> Surface {
+        Surface {
+            form: Form::Disk,
+            radius: self.radius,
+            normal: self.normal,
+            distance: self.distance,
+            error: POSITION_ERROR * self.distance.abs(),
+            u_axis: self.x_axis,
+            v_axis: self.y_axis,
+            area: PI * self.radius * self.radius,
+            ..Surface::OF_A_MESH
+        }
+    }
+}
+
+/// What is no farther from a point than this along each axis.
+pub(super) fn around(centre: [f32; 3], reach: [f32; 3]) -> Bounds {
+    let moved = |by: f32| [0, 1, 2].map(|i| centre[i] + by * reach[i]);
+    Bounds::of([moved(-1.0), moved(1.0)])
+}

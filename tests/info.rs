@@ -90,6 +90,14 @@ fn a_scene_says_what_is_in_it() {
     ] {
         assert!(told.contains(words), "{told} lacks {words:?}");
     }
+    let told = info(Path::new(env!("CARGO_MANIFEST_DIR")), "scenes/shapes.toml").unwrap();
+    for words in [
+        "entities    13\n",
+        "surfaces    2 planes, 3 disks, 4 cylinders, 4 boxes of six quads\n",
+        "lights      0 points, 4 entities that emit; 9 to choose among\n",
+    ] {
+        assert!(told.contains(words), "{told} lacks {words:?}");
+    }
     let told = info(Path::new(env!("CARGO_MANIFEST_DIR")), "no.toml").unwrap_err();
     assert!(told.contains("no such file"), "{told}");
 }

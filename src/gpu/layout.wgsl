@@ -18,11 +18,12 @@ struct Scene {
     centre: vec2f,
     offset_kind: u32,
     offset_radius: f32,
-    // Surfaces that every ray asks are sorted by shape: planes, then spheres, then quads. Each ends where the next
-    // begins; what follows is in the tree, or is a mesh.
+    // Surfaces that every ray asks are sorted by shape: planes, then spheres, then quads, then disks and cylinders as
+    // they come. Each ends where the next begins; what follows is in the tree, or is a mesh.
     planes_end: u32,
     spheres_end: u32,
     quads_end: u32,
+    rare_end: u32,
     // All lights that can be sampled; the points among them are the first.
     lights: u32,
     point_lights: u32,
@@ -78,12 +79,13 @@ struct Dispatch {
 
 // A row of the surface table.
 struct Surface {
-    // Of round surfaces; zero for flat ones.
+    // Of round surfaces and cylinders; zero for flat ones.
     anchor: vec3f,
+    // Zero for flat ones; IS_DISK or IS_CYLINDER.
     radius: f32,
-    // The normal of flat surfaces, the vector from the anchor to the centre of round ones.
+    // The normal of flat surfaces, the vector from the anchor to the centre of round ones, a cylinder's axis.
     axis: vec3f,
-    // The distance of flat surfaces, the anchor's power of round ones.
+    // The distance of flat surfaces, the anchor's power of round ones, a cylinder's radius.
     constant: f32,
     u_axis: vec4f,
     v_axis: vec4f,
@@ -109,18 +111,18 @@ struct Material {
 
 // A row of the light table.
 struct Light {
-    // Position of a point, centre of a sphere, corner of a quad or triangle.
+    // Position of a point, centre of a sphere or disk, corner of a quad or triangle, one end of a cylinder's axis.
     origin: vec3f,
     kind: u32,
     edge_u: vec3f,
     radius: f32,
     edge_v: vec3f,
     area: f32,
-    // Outward normal of a quad or triangle.
+    // Outward normal of a quad, triangle or disk, direction of a cylinder's axis.
     normal: vec3f,
     error: f32,
     emission: vec3f,
-    // 1 where a sphere emits inwards.
+    // 1 where a sphere or cylinder emits inwards.
     inward: u32,
     // Its place in the order of the tree of lights.
     place: u32,

@@ -85,13 +85,16 @@ fn sample_sphere(light: Light, p: vec3f, u: vec2f) -> LightSample {
     return LightSample(wi, on_sphere(light, normal), light.emission, cone.pdf);
 }
 
-// A quad: a rectangle uniformly by the solid angle that it fills, unless that is small; others, and triangles,
+// A quad: a rectangle uniformly by the solid angle that it fills, unless that is small; others, triangles and disks
 // uniformly by area.
 fn sample_flat(light: Light, p: vec3f, u: vec2f) -> LightSample {
     var at = u;
     var by_angle = 0.0;
     if light.kind == LIGHT_TRIANGLE {
         at = triangle_weights(u);
+    }
+    if light.kind == LIGHT_DISK {
+        at = disk(u);
     }
     if light.square == 1u {
         let seen = rectangle_seen(light.origin - p, light.edge_u, light.edge_v);
@@ -119,8 +122,11 @@ fn sample_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
         case LIGHT_SPHERE: {
             return sample_sphere(light, p, u);
         }
-        case LIGHT_QUAD, LIGHT_TRIANGLE: {
+        case LIGHT_QUAD, LIGHT_TRIANGLE, LIGHT_DISK: {
             return sample_flat(light, p, u);
+        }
+        case LIGHT_CYLINDER: {
+            return sample_cylinder(light, p, u);
         }
         default: {
             return sample_point(light, p);
@@ -141,6 +147,12 @@ fn light_pdf(light: Light, p: vec3f, t: f32, cos_light: f32) -> f32 {
         let seen = rectangle_seen(light.origin - p, light.edge_u, light.edge_v);
         if seen.solid_angle >= LEAST_SOLID_ANGLE {
             return 1.0 / seen.solid_angle;
+        }
+    }
+    if light.kind == LIGHT_CYLINDER && light.inward == 0u {
+        let seen = cylinder_seen(light, p);
+        if seen.distance > light.radius {
+            return cylinder_pdf(seen, light, t, cos_light);
         }
     }
     return t * t / (cos_light * light.area);

@@ -44,6 +44,65 @@ fn quad_intersect(surface: Surface, ray: Ray) -> f32 {
     return select(NOTHING, t, a >= 0.0 && a <= 1.0 && b >= 0.0 && b <= 1.0);
 }
 
+fn disk_intersect(surface: Surface, ray: Ray) -> f32 {
+    let t = distance_to_plane(ray, surface.axis, surface.constant);
+    if t >= NOTHING {
+        return NOTHING;
+    }
+    let p = ray.o + ray.d * t;
+    let a = along(p, surface.u_axis);
+    let b = along(p, surface.v_axis);
+    return select(NOTHING, t, a * a + b * b <= 1.0);
+}
+
+// The part of a vector that is across an axis of length one.
+fn across(v: vec3f, axis: vec3f) -> vec3f {
+    return v - axis * dot(v, axis);
+}
+
+fn cylinder_intersect(surface: Surface, ray: Ray) -> f32 {
+    let w = ray.o - surface.anchor;
+    let m = across(w, surface.axis);
+    let e = across(ray.d, surface.axis);
+    let a = dot(e, e);
+    let r2 = surface.constant * surface.constant;
+    if !(a > 0.0) {
+        return NOTHING;
+    }
+    let b = dot(m, e);
+    let c = dot(m, m) - r2;
+    let nearest = m - e * (b / a);
+    let discriminant = r2 - dot(nearest, nearest);
+    let root = sqrt(float_max(discriminant, 0.0) * a);
+    let q = -b - copysign(root, b);
+    let t0 = c / q;
+    let t1 = q / a;
+    let near = float_min(t0, t1);
+    let far = float_max(t0, t1);
+    if !(discriminant >= 0.0) {
+        return NOTHING;
+    }
+    if is_positive_and_finite(near) && is_between_ends(surface, ray, near) {
+        return near;
+    }
+    // Through an open end the far side is seen.
+    return select(NOTHING, far, is_positive_and_finite(far) && is_between_ends(surface, ray, far));
+}
+
+fn is_between_ends(surface: Surface, ray: Ray, t: f32) -> bool {
+    let from_middle = dot(ray.o - surface.anchor, surface.axis) + dot(ray.d, surface.axis) * t;
+    // v is a length in units of the whole.
+    return abs(from_middle) * dot(surface.v_axis.xyz, surface.axis) <= 0.5;
+}
+
+// What most scenes have none of.
+fn rare_intersect(surface: Surface, ray: Ray) -> f32 {
+    if surface.radius == IS_DISK {
+        return disk_intersect(surface, ray);
+    }
+    return cylinder_intersect(surface, ray);
+}
+
 // The origin of a ray that leaves a surface, moved off it by the hit's own error bound.
 fn offset_origin(p: vec3f, n: vec3f, error: f32, d: vec3f) -> vec3f {
     return p + n * copysign(error, dot(n, d));

@@ -67,7 +67,18 @@ fn intersect(ray: Ray) -> Hit {
             quad = Hit(t, surface.row, i, NO_INSTANCE);
         }
     }
-    let hit = nearer(nearer(plane, sphere), quad);
+    var hit = nearer(nearer(plane, sphere), quad);
+    if HAS_RARE {
+        var rare = no_hit();
+        for (var i = scene.quads_end; i < scene.rare_end; i++) {
+            let surface = surface_at(i);
+            let t = rare_intersect(surface, ray);
+            if t < rare.t {
+                rare = Hit(t, surface.row, i, NO_INSTANCE);
+            }
+        }
+        hit = nearer(hit, rare);
+    }
     if TREE_LEVELS > 0u {
         return tree_intersect(ray, hit, false);
     }
@@ -89,6 +100,13 @@ fn occluded(ray: Ray, t_max: f32) -> bool {
     for (; i < scene.quads_end; i++) {
         if quad_intersect(surface_at(i), ray) < t_max {
             return true;
+        }
+    }
+    if HAS_RARE {
+        for (; i < scene.rare_end; i++) {
+            if rare_intersect(surface_at(i), ray) < t_max {
+                return true;
+            }
         }
     }
     if TREE_LEVELS > 0u {
@@ -119,6 +137,12 @@ fn smooth_point(ray: Ray, hit: Hit) -> SurfacePoint {
         let length = sqrt(dot(from_centre, from_centre));
         normal = from_centre * (1.0 / length);
         off = (dot(w, from_centre - surface.axis) + surface.constant) / (length + surface.radius);
+    }
+    if HAS_RARE && surface.radius == IS_CYLINDER {
+        let from_axis = across(p - surface.anchor, surface.axis);
+        let length = sqrt(dot(from_axis, from_axis));
+        normal = from_axis * (1.0 / length);
+        off = length - surface.constant;
     }
     let on = p - normal * off;
     let n = normal * surface.orientation;
@@ -193,7 +217,16 @@ fn surface_uv(point: SurfacePoint) -> vec2f {
         let d = point.n * surface.orientation;
         return vec2f(angle_turns(d.y, d.x), angle_turns(sqrt(d.x * d.x + d.y * d.y), d.z) * 2.0);
     }
-    return vec2f(along(point.p, surface.u_axis), along(point.p, surface.v_axis));
+    let uv = vec2f(along(point.p, surface.u_axis), along(point.p, surface.v_axis));
+    if HAS_RARE && surface.radius == IS_DISK {
+        return vec2f(angle_turns(uv.y, uv.x), sqrt(dot(uv, uv)));
+    }
+    if HAS_RARE && surface.radius == IS_CYLINDER {
+        let d = point.n * surface.orientation;
+        let side = cross(surface.axis, surface.u_axis.xyz);
+        return vec2f(angle_turns(dot(d, side), dot(d, surface.u_axis.xyz)), uv.y);
+    }
+    return uv;
 }
 
 // uv of a vertex, or what stands for it where the mesh has none.

@@ -109,6 +109,10 @@ impl Kernel for AskAll<'_> {
     }
 }
 
+/// Says that a branch is seldom taken: what its call would have to save, the branch saves, and the others nothing.
+#[cold]
+fn rarely() {}
+
 /// Distances to some triangles, each with its index.
 #[inline(always)]
 fn each_triangle<F: Float>(
@@ -183,12 +187,17 @@ impl World for Simple {
     #[inline(always)]
     fn intersect_within<F: Float>(&self, ray: &Ray<F>, _t_max: F, _asks: F::Mask) -> Hit<F> {
         let none = F::Mask::splat(false);
-        if self.rare.is_empty() { self.closest_common(ray, none) } else { self.closest_of_all(ray, none) }
+        if !self.rare.is_empty() {
+            rarely();
+            return self.closest_of_all(ray, none);
+        }
+        self.closest_common(ray, none)
     }
 
     #[inline(always)]
     fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, _asks: F::Mask, past_triangles: F::Mask) -> F::Mask {
         if !self.rare.is_empty() {
+            rarely();
             return self.closest_of_all(ray, past_triangles).t.lt(t_max);
         }
         let none = F::Mask::splat(false);

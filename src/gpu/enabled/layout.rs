@@ -72,6 +72,7 @@ shared! {
         planes_end: u32,
         spheres_end: u32,
         quads_end: u32,
+        rare_end: u32,
         lights: u32,
         point_lights: u32,
         film_width: u32,
@@ -92,7 +93,6 @@ shared! {
         weights_from: u32,
         tap_shift: i32,
         tap_ties: u32,
-        _gap: u32,
         offset_nodes: [[f32; 4]; 17],
     }
 
@@ -280,6 +280,10 @@ pub(super) const OFFSET_UNIFORM: u32 = 1;
 pub(super) const OFFSET_TENT: u32 = 2;
 pub(super) const OFFSET_DRAWN: u32 = 3;
 
+/// What stands for the radius of a surface that is neither flat nor a sphere: below zero.
+pub(super) const IS_DISK: f32 = -1.0;
+pub(super) const IS_CYLINDER: f32 = -2.0;
+
 /// The bits of [`SlotSums::rejected`] below the reason.
 pub(super) const REJECT_SHIFT: u32 = 30;
 
@@ -323,6 +327,8 @@ pub(super) struct Plan {
     pub(super) smooth: bool,
     /// The filter's taps along an axis, where samples count in all pixels around them; zero elsewhere.
     pub(super) taps: u32,
+    /// Whether there are disks or cylinders.
+    pub(super) rare: bool,
 }
 
 impl Plan {
@@ -337,6 +343,7 @@ impl Plan {
             instances: !tree.places.is_empty(),
             smooth: tree.smooth,
             taps: tables.weights.taps,
+            rare: tables.scene.rare_end > tables.scene.quads_end,
         })
     }
 }
@@ -382,6 +389,8 @@ pub(super) fn text(variant: Variant) -> String {
         ("LIGHT_SPHERE", light::SPHERE),
         ("LIGHT_QUAD", light::QUAD),
         ("LIGHT_TRIANGLE", light::TRIANGLE),
+        ("LIGHT_DISK", light::DISK),
+        ("LIGHT_CYLINDER", light::CYLINDER),
         ("FIRST_TRIANGLE", FIRST_TRIANGLE),
         ("NO_TRIANGLE", u32::MAX),
         ("NO_INSTANCE", NO_INSTANCE),
@@ -417,6 +426,8 @@ pub(super) fn text(variant: Variant) -> String {
         ("REJECT_SHIFT", REJECT_SHIFT),
     ];
     let real = [
+        ("IS_DISK", IS_DISK),
+        ("IS_CYLINDER", IS_CYLINDER),
         ("PI", std::f32::consts::PI),
         ("FRAC_1_PI", std::f32::consts::FRAC_1_PI),
         ("EPSILON", f32::EPSILON),
@@ -447,10 +458,13 @@ pub(super) fn text(variant: Variant) -> String {
         // Debug's digits are the fewest that read back as the same float.
         writeln!(text, "const {name}: f32 = {value:?}f;").expect("a string takes all");
     }
-    let Plan { triangles, instances, smooth, .. } = variant.plan;
-    for (name, is_so) in
-        [("TREE_TRIANGLES", triangles), ("TREE_INSTANCES", instances), ("TREE_SMOOTH", smooth)]
-    {
+    let Plan { triangles, instances, smooth, rare, .. } = variant.plan;
+    for (name, is_so) in [
+        ("TREE_TRIANGLES", triangles),
+        ("TREE_INSTANCES", instances),
+        ("TREE_SMOOTH", smooth),
+        ("HAS_RARE", rare),
+    ] {
         writeln!(text, "const {name}: bool = {is_so};").expect("a string takes all");
     }
     text + &tree::trail(variant.plan.levels) + &variant.plan.paging.text() + &heap::readers()

@@ -7,7 +7,7 @@ use crate::gpu::GpuError;
 use crate::scene::RenderSettings;
 
 /// The WGSL, in the order of the CPU's rooms.
-const SOURCES: [&str; 19] = [
+const SOURCES: [&str; 20] = [
     include_str!("../layout.wgsl"),
     include_str!("../math.wgsl"),
     include_str!("../sampling.wgsl"),
@@ -15,6 +15,7 @@ const SOURCES: [&str; 19] = [
     include_str!("../triangles.wgsl"),
     include_str!("../materials.wgsl"),
     include_str!("../rectangle.wgsl"),
+    include_str!("../cylinder.wgsl"),
     include_str!("../lights.wgsl"),
     include_str!("../light_tree.wgsl"),
     include_str!("../camera.wgsl"),

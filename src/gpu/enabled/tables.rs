@@ -9,7 +9,7 @@ use crate::light::{self, LightRow};
 use crate::material::{Kind, Row};
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
-use crate::shape;
+use crate::shape::{self, Form};
 use crate::world::{Bvh, CompiledScene, Simple, SurfaceTable, Treed, Union};
 
 /// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
@@ -17,7 +17,7 @@ use crate::world::{Bvh, CompiledScene, Simple, SurfaceTable, Treed, Union};
 const MAX_DEPTH: u32 = 65_536;
 
 /// WGSL promises square roots within 4.5 units in the last place where the CPU's are within ½, and a round
-/// surface's share of a hit's error bound comes from one.
+/// surface's and a cylinder's share of a hit's error bound comes from one.
 const ROUND_ERROR: f32 = 2.0;
 
 /// A scene as the device sees it.
@@ -70,12 +70,12 @@ impl Tables {
         };
         let mut order = Order::default();
         // Sorted by shape, so that neighbouring invocations ask the same one.
-        let [planes_end, spheres_end, quads_end] = match &with_tree {
+        let [planes_end, spheres_end, quads_end, rare_end] = match &with_tree {
             Some(Union { first, .. }) => order.asked_by_all(&[first]),
             None => order.asked_by_all(&[&job.geometry.first, &job.geometry.second]),
         };
         let mut tree =
-            with_tree.map_or_else(Tree::default, |world| Tree::new(&world.second, table, quads_end));
+            with_tree.map_or_else(Tree::default, |world| Tree::new(&world.second, table, rare_end));
         order.append(&tree.rows);
         order.append(&meshes(table));
         let places = order.places(table.len());
@@ -115,6 +115,7 @@ impl Tables {
             planes_end,
             spheres_end,
             quads_end,
+            rare_end,
             lights: lights.len() as u32,
             point_lights: point_lights as u32,
             film_width: job.region.film_width,
@@ -147,13 +148,14 @@ struct Order {
 }
 
 impl Order {
-    /// Adds what every ray asks: planes, spheres, quads. Returns where each kind ends.
-    fn asked_by_all(&mut self, worlds: &[&Simple]) -> [u32; 3] {
-        let mut ends = [0; 3];
-        let kinds: [fn(&Simple) -> Vec<u32>; 3] = [
+    /// Adds what every ray asks: planes, spheres, quads, and disks and cylinders. Returns where each kind ends.
+    fn asked_by_all(&mut self, worlds: &[&Simple]) -> [u32; 4] {
+        let mut ends = [0; 4];
+        let kinds: [fn(&Simple) -> Vec<u32>; 4] = [
             |world| world.planes.iter().map(|(_, row)| *row).collect(),
             |world| world.spheres.iter().map(|(_, row)| *row).collect(),
             |world| world.quads.iter().map(|(_, row)| *row).collect(),
+            |world| world.rare.iter().map(|(_, row)| *row).collect(),
         ];
         for (kind, end) in kinds.into_iter().zip(&mut ends) {
             let mut rows: Vec<_> = worlds.iter().flat_map(|world| kind(world)).collect();
@@ -230,13 +232,21 @@ impl Tables {
 
 pub(super) fn surface(table: &SurfaceTable, row: u32) -> Surface {
     let (form, look) = &table.rows()[row as usize];
-    let round = form.radius > 0.0;
-    let error = if round { form.error * ROUND_ERROR } else { form.error };
+    let (radius, axis, constant) = match form.form {
+        Form::Flat => (0.0, form.normal, form.distance),
+        Form::Round => (form.radius, form.to_centre, form.anchor_power),
+        Form::Disk => (layout::IS_DISK, form.normal, form.distance),
+        Form::Cylinder => (layout::IS_CYLINDER, form.normal, form.radius),
+    };
+    let error = match form.form {
+        Form::Round | Form::Cylinder => form.error * ROUND_ERROR,
+        Form::Flat | Form::Disk => form.error,
+    };
     Surface {
         anchor: form.anchor,
-        radius: form.radius,
-        axis: if round { form.to_centre } else { form.normal },
-        constant: if round { form.anchor_power } else { form.distance },
+        radius,
+        axis,
+        constant,
         u_axis: form.u_axis,
         v_axis: form.v_axis,
         emission: look.emission,

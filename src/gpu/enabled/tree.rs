@@ -9,7 +9,7 @@
 
 use super::layout::{Instance, Place, TreeNode, Triangle, Vertex};
 use crate::math::{Bounds, Vec3};
-use crate::shape::triangle_error;
+use crate::shape::{Form, triangle_error};
 use crate::world::{
     Boxes, Bvh, Contents, FIRST_TRIANGLE, Instances, NO_LIGHT, RAY_ERROR, SurfaceTable, TREE_WIDTH, Triangles,
 };
@@ -139,7 +139,7 @@ impl Tree {
                 (TRIANGLES, from, count)
             }
             _ => {
-                let is_round = source.table.rows()[numbers[0] as usize].0.radius > 0.0;
+                let is_round = source.table.rows()[numbers[0] as usize].0.form == Form::Round;
                 let from = source.first_surface + self.rows.len() as u32 - node.surfaces;
                 self.rows.extend(numbers);
                 (if is_round { SPHERES } else { QUADS }, from, count)

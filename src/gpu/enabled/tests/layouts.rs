@@ -7,8 +7,15 @@ use crate::scene::{Integrator, Sampler};
 use wgpu::naga;
 
 fn variant(workgroup_size: u32) -> Variant {
-    let plan =
-        Plan { paging: Paging::ONE, levels: 20, triangles: true, instances: true, smooth: true, taps: 6 };
+    let plan = Plan {
+        paging: Paging::ONE,
+        levels: 20,
+        triangles: true,
+        instances: true,
+        smooth: true,
+        taps: 6,
+        rare: true,
+    };
     Variant { integrator: Integrator::Path, sampler: Sampler::Sobol, workgroup_size, plan }
 }
 
@@ -64,7 +71,7 @@ fn a_moved_a_renamed_and_a_missing_field_are_noticed() {
     let source = library();
     for (right, wrong) in [
         // WGSL would align the vector to the next 16 bytes.
-        ("    anchor: vec3f,\n    radius: f32,", "    radius: f32,\n    anchor: vec3f,"),
+        ("    centre: vec3f,\n    radius: f32,", "    radius: f32,\n    centre: vec3f,"),
         ("    first_reject: u32,", "    last_reject: u32,"),
         ("    checks: vec2u,\n", ""),
     ] {

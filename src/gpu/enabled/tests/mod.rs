@@ -34,8 +34,15 @@ use crate::world::{CompiledScene, Finder, Geometry, compile_sharing};
 use crossbeam_channel::{bounded, unbounded};
 
 /// What a few spheres, quads and planes ask of a program.
-const SIMPLE: Plan =
-    Plan { paging: Paging::ONE, levels: 0, triangles: false, instances: false, smooth: false, taps: 0 };
+const SIMPLE: Plan = Plan {
+    paging: Paging::ONE,
+    levels: 0,
+    triangles: false,
+    instances: false,
+    smooth: false,
+    taps: 0,
+    rare: false,
+};
 
 /// A device, or none on a machine without one, where that is allowed.
 fn device() -> Option<Device> {

@@ -13,7 +13,7 @@ use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Frame, Ray, Rgb, Vec3, trig};
 use crate::sampling::{Sobol, Stream, random, warp};
 use crate::scene::{FilmMode, Filter, Integrator, Sampler};
-use crate::shape::{self, Plane, Quad, Shape, Sphere, offset_origin};
+use crate::shape::{self, Cylinder, Disk, Form, Plane, Quad, Shape, Sphere, offset_origin};
 use crate::world::SurfaceTable;
 use glam::DVec3;
 use rand::RngExt;
@@ -260,6 +260,8 @@ fn shapes_are_met_where_the_cpu_meets_them() {
     let plane = Plane { normal: [0.48, -0.6, 0.64], distance: -1.5 };
     let sphere = Sphere::new(glam::DVec3::new(0.5, -1.0, 2.0), 1.75);
     let quad = Quad::new(DVec3::new(-1.0, -2.0, 1.0), DVec3::new(4.0, 0.5, 0.0), DVec3::new(0.0, 1.0, 3.0));
+    let disk = Disk::new(DVec3::new(0.5, 0.2, -1.0), DVec3::new(0.36, 0.48, 0.8), 2.5);
+    let cylinder = Cylinder::new(DVec3::new(-2.0, 1.0, -1.0), DVec3::new(1.0, 2.5, 1.0), 1.2);
     let mut table = SurfaceTable::default();
     let look = crate::world::Look {
         material: 0,
@@ -268,7 +270,7 @@ fn shapes_are_met_where_the_cpu_meets_them() {
         entity: 0,
         light: crate::world::NO_LIGHT,
     };
-    let shapes = [plane.surface(), sphere.surface(), quad.surface()];
+    let shapes = [plane.surface(), sphere.surface(), quad.surface(), disk.surface(), cylinder.surface()];
     let rows: Vec<_> = shapes.map(|s| table.push(s, look)).map(|row| surface(&table, row)).to_vec();
     let mut inputs = Vec::new();
     for u in units::<5>(20_000) {
@@ -277,24 +279,33 @@ fn shapes_are_met_where_the_cpu_meets_them() {
         inputs.push([o[0], o[1], o[2], d.x, d.y, d.z]);
     }
     let lines = "let ray = Ray(float3(0u), float3(3u));
-        let t = vec3f(plane_intersect(surface_at(0u), ray), sphere_intersect(surface_at(1u), ray),
-            quad_intersect(surface_at(2u), ray));
-        put_float3(0u, t);
-        for (var i = 0u; i < 3u; i++) {
+        var t = array<f32, 5>(plane_intersect(surface_at(0u), ray), sphere_intersect(surface_at(1u), ray),
+            quad_intersect(surface_at(2u), ray), rare_intersect(surface_at(3u), ray),
+            rare_intersect(surface_at(4u), ray));
+        for (var i = 0u; i < 5u; i++) {
+            put_float(i, t[i]);
             if t[i] < NOTHING {
                 let point = surface_point(ray, Hit(t[i], i, i, NO_INSTANCE));
-                put_float3(3u + 9u * i, point.p); put_float3(6u + 9u * i, point.n);
-                put_float(9u + 9u * i, point.error);
-                let uv = surface_uv(point); put_float(10u + 9u * i, uv.x); put_float(11u + 9u * i, uv.y);
+                put_float3(5u + 9u * i, point.p); put_float3(8u + 9u * i, point.n);
+                put_float(11u + 9u * i, point.error);
+                let uv = surface_uv(point); put_float(12u + 9u * i, uv.x); put_float(13u + 9u * i, uv.y);
             }
         }";
-    let outputs = probe::<6, 30>(&device, lines, &bits(&inputs), &Tables { surfaces: rows, ..nothing() });
-    let (mut met, mut doubtful) = ([0; 3], 0);
+    let scene = Scene { rare_end: 5, ..nothing().scene };
+    let tables = Tables { surfaces: rows, scene, ..nothing() };
+    let outputs = probe::<6, 50>(&device, lines, &bits(&inputs), &tables);
+    let (mut met, mut doubtful) = ([0; 5], 0);
     for (input, out) in inputs.iter().zip(outputs) {
         let [ox, oy, oz, dx, dy, dz] = *input;
         let ray = Ray { o: Vec3::new(ox, oy, oz), d: Vec3::new(dx, dy, dz) };
-        let expected = [plane.intersect(&ray), sphere.intersect(&ray), quad.intersect(&ray)];
-        for i in 0..3 {
+        let expected = [
+            plane.intersect(&ray),
+            sphere.intersect(&ray),
+            quad.intersect(&ray),
+            disk.intersect(&ray),
+            cylinder.intersect(&ray),
+        ];
+        for i in 0..5 {
             let got = f32::from_bits(out[i]);
             if (expected[i] < shape::NOTHING) != (got < f32::MAX) {
                 doubtful += 1;
@@ -314,21 +325,30 @@ fn shapes_are_met_where_the_cpu_meets_them() {
             let (u, v) = table.uv(&point, true);
             let (p, n) = (point.p, point.n);
             let moved = 32.0 * ULP * size * steep;
-            let at = 3 + 9 * i;
+            let at = 5 + 9 * i;
             [p.x, p.y, p.z].iter().zip(&out[at..]).for_each(|(e, o)| close(*o, *e, moved, input));
             [n.x, n.y, n.z].iter().zip(&out[at + 3..]).for_each(|(e, o)| close(*o, *e, moved, input));
-            // The share of round surfaces is larger on purpose.
-            let error = point.error + if i == 1 { sphere.surface().error } else { 0.0 };
+            // The share of round surfaces and cylinders is larger on purpose.
+            let own = shapes[i];
+            let is_round = matches!(own.form, Form::Round | Form::Cylinder);
+            let error = point.error + if is_round { own.error } else { 0.0 };
             close(out[at + 6], error, 0.01 * error, input);
-            // φ turns fast near the sphere's poles, and jumps where it comes round.
-            if i != 1 || (n.z.abs() < 0.99 && !(u - 0.5).abs().gt(&0.49)) {
-                close(out[at + 7], u, 4.0 * moved, input);
+            // φ turns fast near the sphere's poles and a disk's middle, and jumps where it comes round.
+            let is_fast = match own.form {
+                Form::Flat => false,
+                Form::Round => n.z.abs() >= 0.99,
+                Form::Disk => v < 0.05,
+                Form::Cylinder => false,
+            };
+            let jumps = own.form != Form::Flat && (u - 0.5).abs() > 0.49;
+            if !is_fast && !jumps {
+                close(out[at + 7], u, 8.0 * moved, input);
                 close(out[at + 8], v, 4.0 * moved, input);
             }
         }
     }
     assert!(met.iter().all(|&n| n > 500), "too few hits: {met:?}");
-    assert!(doubtful <= 5, "{doubtful} hits are seen by one side only");
+    assert!(doubtful <= 8, "{doubtful} hits are seen by one side only");
 }
 
 #[test]
@@ -411,8 +431,8 @@ fn glass_parts_light_as_on_the_cpu() {
     assert!(doubtful <= 3, "{doubtful} samples take different branches");
 }
 
-/// Two points, three spheres of which one shines inwards, a rectangle, a quad that is none and turned round, and a
-/// triangle.
+/// Two points, three spheres of which one shines inwards, a rectangle, a quad that is none and turned round, a
+/// triangle, a disk, and two cylinders of which one shines inwards.
 fn lights() -> LightTable {
     let mut lights = LightTable::default();
     lights.push_point(PointLight { position: [3.0, 1.0, 2.0], intensity: [4.0, 5.0, 6.0] });
@@ -426,6 +446,13 @@ fn lights() -> LightTable {
     lights.push_area(quad(-3.0, DVec3::new(1.5, 0.7, 0.5)), true, [7.0, 0.0, 0.0]);
     let corners = [[-2.0, 1.0, 2.5], [0.5, 2.0, 2.0], [-1.0, 3.5, 3.0]];
     lights.push_area(AreaLight::Triangle(corners), true, [1.0, 2.0, 3.0]);
+    let disk = Disk::new(DVec3::new(1.5, -1.0, -2.0), DVec3::new(0.0, 0.6, 0.8), 0.7);
+    lights.push_area(AreaLight::Disk(disk), false, [2.0, 1.0, 4.0]);
+    let tube = |from: [f64; 3], to: [f64; 3], radius| {
+        AreaLight::Cylinder(Cylinder::new(DVec3::from(from), DVec3::from(to), radius))
+    };
+    lights.push_area(tube([-3.0, 2.0, -1.0], [-1.0, 3.0, 0.5], 0.4), false, [1.0, 3.0, 2.0]);
+    lights.push_area(tube([0.0, -1.0, -5.0], [0.5, 1.0, 5.0], 5.0), true, [0.5, 0.6, 0.2]);
     lights.build_tree();
     lights
 }
@@ -520,19 +547,19 @@ fn the_light_tree_gives_the_same_chances() {
 fn lights_are_sampled_as_on_the_cpu() {
     let Some(device) = device() else { return };
     let table = lights();
-    let lines = "for (var i = 0u; i < 8u; i++) {
+    let lines = "for (var i = 0u; i < 11u; i++) {
             let s = sample_light(light_at(i), float3(0u), vec2f(float(6u), float(7u)));
             put_float3(10u * i, s.wi); put_float3(10u * i + 3u, s.target_point);
             put_float3(10u * i + 6u, s.radiance); put_float(10u * i + 9u, s.pdf);
-            put_float(80u + i, light_pdf(light_at(i), float3(0u), 2.5, 0.5 + 0.5 * float(6u)));
+            put_float(110u + i, light_pdf(light_at(i), float3(0u), 2.5, 0.5 + 0.5 * float(6u)));
         }";
     let inputs = places();
-    let outputs = probe::<9, 88>(&device, lines, &bits(&inputs), &tables_of(&table));
-    let (mut lit, mut doubtful) = ([0; 8], 0);
+    let outputs = probe::<9, 121>(&device, lines, &bits(&inputs), &tables_of(&table));
+    let (mut lit, mut doubtful) = ([0; 11], 0);
     for (input, out) in inputs.iter().zip(outputs) {
         let [x, y, z, _, _, _, u, v, _] = *input;
         let p = vec3([x, y, z]);
-        for light in 0..8 {
+        for light in 0..11 {
             let expected = table.sample(Wrapping(light as u32), p, [u, v]);
             let out = &out[10 * light..];
             let pdf = f32::from_bits(out[9]);
@@ -558,10 +585,10 @@ fn lights_are_sampled_as_on_the_cpu() {
                 .for_each(|(e, o)| close(*o, *e, 1e-5 * l.r.max(l.b).max(1.0), input));
             close(out[9], expected.pdf, 2e-5 * expected.pdf * grazing, input);
         }
-        for light in 2..8 {
+        for light in 2..11 {
             let expected = table.pdf(Wrapping(light), p, 2.5, 0.5 + 0.5 * u);
             // By solid angle within a cone whose rim may be near, else by area.
-            close(out[80 + light as usize], expected, 1e-3 * expected, input);
+            close(out[110 + light as usize], expected, 1e-3 * expected, input);
         }
     }
     assert!(lit.iter().all(|&n| n > 5000), "too few points see them: {lit:?}");

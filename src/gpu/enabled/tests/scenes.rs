@@ -37,6 +37,21 @@ pub(super) fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3], material: usize) 
     entity(Shape::Quad { corner, u, v }, material)
 }
 
+fn disk(center: [f64; 3], normal: [f64; 3], radius: f64, material: usize) -> Entity {
+    let [center, normal] = [center, normal].map(DVec3::from_array);
+    entity(Shape::Disk { center, normal: normal.normalize(), radius }, material)
+}
+
+fn cylinder(from: [f64; 3], to: [f64; 3], radius: f64, material: usize) -> Entity {
+    let [from, to] = [from, to].map(DVec3::from_array);
+    entity(Shape::Cylinder { from, to, radius }, material)
+}
+
+fn cuboid(min: [f64; 3], max: [f64; 3], material: usize) -> Entity {
+    let [min, max] = [min, max].map(DVec3::from_array);
+    entity(Shape::Box { min, max }, material)
+}
+
 pub(super) fn scene(width: u32, height: u32, materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
         film: FilmSettings {
@@ -200,6 +215,34 @@ pub(super) fn lamps(width: u32, height: u32) -> Scene {
     scene.environment = [0.1, 0.1, 0.2];
     scene.render.max_depth = 12;
     scene.render.ambient = [0.05, 0.06, 0.07];
+    scene
+}
+
+/// Disks, cylinders and boxes of every material, all of which shine somewhere; cylinders outwards and inwards.
+pub(super) fn shop(width: u32, height: u32) -> Scene {
+    let materials = vec![
+        matte([0.7, 0.6, 0.5]),
+        matte([0.2, 0.3, 0.4]),
+        material(MaterialKind::Checkerboard { even: 0, odd: 1, checks_per_unit: [8.0, 4.0] }),
+        material(MaterialKind::Glass { ior: 1.5, reflectance: [1.0; 3], transmittance: [0.9, 1.0, 0.9] }),
+        mirror([0.9; 3]),
+    ];
+    let emitting = |emission: f64, entity| Entity { emission: [emission; 3], ..entity };
+    let shade = cylinder([5.5, -1.5, -1.3], [5.5, -1.5, -0.3], 0.5, 0);
+    let entities = vec![
+        plane([0.0, 0.0, 1.0], -1.5, 0),
+        emitting(6.0, disk([4.0, 0.5, 1.5], [0.0, 0.6, -0.8], 0.6, 0)),
+        emitting(12.0, cylinder([3.0, -2.0, -0.5], [4.0, -1.5, 0.5], 0.05, 0)),
+        emitting(2.0, cuboid([5.0, 2.0, -1.5], [5.5, 2.5, -0.5], 0)),
+        Entity { flip_normal: true, ..emitting(3.0, shade) },
+        cylinder([3.5, 1.0, -1.5], [3.5, 1.0, -0.7], 0.5, 2),
+        disk([3.5, 1.0, -0.7], [0.0, 0.0, 1.0], 0.5, 2),
+        cuboid([3.5, -0.6, -1.49], [4.2, 0.1, -0.6], 3),
+        cuboid([6.5, -0.5, -1.5], [7.0, 1.5, 0.5], 4),
+        cylinder([3.0, 0.3, -1.3], [3.3, -0.8, -1.4], 0.1, 4),
+    ];
+    let mut scene = scene(width, height, materials, entities);
+    scene.environment = [0.1, 0.12, 0.15];
     scene
 }
 

@@ -21,7 +21,7 @@
 
 use crate::film::cryptomatte::Mattes;
 use crate::film::file::Head;
-use crate::film::noise::{FIRST_MILESTONE, FIRST_OF_PLANS};
+use crate::film::noise::FIRST_MILESTONE;
 use crate::film::{Channel, Film, Layer, Layout, MemoryError, Milestone, Picture, Rectangle, ViewTransform};
 use crate::gpu;
 use crate::integrator::{Integrator, Paths};
@@ -194,14 +194,11 @@ pub struct Noise {
     pub estimated: Option<f64>,
     /// Samples that every pixel has.
     pub spp: u32,
-    /// Samples that an estimate takes.
-    pub least: u32,
 }
 
 impl Noise {
-    fn of(settings: &Settings, asked: f64, totals: &Totals) -> Noise {
-        let least = 2 * if settings.adaptive { FIRST_OF_PLANS } else { FIRST_MILESTONE };
-        Noise { asked, estimated: totals.noise.map(|[now, _]| now), spp: totals.spp, least }
+    fn of(asked: f64, totals: &Totals) -> Noise {
+        Noise { asked, estimated: totals.noise.map(|[now, _]| now), spp: totals.spp }
     }
 
     /// Whether it is as small as was asked for, as far as is known.
@@ -212,7 +209,8 @@ impl Noise {
 
 impl fmt::Display for Noise {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Noise { asked, estimated, spp, least } = *self;
+        let Noise { asked, estimated, spp } = *self;
+        let least = 2 * FIRST_MILESTONE;
         match estimated {
             Some(now) if self.reached() => {
                 write!(f, "the error is {now:.5} by estimate; {asked} was asked for")
@@ -324,7 +322,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
 /// What came of the goal of an error, if one was asked for. Those who want quiet are warned, too, where it was missed:
 /// the picture is not what was asked for.
 fn warn_of_noise(settings: &Settings, outcome: &Outcome) -> Option<Noise> {
-    let noise = settings.noise.map(|asked| Noise::of(settings, asked, &outcome.totals))?;
+    let noise = settings.noise.map(|asked| Noise::of(asked, &outcome.totals))?;
     if !noise.reached() && outcome.totals.samples > 0 {
         let _ = writeln!(std::io::stderr(), "warning: {noise}");
     }
@@ -710,7 +708,7 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
         let note = if outcome.whole { ", and nothing is missing" } else { "" };
         writeln!(out, "warning: {lost}; the CPU went on{note}")?;
     }
-    if let Some(noise) = settings.goal().map(|asked| Noise::of(settings, asked, &outcome.totals))
+    if let Some(noise) = settings.goal().map(|asked| Noise::of(asked, &outcome.totals))
         && (noise.reached() || settings.noise.is_none())
     {
         writeln!(out, "{noise}")?;

@@ -15,13 +15,8 @@ use std::sync::Arc;
 /// path made far too bright would outweigh all others.
 pub const WORST: f64 = 0.005;
 
-/// The first number of samples whose picture is kept to hold a later one against. With so few, halves tell the error to
-/// a fifth (`CONTRIBUTING.md`).
-pub const FIRST_MILESTONE: u32 = 2;
-
-/// The same where it is decided for each pixel how far it goes: a pixel that stops at once, because the few samples of
-/// its neighbours have missed what is rare, stops for good.
-pub const FIRST_OF_PLANS: u32 = 8;
+/// The first number of samples whose picture is kept to hold a later one against.
+pub const FIRST_MILESTONE: u32 = 8;
 
 /// The picture at a power of two of samples a pixel, and what is known of its error.
 #[derive(Clone, Debug, PartialEq)]

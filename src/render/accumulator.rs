@@ -5,7 +5,7 @@ use super::held::Held;
 use super::schedule::{Deal, Order, Schedule};
 use super::stride::{Region, Stride};
 use crate::film::file::Piece;
-use crate::film::noise::{FIRST_MILESTONE, FIRST_OF_PLANS};
+use crate::film::noise::FIRST_MILESTONE;
 use crate::film::{Film, Milestone, Picture, Reject, Snapshot, Splatter, Statistics};
 use crate::integrator::Sample;
 use crossbeam_channel::{Receiver, Sender, TrySendError, select};
@@ -284,7 +284,7 @@ impl Accumulator {
         self
     }
 
-    /// Says at which estimated error to end, after it is said whether samples are spent where that is, and the last milestone that the film has passed.
+    /// Says at which estimated error to end, and the last milestone that the film has passed.
     pub fn until_noise(mut self, asked: f64, milestone: Option<Milestone>) -> Accumulator {
         let [least, most] = self.film.seen_range();
         // A milestone with more than twice its samples behind it is of no use.
@@ -297,8 +297,7 @@ impl Accumulator {
         self.asked = Some(asked);
         // The first power of two that no pixel has passed.
         let next = u32::try_from(most.max(1).next_power_of_two()).unwrap_or(1 << 31);
-        let first = if self.planned.is_some() { FIRST_OF_PLANS } else { FIRST_MILESTONE };
-        let gate = self.milestone.as_ref().map_or(next.max(first), |m| m.samples.saturating_mul(2));
+        let gate = self.milestone.as_ref().map_or(next.max(FIRST_MILESTONE), |m| m.samples.saturating_mul(2));
         let end = self.milestone.as_ref().and_then(|milestone| milestone.end(asked));
         self.next_milestone = Some(gate);
         self.schedule.decide(end, self.next_gate());

@@ -299,7 +299,7 @@ impl LightTable {
     }
 
     /// Chooses a light for a point `p` on a surface with normal `n`, with `u` in [0, 1): its index and the
-    /// probability of the choice, which is zero where no light can matter. Lanes that do not ask hold nonsense.
+    /// probability of the choice; where no light can matter, it is any of them. Lanes that do not ask hold nonsense.
     #[inline(always)]
     pub fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, asks: F::Mask) -> (F::Uint, F) {
         self.tree.choose(p, n, u, asks)

@@ -85,6 +85,16 @@ broken!(
 );
 broken!(
     box_inside_out,
+    entity(r#"{ type = "box", min = [0, 2, 0], max = [1, 1, 1] }"#, ""),
+    ["5:48: max must be above min in each of x, y, z: there min is above it along y; swap the two"]
+);
+broken!(
+    box_thinner_than_single_precision,
+    entity(r#"{ type = "box", min = [1e9, 0, 0], max = [1000000001, 1, 1] }"#, ""),
+    ["5:50: max must be above min in each of x, y, z: the box has no extent along x; a quad is flat"]
+);
+broken!(
+    box_without_height,
     entity(r#"{ type = "box", min = [0, 1, 0], max = [1, 1, 1] }"#, ""),
     ["5:48: max must be above min in each of x, y, z: the box has no extent along y; a quad is flat"]
 );

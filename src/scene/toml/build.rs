@@ -452,11 +452,16 @@ pub(super) fn cuboid(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
     let min = fields.get(&keys::MIN, reports);
     let max = fields.get(&keys::MAX, reports);
     let (min, max) = (min?, max?);
-    let sizes = [("x", max.x - min.x), ("y", max.y - min.y), ("z", max.z - min.z)];
-    if let Some((axis, _)) = sizes.into_iter().find(|(_, size)| *size < keys::SHORTEST) {
-        let at = fields.place_of(&keys::MAX);
-        let message = format!("max must be above min in each of x, y, z: the box has no extent along {axis}");
-        return Err(reports.error_with(at, message, |_| Some("a quad is flat".into())));
+    // Shapes are kept in single precision, in which sides that are far out and close together are one.
+    let single = |x: f64| f64::from(x as f32);
+    let size = |axis: usize| single(max[axis]) - single(min[axis]);
+    if let Some(axis) = (0..3).find(|&axis| size(axis) < keys::SHORTEST) {
+        let (at, name) = (fields.place_of(&keys::MAX), ["x", "y", "z"][axis]);
+        let swapped = size(axis) < 0.0;
+        let why = if swapped { "there min is above it along" } else { "the box has no extent along" };
+        let message = format!("max must be above min in each of x, y, z: {why} {name}");
+        let remedy = if swapped { "swap the two" } else { "a quad is flat" };
+        return Err(reports.error_with(at, message, |_| Some(remedy.into())));
     }
     Ok(RawShape::One(Shape::Box { min, max }))
 }

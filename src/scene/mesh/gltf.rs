@@ -132,7 +132,7 @@ fn read<R: BufRead>(
     }
     let materials = names.into_iter().zip(&document.materials).map(|(name, of)| material(name, of)).collect();
     if document.materials.iter().any(Material::has_texture) {
-        parts.note("it has textures, which are passed over");
+        parts.note("textures are not read", None);
     }
     Ok(materials)
 }
@@ -201,7 +201,7 @@ fn add(
 ) -> Result<(), String> {
     let mode = primitive.mode.unwrap_or(TRIANGLES);
     if ![TRIANGLES, STRIP, FAN].contains(&mode) {
-        parts.note("it has points or lines, which are passed over");
+        parts.note("points and lines are left out", None);
         return Ok(());
     }
     let attribute = |name: &str| primitive.attributes.get(name).copied();

@@ -5,6 +5,7 @@
 
 mod gltf;
 mod mtl;
+mod notes;
 mod obj;
 mod parts;
 mod ply;
@@ -14,7 +15,8 @@ mod source;
 mod tests;
 
 pub use crate::shape::Mesh;
-pub use source::MeshFileError;
+pub use notes::Note;
+pub use source::{MeshFileError, Place};
 
 use self::parts::Parts;
 use self::source::{Read_, Source};
@@ -46,8 +48,8 @@ pub struct MeshFile {
     pub materials: Vec<FileMaterial>,
     /// The names of the first groups and materials in it.
     pub names: Vec<String>,
-    /// What it says that is not heard.
-    pub notes: Vec<String>,
+    /// What was left out, repaired or approximated.
+    pub notes: Vec<Note>,
 }
 
 /// A material as a mesh file has it, in this program's terms.

@@ -105,7 +105,7 @@ pub(super) fn read<R: BufRead>(
             }
             _ if key.starts_with(b"map_") => {
                 raw.has_emission_texture |= key == b"map_Ke";
-                parts.note("it has textures, which are passed over");
+                parts.note("textures are not read", source.line());
             }
             _ => {}
         }

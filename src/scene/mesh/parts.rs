@@ -1,5 +1,7 @@
 //! The parts of a file: what its groups and materials are called, and a mesh for each that is wanted apart.
 
+use super::notes::Notes;
+use super::source::Place;
 use super::{FileMaterial, Mesh, MeshFile, Split};
 use crate::shape::MeshError;
 use std::collections::HashMap;
@@ -24,7 +26,7 @@ pub(super) struct Parts<'a> {
     /// By material, where parts are of one each.
     by_material: HashMap<String, usize>,
     names: Vec<String>,
-    notes: Vec<String>,
+    notes: Notes,
 }
 
 impl<'a> Parts<'a> {
@@ -36,7 +38,7 @@ impl<'a> Parts<'a> {
             Split::Named(names) => names.iter().cloned().chain([String::new()]).collect(),
         };
         let parts = named.into_iter().map(|name| Part { name, ..Part::default() }).collect();
-        Parts { split, parts, by_material: HashMap::new(), names: Vec::new(), notes: Vec::new() }
+        Parts { split, parts, by_material: HashMap::new(), names: Vec::new(), notes: Notes::default() }
     }
 
     /// The part to which triangles of this group and this material belong. A name of a group counts before that of
@@ -96,11 +98,9 @@ impl<'a> Parts<'a> {
         &mut self.parts[part].mesh
     }
 
-    /// Notes, once, what the file says and is not heard.
-    pub(super) fn note(&mut self, text: &str) {
-        if !self.notes.iter().any(|note| note == text) {
-            self.notes.push(text.to_owned());
-        }
+    /// Notes that something was left out, repaired or approximated.
+    pub(super) fn note(&mut self, message: &str, place: Option<Place>) {
+        self.notes.add(message, place);
     }
 
     /// Checks all parts, and gives those in which there is something.
@@ -115,7 +115,7 @@ impl<'a> Parts<'a> {
         match (meshes.is_empty(), some) {
             (true, _) => Err(MeshError::Empty),
             (false, false) => Err(MeshError::Flat),
-            _ => Ok(MeshFile { parts: meshes, materials, names: self.names, notes: self.notes }),
+            _ => Ok(MeshFile { parts: meshes, materials, names: self.names, notes: self.notes.into_all() }),
         }
     }
 }

@@ -17,21 +17,41 @@ pub struct MeshFileError {
 }
 
 /// A place in a mesh file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A line of text, from 1.
     Line(u64),
     /// A byte of a binary file, from 0.
     Byte(u64),
+    /// An item of a structured file by its path, such as `meshes[0].primitives[2]`.
+    Item(String),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::Line(line) => write!(f, "line {line}"),
+            Place::Byte(byte) => write!(f, "byte {byte}"),
+            Place::Item(path) => f.write_str(path),
+        }
+    }
+}
+
+impl Place {
+    /// The place with its preposition: `in line 12`, `at byte 80`.
+    pub(super) fn within(&self) -> String {
+        match self {
+            Place::Byte(_) => format!("at {self}"),
+            Place::Line(_) | Place::Item(_) => format!("in {self}"),
+        }
+    }
 }
 
 impl fmt::Display for MeshFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: ", self.file.display())?;
-        match self.place {
-            Some(Place::Line(line)) => write!(f, "line {line}: ")?,
-            Some(Place::Byte(byte)) => write!(f, "byte {byte}: ")?,
-            None => {}
+        if let Some(place) = &self.place {
+            write!(f, "{place}: ")?;
         }
         f.write_str(&self.message)
     }
@@ -97,6 +117,11 @@ impl<'a, R: BufRead> Source<'a, R> {
     /// An error at the byte that comes next.
     pub(super) fn at_byte(&self, message: impl ToString) -> MeshFileError {
         MeshFileError { place: Some(Place::Byte(self.offset)), ..self.whole(message) }
+    }
+
+    /// The line that was read last, for a note.
+    pub(super) fn line(&self) -> Option<Place> {
+        Some(Place::Line(self.line))
     }
 
     /// Bytes that are left, if the file is as long as it was.

@@ -37,10 +37,10 @@ pub(super) struct Notes(Vec<Note>);
 impl Notes {
     /// Counts one more of a kind, which is told by its message.
     pub(super) fn add(&mut self, message: &str, place: Option<Place>) {
-        match self.0.iter_mut().find(|note| note.message == message) {
-            Some(note) => note.count += 1,
-            None if self.0.len() == MOST_KINDS => {}
-            None => self.0.push(Note { message: message.to_owned(), count: 1, first: place }),
+        if let Some(note) = self.0.iter_mut().find(|note| note.message == message) {
+            note.count += 1;
+        } else if self.0.len() < MOST_KINDS {
+            self.0.push(Note { message: message.to_owned(), count: 1, first: place });
         }
     }
 

@@ -23,7 +23,7 @@ use stride::render::accumulator::{Inbox, Outbox};
 use stride::render::worker::Worker;
 use stride::render::{Accumulator, Deal, Order, Region, SampleBatch, Schedule};
 use stride::scene::{self, FilmMode, Filter, Scene};
-use stride::world::{self, Finder};
+use stride::world::{self, Finder, World};
 
 const WORKERS: usize = 16;
 
@@ -65,17 +65,12 @@ impl Case {
                 (Filter::Mitchell { radius: 2.0, b: 1.0 / 3.0, c: 1.0 / 3.0 }, Some(FilmMode::Continuous))
             }
         };
-        let (compiled, geometry) = world::compile(&scene, size[0], size[1]);
+        let (compiled, surfaces) = world::compile(&scene, size[0], size[1]);
+        let world = Arc::new(World::new(&surfaces, Finder::default()));
         let offset = film_offset(&scene.film);
         Case {
             region: Region::whole(size[0], size[1]),
-            integrator: integrator::build(
-                &scene.render,
-                offset,
-                Arc::new(compiled),
-                geometry,
-                Finder::default(),
-            ),
+            integrator: integrator::build(&scene.render, offset, Arc::new(compiled), world),
             splatter: Weights::of(&scene.film).map(|weights| Arc::new(Splatter::new(weights, [0, 0]))),
             dumps: matches!(film, Kind::Dumped),
         }

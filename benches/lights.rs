@@ -20,7 +20,7 @@ use stride::math::lanes::Level;
 use stride::render::{Region, Stride};
 use stride::sampling::{Sobol, Stream};
 use stride::scene::{self, Scene};
-use stride::world::{self, Bvh};
+use stride::world::{self, Finder, World};
 
 const SAMPLES: u32 = 64;
 
@@ -75,12 +75,12 @@ fn pose(lamps: u32) -> String {
 }
 
 fn tracer(scene: &Scene, seed: u32, evenly: bool, max_depth: u32) -> impl Integrator {
-    let (mut compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
+    let (mut compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height);
     if evenly {
         compiled.lights.build_uniform_tree();
     }
-    let settings = Settings { sampler: Sobol { seed }, offset: film_offset(&scene.film), max_depth };
-    let (scene, world) = (Arc::new(compiled), Arc::new(Bvh::new(&geometry)));
+    let settings = Settings { sampler: Sobol { seed }.into(), offset: film_offset(&scene.film), max_depth };
+    let (scene, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, Finder::Bvh)));
     PathTracer { transport: NextEvent::default(), scene, world, settings }
 }
 

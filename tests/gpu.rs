@@ -16,7 +16,7 @@ use stride::scene::{
     Entity, FilmSettings, Filter, Integrator, Material, MaterialKind, RenderSettings, Sampler, Scene, Shape,
     Tone,
 };
-use stride::world::{Finder, compile};
+use stride::world::{Finder, World, compile};
 
 /// A mirror sphere and a light over a matte floor.
 fn scene(width: u32, height: u32) -> Scene {
@@ -84,7 +84,8 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
         Err(error) => panic!("{error}"),
     };
     let (width, height) = (scene.film.width, scene.film.height);
-    let (compiled, geometry) = compile(scene, width, height);
+    let (compiled, surfaces) = compile(scene, width, height);
+    let world = World::new(&surfaces, Finder::Fastest);
     let region = Region::whole(width, height);
     let (batches_out, batches) = bounded(2 * workers as usize);
     let (_failures_out, failures) = bounded(1);
@@ -96,8 +97,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
             orders.push(Some(orders_out));
             let job = Job {
                 scene: &compiled,
-                geometry: &geometry,
-                finder: Finder::Fastest,
+                world: &world,
                 render: &scene.render,
                 offset: film_offset(&scene.film),
                 region,

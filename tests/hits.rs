@@ -11,7 +11,7 @@ use stride::render::Region;
 use stride::sampling::Stream;
 use stride::scene::{Entity, Scene, Shape};
 use stride::shape::{Cylinder, NOTHING, Rare, offset_origin};
-use stride::world::{CompiledScene, Geometry, SurfacePoint, World, compile};
+use stride::world::{CompiledScene, Finder, SurfacePoint, World, compile};
 
 fn wide(v: Vec3<f32>) -> DVec3 {
     DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
@@ -39,13 +39,13 @@ fn direction(stream: &mut Stream) -> DVec3 {
 /// A scene of one surface.
 struct Alone {
     tables: CompiledScene,
-    world: Geometry,
+    world: World,
 }
 
 impl Alone {
     fn new(entity: Entity) -> Alone {
-        let (tables, world) = compile(&scene(vec![matte([0.5; 3])], vec![entity]), 16, 16);
-        Alone { tables, world }
+        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![entity]), 16, 16);
+        Alone { tables, world: World::new(&surfaces, Finder::Simple) }
     }
 
     fn meet(&self, ray: &Ray<f32>) -> Option<SurfacePoint<f32>> {
@@ -227,7 +227,7 @@ fn medley() -> Scene {
 
 #[test]
 fn any_hit_is_whether_the_closest_hit_is_nearer_than_the_limit() {
-    let (_, world) = compile(&medley(), 16, 16);
+    let world = World::new(&compile(&medley(), 16, 16).1, Finder::Simple);
     let stream = &mut Stream::new(6, 0, 0);
     let mut seen = [0; 2];
     for _ in 0..200_000 {
@@ -250,7 +250,7 @@ fn power(ball: &stride::shape::Sphere, p: DVec3) -> f64 {
 
 /// The only surface, which is a cylinder.
 fn tube(alone: &Alone) -> Cylinder {
-    match alone.world.first.rare[0].0 {
+    match alone.world.simple.rare[0].0 {
         Rare::Cylinder(tube) => tube,
         Rare::Disk(disk) => unreachable!("{disk:?}"),
     }
@@ -299,7 +299,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
                 (p.dot(n) - distance, distance.abs().max(p.abs().max_element()))
             }
             Shape::Sphere { center, radius } => {
-                let ball = alone.world.second.spheres[0].0;
+                let ball = alone.world.simple.spheres[0].0;
                 // Of a wall the centre is far, and no number that matters is as large.
                 let largest = match array(ball.to_centre) {
                     DVec3::ZERO => center.abs().max_element().max(radius),
@@ -339,7 +339,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
             match shape {
                 Shape::Sphere { .. } if inward => {
                     // Into a sphere it meets the other end of its chord, of which it starts inside.
-                    let ball = alone.world.second.spheres[0].0;
+                    let ball = alone.world.simple.spheres[0].0;
                     let inside = -power(&ball, wide(away.o));
                     assert!(inside > 0.0, "{shape:?}: {away:?} starts outside by {inside:e}");
                     let m = wide(away.o) - array(ball.anchor) - array(ball.to_centre);

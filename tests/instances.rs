@@ -18,7 +18,7 @@ use stride::render::Region;
 use stride::sampling::Stream;
 use stride::scene::{Entity, Filter, Mesh, Scene, Shape};
 use stride::shape::{NOTHING, offset_origin};
-use stride::world::{Bvh, Finder, World, compile, compile_sharing};
+use stride::world::{Finder, World, compile, compile_sharing};
 
 /// Sharing of every mesh that stands twice, and of none.
 const ALL: usize = 0;
@@ -62,9 +62,9 @@ fn pebbles(nudge: f64, lamp: f64) -> Scene {
 }
 
 fn tracer(scene: &Scene, finder: Finder, sharing: usize) -> Box<dyn integrator::Integrator> {
-    let (compiled, geometry) = compile_sharing(scene, scene.film.width, scene.film.height, sharing);
-    let offset = film_offset(&scene.film);
-    integrator::build(&scene.render, offset, Arc::new(compiled), geometry, finder)
+    let (compiled, surfaces) = compile_sharing(scene, scene.film.width, scene.film.height, sharing);
+    let (world, offset) = (World::new(&surfaces, finder), film_offset(&scene.film));
+    integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world))
 }
 
 fn samples(
@@ -102,9 +102,9 @@ fn what_pays_is_shared_and_nothing_else() {
     let coarse = Arc::new(icosphere(DVec3::ZERO, 1.0, 4, false));
     let at = |x: f64| DAffine3::from_translation(v(x, 0.0, 0.0));
     let instances = |entities: Vec<Entity>| {
-        let (tables, geometry) = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16);
-        let shared = &geometry.second.instances;
-        let triangles = &geometry.second.triangles;
+        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16);
+        let shared = &surfaces.instances;
+        let triangles = &surfaces.triangles;
         assert_eq!(tables.surfaces.instances().is_some(), !shared.is_empty());
         (shared.len(), triangles.placed(), triangles.len())
     };
@@ -138,10 +138,10 @@ fn meshes_of_a_single_leaf_are_met() {
         let is_square = triangles.len() == 2;
         let mesh = Arc::new(Mesh { positions: corners.to_vec(), triangles, ..Mesh::default() });
         let at = |x: f64| placed(&mesh, DAffine3::from_translation(v(x, 0.0, 0.0)), 0);
-        let (_, geometry) =
+        let (_, surfaces) =
             compile_sharing(&scene(vec![matte([0.5; 3])], vec![at(0.0), at(5.0)]), 16, 16, ALL);
-        assert_eq!(geometry.second.instances.len(), 2);
-        let tree = Bvh::new(&geometry);
+        assert_eq!(surfaces.instances.len(), 2);
+        let tree = World::new(&surfaces, Finder::Bvh);
         let met = |x: f64, y: f64| {
             let ray = Ray { o: narrow(v(x, y, 2.0)), d: narrow(-DVec3::Z) };
             let hit = tree.intersect(&ray, true);
@@ -161,15 +161,15 @@ fn instances_are_met_where_copies_are() {
     let differences = |nudge: f64| {
         let (tables, shared) = compile_sharing(&pebbles(nudge, 3.0), 16, 16, ALL);
         let (copied_tables, copied) = compile_sharing(&pebbles(0.0, 3.0), 16, 16, NONE);
-        assert_eq!((shared.second.instances.len(), copied.second.instances.len()), (5, 0));
-        let tree = Bvh::new(&shared);
+        assert_eq!((shared.instances.len(), copied.instances.len()), (5, 0));
+        let tree = World::new(&shared, Finder::Bvh);
         let stream = &mut Stream::new(41, 0, 0);
         let (mut met, mut differ) = (0, 0);
         for _ in 0..40_000 {
             let o = v(5.0, 0.0, 0.5) + direction(stream) * stream.random_range(0.1..8.0);
             let target = v(5.0, 0.0, 0.0) + direction(stream) * 2.0;
             let ray = Ray { o: narrow(o), d: narrow((target - o).normalize()).normalized() };
-            let (a, b) = (tree.intersect(&ray, true), copied.intersect(&ray, true));
+            let (a, b) = (tree.intersect(&ray, true), copied.intersect(&ray));
             if !a.is_some() || !b.is_some() {
                 differ += u32::from(a.is_some() != b.is_some());
                 continue;
@@ -267,7 +267,8 @@ fn rays_that_leave_an_instance_never_meet_the_triangle_they_leave() {
                 };
                 let scale = 10_f64.powi(stream.random_range(-4..=4));
                 let placing = transform(squeeze * scale / size, 1.3, direction(stream) * place * scale);
-                let (tables, world) = compile_sharing(&twice(mesh, placing), 16, 16, ALL);
+                let (tables, surfaces) = compile_sharing(&twice(mesh, placing), 16, 16, ALL);
+                let world = World::new(&surfaces, Finder::Simple);
                 let corners = corners.map(|p| placing.transform_point3(p));
                 for _ in 0..2000 {
                     let (b, c) = (stream.random::<f64>(), stream.random::<f64>());
@@ -313,8 +314,8 @@ fn no_ray_slips_out_of_a_closed_instance() {
     let ball = icosphere(DVec3::ZERO, 1.0, 20, false);
     for (scale, at) in [(DVec3::ONE, 0.0), (v(3.0, 0.05, -1.0), 20.0), (DVec3::splat(1e-5), 1e-3)] {
         let placing = transform(scale, 0.8, DVec3::splat(at));
-        let (_, geometry) = compile_sharing(&twice(ball.clone(), placing), 16, 16, ALL);
-        let tree = Bvh::new(&geometry);
+        let (_, surfaces) = compile_sharing(&twice(ball.clone(), placing), 16, 16, ALL);
+        let tree = World::new(&surfaces, Finder::Bvh);
         for i in 0..40_000 {
             let o = placing.transform_point3(direction(stream) * 0.5);
             let vertex = ball.positions[stream.random_range(0..ball.positions.len())].map(f64::from);

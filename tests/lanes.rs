@@ -10,7 +10,7 @@ use stride::material::{Bxdf, Kind, MaterialTable, Row, fresnel_dielectric};
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{Float, Frame, Ray, Rgb, Uint, Vec3, trig};
 use stride::render::Region;
-use stride::sampling::{Block, Independent, PathId, Sampler, Sobol, random, warp};
+use stride::sampling::{Block, Independent, PathId, Sobol, random, warp};
 use stride::scene::{Integrator, Scene};
 use stride::shape::{Plane, Quad, Shape, Sphere, offset_origin};
 use stride::world::Finder;

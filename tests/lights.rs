@@ -15,19 +15,19 @@ use stride::math::{Ray, Vec3};
 use stride::sampling::Stream;
 use stride::scene::Entity;
 use stride::shape::{Cylinder, Disk, Quad, Sphere};
-use stride::world::{CompiledScene, Geometry, World, compile};
+use stride::world::{CompiledScene, Finder, World, compile};
 
 /// A scene of one light, seen from a point.
 struct Seen {
     tables: CompiledScene,
-    world: Geometry,
+    world: World,
     p: DVec3,
 }
 
 impl Seen {
     fn new(light: Entity, p: DVec3) -> Seen {
-        let (tables, world) = compile(&scene(vec![matte([0.5; 3])], vec![emitting(light, 1.0)]), 16, 16);
-        Seen { tables, world, p }
+        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![emitting(light, 1.0)]), 16, 16);
+        Seen { tables, world: World::new(&surfaces, Finder::Simple), p }
     }
 
     fn sample(&self, u: [f32; 4]) -> LightSample<f32> {

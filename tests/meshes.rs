@@ -18,7 +18,7 @@ use stride::render::Region;
 use stride::sampling::Stream;
 use stride::scene::{Entity, Filter, Integrator, Mesh, Sampler, Scene, Shape};
 use stride::shape::{NOTHING, offset_origin};
-use stride::world::{Bvh, Finder, World, compile};
+use stride::world::{Finder, World, compile};
 
 /// A sphere of triangles whose vertices are pushed in and out at random: dents, ridges, slivers.
 fn crumpled(n: u32, depth: f64, centre: DVec3, stream: &mut Stream) -> Mesh {
@@ -37,9 +37,9 @@ fn no_ray_slips_out_of_a_closed_mesh() {
         let mesh = crumpled(n, depth, DVec3::splat(centre), stream);
         let vertices = mesh.positions.clone();
         let triangles = mesh.triangles.clone();
-        let (_, geometry) =
+        let (_, surfaces) =
             compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16);
-        let tree = Bvh::new(&geometry);
+        let tree = World::new(&surfaces, Finder::Bvh);
         for i in 0..150_000 {
             let o = narrow(DVec3::splat(centre) + direction(stream) * 0.5 * stream.random::<f64>());
             let at = |corner: u32| DVec3::from(vertices[corner as usize].map(f64::from));
@@ -75,8 +75,8 @@ fn a_hole_of_one_triangle_in_thousands_is_noticed() {
     let stream = &mut Stream::new(32, 0, 0);
     let mut mesh = crumpled(20, 0.02, DVec3::ZERO, stream);
     mesh.triangles.pop();
-    let (_, geometry) = compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16);
-    let tree = Bvh::new(&geometry);
+    let (_, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16);
+    let tree = World::new(&surfaces, Finder::Bvh);
     let ray = |stream: &mut Stream| Ray { o: Vec3::zero(), d: narrow(direction(stream)).normalized() };
     let out = (0..100_000).filter(|_| !tree.intersect(&ray(stream), true).is_some()).count();
     assert!(out > 3, "{out}");
@@ -98,7 +98,8 @@ fn rays_that_leave_a_triangle_never_meet_it() {
                     ..Mesh::default()
                 };
                 let alone = scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]);
-                let (tables, world) = compile(&alone, 16, 16);
+                let (tables, surfaces) = compile(&alone, 16, 16);
+                let world = World::new(&surfaces, Finder::Simple);
                 for _ in 0..3000 {
                     let (b, c) = (stream.random::<f64>(), stream.random::<f64>());
                     let (b, c) = if b + c > 1.0 { (1.0 - b, 1.0 - c) } else { (b, c) };

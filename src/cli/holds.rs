@@ -6,7 +6,7 @@ use crate::math::Bounds;
 use crate::scene::mesh::{self, MeshFile, Split};
 use crate::scene::{self, Light, MaterialKind, Scene};
 use crate::shape::{Rare, Shape};
-use crate::world::{Bvh, CompiledScene, Finder, Geometry, Simple, Treed, Triangles, Union, compile};
+use crate::world::{CompiledScene, Finder, Simple, Triangles, World, compile};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -29,19 +29,13 @@ impl Facts {
     }
 
     /// What finds hits in it, and what that takes.
-    fn structure(&mut self, geometry: &Geometry) {
-        let bounded = &geometry.second;
-        let tree = match Finder::Fastest.treed(bounded) {
-            Treed::Nothing => None,
-            Treed::Meshes => Some(Bvh::of_meshes(geometry).second),
-            Treed::Everything => Some(Bvh::new(geometry).second),
-        };
-        match tree {
+    fn structure(&mut self, surfaces: &Simple) {
+        match World::new(surfaces, Finder::Fastest).tree {
             Some(tree) => self.line("tree", format!("{} levels, {}", tree.depth(), bytes(tree.bytes()))),
             None => self.line("tree", "none: so few surfaces are all tried"),
         }
-        if !bounded.triangles.is_empty() {
-            self.line("triangles", format!("{} of their own", bytes(bounded.triangles.bytes())));
+        if !surfaces.triangles.is_empty() {
+            self.line("triangles", format!("{} of their own", bytes(surfaces.triangles.bytes())));
         }
     }
 }
@@ -67,26 +61,25 @@ fn count(n: usize, one: &str, many: &str) -> String {
 pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     let loaded = scene::load_watched(path, &mut Loading::stderr(false).watch())?;
     let scene = &loaded.scene;
-    let (compiled, geometry) = compile(scene, scene.film.width, scene.film.height);
+    let (compiled, surfaces) = compile(scene, scene.film.width, scene.film.height);
     let mut facts = Facts::default();
     facts.line("scene", format!("{}×{} pixels", scene.film.width, scene.film.height));
     facts.line("entities", scene.entities.len());
-    let (beside, bounded) = (&geometry.first, &geometry.second);
-    let disks = beside.rare.iter().filter(|(shape, _)| matches!(shape, Rare::Disk(_))).count();
+    let disks = surfaces.rare.iter().filter(|(shape, _)| matches!(shape, Rare::Disk(_))).count();
     let boxes = scene.entities.iter().filter(|e| matches!(e.shape, scene::Shape::Box { .. })).count();
     let kinds = [
-        (beside.planes.len(), "plane", "planes"),
-        (bounded.spheres.len(), "sphere", "spheres"),
-        (bounded.quads.len() - 6 * boxes, "quad", "quads"),
+        (surfaces.planes.len(), "plane", "planes"),
+        (surfaces.spheres.len(), "sphere", "spheres"),
+        (surfaces.quads.len() - 6 * boxes, "quad", "quads"),
         (disks, "disk", "disks"),
-        (beside.rare.len() - disks, "cylinder", "cylinders"),
+        (surfaces.rare.len() - disks, "cylinder", "cylinders"),
         (boxes, "box of six quads", "boxes of six quads"),
-        (bounded.triangles.len(), "triangle", "triangles"),
-        (bounded.instances.len(), "instance of a mesh", "instances of meshes"),
+        (surfaces.triangles.len(), "triangle", "triangles"),
+        (surfaces.instances.len(), "instance of a mesh", "instances of meshes"),
     ];
     let kinds = kinds.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| count(n, one, many));
     facts.line("surfaces", or_none(kinds.collect::<Vec<_>>().join(", ")));
-    let around = bounds(scene, &compiled, &geometry);
+    let around = bounds(scene, &compiled, &surfaces);
     if around.low[0] <= around.high[0] {
         facts.bounds(around);
     }
@@ -95,19 +88,18 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
         "materials",
         or_none(list(scene.materials.iter().map(|m| format!("{} ({})", m.name, kind(&m.kind))))),
     );
-    facts.structure(&geometry);
+    facts.structure(&surfaces);
     Ok(facts.0)
 }
 
 /// A box around all that is bounded. Of instances it holds their own boxes.
-fn bounds(scene: &Scene, compiled: &CompiledScene, geometry: &Geometry) -> Bounds {
-    let bounded = &geometry.second;
-    let shapes = bounded.spheres.iter().map(|(s, _)| s.bounds());
-    let shapes = shapes.chain(bounded.quads.iter().map(|(q, _)| q.bounds()));
-    let shapes = shapes.chain(geometry.first.rare.iter().map(|(s, _)| s.bounds()));
-    let triangles = (0..bounded.triangles.placed()).map(|i| bounded.triangles.bounds(i));
+fn bounds(scene: &Scene, compiled: &CompiledScene, surfaces: &Simple) -> Bounds {
+    let shapes = surfaces.spheres.iter().map(|(s, _)| s.bounds());
+    let shapes = shapes.chain(surfaces.quads.iter().map(|(q, _)| q.bounds()));
+    let shapes = shapes.chain(surfaces.rare.iter().map(|(s, _)| s.bounds()));
+    let triangles = (0..surfaces.triangles.placed()).map(|i| surfaces.triangles.bounds(i));
     let mut own = HashMap::new();
-    let instances = bounded.instances.rows.iter().filter_map(|&row| {
+    let instances = surfaces.instances.rows.iter().filter_map(|&row| {
         let (_, look) = compiled.surfaces.rows()[row as usize];
         let scene::Shape::Mesh { mesh, transform } = &scene.entities[look.entity as usize].shape else {
             return None;
@@ -187,7 +179,6 @@ pub(super) fn of_mesh(path: &Path) -> Result<String, Failure> {
     }
     facts.line("parts", or_none(list(names.into_iter())));
     notes.iter().for_each(|note| facts.line("note", note));
-    let bounded = Simple { triangles: Arc::new(triangles), ..Simple::default() };
-    facts.structure(&Union { first: Simple::default(), second: bounded });
+    facts.structure(&Simple { triangles: Arc::new(triangles), ..Simple::default() });
     Ok(facts.0)
 }

@@ -5,7 +5,7 @@ use super::{Failure, print, usage};
 use crate::film::{film_offset, sums};
 use crate::integrator::{self, Event, Pixel};
 use crate::scene::Scene;
-use crate::world::{self, Finder};
+use crate::world::{self, Finder, World};
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -46,9 +46,9 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
     if x >= width || y >= height {
         return Err(usage(format!("pixel {x},{y} is not on the film, which has {width}×{height} pixels")));
     }
-    let (compiled, geometry) = world::compile(&scene, width, height);
-    let offset = film_offset(&scene.film);
-    let integrator = integrator::build(&scene.render, offset, Arc::new(compiled), geometry, Finder::Fastest);
+    let (compiled, surfaces) = world::compile(&scene, width, height);
+    let (world, offset) = (World::new(&surfaces, Finder::Fastest), film_offset(&scene.film));
+    let integrator = integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world));
     let (sample, events) = integrator.explain(Pixel { index: y * width + x, x, y }, arguments.sample);
     let mut text = format!(
         "pixel {x},{y} (index {}) sample {}: film position {} {}\n",

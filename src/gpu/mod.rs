@@ -21,7 +21,7 @@ use crate::film::Splatter;
 use crate::render::Region;
 use crate::sampling::warp::FilmOffset;
 use crate::scene::RenderSettings;
-use crate::world::{CompiledScene, Finder, Geometry};
+use crate::world::{CompiledScene, World};
 use std::fmt;
 
 /// What a GPU worker is to do, and who it is: the counterpart of a CPU worker's fields and integrator.
@@ -30,9 +30,7 @@ pub struct Job<'a> {
     /// The tables.
     pub scene: &'a CompiledScene,
     /// What rays meet.
-    pub geometry: &'a Geometry,
-    /// What finds it.
-    pub finder: Finder,
+    pub world: &'a World,
     /// The integrator, its depth, and chance.
     pub render: &'a RenderSettings,
     /// How samples are spread around a pixel's centre.

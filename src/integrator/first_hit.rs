@@ -1,12 +1,10 @@
 //! What camera rays meet first, for the layers of a picture that compositors and denoisers read.
 
+use super::Paths;
 use super::lanes::View;
 use super::queue::{Queue, Start};
-use super::{Paths, Settings};
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
-use crate::sampling::Sampler;
-use crate::world::World;
 
 /// The point where a camera ray met a surface; zeros if it met none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,19 +30,19 @@ pub struct FirstHit {
 }
 
 /// Follows the camera rays of paths and no further. The film positions are those of the paths.
-pub(super) struct FirstHits<'a, W, S> {
-    pub view: View<'a, W, S>,
+pub(super) struct FirstHits<'a> {
+    pub view: View<'a>,
     pub paths: &'a Paths<'a>,
     pub out: &'a mut Vec<FirstHit>,
 }
 
-impl<W: World, S: Sampler> Kernel for FirstHits<'_, W, S> {
+impl Kernel for FirstHits<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<F: Float>(self) {
         let FirstHits { view, paths, out } = self;
-        let (scene, settings): (_, &Settings<S>) = (view.scene, view.settings);
+        let (scene, settings) = (view.scene, view.settings);
         let (eye, forward) = (Vec3::splat(scene.camera.eye), Vec3::splat(scene.camera.forward));
         let mut queue = Queue::new(paths);
         let mut start = Start::<F>::nowhere();

@@ -6,7 +6,7 @@ use super::{Finished, Paths, Sample, Settings};
 use crate::material::Bsdf;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3};
-use crate::sampling::{PathId, Sampler};
+use crate::sampling::PathId;
 use crate::shape::offset_origin;
 use crate::world::{CompiledScene, Hit, SurfacePoint, World};
 
@@ -23,30 +23,30 @@ pub(super) trait Transport: Copy {
 
     /// Takes every living path to its next surface and, from there, into its next direction. Returns the
     /// lanes that go on.
-    fn step<F: Float, W: World, S: Sampler, O: Observer>(
+    fn step<F: Float>(
         self,
-        view: &View<'_, W, S>,
+        view: &View<'_>,
         state: &mut State<F, Self::Memory<F>>,
         alive: F::Mask,
         rays: &mut u64,
-        observer: &mut O,
+        observer: &mut Observer<'_>,
     ) -> F::Mask;
 }
 
 /// What every path looks at and none changes.
-pub(super) struct View<'a, W, S> {
+pub(super) struct View<'a> {
     pub scene: &'a CompiledScene,
-    pub world: &'a W,
-    pub settings: &'a Settings<S>,
+    pub world: &'a World,
+    pub settings: &'a Settings,
 }
 
 /// Traces a block of paths.
-pub(super) struct TracePaths<'a, W, S, T, O> {
-    pub view: View<'a, W, S>,
+pub(super) struct TracePaths<'a, T> {
+    pub view: View<'a>,
     pub transport: T,
     pub paths: &'a Paths<'a>,
     pub out: &'a mut Vec<Finished>,
-    pub observer: &'a mut O,
+    pub observer: Observer<'a>,
 }
 
 /// How far each lane's path has come.
@@ -63,12 +63,12 @@ pub(super) struct State<F: Float, M> {
     pub memory: M,
 }
 
-impl<W: World, S: Sampler, T: Transport, O: Observer> Kernel for TracePaths<'_, W, S, T, O> {
+impl<T: Transport> Kernel for TracePaths<'_, T> {
     type Output = u64;
 
     #[inline(always)]
     fn run<F: Float>(self) -> u64 {
-        let TracePaths { view, transport, paths, out, observer } = self;
+        let TracePaths { view, transport, paths, out, mut observer } = self;
         let mut queue = Queue::new(paths);
         let mut start = Start::<F>::nowhere();
         let mut state = State::<F, T::Memory<F>> {
@@ -94,7 +94,7 @@ impl<W: World, S: Sampler, T: Transport, O: Observer> Kernel for TracePaths<'_, 
                 return rays;
             }
 
-            let went_on = transport.step(&view, &mut state, alive, &mut rays, observer);
+            let went_on = transport.step(&view, &mut state, alive, &mut rays, &mut observer);
 
             let ended = alive & !went_on;
             alive = went_on;
@@ -144,19 +144,19 @@ pub(super) struct Vertex<F: Float> {
 
 /// Follows every living path's ray. What leaves the scene sees the environment; `None` if that is all.
 #[inline(always)]
-pub(super) fn meet<F: Float, W: World, S: Sampler, M, O: Observer>(
-    view: &View<'_, W, S>,
+pub(super) fn meet<F: Float, M>(
+    view: &View<'_>,
     state: &mut State<F, M>,
     alive: F::Mask,
     rays: &mut u64,
-    observer: &mut O,
+    observer: &mut Observer<'_>,
 ) -> Option<Vertex<F>> {
     let scene = view.scene;
     *rays += u64::from(alive.bits().count_ones());
-    if O::LISTENS {
+    if observer.listens::<F>() {
         let mut depth = [0; MAX_LANES];
         state.depth.store(&mut depth);
-        observer.event(|| ray_event(depth[0], &state.ray));
+        observer.event::<F>(|| ray_event(depth[0], &state.ray));
     }
     let hit = view.world.intersect(&state.ray, alive);
     let met = alive & hit.is_some();
@@ -164,10 +164,10 @@ pub(super) fn meet<F: Float, W: World, S: Sampler, M, O: Observer>(
     if escaped.any() {
         let environment = Rgb::splat(scene.environment);
         state.l = Rgb::select(escaped, state.l + state.beta * environment, state.l);
-        observer.event(|| Event::Escape { radiance: scene.environment });
+        observer.event::<F>(|| Event::Escape { radiance: scene.environment });
     }
     if !met.any() {
-        observer.event(|| Event::End { reason: "it left the scene", radiance: rgb(state.l) });
+        observer.event::<F>(|| Event::End { reason: "it left the scene", radiance: rgb(state.l) });
         return None;
     }
 
@@ -182,11 +182,11 @@ pub(super) fn meet<F: Float, W: World, S: Sampler, M, O: Observer>(
             material = scene.materials.resolve(material, u, v);
         }
     }
-    if O::LISTENS {
+    if observer.listens::<F>() {
         let (mut row, mut resolved) = ([0; MAX_LANES], [0; MAX_LANES]);
         point.row.store(&mut row);
         material.store(&mut resolved);
-        observer.event(|| Event::Hit {
+        observer.event::<F>(|| Event::Hit {
             distance: hit.t.lane(0),
             point: vec3(point.p),
             normal: vec3(point.n),
@@ -234,12 +234,12 @@ impl<F: Float> Scattering<F> {
 /// Sends paths on in directions drawn from their BxDFs, with the weights of the draw. Returns the lanes
 /// whose throughput is nothing now.
 #[inline(always)]
-pub(super) fn go_on<F: Float, M, O: Observer>(
+pub(super) fn go_on<F: Float, M>(
     state: &mut State<F, M>,
     point: &SurfacePoint<F>,
     scattering: &Scattering<F>,
     scattered: &crate::material::BxdfSample<F>,
-    observer: &mut O,
+    observer: &mut Observer<'_>,
 ) -> F::Mask {
     let d = scattering.frame.to_world(scattered.wi);
     // One Newton step towards length one: rounding would otherwise add up over many bounces.
@@ -250,13 +250,16 @@ pub(super) fn go_on<F: Float, M, O: Observer>(
     // A throughput of nothing finds nothing; NaN is no such thing, and goes on to be counted.
     let beta = state.beta;
     let nothing = beta.r.abs().max(beta.g.abs()).max(beta.b.abs()).le(F::zero());
-    observer.event(|| Event::Scatter {
+    observer.event::<F>(|| Event::Scatter {
         weight: rgb(scattered.weight),
         pdf: scattered.pdf.lane(0),
         throughput: rgb(beta),
     });
-    if O::LISTENS && first(nothing) {
-        observer.event(|| Event::End { reason: "nothing is left of the throughput", radiance: rgb(state.l) });
+    if observer.listens::<F>() && first(nothing) {
+        observer.event::<F>(|| Event::End {
+            reason: "nothing is left of the throughput",
+            radiance: rgb(state.l),
+        });
     }
     nothing
 }

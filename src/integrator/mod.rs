@@ -12,7 +12,7 @@ mod whitted;
 pub use first_hit::FirstHit;
 pub use naive::Naive;
 pub use next_event::{NextEvent, ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
-pub use observe::{Event, Observer, Record, Silent};
+pub use observe::{Event, Observer};
 pub use tracer::PathTracer;
 pub use whitted::Whitted;
 
@@ -22,7 +22,7 @@ use crate::math::{Float, Ray};
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{Block, Independent, PathId, Sampler, Sobol};
 use crate::scene;
-use crate::world::{Bvh, CompiledScene, Finder, Geometry, Treed, World};
+use crate::world::{CompiledScene, World};
 use std::sync::Arc;
 
 /// One sample: where it fell on the film and what it saw.
@@ -85,8 +85,7 @@ pub struct Finished {
     pub sample: Sample,
 }
 
-/// Follows light. Chosen once per run, with its world and sampler inside; a call traces a block of paths,
-/// so that no indirect call falls on a ray.
+/// Follows light. Chosen once per run; a call traces a block of paths, so that no indirect call falls on a ray.
 pub trait Integrator: Send + Sync {
     /// Traces paths, appends their samples in any order, and returns how many rays that took.
     fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64;
@@ -100,66 +99,41 @@ pub trait Integrator: Send + Sync {
 
 /// What all integrators know of the film and of chance.
 #[derive(Clone, Copy, Debug)]
-pub struct Settings<S> {
+pub struct Settings {
     /// The source of random numbers.
-    pub sampler: S,
+    pub sampler: Sampler,
     /// How samples are spread around a pixel's centre.
     pub offset: FilmOffset,
     /// The largest number of bounces; [`scene::UNLIMITED`] with an integrator whose paths end all the same.
     pub max_depth: u32,
 }
 
-/// The integrator that a scene asks for over the compiled scene, with its world and sampler inside. The world
-/// is chosen here, once, so that no choice falls on a ray.
+/// The integrator that a scene asks for, over the compiled scene and its world.
 pub fn build(
     render: &scene::RenderSettings,
     offset: FilmOffset,
     scene: Arc<CompiledScene>,
-    geometry: Geometry,
-    finder: Finder,
-) -> Box<dyn Integrator> {
-    match finder.treed(&geometry.second) {
-        Treed::Nothing => build_in(render, offset, scene, geometry),
-        Treed::Meshes => build_in(render, offset, scene, Bvh::of_meshes(&geometry)),
-        Treed::Everything => build_in(render, offset, scene, Bvh::new(&geometry)),
-    }
-}
-
-fn build_in<W: World + 'static>(
-    render: &scene::RenderSettings,
-    offset: FilmOffset,
-    scene: Arc<CompiledScene>,
-    world: W,
+    world: Arc<World>,
 ) -> Box<dyn Integrator> {
     let seed = render.seed;
-    match render.sampler {
-        scene::Sampler::Independent => build_with(Independent { seed }, render, offset, scene, world),
-        scene::Sampler::Sobol => build_with(Sobol { seed }, render, offset, scene, world),
-    }
-}
-
-fn build_with<S: Sampler, W: World + 'static>(
-    sampler: S,
-    render: &scene::RenderSettings,
-    offset: FilmOffset,
-    scene: Arc<CompiledScene>,
-    world: W,
-) -> Box<dyn Integrator> {
+    let sampler = match render.sampler {
+        scene::Sampler::Independent => Independent { seed }.into(),
+        scene::Sampler::Sobol => Sobol { seed }.into(),
+    };
     let settings = Settings { sampler, offset, max_depth: render.max_depth };
-    let world = Arc::new(world);
     match render.integrator {
         scene::Integrator::Path => {
             Box::new(PathTracer { transport: NextEvent::default(), scene, world, settings })
         }
         scene::Integrator::PathNaive => Box::new(PathTracer { transport: Naive, scene, world, settings }),
-        scene::Integrator::Whitted => Box::new(Whitted { scene, world, settings, seed: render.seed }),
+        scene::Integrator::Whitted => Box::new(Whitted { scene, world, settings, seed }),
     }
 }
 
 /// A film position for a path, in pixels from the top left, and the camera ray through it.
 #[inline(always)]
-fn camera_ray<F: Float, S: Sampler>(
-    settings: &Settings<S>,
+fn camera_ray<F: Float>(
+    settings: &Settings,
     camera: &Camera,
     path: PathId<F>,
     centre: [F; 2],

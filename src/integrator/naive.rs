@@ -4,9 +4,8 @@ use super::lanes::{Scattering, State, Transport, Vertex, View, go_on, meet};
 use super::observe::{Event, Observer, rgb, vec3};
 use crate::material::{Bxdf, Kind};
 use crate::math::{Float, Mask, Rgb, Uint};
-use crate::sampling::{Block, Sampler};
+use crate::sampling::Block;
 use crate::shape::offset_origin;
-use crate::world::World;
 
 /// The path tracer of the report's §4.3: directions come from the BxDF alone, and lights are found by
 /// chance. Point lights, which no path can hit, are sampled directly.
@@ -23,20 +22,20 @@ impl Transport for Naive {
     fn select<F: Float>(_mask: F::Mask, _a: (), _b: ()) {}
 
     #[inline(always)]
-    fn step<F: Float, W: World, S: Sampler, O: Observer>(
+    fn step<F: Float>(
         self,
-        view: &View<'_, W, S>,
+        view: &View<'_>,
         state: &mut State<F, ()>,
         alive: F::Mask,
         rays: &mut u64,
-        observer: &mut O,
+        observer: &mut Observer<'_>,
     ) -> F::Mask {
         let Some(vertex) = meet(view, state, alive, rays, observer) else { return F::Mask::splat(false) };
         let met = vertex.met;
         state.l = Rgb::select(met, state.l + state.beta * vertex.emitted, state.l);
         let going = met & state.depth.lt(F::Uint::splat(view.settings.max_depth));
         if !going.any() {
-            observer.event(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
+            observer.event::<F>(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
             return going;
         }
 
@@ -56,13 +55,13 @@ impl Transport for Naive {
 
 /// Radiance that one point light sends back along the ray by way of a vertex.
 #[inline(always)]
-fn point_light<F: Float, W: World, S: Sampler, O: Observer>(
-    view: &View<'_, W, S>,
+fn point_light<F: Float>(
+    view: &View<'_>,
     state: &State<F, ()>,
     vertex: &Vertex<F>,
     scattering: &Scattering<F>,
     asks: F::Mask,
-    observer: &mut O,
+    observer: &mut Observer<'_>,
 ) -> Rgb<F> {
     let point = &vertex.point;
     let [_, _, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
@@ -73,6 +72,6 @@ fn point_light<F: Float, W: World, S: Sampler, O: Observer>(
     let Scattering { bsdf, wo, .. } = scattering;
     let seen = visible & scattering.passes(light.wi, wi);
     let added = (bsdf.eval(*wo, wi) * light.weight() * wi.z.abs()).only(seen);
-    observer.event(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
+    observer.event::<F>(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
     added
 }

@@ -4,9 +4,9 @@ use super::lanes::{Scattering, State, Transport, Vertex, View, go_on, meet};
 use super::observe::{Event, Observer, first, rgb, vec3};
 use crate::material::{Bxdf, Kind};
 use crate::math::{Float, Mask, Rgb, Uint, Vec3};
-use crate::sampling::{Block, Sampler};
+use crate::sampling::Block;
 use crate::shape::offset_origin;
-use crate::world::{NO_LIGHT, World};
+use crate::world::NO_LIGHT;
 
 /// Bounces that every path makes before Russian roulette may end it.
 pub const ROULETTE_FROM: u32 = 2;
@@ -74,13 +74,13 @@ impl Transport for NextEvent {
     }
 
     #[inline(always)]
-    fn step<F: Float, W: World, S: Sampler, O: Observer>(
+    fn step<F: Float>(
         self,
-        view: &View<'_, W, S>,
+        view: &View<'_>,
         state: &mut State<F, Departure<F>>,
         alive: F::Mask,
         rays: &mut u64,
-        observer: &mut O,
+        observer: &mut Observer<'_>,
     ) -> F::Mask {
         let Some(vertex) = meet(view, state, alive, rays, observer) else { return F::Mask::splat(false) };
         let met = vertex.met;
@@ -88,7 +88,7 @@ impl Transport for NextEvent {
         state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);
         let mut going = met & state.depth.lt(F::Uint::splat(view.settings.max_depth));
         if !going.any() {
-            observer.event(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
+            observer.event::<F>(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
             return going;
         }
 
@@ -122,11 +122,12 @@ impl Transport for NextEvent {
             let reward = F::select(plays, F::splat(1.0) / chance, F::splat(1.0));
             state.beta = state.beta * reward;
             going = going & !ends;
-            if O::LISTENS && first(plays & !ends) {
-                observer.event(|| Event::Survive { chance: chance.lane(0), throughput: rgb(state.beta) });
+            if observer.listens::<F>() && first(plays & !ends) {
+                observer
+                    .event::<F>(|| Event::Survive { chance: chance.lane(0), throughput: rgb(state.beta) });
             }
-            if O::LISTENS && first(ends) {
-                observer.event(|| Event::End { reason: "Russian roulette", radiance: rgb(state.l) });
+            if observer.listens::<F>() && first(ends) {
+                observer.event::<F>(|| Event::End { reason: "Russian roulette", radiance: rgb(state.l) });
             }
         }
         going
@@ -143,11 +144,7 @@ fn power_heuristic<F: Float>(first: F, second: F) -> F {
 
 /// The weight of emission that the BxDF's direction found, against having asked for it.
 #[inline(always)]
-fn weight_of_met<F: Float, W: World, S: Sampler>(
-    view: &View<'_, W, S>,
-    state: &State<F, Departure<F>>,
-    vertex: &Vertex<F>,
-) -> F {
+fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F, Departure<F>>, vertex: &Vertex<F>) -> F {
     let one = F::splat(1.0);
     let light = view.scene.surfaces.light(&vertex.point);
     let Departure { p, n, pdf, .. } = state.memory;
@@ -166,14 +163,14 @@ fn weight_of_met<F: Float, W: World, S: Sampler>(
 /// Radiance that a chosen light sends back along the ray by way of a vertex, weighed against the chance
 /// that the BxDF finds the same light.
 #[inline(always)]
-fn direct_light<F: Float, W: World, S: Sampler, O: Observer>(
-    view: &View<'_, W, S>,
+fn direct_light<F: Float>(
+    view: &View<'_>,
     state: &State<F, Departure<F>>,
     vertex: &Vertex<F>,
     scattering: &Scattering<F>,
     asks: F::Mask,
     rays: &mut u64,
-    observer: &mut O,
+    observer: &mut Observer<'_>,
 ) -> Rgb<F> {
     let point = &vertex.point;
     let lights = &view.scene.lights;
@@ -197,6 +194,6 @@ fn direct_light<F: Float, W: World, S: Sampler, O: Observer>(
     let past_triangles = lights.is_past_triangles::<F>(light);
     let visible = possible & !view.world.occluded(&shadow, length, possible, past_triangles);
     let added = (share * power_heuristic(pdf, found)).only(visible);
-    observer.event(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
+    observer.event::<F>(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
     added
 }

@@ -1,4 +1,4 @@
-//! Looking over an integrator's shoulder.
+//! The events of a path, for `stride trace`.
 
 use crate::math::{Float, Mask, Ray, Rgb, Vec3};
 
@@ -66,31 +66,36 @@ pub enum Event {
     },
 }
 
-/// Is told what happens. All methods do nothing unless overridden, so that the hot path has none of it.
-pub trait Observer {
-    /// Whether anything is listening.
-    const LISTENS: bool;
-    /// Something happened on the path in lane 0.
-    fn event(&mut self, event: impl FnOnce() -> Event);
-}
+/// Writes down what happens on a path, if a caller wants to know.
+///
+/// Only a path that is traced in a single lane is written down, so that wider lanes have no code for it.
+pub struct Observer<'a>(Option<&'a mut Vec<Event>>);
 
-/// Hears nothing.
-pub struct Silent;
+impl<'a> Observer<'a> {
+    /// Writes down nothing.
+    pub fn none() -> Observer<'a> {
+        Observer(None)
+    }
 
-impl Observer for Silent {
-    const LISTENS: bool = false;
+    /// Appends the events of the path to a list.
+    pub fn of(events: &'a mut Vec<Event>) -> Observer<'a> {
+        Observer(Some(events))
+    }
+
+    /// Whether events of paths in such lanes are written down.
     #[inline(always)]
-    fn event(&mut self, _event: impl FnOnce() -> Event) {}
-}
+    pub fn listens<F: Float>(&self) -> bool {
+        F::LANES == 1 && self.0.is_some()
+    }
 
-/// Writes everything down.
-#[derive(Default)]
-pub struct Record(pub Vec<Event>);
-
-impl Observer for Record {
-    const LISTENS: bool = true;
-    fn event(&mut self, event: impl FnOnce() -> Event) {
-        self.0.push(event());
+    /// Writes down an event of the path in lane 0.
+    #[inline(always)]
+    pub fn event<F: Float>(&mut self, event: impl FnOnce() -> Event) {
+        if F::LANES == 1
+            && let Some(events) = &mut self.0
+        {
+            events.push(event());
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::{Paths, Settings, camera_ray};
 use crate::camera::Camera;
 use crate::math::lanes::MAX_LANES;
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
-use crate::sampling::{PathId, Sampler};
+use crate::sampling::PathId;
 
 /// What does not change along a path.
 #[derive(Clone, Copy)]
@@ -64,10 +64,10 @@ impl<'a> Queue<'a> {
     /// Gives paths and their first rays to the idle lanes, as long as there are any. Returns the lanes that
     /// got one.
     #[inline(always)]
-    pub(super) fn take<F: Float, S: Sampler>(
+    pub(super) fn take<F: Float>(
         &mut self,
         idle: F::Mask,
-        settings: &Settings<S>,
+        settings: &Settings,
         camera: &Camera,
         start: &mut Start<F>,
         ray: &mut Ray<F>,
@@ -79,7 +79,7 @@ impl<'a> Queue<'a> {
                 if self.next.0 == self.paths.pixels.len() {
                     break;
                 }
-                self.make::<F, S>(settings, camera);
+                self.make::<F>(settings, camera);
             }
             let rank = F::Uint::rank(wanting);
             let served = wanting & rank.lt(F::Uint::splat(self.made - self.taken));
@@ -100,7 +100,7 @@ impl<'a> Queue<'a> {
 
     /// Makes the next paths.
     #[inline(always)]
-    fn make<F: Float, S: Sampler>(&mut self, settings: &Settings<S>, camera: &Camera) {
+    fn make<F: Float>(&mut self, settings: &Settings, camera: &Camera) {
         let (mut slot, mut sample) = self.next;
         self.made = 0;
         self.taken = 0;

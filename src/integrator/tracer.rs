@@ -2,40 +2,37 @@
 
 use super::first_hit::{FirstHit, FirstHits};
 use super::lanes::{TracePaths, Transport, View};
-use super::observe::{Event, Record, Silent};
+use super::observe::{Event, Observer};
 use super::{Finished, Integrator, Paths, Pixel, Sample, Settings};
 use crate::camera::Camera;
-use crate::math::lanes::{Kernel, Level, dispatch};
-use crate::sampling::Sampler;
+use crate::math::lanes::{Level, dispatch};
 use crate::world::{CompiledScene, World};
 use std::sync::Arc;
 
 /// A path tracer: [`Naive`](super::Naive) or [`NextEvent`](super::NextEvent) transport through a world.
 #[allow(private_bounds, reason = "the two transports are all there are")]
-pub struct PathTracer<T, W, S> {
+pub struct PathTracer<T> {
     /// How paths gather light.
     pub transport: T,
     /// The tables.
     pub scene: Arc<CompiledScene>,
     /// What rays meet.
-    pub world: Arc<W>,
-    /// Film, chance and depth.
-    pub settings: Settings<S>,
+    pub world: Arc<World>,
+    /// Film, sampler and depth.
+    pub settings: Settings,
 }
 
-impl<T, W, S> PathTracer<T, W, S> {
-    fn view(&self) -> View<'_, W, S> {
+impl<T> PathTracer<T> {
+    fn view(&self) -> View<'_> {
         View { scene: &self.scene, world: &self.world, settings: &self.settings }
     }
 }
 
-impl<T: Transport + Send + Sync + 'static, W: World + 'static, S: Sampler + 'static> Integrator
-    for PathTracer<T, W, S>
-{
+impl<T: Transport + Send + Sync + 'static> Integrator for PathTracer<T> {
     fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
         out.reserve(paths.len());
-        let transport = self.transport;
-        dispatch(level, TracePaths { view: self.view(), transport, paths, out, observer: &mut Silent })
+        let (view, transport, observer) = (self.view(), self.transport, Observer::none());
+        dispatch(level, TracePaths { view, transport, paths, out, observer })
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
@@ -49,10 +46,10 @@ impl<T: Transport + Send + Sync + 'static, W: World + 'static, S: Sampler + 'sta
 
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
         let paths = &Paths { pixels: &[pixel], first_sample: sample, samples: 1 };
-        let (mut out, mut record) = (Vec::new(), Record::default());
-        let (transport, observer) = (self.transport, &mut record);
-        // Not by way of `dispatch`: a path that is looked at has one lane, at no other level.
-        TracePaths { view: self.view(), transport, paths, out: &mut out, observer }.run::<f32>();
-        (out[0].sample, record.0)
+        let (mut out, mut events) = (Vec::new(), Vec::new());
+        let (view, transport, observer) = (self.view(), self.transport, Observer::of(&mut events));
+        // Events are those of a single lane.
+        dispatch(Level::SCALAR, TracePaths { view, transport, paths, out: &mut out, observer });
+        (out[0].sample, events)
     }
 }

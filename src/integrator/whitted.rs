@@ -2,14 +2,14 @@
 
 use super::first_hit::{FirstHit, FirstHits};
 use super::lanes::View;
-use super::observe::{Event, Observer, Record, Silent, ray_event, rgb, vec3};
+use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::{Finished, Integrator, Paths, Pixel, Sample, Settings, camera_ray};
 use crate::camera::Camera;
 use crate::material::{Bxdf, Kind};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Level, dispatch};
 use crate::math::{Frame, Ray, Rgb, Vec3};
-use crate::sampling::{PathId, Sampler, Stream};
+use crate::sampling::{PathId, Stream};
 use crate::shape::offset_origin;
 use crate::world::{CompiledScene, World};
 use rand::RngExt;
@@ -20,13 +20,13 @@ use std::sync::Arc;
 ///
 /// Each matte hit asks every light: points once, emitters with a finite area at one random point. Glass
 /// follows both branches. Emitters of infinite area are seen but light nothing.
-pub struct Whitted<W, S> {
+pub struct Whitted {
     /// The tables.
     pub scene: Arc<CompiledScene>,
     /// What rays meet.
-    pub world: Arc<W>,
+    pub world: Arc<World>,
     /// Film, chance and depth.
-    pub settings: Settings<S>,
+    pub settings: Settings,
     /// The seed of the points on lights.
     pub seed: u32,
 }
@@ -34,13 +34,13 @@ pub struct Whitted<W, S> {
 /// A branch to follow: a ray, its share of the picture, its bounces so far.
 type Branch = (Ray<f32>, Rgb<f32>, u32);
 
-impl<W: World + 'static, S: Sampler + 'static> Integrator for Whitted<W, S> {
+impl Integrator for Whitted {
     fn trace(&self, _level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
         let mut stack = Vec::new();
         let mut rays = 0;
         for (slot, &pixel) in paths.pixels.iter().enumerate() {
             for sample in paths.first_sample..paths.first_sample + paths.samples {
-                let sample = self.trace_one(pixel, sample, &mut stack, &mut rays, &mut Silent);
+                let sample = self.trace_one(pixel, sample, &mut stack, &mut rays, &mut Observer::none());
                 out.push(Finished { slot: slot as u32, sample });
             }
         }
@@ -48,7 +48,7 @@ impl<W: World + 'static, S: Sampler + 'static> Integrator for Whitted<W, S> {
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
-        let view = View { scene: &self.scene, world: &*self.world, settings: &self.settings };
+        let view = View { scene: &self.scene, world: &self.world, settings: &self.settings };
         dispatch(level, FirstHits { view, paths, out });
     }
 
@@ -58,20 +58,21 @@ impl<W: World + 'static, S: Sampler + 'static> Integrator for Whitted<W, S> {
     }
 
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
-        let mut record = Record::default();
-        let sample = self.trace_one(pixel, sample, &mut Vec::new(), &mut 0, &mut record);
-        (sample, record.0)
+        let mut events = Vec::new();
+        let observer = &mut Observer::of(&mut events);
+        let sample = self.trace_one(pixel, sample, &mut Vec::new(), &mut 0, observer);
+        (sample, events)
     }
 }
 
-impl<W: World, S: Sampler> Whitted<W, S> {
+impl Whitted {
     fn trace_one(
         &self,
         pixel: Pixel,
         sample: u32,
         stack: &mut Vec<Branch>,
         rays: &mut u64,
-        observer: &mut impl Observer,
+        observer: &mut Observer<'_>,
     ) -> Sample {
         let id = PathId::<f32> { pixel: Wrapping(pixel.index), sample: Wrapping(sample) };
         let centre = [pixel.x as f32 + 0.5, pixel.y as f32 + 0.5];
@@ -82,7 +83,7 @@ impl<W: World, S: Sampler> Whitted<W, S> {
         while let Some(branch) = stack.pop() {
             l = l + self.follow(branch, stack, &mut stream, rays, observer);
         }
-        observer.event(|| Event::End { reason: "no branch is left", radiance: rgb(l) });
+        observer.event::<f32>(|| Event::End { reason: "no branch is left", radiance: rgb(l) });
         Sample { pixel: pixel.index, sample, x, y, radiance: [l.r, l.g, l.b] }
     }
 
@@ -93,14 +94,14 @@ impl<W: World, S: Sampler> Whitted<W, S> {
         stack: &mut Vec<Branch>,
         stream: &mut Stream,
         rays: &mut u64,
-        observer: &mut impl Observer,
+        observer: &mut Observer<'_>,
     ) -> Rgb<f32> {
         let scene = &*self.scene;
         *rays += 1;
-        observer.event(|| ray_event(depth, &ray));
+        observer.event::<f32>(|| ray_event(depth, &ray));
         let hit = self.world.intersect(&ray, true);
         if !hit.is_some() {
-            observer.event(|| Event::Escape { radiance: scene.environment });
+            observer.event::<f32>(|| Event::Escape { radiance: scene.environment });
             return beta * Rgb::splat(scene.environment);
         }
         let point = scene.surfaces.point(&ray, &hit);
@@ -108,7 +109,7 @@ impl<W: World, S: Sampler> Whitted<W, S> {
         let emitted = if ray.d.dot(point.n) < 0.0 { emitted } else { Rgb::black() };
         let (u, v) = scene.surfaces.uv(&point, true);
         let material = scene.materials.resolve(scene.surfaces.material(&point), u, v);
-        observer.event(|| Event::Hit {
+        observer.event::<f32>(|| Event::Hit {
             distance: hit.t,
             point: vec3(point.p),
             normal: vec3(point.n),
@@ -142,7 +143,8 @@ impl<W: World, S: Sampler> Whitted<W, S> {
                         let past_triangles = scene.lights.is_past_triangles::<f32>(Wrapping(light));
                         let hidden = self.world.occluded(&shadow, length, true, past_triangles);
                         let added = if hidden { Rgb::black() } else { share };
-                        observer.event(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
+                        observer
+                            .event::<f32>(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
                         l = l + added;
                     }
                 }

@@ -40,12 +40,6 @@ impl Block {
     }
 }
 
-/// A source of numbers in [0, 1) for paths.
-pub trait Sampler: Copy + Send + Sync + 'static {
-    /// The four numbers of a block.
-    fn draw<F: Float>(&self, path: PathId<F>, block: F::Uint) -> [F; 4];
-}
-
 /// Independent uniform numbers.
 ///
 /// The four numbers of a block are the four words of one hash of (pixel, sample, block, seed), which is a
@@ -56,9 +50,10 @@ pub struct Independent {
     pub seed: u32,
 }
 
-impl Sampler for Independent {
+impl Independent {
+    /// The four numbers of a block.
     #[inline(always)]
-    fn draw<F: Float>(&self, path: PathId<F>, block: F::Uint) -> [F; 4] {
+    pub fn draw<F: Float>(&self, path: PathId<F>, block: F::Uint) -> [F; 4] {
         let [x, y, z, w] = pcg4d([path.pixel, path.sample, block, F::Uint::splat(self.seed)]);
         [x.to_unit(), y.to_unit(), z.to_unit(), w.to_unit()]
     }

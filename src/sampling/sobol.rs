@@ -11,7 +11,7 @@
 //! Laine and Karras (2011, "Stratified Sampling for Stochastic Transparency"); the hash is Vegdahl's (2021,
 //! "Building a Better LK Hash").
 
-use super::random::{PathId, Sampler, pcg4d};
+use super::random::{PathId, pcg4d};
 use crate::math::{Float, Uint};
 
 /// Owen-scrambled Sobol points, padded in pairs.
@@ -21,9 +21,10 @@ pub struct Sobol {
     pub seed: u32,
 }
 
-impl Sampler for Sobol {
+impl Sobol {
+    /// The four numbers of a block.
     #[inline(always)]
-    fn draw<F: Float>(&self, path: PathId<F>, block: F::Uint) -> [F; 4] {
+    pub fn draw<F: Float>(&self, path: PathId<F>, block: F::Uint) -> [F; 4] {
         let [a, b, c, d] = pcg4d([path.pixel, F::Uint::splat(SALT), block, F::Uint::splat(self.seed)]);
         let mirrored = path.sample.reverse_bits();
         let [u, v] = scrambled_pair(mirrored, a, b);
@@ -76,10 +77,12 @@ fn second_dimension<U: Uint>(index: U) -> U {
 mod tests {
     use super::*;
     use crate::math::lanes::scalar::Wrapping;
-    use crate::sampling::{Block, Independent};
+    use crate::sampling::{Block, Independent, Sampler};
 
-    fn draw(sampler: &impl Sampler, pixel: u32, block: u32, sample: u32) -> [f32; 4] {
-        sampler.draw(PathId::<f32> { pixel: Wrapping(pixel), sample: Wrapping(sample) }, Wrapping(block))
+    fn draw(sampler: impl Into<Sampler>, pixel: u32, block: u32, sample: u32) -> [f32; 4] {
+        sampler
+            .into()
+            .draw(PathId::<f32> { pixel: Wrapping(pixel), sample: Wrapping(sample) }, Wrapping(block))
     }
 
     /// Whether each of the 2ᵃ × 2ᵏ⁻ᵃ rectangles has one of these 2ᵏ points, for every a.
@@ -116,7 +119,7 @@ mod tests {
             let sampler = Sobol { seed };
             for pair in 0..2 {
                 let point = |sample| {
-                    let numbers = draw(&sampler, pixel, block, sample);
+                    let numbers = draw(sampler, pixel, block, sample);
                     [numbers[2 * pair], numbers[2 * pair + 1]]
                 };
                 assert!(runs_are_stratified(point), "seed {seed} pixel {pixel} block {block} pair {pair}");
@@ -125,11 +128,11 @@ mod tests {
         // Negative controls: numbers without strata; two numbers from different pairs; a pair whose dimensions
         // are the same up to scrambling; and one of whose matrix an entry is missing.
         assert!(!runs_are_stratified(|i| {
-            let [u, v, ..] = draw(&Independent { seed: 0 }, 0, 0, i);
+            let [u, v, ..] = draw(Independent { seed: 0 }, 0, 0, i);
             [u, v]
         }));
         assert!(!runs_are_stratified(|i| {
-            let [_, v, w, _] = draw(&Sobol { seed: 0 }, 0, 0, i);
+            let [_, v, w, _] = draw(Sobol { seed: 0 }, 0, 0, i);
             [v, w]
         }));
         let unit = |x: u32, key| scramble(Wrapping(x), Wrapping(key)).reverse_bits().to_unit();
@@ -159,7 +162,7 @@ mod tests {
     fn numbers_are_below_one_and_the_first_are_distinct() {
         let sampler = Sobol { seed: 3 };
         for dimension in 0..4 {
-            let mut all: Vec<f32> = (0..1 << 16).map(|i| draw(&sampler, 5, 2, i)[dimension]).collect();
+            let mut all: Vec<f32> = (0..1 << 16).map(|i| draw(sampler, 5, 2, i)[dimension]).collect();
             assert!(all.iter().all(|u| (0.0..1.0).contains(u)));
             all.sort_unstable_by(f32::total_cmp);
             assert!(all.windows(2).all(|pair| pair[0] < pair[1]));
@@ -213,20 +216,20 @@ mod tests {
         };
         for (i, j) in [(0, 2), (0, 3), (1, 2), (1, 3)] {
             check("the pairs of a block", &|pixel, sample| {
-                let numbers = draw(&sampler, pixel, 1, sample);
+                let numbers = draw(sampler, pixel, 1, sample);
                 [numbers[i], numbers[j]]
             });
         }
         for (i, j) in [(0, 0), (1, 1), (2, 2), (3, 3), (0, 1), (2, 3)] {
             let both = |a: [f32; 4], b: [f32; 4]| [a[i], b[j]];
             check("neighbouring blocks", &|pixel, sample| {
-                both(draw(&sampler, pixel, 1, sample), draw(&sampler, pixel, 2, sample))
+                both(draw(sampler, pixel, 1, sample), draw(sampler, pixel, 2, sample))
             });
             check("neighbouring pixels", &|place, sample| {
-                both(draw(&sampler, 2 * place, 1, sample), draw(&sampler, 2 * place + 1, 1, sample))
+                both(draw(sampler, 2 * place, 1, sample), draw(sampler, 2 * place + 1, 1, sample))
             });
             check("neighbouring seeds", &|pixel, sample| {
-                both(draw(&Sobol { seed: 0 }, pixel, 1, sample), draw(&Sobol { seed: 1 }, pixel, 1, sample))
+                both(draw(Sobol { seed: 0 }, pixel, 1, sample), draw(Sobol { seed: 1 }, pixel, 1, sample))
             });
         }
         // Negative controls: pairs without an order of their own fall in step; one pair twice has all in common.
@@ -235,7 +238,7 @@ mod tests {
             [a, b].map(|key| scramble(Wrapping(sample), key).reverse_bits().to_unit())
         };
         assert!(in_common(in_step, sign::<0>, 32.0)[1].abs() > 2.0 * Z_MILLIONTH);
-        let same = |pixel, sample| [draw(&sampler, pixel, 1, sample)[0]; 2];
+        let same = |pixel, sample| [draw(sampler, pixel, 1, sample)[0]; 2];
         assert!(in_common(same, sign::<1>, 0.0)[0].abs() > 2.0 * Z_MILLIONTH);
     }
 
@@ -247,7 +250,7 @@ mod tests {
             for dimension in 0..4 {
                 let mut bins = [0_u32; 64];
                 for pixel in 0..64_000 {
-                    let u = draw(&Sobol { seed: 2 }, pixel, Block::LIGHT.at::<f32>(Wrapping(0)).0, sample)
+                    let u = draw(Sobol { seed: 2 }, pixel, Block::LIGHT.at::<f32>(Wrapping(0)).0, sample)
                         [dimension];
                     bins[(u * 64.0) as usize] += 1;
                 }
@@ -258,7 +261,8 @@ mod tests {
     }
 
     /// The slope over 16…4096 samples of the RMS error, over many pixels, of the integral of a smooth function.
-    fn slope(sampler: &impl Sampler) -> f64 {
+    fn slope(sampler: impl Into<Sampler>) -> f64 {
+        let sampler = sampler.into();
         let f = |u: f64, v: f64| (u * 2.0 + v).exp();
         let truth = (2.0_f64.exp() - 1.0) / 2.0 * (1.0_f64.exp() - 1.0);
         let error = |n: u32| -> f64 {
@@ -276,7 +280,7 @@ mod tests {
     fn the_error_of_a_smooth_integral_falls_faster_than_that_of_independent_numbers() {
         // Theory says −3/2 up to a logarithm, and −1/2. The RMS over 64 pixels is known to 9%: its ratio to 17%, or
         // 0.03 of slope, of which a tenth and more is three.
-        let (even, uneven) = (slope(&Sobol { seed: 0 }), slope(&Independent { seed: 0 }));
+        let (even, uneven) = (slope(Sobol { seed: 0 }), slope(Independent { seed: 0 }));
         println!("slopes {even:.3} and {uneven:.3}");
         assert!(even < -1.2, "{even}");
         assert!((uneven + 0.5).abs() < 0.12, "{uneven}");

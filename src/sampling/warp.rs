@@ -155,8 +155,7 @@ mod tests {
         const N: u32 = 200_000;
         let mut seen = [0_u32; BINS];
         for i in 0..N {
-            let [u, ..] = crate::sampling::Sampler::draw::<f32>(
-                &crate::sampling::Independent { seed: 1 },
+            let [u, ..] = crate::sampling::Independent { seed: 1 }.draw::<f32>(
                 crate::sampling::PathId {
                     pixel: crate::math::Uint::splat(i),
                     sample: crate::math::Uint::splat(0),

@@ -9,7 +9,7 @@ use crate::render::accumulator::{MOST_UPDATES, WorkerFailure};
 use crate::render::worker::Worker;
 use crate::render::{Held, Order, Region, SampleBatch, Schedule, Stride};
 use crate::scene::Scene;
-use crate::world::{self, Geometry};
+use crate::world::{self, World};
 use crossbeam_channel::{Receiver, Sender, bounded, never};
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -58,17 +58,17 @@ pub(super) struct Lines {
 impl Crew {
     pub(super) fn new(settings: &Settings) -> Result<Crew, SessionError> {
         let Scene { film, render, .. } = &*settings.scene;
-        let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
-        let compiled = Arc::new(compiled);
+        let (compiled, surfaces) = world::compile(&settings.scene, film.width, film.height);
+        let (compiled, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, settings.finder)));
+        drop(surfaces);
         let offset = film_offset(film);
         let splatter = splatter(settings);
         let puts = splatter.clone();
-        let open = |name: &Option<String>, index, geometry: &Geometry| {
+        let open = |name: &Option<String>, index| {
             let device = gpu::Device::open(name.as_deref())?;
             let job = gpu::Job {
                 scene: &compiled,
-                geometry,
-                finder: settings.finder,
+                world: &world,
                 render,
                 offset,
                 region: settings.region,
@@ -80,20 +80,16 @@ impl Crew {
             Ok::<_, gpu::GpuError>(Gpu { worker, name: device.description().to_string() })
         };
         if let DeviceChoice::Gpu(name) = &settings.device {
-            let gpu = Some(open(name, 0, &geometry)?);
+            let gpu = Some(open(name, 0)?);
             return Ok(Crew { splatter, integrator: None, threads: 0, gpu, times: 1.0 });
         }
         // A worker without a pixel would have nothing to do.
         let threads = settings.threads.get().min(settings.region.len() as usize);
-        let with_gpu = match &settings.device {
-            DeviceChoice::All(name) => Some((name, geometry.clone())),
-            DeviceChoice::Cpu | DeviceChoice::Gpu(_) => None,
-        };
-        let build = || integrator::build(render, offset, Arc::clone(&compiled), geometry, settings.finder);
-        let integrator: Arc<dyn Integrator> = build().into();
+        let integrator: Arc<dyn Integrator> =
+            integrator::build(render, offset, Arc::clone(&compiled), Arc::clone(&world)).into();
         let mut crew = Crew { splatter, integrator: Some(integrator), threads, gpu: None, times: 1.0 };
-        if let Some((name, geometry)) = with_gpu {
-            let measured = open(name, threads, &geometry).and_then(|gpu| crew.measured_with(settings, gpu));
+        if let DeviceChoice::All(name) = &settings.device {
+            let measured = open(name, threads).and_then(|gpu| crew.measured_with(settings, gpu));
             if let Err(error) = measured
                 && settings.view != View::Quiet
             {
@@ -296,9 +292,9 @@ pub(super) fn layer_integrator(settings: &Settings) -> Option<Arc<dyn Integrator
         return None;
     }
     let Scene { film, render, .. } = &*settings.scene;
-    let (compiled, geometry) = world::compile(&settings.scene, film.width, film.height);
-    let offset = film_offset(film);
-    Some(integrator::build(render, offset, Arc::new(compiled), geometry, settings.finder).into())
+    let (compiled, surfaces) = world::compile(&settings.scene, film.width, film.height);
+    let world = Arc::new(World::new(&surfaces, settings.finder));
+    Some(integrator::build(render, film_offset(film), Arc::new(compiled), world).into())
 }
 
 /// What spreads samples over pixels, if the film wants that.

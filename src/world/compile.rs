@@ -1,7 +1,7 @@
 //! From the description to the tables.
 
 use super::surfaces::{Look, NO_LIGHT, SurfaceTable};
-use super::{Instances, Simple, Triangles, Union};
+use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
 use crate::light::{AreaLight, LightTable, PointLight, PointLights};
 use crate::material::{Kind, MaterialTable, Row};
@@ -35,10 +35,6 @@ impl CompiledScene {
         CompiledScene { camera, ..self.clone() }
     }
 }
-
-/// The surfaces as rays meet them: those that go into a tree where there is one, and beside them, first, the others:
-/// the unbounded ones, and disks and cylinders.
-pub type Geometry = Union<Simple, Simple>;
 
 fn narrow(v: glam::DVec3) -> [f32; 3] {
     colour(v.to_array())
@@ -104,13 +100,13 @@ fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
     (meshes, of_entity)
 }
 
-/// Compiles a scene for a film of `width` × `height` pixels.
-pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Geometry) {
+/// Compiles a scene for a film of `width` × `height` pixels, into tables and the surfaces that rays meet.
+pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Simple) {
     compile_sharing(scene, width, height, SHARING_PAYS_FROM)
 }
 
 /// With meshes shared that have so many triangles in all their copies.
-pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (CompiledScene, Geometry) {
+pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (CompiledScene, Simple) {
     let (shared_meshes, shared) = shared(scene, from);
     let mut instances = Instances::default();
     let mut surfaces = SurfaceTable::default();
@@ -206,10 +202,5 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
         environment: colour(scene.environment),
         ambient: colour(scene.render.ambient),
     };
-    let beside = Simple {
-        planes: std::mem::take(&mut all.planes),
-        rare: std::mem::take(&mut all.rare),
-        ..Simple::default()
-    };
-    (compiled, Union { first: beside, second: all })
+    (compiled, all)
 }

@@ -10,15 +10,13 @@ mod pages;
 mod simple;
 mod surfaces;
 mod triangles;
-mod union;
 
 pub use bvh::{Boxes, Bvh, Contents, WIDTH as TREE_WIDTH};
-pub use compile::{CompiledScene, Geometry, SHARING_PAYS_FROM, compile, compile_sharing};
+pub use compile::{CompiledScene, SHARING_PAYS_FROM, compile, compile_sharing};
 pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
 pub use simple::Simple;
 pub use surfaces::{Look, NO_LIGHT, SurfacePoint, SurfaceTable};
 pub use triangles::{FIRST_TRIANGLE, Triangles};
-pub use union::Union;
 
 use crate::math::{Float, Ray, Uint};
 use crate::shape::NOTHING;
@@ -29,9 +27,9 @@ pub enum Finder {
     /// The fastest for as many surfaces as there are.
     #[default]
     Fastest,
-    /// [`Simple`].
+    /// Surfaces are tried one by one.
     Simple,
-    /// [`Bvh`].
+    /// A tree of everything that it can hold.
     Bvh,
 }
 
@@ -48,10 +46,10 @@ pub enum Treed {
 
 impl Finder {
     /// What of these surfaces is to be in a tree.
-    pub fn treed(self, bounded: &Simple) -> Treed {
+    pub fn treed(self, surfaces: &Simple) -> Treed {
         // To try a quad takes about twice as long as to try a sphere, and so does a triangle.
-        let others = bounded.spheres.len() + 2 * bounded.quads.len();
-        let all = others + 2 * (bounded.triangles.len() + bounded.instances.len());
+        let others = surfaces.spheres.len() + 2 * surfaces.quads.len();
+        let all = others + 2 * (surfaces.triangles.len() + surfaces.instances.len());
         match self {
             Finder::Simple => Treed::Nothing,
             Finder::Fastest if all < TREE_PAYS_FROM => Treed::Nothing,
@@ -110,19 +108,65 @@ impl<F: Float> Hit<F> {
     }
 }
 
-/// Everything that rays can meet.
-pub trait World: Send + Sync {
-    /// The first hit of each ray. Equal distances go to the lower instance, and then to the lower surface. Lanes
-    /// that do not ask hold nonsense.
-    #[inline(always)]
-    fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
-        self.intersect_within(ray, F::splat(NOTHING), asks)
+/// Everything that rays can meet: surfaces that are tried one by one, and a tree of the others.
+///
+/// Which surfaces are in the tree is a value and not a type, so that integrators are compiled once. The tree is
+/// searched by a function of its own for a whole packet of rays; no choice falls on a ray.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// The surfaces that every ray tries.
+    pub simple: Simple,
+    /// The others, if a tree is worth it.
+    pub tree: Option<Bvh>,
+}
+
+impl World {
+    /// The world of some surfaces, with a tree where `finder` wants one.
+    pub fn new(surfaces: &Simple, finder: Finder) -> World {
+        World::with_tree_of(surfaces, finder.treed(surfaces))
     }
-    /// The same of hits no farther than `t_max`; where there is none, a farther one or no hit.
-    fn intersect_within<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F>;
+
+    /// The same with so much in a tree.
+    pub fn with_tree_of(surfaces: &Simple, treed: Treed) -> World {
+        World::built_by(surfaces, treed, std::thread::available_parallelism().map_or(1, |n| n.get()))
+    }
+
+    /// The same world, whose tree is built by so many threads.
+    pub fn built_by(surfaces: &Simple, treed: Treed, threads: usize) -> World {
+        if treed == Treed::Nothing {
+            return World { simple: surfaces.clone(), tree: None };
+        }
+        let (simple, tree) = Bvh::of(surfaces, treed, threads);
+        World { simple, tree: Some(tree) }
+    }
+
+    /// The first hit of each ray. Equal distances go to the lower instance, and then to the lower surface. The hits
+    /// of lanes outside `asks` are unspecified.
+    #[inline(always)]
+    pub fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
+        let hit = self.simple.intersect(ray);
+        match &self.tree {
+            None => hit,
+            Some(tree) => hit.nearer(tree.intersect_within(ray, hit.t, asks)),
+        }
+    }
+
     /// The lanes whose ray meets anything before the distance `t_max`; for those in `past_triangles` nothing counts
-    /// that belongs to a mesh. Lanes that do not ask hold nonsense.
-    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask, past_triangles: F::Mask) -> F::Mask;
+    /// that belongs to a mesh. The answers of lanes outside `asks` are unspecified.
+    #[inline(always)]
+    pub fn occluded<F: Float>(
+        &self,
+        ray: &Ray<F>,
+        t_max: F,
+        asks: F::Mask,
+        past_triangles: F::Mask,
+    ) -> F::Mask {
+        let found = self.simple.occluded(ray, t_max, past_triangles);
+        match &self.tree {
+            None => found,
+            Some(tree) => found | tree.occluded(ray, t_max, asks & !found, past_triangles),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
-//! The world that tries every surface.
+//! Surfaces that are tried one by one.
 
-use super::{FIRST_TRIANGLE, Hit, Instances, NO_INSTANCE, Triangles, World};
+use super::{FIRST_TRIANGLE, Hit, Instances, NO_INSTANCE, Triangles};
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
 use crate::shape::{NOTHING, Plane, Quad, Rare, Shape, Shears, Sphere};
@@ -183,9 +183,10 @@ impl Simple {
     }
 }
 
-impl World for Simple {
+impl Simple {
+    /// The first hit of each ray, as [`World::intersect`](super::World::intersect) says.
     #[inline(always)]
-    fn intersect_within<F: Float>(&self, ray: &Ray<F>, _t_max: F, _asks: F::Mask) -> Hit<F> {
+    pub fn intersect<F: Float>(&self, ray: &Ray<F>) -> Hit<F> {
         let none = F::Mask::splat(false);
         if !self.rare.is_empty() {
             rarely();
@@ -194,8 +195,9 @@ impl World for Simple {
         self.closest_common(ray, none)
     }
 
+    /// The lanes whose ray meets anything, as [`World::occluded`](super::World::occluded) says.
     #[inline(always)]
-    fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, _asks: F::Mask, past_triangles: F::Mask) -> F::Mask {
+    pub fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, past_triangles: F::Mask) -> F::Mask {
         if !self.rare.is_empty() {
             rarely();
             return self.closest_of_all(ray, past_triangles).t.lt(t_max);

@@ -18,7 +18,7 @@ use glam::DVec3;
 use std::f64::consts::TAU;
 use stride::math::Vec3;
 use stride::math::lanes::scalar::Wrapping;
-use stride::sampling::{Independent, PathId, Sampler};
+use stride::sampling::{Independent, PathId};
 
 const ROWS: usize = 80;
 const COLUMNS: usize = 160;

@@ -15,7 +15,7 @@ use stride::integrator::{self, Finished, Integrator, Paths};
 use stride::math::lanes::Level;
 use stride::render::Region;
 use stride::scene::Scene;
-use stride::world::{self, Finder};
+use stride::world::{self, Finder, World};
 
 /// The most paths that are traced at a time.
 const BLOCK: u32 = 4096;
@@ -27,9 +27,9 @@ pub fn integrator(scene: &Scene) -> Box<dyn Integrator> {
 
 /// What follows light in a scene, with the world that is asked for.
 pub fn integrator_in(scene: &Scene, finder: Finder) -> Box<dyn Integrator> {
-    let (compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
-    let offset = film_offset(&scene.film);
-    integrator::build(&scene.render, offset, Arc::new(compiled), geometry, finder)
+    let (compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height);
+    let (world, offset) = (World::new(&surfaces, finder), film_offset(&scene.film));
+    integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world))
 }
 
 /// Gives every sample of a scene's picture to `take`, with its pixel's index.

@@ -6,9 +6,9 @@ use stride::film::film_offset;
 use stride::integrator::{Finished, Integrator, Naive, NextEvent, PathTracer, Paths, Settings};
 use stride::math::lanes::Level;
 use stride::render::Region;
-use stride::sampling::{Independent, Sampler, Sobol};
+use stride::sampling::{Independent, Sobol};
 use stride::scene::Scene;
-use stride::world;
+use stride::world::{self, Finder, World};
 
 /// A path integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,15 +30,12 @@ pub const NUMBERS: [Numbers; 2] = [Numbers::Independent, Numbers::Sobol];
 
 /// A method over a scene, with numbers of a seed.
 pub fn tracer(method: Method, numbers: Numbers, scene: &Scene, seed: u32) -> Box<dyn Integrator> {
-    match numbers {
-        Numbers::Independent => with_sampler(method, Independent { seed }, scene),
-        Numbers::Sobol => with_sampler(method, Sobol { seed }, scene),
-    }
-}
-
-fn with_sampler<S: Sampler>(method: Method, sampler: S, scene: &Scene) -> Box<dyn Integrator> {
-    let (compiled, geometry) = world::compile(scene, scene.film.width, scene.film.height);
-    let (scene_tables, world) = (Arc::new(compiled), Arc::new(geometry));
+    let sampler = match numbers {
+        Numbers::Independent => Independent { seed }.into(),
+        Numbers::Sobol => Sobol { seed }.into(),
+    };
+    let (compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height);
+    let (scene_tables, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, Finder::Simple)));
     let offset = film_offset(&scene.film);
     let settings = Settings { sampler, offset, max_depth: scene.render.max_depth };
     match method {

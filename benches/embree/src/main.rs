@@ -24,7 +24,7 @@ use std::time::Instant;
 use stride::math::lanes::Level;
 use stride::sampling::Stream;
 use stride::shape::Mesh;
-use stride::world::{Bvh, Instances, Simple, Triangles, Union, World};
+use stride::world::{Instances, Simple, Treed, Triangles, World};
 
 fn main() {
     let mut rays = 4_000_000;
@@ -67,15 +67,20 @@ fn seconds<T>(work: impl FnOnce() -> T) -> (f64, T) {
     (start.elapsed().as_secs_f64(), result)
 }
 
-fn stride_of(mesh: &Mesh, threads: usize) -> Union<Simple, Bvh> {
+fn stride_of(mesh: &Mesh, threads: usize) -> World {
     let mut triangles = Triangles::default();
     triangles.push(mesh, &DAffine3::IDENTITY, 0);
     tree_of(triangles, threads)
 }
 
-fn tree_of(triangles: Triangles, threads: usize) -> Union<Simple, Bvh> {
-    let bounded = Simple { triangles: Arc::new(triangles), ..Simple::default() };
-    Bvh::built_by(&Union { first: Simple::default(), second: bounded }, threads)
+fn tree_of(triangles: Triangles, threads: usize) -> World {
+    let surfaces = Simple { triangles: Arc::new(triangles), ..Simple::default() };
+    World::built_by(&surfaces, Treed::Everything, threads)
+}
+
+/// What the tree of a world takes up in memory.
+fn tree_bytes(world: &World) -> usize {
+    world.tree.as_ref().map_or(0, |tree| tree.bytes())
 }
 
 /// A picture's rays from outside, row by row.
@@ -134,7 +139,7 @@ fn mesh(level: Level, count: usize, rounds: usize) {
 }
 
 /// Asks all, round by round, and prints Mrays/s and ratios.
-fn compare<W: World>(level: Level, ours: &W, embree: [&Embree; 2], sets: &[(&str, Rays)], rounds: usize) {
+fn compare(level: Level, ours: &World, embree: [&Embree; 2], sets: &[(&str, Rays)], rounds: usize) {
     println!("rays             stride     Embree medium, high  (Mrays/s)    stride over medium, high");
     for (name, rays) in sets {
         let mut answers = [rays.answers(), rays.answers(), rays.answers()];
@@ -202,8 +207,8 @@ fn instances(level: Level, count: usize, rounds: usize) {
             instances.push(*mesh, place, row as u32);
         }
         let (triangles, instances) = (Arc::new(triangles), Arc::new(instances));
-        let bounded = Simple { triangles, instances, ..Simple::default() };
-        Bvh::built_by(&Union { first: Simple::default(), second: bounded }, 2)
+        let surfaces = Simple { triangles, instances, ..Simple::default() };
+        World::built_by(&surfaces, Treed::Everything, 2)
     });
     let columns = |place: &DAffine3| place.to_cols_array().map(|x| x as f32);
     let placed: Vec<_> = places.iter().map(|(mesh, place)| (*mesh, columns(place))).collect();
@@ -214,7 +219,7 @@ fn instances(level: Level, count: usize, rounds: usize) {
     println!("build, 2 threads {ours_seconds:6.3}     {medium_seconds:6.3} {high_seconds:6.3}");
     println!(
         "bytes a triangle {:6.1}     {:6.1} {:6.1}",
-        bytes(ours.second.bytes() as f64),
+        bytes(tree_bytes(&ours) as f64),
         bytes(medium.bytes as f64),
         bytes(high.bytes as f64)
     );
@@ -265,7 +270,7 @@ fn build(rounds: usize) {
             triangles.push(&mesh, &DAffine3::IDENTITY, 0);
             let (time, tree) = seconds(|| tree_of(triangles, threads));
             times[0].push(time);
-            bytes[0] = tree.second.bytes() as f64 / count;
+            bytes[0] = tree_bytes(&tree) as f64 / count;
             for (i, quality) in [Quality::Medium, Quality::High].into_iter().enumerate() {
                 let (time, tree) =
                     seconds(|| Embree::new(std::slice::from_ref(&mesh), &[], quality, threads));

@@ -46,23 +46,23 @@ impl Rays {
     }
 
     /// What each ray meets first.
-    pub fn closest<W: World>(&self, level: Level, world: &W, answers: &mut Answers) {
-        dispatch(level, Ask::<_, true> { world, rays: self, answers });
+    pub fn closest(&self, level: Level, world: &World, answers: &mut Answers) {
+        dispatch(level, Ask::<true> { world, rays: self, answers });
     }
 
     /// Which rays meet anything: their distances are −∞.
-    pub fn any<W: World>(&self, level: Level, world: &W, answers: &mut Answers) {
-        dispatch(level, Ask::<_, false> { world, rays: self, answers });
+    pub fn any(&self, level: Level, world: &World, answers: &mut Answers) {
+        dispatch(level, Ask::<false> { world, rays: self, answers });
     }
 }
 
-struct Ask<'a, W, const CLOSEST: bool> {
-    world: &'a W,
+struct Ask<'a, const CLOSEST: bool> {
+    world: &'a World,
     rays: &'a Rays,
     answers: &'a mut Answers,
 }
 
-impl<W: World, const CLOSEST: bool> Kernel for Ask<'_, W, CLOSEST> {
+impl<const CLOSEST: bool> Kernel for Ask<'_, CLOSEST> {
     type Output = ();
 
     #[inline(always)]
@@ -79,7 +79,7 @@ impl<W: World, const CLOSEST: bool> Kernel for Ask<'_, W, CLOSEST> {
                 hit.t.store(&mut self.answers.t[i..]);
                 hit.surface.store(&mut self.answers.primitive[i..]);
             } else {
-                let met = self.world.occluded(&ray, F::splat(f32::INFINITY), all);
+                let met = self.world.occluded(&ray, F::splat(f32::INFINITY), all, F::Mask::splat(false));
                 let t = F::select(met, F::splat(f32::NEG_INFINITY), F::splat(f32::INFINITY));
                 t.store(&mut self.answers.t[i..]);
             }

@@ -10,7 +10,7 @@ use crate::material::{Kind, Row};
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
 use crate::shape::{self, Form};
-use crate::world::{Bvh, CompiledScene, Simple, SurfaceTable, Treed, Union};
+use crate::world::{CompiledScene, Simple, SurfaceTable, Treed, World};
 
 /// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
 /// long.
@@ -62,20 +62,18 @@ impl Tables {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
         }
         // Meshes are found by the tree alone.
-        let bounded = &job.geometry.second;
-        let with_tree = match job.finder.treed(bounded) {
-            Treed::Everything => Some(Bvh::new(job.geometry)),
-            Treed::Nothing if bounded.triangles.is_empty() => None,
-            Treed::Nothing | Treed::Meshes => Some(Bvh::of_meshes(job.geometry)),
+        let with_meshes;
+        let world = if job.world.simple.triangles.is_empty() {
+            job.world
+        } else {
+            with_meshes = World::with_tree_of(&job.world.simple, Treed::Meshes);
+            &with_meshes
         };
         let mut order = Order::default();
         // Sorted by shape, so that neighbouring invocations ask the same one.
-        let [planes_end, spheres_end, quads_end, rare_end] = match &with_tree {
-            Some(Union { first, .. }) => order.asked_by_all(&[first]),
-            None => order.asked_by_all(&[&job.geometry.first, &job.geometry.second]),
-        };
-        let mut tree =
-            with_tree.map_or_else(Tree::default, |world| Tree::new(&world.second, table, rare_end));
+        let [planes_end, spheres_end, quads_end, rare_end] = order.asked_by_all(&world.simple);
+        let tree = world.tree.as_ref();
+        let mut tree = tree.map_or_else(Tree::default, |bvh| Tree::new(bvh, table, rare_end));
         order.append(&tree.rows);
         order.append(&meshes(table));
         let places = order.places(table.len());
@@ -149,21 +147,19 @@ struct Order {
 
 impl Order {
     /// Adds what every ray asks: planes, spheres, quads, and disks and cylinders. Returns where each kind ends.
-    fn asked_by_all(&mut self, worlds: &[&Simple]) -> [u32; 4] {
-        let mut ends = [0; 4];
-        let kinds: [fn(&Simple) -> Vec<u32>; 4] = [
-            |world| world.planes.iter().map(|(_, row)| *row).collect(),
-            |world| world.spheres.iter().map(|(_, row)| *row).collect(),
-            |world| world.quads.iter().map(|(_, row)| *row).collect(),
-            |world| world.rare.iter().map(|(_, row)| *row).collect(),
+    fn asked_by_all(&mut self, simple: &Simple) -> [u32; 4] {
+        let Simple { planes, spheres, quads, rare, .. } = simple;
+        let kinds: [Vec<u32>; 4] = [
+            planes.iter().map(|(_, row)| *row).collect(),
+            spheres.iter().map(|(_, row)| *row).collect(),
+            quads.iter().map(|(_, row)| *row).collect(),
+            rare.iter().map(|(_, row)| *row).collect(),
         ];
-        for (kind, end) in kinds.into_iter().zip(&mut ends) {
-            let mut rows: Vec<_> = worlds.iter().flat_map(|world| kind(world)).collect();
+        kinds.map(|mut rows| {
             rows.sort_unstable();
             self.append(&rows);
-            *end = self.rows.len() as u32;
-        }
-        ends
+            self.rows.len() as u32
+        })
     }
 
     fn append(&mut self, rows: &[u32]) {

@@ -13,7 +13,7 @@ use self::build::Item;
 pub use self::node::WIDTH;
 use self::node::{INSTANCE, Nodes, QUAD, SPHERE, TRIANGLE};
 use self::traverse::{Any, Closest, Found, Rays};
-use super::{Geometry, Hit, Instances, Simple, Union, World, pages};
+use super::{Hit, Instances, Simple, Treed, pages};
 use crate::math::lanes::MAX_LANES;
 use crate::math::{Bounds, Float, Mask, Ray, Uint};
 use crate::shape::{BOUNDS_ERROR, Shape};
@@ -39,22 +39,10 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Sorts the bounded surfaces into a tree, which joins the unbounded ones and what no box can hold.
-    pub fn new(geometry: &Geometry) -> Union<Simple, Bvh> {
-        Bvh::built_by(geometry, std::thread::available_parallelism().map_or(1, |n| n.get()))
-    }
-
-    /// The same tree, built by so many threads.
-    pub fn built_by(geometry: &Geometry, threads: usize) -> Union<Simple, Bvh> {
-        Bvh::with(geometry, |bounds| bounds, threads)
-    }
-
-    /// A tree of the meshes alone, which joins everything else.
-    pub fn of_meshes(geometry: &Geometry) -> Union<Simple, Bvh> {
-        let Union { mut first, mut second } = geometry.clone();
-        first.spheres.append(&mut second.spheres);
-        first.quads.append(&mut second.quads);
-        Bvh::new(&Union { first, second })
+    /// Sorts surfaces into a tree, built by so many threads, and returns those that stay beside it: the unbounded
+    /// ones, those that no box can hold, and all but meshes where the tree is [of meshes](Treed::Meshes).
+    pub(super) fn of(surfaces: &Simple, treed: Treed, threads: usize) -> (Simple, Bvh) {
+        Bvh::with(surfaces, treed, |bounds| bounds, threads)
     }
 
     /// What the tree takes up in memory, in bytes.
@@ -70,22 +58,28 @@ impl Bvh {
 
     /// With other boxes than the shapes' own.
     fn with(
-        geometry: &Geometry,
+        all: &Simple,
+        treed: Treed,
         change: impl Fn(Bounds) -> Bounds + Sync,
         threads: usize,
-    ) -> Union<Simple, Bvh> {
-        let (mut beside, all) = (geometry.first.clone(), &geometry.second);
+    ) -> (Simple, Bvh) {
+        let Simple { planes, spheres, quads, rare, .. } = all.clone();
+        let mut beside = Simple { planes, rare, ..Simple::default() };
         let mut items = pages::with_capacity(all.len());
-        for (index, sphere) in all.spheres.iter().enumerate() {
-            match item(change(sphere.0.bounds()), SPHERE, index) {
-                Some(item) => items.push(item),
-                None => beside.spheres.push(*sphere),
+        if treed == Treed::Meshes {
+            (beside.spheres, beside.quads) = (spheres, quads);
+        } else {
+            for (index, sphere) in spheres.into_iter().enumerate() {
+                match item(change(sphere.0.bounds()), SPHERE, index) {
+                    Some(item) => items.push(item),
+                    None => beside.spheres.push(sphere),
+                }
             }
-        }
-        for (index, quad) in all.quads.iter().enumerate() {
-            match item(change(quad.0.bounds()), QUAD, index) {
-                Some(item) => items.push(item),
-                None => beside.quads.push(*quad),
+            for (index, quad) in quads.into_iter().enumerate() {
+                match item(change(quad.0.bounds()), QUAD, index) {
+                    Some(item) => items.push(item),
+                    None => beside.quads.push(quad),
+                }
             }
         }
         let triangles = |items: &mut Vec<Item>, range: Range<usize>| {
@@ -119,7 +113,7 @@ impl Bvh {
         }
         let tree = (!items.is_empty()).then(|| tree_of(items));
         let instances = Arc::clone(&all.instances);
-        Union { first: beside, second: Bvh { tree, meshes, instances, share, is_of_meshes } }
+        (beside, Bvh { tree, meshes, instances, share, is_of_meshes })
     }
 }
 
@@ -198,9 +192,11 @@ fn column<F: Float>(x: F) -> [f32; MAX_LANES] {
     column
 }
 
-impl World for Bvh {
+impl Bvh {
+    /// The first hit of each ray no farther than `t_max`; where there is none, a farther one or no hit. The hits of
+    /// lanes outside `asks` are unspecified.
     #[inline(always)]
-    fn intersect_within<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F> {
+    pub fn intersect_within<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F> {
         let Some(tree) = &self.tree else { return Hit::none() };
         let asks = asks & tree.reached(ray, t_max, self.share);
         if !asks.any() {
@@ -212,8 +208,15 @@ impl World for Bvh {
         Hit { t: F::load(t), surface: F::Uint::load(surface), instance: F::Uint::load(instance) }
     }
 
+    /// The lanes whose ray meets anything, as [`World::occluded`](super::World::occluded) says.
     #[inline(always)]
-    fn occluded<F: Float>(&self, ray: &Ray<F>, limit: F, asks: F::Mask, past_triangles: F::Mask) -> F::Mask {
+    pub fn occluded<F: Float>(
+        &self,
+        ray: &Ray<F>,
+        limit: F,
+        asks: F::Mask,
+        past_triangles: F::Mask,
+    ) -> F::Mask {
         let Some(tree) = &self.tree else { return F::Mask::splat(false) };
         let asks = if self.is_of_meshes { asks & !past_triangles } else { asks };
         if !asks.any() {

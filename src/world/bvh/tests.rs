@@ -6,7 +6,7 @@ use crate::math::Vec3;
 use crate::math::lanes::{Kernel, Level, dispatch};
 use crate::sampling::Stream;
 use crate::shape::{Cylinder, Disk, Mesh, NOTHING, Plane, Quad, Rare, Sphere};
-use crate::world::Triangles;
+use crate::world::{Finder, Triangles, World};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ fn narrow(v: DVec3) -> Vec3<f32> {
 
 /// A random scene, and points of it at which rays are worth aiming.
 struct Jumble {
-    geometry: Geometry,
+    surfaces: Simple,
     scale: f64,
     targets: Vec<DVec3>,
 }
@@ -36,8 +36,7 @@ fn jumble(stream: &mut Stream) -> Jumble {
     let place = direction(stream) * scale * [0.0, 1.0, 1e3][stream.random_range(0..3)];
     let count = [1, 2, 7, 9, 40, 150][stream.random_range(0..6)];
     let spread = [0.0, 1.0, 30.0][stream.random_range(0..3)];
-    let mut bounded = Simple::default();
-    let mut unbounded = Simple::default();
+    let mut surfaces = Simple::default();
     let mut targets = Vec::new();
     let mut mesh = Mesh::default();
     let mut rows: Vec<u32> = (0..3 * count).collect();
@@ -77,17 +76,17 @@ fn jumble(stream: &mut Stream) -> Jumble {
                     Rare::Cylinder(Cylinder::new(centre, to, size * stream.random_range(0.01..2.0))),
                 ];
                 let shape = shapes[stream.random_range(0..2)];
-                unbounded.rare.push((shape, row));
+                surfaces.rare.push((shape, row));
                 if twice {
-                    unbounded.rare.push((shape, row + 1000));
+                    surfaces.rare.push((shape, row + 1000));
                 }
                 targets.extend([centre, to, centre + along.any_orthonormal_vector() * size]);
             }
             0..8 => {
                 let sphere = Sphere::new(centre, size);
-                bounded.spheres.push((sphere, row));
+                surfaces.spheres.push((sphere, row));
                 if twice {
-                    bounded.spheres.push((sphere, row + 1000));
+                    surfaces.spheres.push((sphere, row + 1000));
                 }
                 targets.extend((0..4).map(|_| centre + direction(stream) * size));
                 targets.extend([DVec3::X, DVec3::NEG_Y, DVec3::Z].map(|axis| centre + axis * size));
@@ -103,9 +102,9 @@ fn jumble(stream: &mut Stream) -> Jumble {
                     _ => u + u.any_orthogonal_vector() * 1e-4,
                 };
                 let quad = Quad::new(centre, u, v);
-                bounded.quads.push((quad, row));
+                surfaces.quads.push((quad, row));
                 if twice {
-                    bounded.quads.push((quad, row + 1000));
+                    surfaces.quads.push((quad, row + 1000));
                 }
                 targets.extend([centre, centre + u, centre + v, centre + u + v, centre + (u + v) * 0.5]);
                 targets.extend([centre + u * stream.random::<f64>(), centre + v * stream.random::<f64>()]);
@@ -114,22 +113,22 @@ fn jumble(stream: &mut Stream) -> Jumble {
                 let normal = direction(stream);
                 let n = narrow(normal);
                 let distance = (normal.dot(place) - scale) as f32;
-                unbounded.planes.push((Plane { normal: [n.x, n.y, n.z], distance }, row));
+                surfaces.planes.push((Plane { normal: [n.x, n.y, n.z], distance }, row));
                 targets.push(centre);
             }
         }
     }
-    bounded.spheres.sort_by_key(|(_, row)| *row);
-    bounded.quads.sort_by_key(|(_, row)| *row);
-    unbounded.planes.sort_by_key(|(_, row)| *row);
-    unbounded.rare.sort_by_key(|(_, row)| *row);
+    surfaces.spheres.sort_by_key(|(_, row)| *row);
+    surfaces.quads.sort_by_key(|(_, row)| *row);
+    surfaces.planes.sort_by_key(|(_, row)| *row);
+    surfaces.rare.sort_by_key(|(_, row)| *row);
     let mut triangles = Triangles::default();
     triangles.push(&mesh, &DAffine3::IDENTITY, 0);
     if stream.random_range(0..3) == 0 {
-        bounded.instances = Arc::new(instances(&mut triangles, place, scale, spread, &mut targets, stream));
+        surfaces.instances = Arc::new(instances(&mut triangles, place, scale, spread, &mut targets, stream));
     }
-    bounded.triangles = Arc::new(triangles);
-    Jumble { geometry: Union { first: unbounded, second: bounded }, scale, targets }
+    surfaces.triangles = Arc::new(triangles);
+    Jumble { surfaces, scale, targets }
 }
 
 /// Shared meshes of a few triangles, turned, squeezed, mirrored and sheared; some stand twice in one place.
@@ -229,13 +228,13 @@ impl Jumble {
 
 /// Hits of a world for rays, as bits: distance, surface, instance, and whether anything is nearer than each ray's
 /// limit.
-struct Ask<'a, W> {
-    world: &'a W,
+struct Ask<'a> {
+    world: &'a World,
     rays: &'a [Ray<f32>],
     limits: &'a [f32],
 }
 
-impl<W: World> Kernel for Ask<'_, W> {
+impl Kernel for Ask<'_> {
     type Output = Vec<(u32, u32, u32, bool)>;
 
     #[inline(always)]
@@ -273,13 +272,14 @@ impl<W: World> Kernel for Ask<'_, W> {
 /// How many of some rays a tree answers otherwise than trying everything does, and how many hit something.
 fn differences(
     jumble: &Jumble,
-    tree: &Union<Simple, Bvh>,
+    tree: &World,
     level: Level,
     rays: usize,
     stream: &mut Stream,
 ) -> (usize, usize) {
     let rays: Vec<_> = (0..rays).map(|_| jumble.ray(stream)).collect();
-    let truth: Vec<f32> = rays.iter().map(|ray| jumble.geometry.intersect(ray, true).t).collect();
+    let every = World::new(&jumble.surfaces, Finder::Simple);
+    let truth: Vec<f32> = rays.iter().map(|ray| every.intersect(ray, true).t).collect();
     let limits: Vec<f32> = truth
         .iter()
         .map(|&t| match stream.random_range(0..5) {
@@ -290,7 +290,7 @@ fn differences(
             _ => t.min(1e30) * stream.random_range(0.5..2.0),
         })
         .collect();
-    let simple = dispatch(Level::SCALAR, Ask { world: &jumble.geometry, rays: &rays, limits: &limits });
+    let simple = dispatch(Level::SCALAR, Ask { world: &every, rays: &rays, limits: &limits });
     let found = dispatch(level, Ask { world: tree, rays: &rays, limits: &limits });
     let hits = truth.iter().filter(|&&t| t < NOTHING).count();
     (found.iter().zip(&simple).filter(|(a, b)| a != b).count(), hits)
@@ -304,11 +304,11 @@ fn the_tree_answers_what_trying_everything_answers() {
     for i in 0..1000 {
         let jumble = jumble(stream);
         // Everything in the tree, or only meshes, which rays then look for as far as what they have met beside it.
-        let build = if (i / levels.len()).is_multiple_of(2) { Bvh::new } else { Bvh::of_meshes };
-        let tree = build(&jumble.geometry);
+        let treed = if (i / levels.len()).is_multiple_of(2) { Treed::Everything } else { Treed::Meshes };
+        let tree = World::with_tree_of(&jumble.surfaces, treed);
         let level = levels[i % levels.len()];
         let (wrong, some) = differences(&jumble, &tree, level, 1000, stream);
-        assert_eq!(wrong, 0, "scene {i}, {level}: {:?}", jumble.geometry);
+        assert_eq!(wrong, 0, "scene {i}, {level}: {:?}", jumble.surfaces);
         rays += 1000;
         hits += some;
     }
@@ -323,11 +323,13 @@ fn boxes_that_are_too_small_are_noticed() {
         let mut wrong = 0;
         for _ in 0..200 {
             let jumble = jumble(stream);
-            let tree = Bvh::with(
-                &jumble.geometry,
+            let (simple, tree) = Bvh::with(
+                &jumble.surfaces,
+                Treed::Everything,
                 |bounds| bounds.grown(-share).grown(-crate::shape::BOUNDS_ERROR),
                 1,
             );
+            let tree = World { simple, tree: Some(tree) };
             wrong += differences(&jumble, &tree, Level::SCALAR, 500, stream).0;
         }
         assert!(wrong > 20, "{wrong} wrong answers from boxes smaller by {share}");
@@ -340,8 +342,8 @@ fn shapes_that_no_box_holds_stay_beside_the_tree() {
     bounded.spheres.push((Sphere::new(DVec3::X * 3e38, 2e38), 0));
     bounded.spheres.push((Sphere::new(DVec3::X * 5.0, 1.0), 1));
     bounded.quads.push((Quad::new(DVec3::splat(3e38), DVec3::X * 3e38, DVec3::Y), 2));
-    let tree = Bvh::new(&Union { first: Simple::default(), second: bounded });
-    assert_eq!((tree.first.spheres.len(), tree.first.quads.len()), (1, 1));
+    let tree = World::new(&bounded, Finder::Bvh);
+    assert_eq!((tree.simple.spheres.len(), tree.simple.quads.len()), (1, 1));
     let ray = Ray { o: Vec3::zero(), d: Vec3::<f32>::splat([1.0, 0.0, 0.0]) };
     let hit = tree.intersect(&ray, true);
     assert_eq!((hit.t, hit.surface.0), (4.0, 1));
@@ -349,7 +351,7 @@ fn shapes_that_no_box_holds_stay_beside_the_tree() {
 
 #[test]
 fn a_tree_of_nothing_has_no_hits() {
-    let tree = Bvh::new(&Union { first: Simple::default(), second: Simple::default() });
+    let tree = World::new(&Simple::default(), Finder::Bvh);
     let ray = Ray { o: Vec3::zero(), d: Vec3::<f32>::splat([1.0, 0.0, 0.0]) };
     assert!(!tree.intersect(&ray, true).is_some() && !tree.occluded(&ray, NOTHING, true, false));
 }

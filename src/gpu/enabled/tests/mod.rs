@@ -30,8 +30,9 @@ use crate::integrator::{self, Integrator};
 use crate::render::{Order, Payload, Region, SampleBatch};
 use crate::sampling::warp::FilmOffset;
 use crate::scene::{RenderSettings, Scene};
-use crate::world::{CompiledScene, Finder, Geometry, compile_sharing};
+use crate::world::{CompiledScene, Finder, World, compile_sharing};
 use crossbeam_channel::{bounded, unbounded};
+use std::sync::Arc;
 
 /// What a few spheres, quads and planes ask of a program.
 const SIMPLE: Plan = Plan {
@@ -59,7 +60,7 @@ fn device() -> Option<Device> {
 /// A scene, compiled, with what a job borrows.
 struct Prepared {
     scene: CompiledScene,
-    geometry: Geometry,
+    world: Arc<World>,
     render: RenderSettings,
     offset: FilmOffset,
     splatter: Option<Splatter>,
@@ -70,24 +71,23 @@ impl Prepared {
     fn new(scene: &Scene, seed: u32) -> Prepared {
         let (width, height) = (scene.film.width, scene.film.height);
         // What stands twice is shared, however small.
-        let (compiled, geometry) = compile_sharing(scene, width, height, 0);
+        let (compiled, surfaces) = compile_sharing(scene, width, height, 0);
+        let world = Arc::new(World::new(&surfaces, Finder::Fastest));
         let render = RenderSettings { seed, ..scene.render.clone() };
         let offset = film_offset(&scene.film);
         let splatter = Weights::of(&scene.film).map(|weights| Splatter::new(weights, [0, 0]));
-        Prepared { scene: compiled, geometry, render, offset, splatter, whole: Region::whole(width, height) }
+        Prepared { scene: compiled, world, render, offset, splatter, whole: Region::whole(width, height) }
     }
 
     /// What the GPU renders, on the CPU.
     fn on_cpu(&self) -> Box<dyn Integrator> {
-        let (scene, geometry) = (self.scene.clone().into(), self.geometry.clone());
-        integrator::build(&self.render, self.offset, scene, geometry, Finder::Fastest)
+        integrator::build(&self.render, self.offset, self.scene.clone().into(), Arc::clone(&self.world))
     }
 
     fn job(&self) -> Job<'_> {
         Job {
             scene: &self.scene,
-            geometry: &self.geometry,
-            finder: Finder::Fastest,
+            world: &self.world,
             render: &self.render,
             offset: self.offset,
             region: self.whole,

@@ -177,10 +177,10 @@ fn random_numbers_have_the_same_bits() {
         assert_eq!(output[..4], random::pcg4d(input.map(Wrapping)).map(|w| w.0));
         let path = random::PathId::<f32> { pixel: Wrapping(input[0]), sample: Wrapping(input[1]) };
         let block = random::Block::LIGHT.at::<f32>(Wrapping(3));
-        let expected: [f32; 4] = random::Sampler::draw(&random::Independent { seed: 7 }, path, block);
+        let expected: [f32; 4] = random::Independent { seed: 7 }.draw(path, block);
         assert_eq!(output[4..8], expected.map(f32::to_bits));
         let block = random::Block::SCATTER.at::<f32>(Wrapping(input[2] & 255));
-        let expected: [f32; 4] = random::Sampler::draw(&Sobol { seed: 7 }, path, block);
+        let expected: [f32; 4] = Sobol { seed: 7 }.draw(path, block);
         assert_eq!(output[8..12], expected.map(f32::to_bits));
         let mut stream = Stream::new(7, input[0], input[1]);
         let expected: [f32; 10] = std::array::from_fn(|_| stream.random());

@@ -9,7 +9,7 @@ use crate::math::{Bounds, Ray, Vec3};
 use crate::sampling::{Stream, warp};
 use crate::scene::{Mesh, Scene};
 use crate::shape::NOTHING;
-use crate::world::{Bvh, FIRST_TRIANGLE, Hit, NO_INSTANCE, World};
+use crate::world::{FIRST_TRIANGLE, Hit, NO_INSTANCE};
 use glam::{DAffine3, DVec3};
 use rand::RngExt;
 use std::sync::Arc;
@@ -116,8 +116,7 @@ struct Seen {
 fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -> Seen {
     let prepared = Prepared::new(scene, 0);
     let surfaces = &prepared.scene.surfaces;
-    // It answers what trying everything does, to the bit, and sooner.
-    let world = Bvh::new(&prepared.geometry);
+    let world = &prepared.world;
     let mut seen = Seen::default();
     for (input, out) in rays.iter().zip(probe::<7, 17>(device, LINES, &bits(rays), tables)) {
         let [ox, oy, oz, dx, dy, dz, limit] = *input;
@@ -273,7 +272,7 @@ fn of_equal_distances_the_lower_number_counts() {
     for triangle in &mut tables.tree.triangles {
         triangle.number = most - (triangle.number & !FIRST_TRIANGLE);
     }
-    let world = Bvh::new(&prepared.geometry);
+    let world = &prepared.world;
     let mut ties = 0;
     let out = probe::<7, 17>(&device, LINES, &bits(&rays), &tables);
     for (ray, out) in rays.iter().zip(out) {

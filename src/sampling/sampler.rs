@@ -1,0 +1,40 @@
+//! The choice among sources of random numbers.
+
+use super::random::{Independent, PathId};
+use super::sobol::Sobol;
+use crate::math::Float;
+
+/// A source of numbers in [0, 1) for paths, chosen once per render.
+///
+/// The choice is a value and not a type: a draw serves a whole packet of paths, so that looking at the choice costs
+/// next to nothing, while a type would have every integrator compiled once for each source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampler {
+    /// Independent uniform numbers.
+    Independent(Independent),
+    /// Scrambled Sobol points.
+    Sobol(Sobol),
+}
+
+impl Sampler {
+    /// The four numbers of a block.
+    #[inline(always)]
+    pub fn draw<F: Float>(&self, path: PathId<F>, block: F::Uint) -> [F; 4] {
+        match self {
+            Sampler::Independent(independent) => independent.draw(path, block),
+            Sampler::Sobol(sobol) => sobol.draw(path, block),
+        }
+    }
+}
+
+impl From<Independent> for Sampler {
+    fn from(independent: Independent) -> Sampler {
+        Sampler::Independent(independent)
+    }
+}
+
+impl From<Sobol> for Sampler {
+    fn from(sobol: Sobol) -> Sampler {
+        Sampler::Sobol(sobol)
+    }
+}

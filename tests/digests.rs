@@ -1,0 +1,206 @@
+//! The bits of pictures stay as they are: a digest of every scene with every integrator and sampler.
+//!
+//! `tests/digests.txt` holds the digests. They do not prove that a picture is right, only that it has not changed;
+//! other tests hold pictures against mathematics and independent renderers. A change that alters bits on purpose runs
+//! `STRIDE_BLESS=1 cargo test --release --test digests` and says in its commit why they change.
+
+mod common;
+
+use common::scenes::*;
+use glam::DVec3;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
+use std::{env, fs};
+use stride::integrator::{FirstHit, Paths};
+use stride::math::lanes::Level;
+use stride::output::read_picture;
+use stride::render::Region;
+use stride::scene::{Integrator, Material, MaterialKind, Sampler, Scene, load};
+use stride::world::Finder;
+
+const INTEGRATORS: [(&str, Integrator); 3] =
+    [("path", Integrator::Path), ("path-naive", Integrator::PathNaive), ("whitted", Integrator::Whitted)];
+const SAMPLERS: [(&str, Sampler); 2] = [("sobol", Sampler::Sobol), ("independent", Sampler::Independent)];
+const WORLDS: [(&str, Finder); 2] = [("simple", Finder::Simple), ("bvh", Finder::Bvh)];
+const SIZE: [u32; 2] = [24, 18];
+const SAMPLES: u32 = 3;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The scene files of the repository, by name.
+fn scene_files() -> BTreeMap<String, PathBuf> {
+    let files =
+        fs::read_dir(root().join("scenes")).expect("scenes/").map(|entry| entry.expect("an entry").path());
+    let files = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    files.map(|path| (path.file_stem().unwrap().to_string_lossy().into_owned(), path)).collect()
+}
+
+/// Every scene of the repository, and scenes that have what those lack: crowds, shared meshes, lamps of triangles.
+fn scenes() -> Vec<(String, Scene)> {
+    let [width, height] = SIZE;
+    let files = scene_files().into_iter().map(|(name, path)| (name, load(&path).expect("a scene").scene));
+    let built = [("built: bazaar", bazaar(width, height)), ("built: meshes", mesh_room(width, height))];
+    files.chain(built.map(|(name, scene)| (name.to_owned(), scene))).collect()
+}
+
+/// Meshes with shading normals of every material, lit by a mesh and a point, with a thin lens.
+fn mesh_room(width: u32, height: u32) -> Scene {
+    let ball = |centre, radius, n, material| mesh(icosphere(centre, radius, n, true), material);
+    let entities = vec![
+        plane(DVec3::Z, -1.0, 4),
+        ball(v(5.0, -1.5, 0.0), 1.0, 4, 2),
+        ball(v(5.0, 1.2, -0.2), 0.8, 3, 1),
+        ball(v(3.5, 0.1, -0.5), 0.5, 2, 0),
+        mesh(icosphere(v(7.0, 0.3, 0.3), 0.9, 2, false), 3),
+        emitting(ball(v(4.0, 0.0, 2.2), 0.4, 2, 0), 6.0),
+    ];
+    let red = Material { name: "red".into(), kind: MaterialKind::Matte { reflectance: [0.8, 0.2, 0.1] } };
+    let materials =
+        vec![matte([0.7, 0.6, 0.5]), mirror([0.9, 0.8, 0.7]), glass(1.5), red, checkerboard(0, 3, 2.0)];
+    let mut all = scene(materials, entities);
+    all.lights = vec![point_light(v(3.0, 2.0, 3.0), 4.0)];
+    all.environment = [0.1, 0.2, 0.3];
+    all.camera.aperture_radius = 0.05;
+    all.camera.focus_distance = 5.0;
+    all.render.max_depth = 9;
+    sized(all, width, height)
+}
+
+/// A digest, short enough to read and long enough that no two pictures share one.
+fn digest(words: impl IntoIterator<Item = u32>) -> String {
+    let mut hash = Sha256::new();
+    words.into_iter().for_each(|word| hash.update(word.to_le_bytes()));
+    hash.finalize()[..12].iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// All samples and all first hits of a small picture at one level, in an order of their own.
+fn traced(scene: &Scene, finder: Finder, level: Level) -> [String; 2] {
+    let integrator = common::integrator_in(scene, finder);
+    let region = Region::whole(scene.film.width, scene.film.height);
+    let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
+    let paths = Paths { pixels: &pixels, first_sample: 5, samples: SAMPLES };
+    let (mut samples, mut hits) = (Vec::new(), Vec::new());
+    integrator.trace(level, &paths, &mut samples);
+    integrator.first_hits(level, &Paths { samples: 1, ..paths }, &mut hits);
+    let mut samples: Vec<_> = samples
+        .iter()
+        .map(|f| {
+            let [r, g, b] = f.sample.radiance.map(f32::to_bits);
+            [f.sample.pixel, f.sample.sample, f.sample.x.to_bits(), f.sample.y.to_bits(), r, g, b]
+        })
+        .collect();
+    samples.sort_unstable();
+    let hit = |hit: &FirstHit| {
+        let floats = [hit.albedo, hit.normal, hit.position, [hit.depth, hit.uv[0], hit.uv[1]]];
+        let floats = floats.into_iter().flatten().map(f32::to_bits);
+        [hit.slot, u32::from(hit.met), hit.entity, hit.material].into_iter().chain(floats).collect::<Vec<_>>()
+    };
+    [digest(samples.into_iter().flatten()), digest(hits.iter().flat_map(hit))]
+}
+
+/// The digests that are committed.
+static COMMITTED: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
+    let text = fs::read_to_string(root().join("tests/digests.txt")).unwrap_or_default();
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    lines.filter_map(|line| line.rsplit_once(": ")).map(|(k, v)| (k.to_owned(), v.to_owned())).collect()
+});
+
+/// Holds digests of one section against the committed ones, or replaces these.
+fn hold(section: &str, found: &BTreeMap<String, String>) {
+    let belongs = |key: &&String| key.starts_with(section);
+    if env::var_os("STRIDE_BLESS").is_some() {
+        let path = root().join("tests/digests.txt");
+        let mut all: BTreeMap<_, _> =
+            COMMITTED.iter().filter(|(key, _)| !belongs(key)).map(|(k, v)| (k.clone(), v.clone())).collect();
+        all.extend(found.clone());
+        let mut text = String::from("# Digests of pictures, kept by tests/digests.rs.\n");
+        all.iter().for_each(|(key, value)| {
+            let _ = writeln!(text, "{key}: {value}");
+        });
+        fs::write(path, text).expect("written");
+        return;
+    }
+    let committed: BTreeMap<_, _> = COMMITTED.iter().filter(|(key, _)| belongs(key)).collect();
+    let changed: Vec<_> = found.iter().filter(|(k, v)| committed.get(k).is_none_or(|old| old != v)).collect();
+    assert!(changed.is_empty(), "the bits of {} pictures have changed: {changed:#?}", changed.len());
+    let gone: Vec<_> = committed.keys().filter(|key| !found.contains_key(key.as_str())).collect();
+    assert!(gone.is_empty(), "pictures that are no longer made: {gone:#?}");
+}
+
+#[test]
+fn samples_keep_their_bits_at_every_level_in_every_world() {
+    let mut found = BTreeMap::new();
+    for (name, mut scene) in scenes() {
+        [scene.film.width, scene.film.height] = SIZE;
+        for (integrator_name, integrator) in INTEGRATORS {
+            for (sampler_name, sampler) in SAMPLERS {
+                (scene.render.integrator, scene.render.sampler) = (integrator, sampler);
+                let key = format!("samples, {name}, {integrator_name}, {sampler_name}");
+                let [samples, hits] = traced(&scene, Finder::Simple, Level::available()[0]);
+                for (world, finder) in WORLDS {
+                    for level in Level::available() {
+                        let other = traced(&scene, finder, level);
+                        assert_eq!(other, [samples.clone(), hits.clone()], "{key}, {world}, {level}");
+                    }
+                }
+                found.insert(key.clone(), samples);
+                found.insert(key.replace("samples, ", "samples, first hits, "), hits);
+            }
+        }
+    }
+    hold("samples, ", &found);
+}
+
+#[test]
+fn pictures_of_the_program_keep_their_bits_for_any_number_of_threads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut found = BTreeMap::new();
+    for (name, path) in scene_files() {
+        for (integrator, _) in INTEGRATORS {
+            let key = format!("pictures, {name}, {integrator}");
+            for threads in ["1", "2", "3", "7"] {
+                let out = folder.path().join("picture.exr");
+                let [width, height] = SIZE;
+                let ran = Command::new(env!("CARGO_BIN_EXE_stride"))
+                    .arg("render")
+                    .arg(&path)
+                    .args(["--headless", "--quiet", "--spp", "3", "--threads", threads])
+                    .args(["--integrator", integrator, "--size", &format!("{width}x{height}"), "-o"])
+                    .arg(&out)
+                    .output()
+                    .expect("the program runs");
+                // Not every scene suits every integrator: `whitted` takes no unlimited depth.
+                if !ran.status.success() {
+                    let error = String::from_utf8_lossy(&ran.stderr).into_owned();
+                    assert!(error.contains("whitted"), "{key}: {error}");
+                    continue;
+                }
+                let (_, picture) = read_picture(&out).expect("a picture");
+                let bits = digest(picture.rgb.iter().flatten().map(|x| x.to_bits()));
+                let before = found.insert(key.clone(), bits.clone());
+                assert!(before.is_none_or(|before| before == bits), "{key}: {threads} threads");
+            }
+        }
+    }
+    hold("pictures, ", &found);
+}
+
+#[test]
+fn a_picture_that_differs_in_one_bit_has_another_digest() {
+    let mut scene = cover(8, 6);
+    let before = traced(&scene, Finder::Simple, Level::available()[0]);
+    scene.environment[2] = f64::from(f32::from_bits(1));
+    scene.entities.truncate(1);
+    let after = traced(&scene, Finder::Simple, Level::available()[0]);
+    assert!(before != after);
+    assert!(digest([1, 2, 3]) != digest([1, 2, 2]));
+}

@@ -3,10 +3,13 @@
 # what the accumulator has to do, and the error at equal samples. Run on a quiet machine, after cargo build --release.
 #
 #   benches/filters.sh [rounds]
+#   benches/filters.sh --try        small pictures and few samples: shows that the script works
 set -euo pipefail
+shopt -s inherit_errexit
 cd "$(dirname "$0")/.."
 stride=${STRIDE:-target/release/stride}
-rounds=${1:-5}
+try= rounds=${1:-5} converged=4096
+if [ "$rounds" = --try ]; then try=1 rounds=1 converged=16; fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
@@ -19,6 +22,7 @@ median() { sort -g | awk '{ a[NR] = $1 } END { print (NR % 2) ? a[(NR + 1) / 2] 
 # Rounds go through all films, so that a slow minute falls on each of them.
 cost() {
     local scene=$1 integrator=$2 spp=$3
+    if [ -n "$try" ]; then spp=2; fi
     printf '\n%s, %s, two threads, %s samples a pixel, median of %s rounds\n' "$scene" "$integrator" "$spp" "$rounds"
     for ((round = 0; round < rounds; round++)); do
         for film in "${films[@]}"; do
@@ -44,12 +48,13 @@ cost() {
 
 error() {
     local scene=$1 spp=$2 size=$3
-    printf '\n%s at %s, %s samples a pixel: noise (√relMSE without the worst 0.5%%) against 4096 samples with the same filter\n' \
-        "$scene" "$size" "$spp"
+    if [ -n "$try" ]; then spp=4 size=24x18; fi
+    printf '\n%s at %s, %s samples a pixel: noise (√relMSE without the worst 0.5%%) against %s samples with the same filter\n' \
+        "$scene" "$size" "$spp" "$converged"
     for film in "${films[@]}" "gaussian importance" "blackman-harris importance"; do
         read -r filter mode <<<"$film"
         for seed in 1 2; do
-            [ $seed = 1 ] && n=$spp || n=4096
+            [ $seed = 1 ] && n=$spp || n=$converged
             "$stride" render "scenes/$scene.toml" --spp "$n" --size "$size" --seed $seed -q --headless \
                 --filter "$filter" --film-mode "$mode" -o "$folder/$seed.exr"
         done

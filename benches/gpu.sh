@@ -16,6 +16,7 @@
 #   benches/gpu.sh --device NAME   on the adapter whose name contains NAME
 #   benches/gpu.sh --try           short and small, on whatever adapter there is: shows that the script works
 set -euo pipefail
+shopt -s inherit_errexit
 cd "$(dirname "$0")/.."
 
 name="" size=1920x1080 seconds=10 repeats=3 spp=16 squares=330 plot=docs/threads.svg try=
@@ -32,8 +33,9 @@ stats=$(mktemp)
 scratch=$(mktemp -d)
 trap 'rm -rf "$stats" "$scratch"' EXIT
 
-cargo build --release --quiet
-stride=target/release/stride
+# The program that is measured, if it is built already.
+if [ -z "${STRIDE:-}" ]; then cargo build --release --quiet; fi
+stride=${STRIDE:-target/release/stride}
 "$stride" info --devices
 if [ -z "$try" ] && ! "$stride" info --devices | grep -Eq '^  kind +(discrete|integrated|virtual) GPU'; then
     echo "there is no GPU here, only software at best: nothing to measure (--try shows that the script works)" >&2

@@ -5,10 +5,13 @@
 # may be.
 #
 #   benches/noise.sh [size]
+#   benches/noise.sh --try        small pictures and large errors: shows that the script works
 set -euo pipefail
+shopt -s inherit_errexit
 cd "$(dirname "$0")/.."
 stride=${STRIDE:-target/release/stride}
-size=${1:-320x240}
+try= size=${1:-320x240}
+if [ "$size" = --try ]; then try=1 size=24x18; fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
@@ -16,6 +19,7 @@ field() { sed -n "s/^ *\"$1\": \([0-9.e-]*\).*/\1/p" "$folder/a.json"; }
 
 # Arguments: scene, filter, mode, converged samples, errors to ask for.
 promise() {
+    if [ -n "$try" ]; then set -- "$1" "$2" "$3" 64 0.5; fi
     local scene=$1 converged=$4 film=(--filter "$2" --film-mode "$3" --size "$size" -q --headless)
     "$stride" render "scenes/$scene.toml" "${film[@]}" --spp "$converged" --seed 777 -o "$folder/converged.exr"
     for asked in "${@:5}"; do

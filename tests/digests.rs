@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::LazyLock;
+use std::sync::Mutex;
 use std::{env, fs};
 use stride::integrator::{FirstHit, Paths};
 use stride::math::lanes::Level;
@@ -108,20 +108,23 @@ fn traced(scene: &Scene, finder: Finder, level: Level) -> [String; 2] {
 }
 
 /// The digests that are committed.
-static COMMITTED: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| {
+fn committed() -> BTreeMap<String, String> {
     let text = fs::read_to_string(root().join("tests/digests.txt")).unwrap_or_default();
     let lines = text.lines().filter(|line| !line.starts_with('#'));
     lines.filter_map(|line| line.rsplit_once(": ")).map(|(k, v)| (k.to_owned(), v.to_owned())).collect()
-});
+}
+
+/// Sections are replaced one at a time.
+static FILE: Mutex<()> = Mutex::new(());
 
 /// Holds digests of one section against the committed ones, or replaces these.
 fn hold(section: &str, found: &BTreeMap<String, String>) {
-    let belongs = |key: &&String| key.starts_with(section);
+    let _file = FILE.lock();
+    let (before, others): (BTreeMap<_, _>, BTreeMap<_, _>) =
+        committed().into_iter().partition(|(key, _)| key.starts_with(section));
     if env::var_os("STRIDE_BLESS").is_some() {
         let path = root().join("tests/digests.txt");
-        let mut all: BTreeMap<_, _> =
-            COMMITTED.iter().filter(|(key, _)| !belongs(key)).map(|(k, v)| (k.clone(), v.clone())).collect();
-        all.extend(found.clone());
+        let all: BTreeMap<_, _> = others.into_iter().chain(found.clone()).collect();
         let mut text = String::from("# Digests of pictures, kept by tests/digests.rs.\n");
         all.iter().for_each(|(key, value)| {
             let _ = writeln!(text, "{key}: {value}");
@@ -129,10 +132,9 @@ fn hold(section: &str, found: &BTreeMap<String, String>) {
         fs::write(path, text).expect("written");
         return;
     }
-    let committed: BTreeMap<_, _> = COMMITTED.iter().filter(|(key, _)| belongs(key)).collect();
-    let changed: Vec<_> = found.iter().filter(|(k, v)| committed.get(k).is_none_or(|old| old != v)).collect();
+    let changed: Vec<_> = found.iter().filter(|(key, value)| before.get(*key) != Some(value)).collect();
     assert!(changed.is_empty(), "the bits of {} pictures have changed: {changed:#?}", changed.len());
-    let gone: Vec<_> = committed.keys().filter(|key| !found.contains_key(key.as_str())).collect();
+    let gone: Vec<_> = before.keys().filter(|key| !found.contains_key(*key)).collect();
     assert!(gone.is_empty(), "pictures that are no longer made: {gone:#?}");
 }
 

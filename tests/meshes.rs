@@ -251,7 +251,8 @@ fn transforms_place_meshes_and_mirrors_keep_outward_outward() {
     let matrix = DAffine3::from_translation(v(5.0, 0.0, 0.0)) * DAffine3::from_scale(v(1.0, 1.0, -2.0));
     let ball = icosphere(DVec3::ZERO, 1.0, 6, true);
     let placed = entity(Shape::Mesh { mesh: Arc::new(ball), transform: matrix }, 0);
-    let (tables, world) = compile(&scene(vec![matte([0.5; 3])], vec![placed]), 16, 16);
+    let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![placed]), 16, 16);
+    let world = World::new(&surfaces, Finder::Simple);
     for (o, d, t) in [
         (DVec3::ZERO, DVec3::X, 4.0),
         (v(5.0, 0.0, 9.0), DVec3::NEG_Z, 7.0),
@@ -319,7 +320,8 @@ fn a_lamp_that_bulges_is_not_in_its_own_way() {
     let stream = &mut Stream::new(35, 0, 0);
     // Whether it is said to bulge, and how many of its samples it hides in truth.
     let mut tried = |entities: Vec<Entity>| {
-        let (tables, world) = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16);
+        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16);
+        let world = World::new(&surfaces, Finder::Simple);
         let (mut said, mut asked, mut hidden) = (true, 0, 0);
         for _ in 0..50_000 {
             let p = narrow(direction(stream) * stream.random_range(2.2..20.0) + v(0.3, 0.2, 0.1));

@@ -110,16 +110,22 @@ fn one_sign<F: Float>(u: F, v: F, w: F) -> F::Mask {
 /// errors, each exact (Dekker 1971). Its sign is the true one, and turns when the products change places.
 #[inline(always)]
 fn exact_difference<F: Float>([a, b]: [F; 2], [c, d]: [F; 2]) -> F {
-    let halves = |x: F| {
-        let big = x * F::splat(4097.0);
-        let high = big - (big - x);
-        (high, x - high)
-    };
-    let error = |x: F, y: F| {
-        let ((xh, xl), (yh, yl)) = (halves(x), halves(y));
-        ((xh * yh - x * y) + xh * yl + xl * yh) + xl * yl
-    };
-    error(a, b) - error(c, d)
+    product_error(a, b) - product_error(c, d)
+}
+
+/// x·y less the number that it rounds to.
+#[inline(always)]
+fn product_error<F: Float>(x: F, y: F) -> F {
+    let ((xh, xl), (yh, yl)) = (halves(x), halves(y));
+    ((xh * yh - x * y) + xh * yl + xl * yh) + xl * yl
+}
+
+/// A number as the sum of two of half as many digits.
+#[inline(always)]
+fn halves<F: Float>(x: F) -> (F, F) {
+    let big = x * F::splat(4097.0);
+    let high = big - (big - x);
+    (high, x - high)
 }
 
 impl<F: Float> Sheared<F> {

@@ -48,15 +48,20 @@ fn numbers(transform: &DAffine3) -> Option<[f32; NUMBERS]> {
     sound.then_some(all)
 }
 
+/// Three numbers of a table, from the `i`th on.
+#[inline(always)]
+fn row<F: Float>(number: &impl Fn(usize) -> F, i: usize) -> Vec3<F> {
+    Vec3::new(number(i), number(i + 1), number(i + 2))
+}
+
 impl<F: Float> Place<F> {
     /// From a table's numbers, which `number` looks up.
     #[inline(always)]
     fn new(number: impl Fn(usize) -> F) -> Self {
-        let row = |i: usize| Vec3::new(number(i), number(i + 1), number(i + 2));
         Place {
-            to_world: [row(0), row(3), row(6)],
-            to_mesh: [row(9), row(12), row(15)],
-            origin: row(18),
+            to_world: [row(&number, 0), row(&number, 3), row(&number, 6)],
+            to_mesh: [row(&number, 9), row(&number, 12), row(&number, 15)],
+            origin: row(&number, 18),
             stretch: number(21),
             condition: number(22),
         }

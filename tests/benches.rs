@@ -1,0 +1,46 @@
+//! The benchmarks that are shell scripts still run: their command lines are those of the program.
+//!
+//! What they print is too small and too short to mean anything here, and nothing is read from it but that it is there.
+
+use std::path::Path;
+use std::process::Command;
+
+/// Runs a script of `benches/` in its shortest form and returns what it printed.
+fn tried(script: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let ran = Command::new("bash")
+        .arg(root.join("benches").join(script))
+        .arg("--try")
+        .env("STRIDE", env!("CARGO_BIN_EXE_stride"))
+        .output()
+        .expect("bash runs");
+    let (out, error) = (String::from_utf8_lossy(&ran.stdout), String::from_utf8_lossy(&ran.stderr));
+    assert!(ran.status.success(), "{script}: {}\n{out}\n{error}", ran.status);
+    out.into_owned()
+}
+
+#[test]
+fn the_filters_benchmark_runs() {
+    let out = tried("filters.sh");
+    assert_eq!(out.matches("cost over box").count(), 16, "{out}");
+    assert!(out.contains("blackman-harris  importance"), "{out}");
+}
+
+#[test]
+fn the_noise_benchmark_runs() {
+    let out = tried("noise.sh");
+    assert_eq!(out.matches(" of it, ").count(), 15, "{out}");
+}
+
+#[test]
+fn the_gpu_benchmark_runs() {
+    let devices = Command::new(env!("CARGO_BIN_EXE_stride")).args(["info", "--devices"]).output();
+    let devices = String::from_utf8_lossy(&devices.expect("the program runs").stdout).into_owned();
+    if !devices.lines().any(|line| line.trim_start().starts_with("kind ")) {
+        assert!(std::env::var("STRIDE_REQUIRE_ALL").as_deref() != Ok("1"), "there is no adapter: {devices}");
+        println!("skipped: no GPU adapter");
+        return;
+    }
+    let out = tried("gpu.sh");
+    assert!(out.contains("5. mesh, path"), "{out}");
+}

@@ -1,0 +1,72 @@
+//! Code on a path is compiled with the instructions of its SIMD level.
+//!
+//! A function or closure that is not inlined into the level's entry point is compiled for the baseline processor
+//! instead, where each intrinsic becomes a call: a kernel has been seven times slower for one such closure, with the
+//! same picture. The program's disassembly shows these calls.
+
+use std::collections::BTreeSet;
+use std::env;
+use std::process::Command;
+
+/// The functions of this crate in a disassembly that call an AVX intrinsic instead of being compiled to it.
+fn calls_of_intrinsics<'l>(lines: impl Iterator<Item = &'l str>) -> BTreeSet<String> {
+    let mut function = String::new();
+    let mut found = BTreeSet::new();
+    for line in lines {
+        if let Some(name) = line.strip_suffix(">:").and_then(|line| line.split_once('<')) {
+            name.1.clone_into(&mut function);
+        } else if line.contains("core_arch") && line.contains("avx") && function.contains("stride") {
+            // Calls, and jumps at a function's end; not the intrinsics themselves.
+            let callee = line.rsplit_once('<').map_or(line, |(_, name)| name.trim_end_matches('>'));
+            if !function.contains("core_arch") {
+                found.insert(format!("{function} calls {callee}"));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn no_intrinsic_is_called() {
+    let disassembly = Command::new("objdump")
+        .args(["--disassemble", "--demangle", "--no-show-raw-insn"])
+        .arg(env!("CARGO_BIN_EXE_stride"))
+        .output();
+    let Ok(disassembly) = disassembly else {
+        assert!(env::var("STRIDE_REQUIRE_ALL").as_deref() != Ok("1"), "there is no objdump");
+        println!("skipped: there is no objdump (Debian's package binutils)");
+        return;
+    };
+    if !cfg!(target_arch = "x86_64") {
+        println!("skipped: only x86-64 has levels with intrinsics");
+        return;
+    }
+    assert!(disassembly.status.success(), "{}", String::from_utf8_lossy(&disassembly.stderr));
+    let text = String::from_utf8_lossy(&disassembly.stdout);
+    for entry in ["run_avx2", "run_avx512"] {
+        assert!(text.contains(entry), "no kernel of {entry} is to be seen: are there symbols?");
+    }
+    let found = calls_of_intrinsics(text.lines());
+    assert!(
+        found.is_empty(),
+        "compiled without their level's instructions (mark them #[inline(always)]): {found:#?}"
+    );
+}
+
+/// Negative control.
+#[test]
+fn a_call_of_an_intrinsic_is_found() {
+    let listing = "
+00000000003f4a30 <core::core_arch::x86::avx::_mm256_add_ps>:
+  3f4a30:	vaddps (%rsi),%ymm0,%ymm0
+0000000000560000 <stride::math::lanes::level::run_avx2>:
+  560010:	call   561000 <stride::shape::triangle::exact_difference::{{closure}}>
+0000000000561000 <stride::shape::triangle::exact_difference::{{closure}}>:
+  561010:	call   3f4a30 <core::core_arch::x86::avx::_mm256_add_ps>
+0000000000562000 <memchr::arch::x86_64::avx2::memchr::One::rfind_raw>:
+  562010:	call   3f4a30 <core::core_arch::x86::avx2::_mm256_cmpeq_epi8>
+";
+    let found = calls_of_intrinsics(listing.lines());
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found.first().is_some_and(|call| call.contains("exact_difference")), "{found:?}");
+}

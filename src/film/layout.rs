@@ -1,7 +1,9 @@
 //! What a film's words are, and which pixels become the picture.
 
-use super::Film;
 use super::spread::SpreadPixel;
+
+/// Bytes that a pixel takes, but for what a variance takes beside them where samples are weighed.
+pub(super) const BYTES_PER_PIXEL: u64 = 64;
 
 /// Some columns of some rows of a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +65,7 @@ impl Layout {
 
     /// Bytes that a pixel's words take.
     pub fn pixel_bytes(&self) -> u64 {
-        Film::BYTES_PER_PIXEL + if self.spreads { SpreadPixel::BYTES as u64 } else { 0 }
+        BYTES_PER_PIXEL + if self.spreads { SpreadPixel::BYTES as u64 } else { 0 }
     }
 
     /// The same without what only a variance takes.

@@ -6,6 +6,7 @@ pub mod cryptomatte;
 pub mod develop;
 pub mod file;
 pub mod filter;
+pub mod fixed;
 pub mod flip;
 pub mod holding;
 pub mod identity;

@@ -5,16 +5,14 @@
 //! one sum over the other. Workers add up a *band* of some rows at a time, in 64-bit words, and send it; the film
 //! adds bands to wider words.
 
+use super::Rectangle;
+use super::fixed::{MAGIC, SCALE, TAP_BITS, WEIGHT_BITS, round_large, round_small};
 use super::spread::{self, LOW_BITS, Spreads, squared};
-use super::sums::{Film, MAGIC, Reject, check, fits, round_large, round_small};
-use super::weights::{MOST_TAPS, TAP_BITS, Weights, taps, with_width};
-use super::{Rectangle, sums};
+use super::sums::{Film, Reject, check, fits};
+use super::weights::{MOST_TAPS, Weights, taps, with_width};
 use crate::integrator::{Finished, Sample};
 use crate::math::Float;
 use crate::math::lanes::{Kernel, Level, dispatch};
-
-/// Bits behind the binary point of a pixel's weight.
-pub const WEIGHT_BITS: u32 = 2 * TAP_BITS;
 
 /// The largest band, in bytes. A worker fills one and has sent two at most that nobody has taken yet.
 pub const BAND_BYTES: usize = 3 << 20;
@@ -234,9 +232,9 @@ impl Add<'_> {
             let (row, down) = taps::<N>(rows, shift, y);
             let [r, g, b] = radiance;
             let sample = [
-                f64::from(r) * sums::SCALE,
-                f64::from(g) * sums::SCALE,
-                f64::from(b) * sums::SCALE,
+                f64::from(r) * SCALE,
+                f64::from(g) * SCALE,
+                f64::from(b) * SCALE,
                 (1_u32 << WEIGHT_BITS) as f64,
             ];
             // All products are exact. Written as plain arrays, they become whole registers.
@@ -277,7 +275,7 @@ impl Add<'_> {
             }
             let (column, across) = taps::<N>(rows, shift, *x);
             let (row, down) = taps::<N>(rows, shift, *y);
-            let [r, g, b] = radiance.map(|c| f64::from(c) * sums::SCALE);
+            let [r, g, b] = radiance.map(|c| f64::from(c) * SCALE);
             let (one, square) = ((1_u32 << WEIGHT_BITS) as f64, spread::scaled_square(*radiance));
             // All of these are exact, and what a square is multiplied with is, too. Written as plain arrays, they become
             // whole registers.
@@ -359,7 +357,7 @@ impl Film {
             [look(0, sample.x), look(1, sample.y)]
         });
         let (width, height) = (i64::from(self.width()), i64::from(self.height()));
-        let scaled = sample.radiance.map(|c| f64::from(c) * sums::SCALE * (TAP * TAP));
+        let scaled = sample.radiance.map(|c| f64::from(c) * SCALE * (TAP * TAP));
         let square = spread::scaled_square(sample.radiance);
         for (y, down) in (row..).zip(all[1]) {
             for (x, across) in (column..).zip(all[0]) {

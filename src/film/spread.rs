@@ -8,8 +8,7 @@
 //! w² is the product of two squared taps, each rounded to a multiple of 2⁻¹⁴ like the taps themselves, so that its product
 //! with a radiance is as exact. That it is the same w² in all three sums keeps the variance from falling below zero.
 
-use super::sums::{FRACTION_BITS, QUANTUM};
-use super::weights::TAP_BITS;
+use super::fixed::{FRACTION_BITS, QUANTUM, TAP_BITS};
 use std::ops::Range;
 
 /// Bits behind the binary point of w² |L|²: dark pictures have small squares.

@@ -4,18 +4,10 @@
 //! addition. Integers commute, so the picture does not depend on the order in which samples arrive, and
 //! films of disjoint samples merge exactly.
 
-use super::splat::WEIGHT_BITS;
+use super::fixed::{QUANTUM, SCALE, WEIGHT_BITS, round_small};
+use super::layout::BYTES_PER_PIXEL;
 use super::spread::SpreadPixel;
 use super::{Layout, Picture};
-
-/// Bits behind the binary point of every sum: radiance in multiples of 2⁻³², squares in multiples of 2⁻³²
-/// of their own unit.
-pub const FRACTION_BITS: u32 = 32;
-
-pub(super) const SCALE: f64 = (1_u64 << FRACTION_BITS) as f64;
-
-/// The rounding unit of radiance.
-pub const QUANTUM: f64 = 1.0 / SCALE;
 
 /// The largest radiance that a film takes.
 pub const MAX_RADIANCE: f32 = 1_073_741_824.0;
@@ -52,22 +44,6 @@ pub fn check(radiance: [f32; 3]) -> Result<(), Reject> {
     } else {
         Err(Reject::Negative)
     }
-}
-
-/// 1.5·2⁵².
-pub(super) const MAGIC: f64 = 6_755_399_441_055_744.0;
-
-/// Rounds to the nearest integer, ties to even, for |x| < 2⁵¹: in that range adding 1.5·2⁵² leaves the
-/// integer in the low bits of the sum, on every processor and without a call.
-#[inline(always)]
-pub(super) fn round_small(x: f64) -> i64 {
-    (x + MAGIC).to_bits() as i64 - MAGIC.to_bits() as i64
-}
-
-/// The same for |x| < 2⁶³.
-#[inline]
-pub(super) fn round_large(x: f64) -> i64 {
-    if x.abs() < 1e15 { round_small(x) } else { x.round_ties_even() as i64 }
 }
 
 /// The square of a radiance that sums carry, r² + g² + b², scaled and rounded half up to an integer: at
@@ -269,10 +245,9 @@ pub struct Film {
     pub(super) spreads: Vec<SpreadPixel>,
 }
 
-impl Film {
-    /// Bytes that a pixel takes, but for what a variance takes beside them where samples are weighed.
-    pub const BYTES_PER_PIXEL: u64 = size_of::<FilmPixel>() as u64;
+const _: () = assert!(size_of::<FilmPixel>() as u64 == BYTES_PER_PIXEL);
 
+impl Film {
     /// Bytes that a render of such a film needs: the sums, a picture of them, and who owns each pixel.
     pub fn memory(layout: &Layout) -> u64 {
         layout.len() * (layout.pixel_bytes() + 12 + 4)

@@ -10,10 +10,9 @@
 //! of a double makes the product of a radiance and two taps exact.
 
 use super::filter::profile;
+use super::fixed::{TAP_BITS, round_small};
 use crate::scene::{FilmMode, FilmSettings, Filter};
 
-/// Bits behind the binary point of a tap.
-pub const TAP_BITS: u32 = 14;
 /// Bits of a position between two pixels.
 pub const POSITION_BITS: u32 = 16;
 /// Bits of them that look up a row of the table; the others interpolate to the next.
@@ -100,7 +99,7 @@ impl Weights {
 pub(super) fn taps<const N: usize>(rows: &[[i32; N]; ROWS], shift: f64, at: f32) -> (i64, [i32; N]) {
     const FRACTION: i64 = (1 << POSITION_BITS) - 1;
     const WITHIN: u32 = POSITION_BITS - CELL_BITS;
-    let position = super::sums::round_small((f64::from(at) + shift) * (1_u32 << POSITION_BITS) as f64);
+    let position = round_small((f64::from(at) + shift) * (1_u32 << POSITION_BITS) as f64);
     let between = (position & FRACTION) as usize;
     let (cell, part) = (between >> WITHIN, (between & ((1 << WITHIN) - 1)) as i32);
     let (from, to) = (&rows[cell], &rows[cell + 1]);

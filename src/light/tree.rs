@@ -1,6 +1,7 @@
 //! Which light to ask: a tree of lights, descended by what each branch contributes.
 
 mod build;
+mod group;
 mod importance;
 mod node;
 mod shares;

@@ -4,7 +4,7 @@
 //! away from the surface: `wo` towards where light goes, `wi` towards where it comes from. Densities are
 //! by solid angle.
 
-use super::Kind;
+use super::kind::Kind;
 use crate::math::{Float, Mask, Rgb, Uint, Vec3};
 use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;

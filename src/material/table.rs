@@ -1,24 +1,8 @@
 //! A scene's materials as tables, from which lanes look up their BxDFs.
 
-use super::Bsdf;
+use super::bxdf::Bsdf;
+use super::kind::Kind;
 use crate::math::{Float, Mask, Rgb, Uint};
-
-/// What a material is; the numbers are those of the GPU's `switch`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Kind {
-    /// [`super::Lambertian`].
-    Matte = 0,
-    /// [`super::Mirror`].
-    Mirror = 1,
-    /// [`super::Dielectric`].
-    Glass = 2,
-    /// Chooses one of two other materials.
-    Checkerboard = 3,
-    /// Returns values that no sample may have.
-    #[cfg(feature = "broken-material")]
-    Broken = 4,
-}
 
 /// One material.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,7 +11,7 @@ use ::exr::image::{AnyChannel, AnyChannels, Blocks, FlatSamples};
 use ::exr::meta::attribute::{AttributeValue, Chromaticities, LineOrder, Text};
 use ::exr::prelude::{Encoding, Image, IntegerBounds, Layer, LayerAttributes, MetaData, Vec2, WritableImage};
 
-use super::picture::PictureOptions;
+use super::options::PictureOptions;
 use crate::film::cryptomatte::{self, Names};
 use crate::film::{Identity, Picture};
 
@@ -153,8 +153,9 @@ mod tests {
 
     use super::*;
     use crate::film::Channel;
+    use crate::output::options::Crop;
+    use crate::output::picture::Format;
     use crate::output::picture::tests::{SIZES, bytes, speckle};
-    use crate::output::picture::{Crop, Format};
 
     fn decode(file: &[u8]) -> Picture {
         let image = read()

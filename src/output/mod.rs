@@ -20,6 +20,7 @@ pub mod film;
 pub mod hdr;
 pub mod human;
 pub mod npy;
+pub mod options;
 pub mod overlay;
 pub mod patience;
 pub mod picture;
@@ -33,11 +34,10 @@ pub mod window;
 pub use error::OutputError;
 pub use film::{FilmError, FilmFile, FilmSink, open_film, write_film};
 pub use npy::SampleDump;
+pub use options::{Crop, PictureOptions};
 pub use overlay::{owner_overlay, write_owner_overlay};
 pub use patience::Patience;
-pub use picture::{
-    Crop, Format, PictureOptions, check_writable, numbered_path, suffixed_path, write_picture,
-};
+pub use picture::{Format, check_writable, numbered_path, suffixed_path, write_picture};
 pub use progress::{Progress, Reporter};
 pub use read::{ReadError, read_picture};
 pub use tev::{Tev, TevError};

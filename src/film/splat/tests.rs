@@ -146,8 +146,8 @@ fn the_fullest_bands_fit() {
         let sum: u32 = (0..width).map(most).sum();
         assert!(f64::from(sum) < 3.0 * f64::from(1 << (TAP_BITS + 8)), "{filter}: {sum}");
     }
-    assert!(9.0 * f64::from(MAX_COUNT) * f64::from(MAX_SUMMED) * sums::SCALE < 2.0_f64.powi(63));
-    assert!(f64::from(MAX_SUMMED) * sums::SCALE < 2.0_f64.powi(51), "roundings are right that far");
+    assert!(9.0 * f64::from(MAX_COUNT) * f64::from(MAX_SUMMED) * SCALE < 2.0_f64.powi(63));
+    assert!(f64::from(MAX_SUMMED) * SCALE < 2.0_f64.powi(51), "roundings are right that far");
 }
 
 /// Black samples on an even grid all over the film, and one of radiance 1.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::film::fixed::FRACTION_BITS;
 use crate::sampling::Stream;
 use rand::RngExt;
 
@@ -53,11 +54,6 @@ fn radiance(stream: &mut Stream, brightest: f32) -> [f32; 3] {
 
 fn film() -> Film {
     Film::new(2, 1).unwrap()
-}
-
-#[test]
-fn a_pixel_takes_64_bytes() {
-    assert_eq!(Film::BYTES_PER_PIXEL, 64);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! How the tree is built: by twos first, then two levels and more are made one.
 
+use super::group::{Below, Group};
 use super::node::{LEAF, Node, WIDTH};
 use super::shares::Shares;
 use crate::light::bounds::{LightBounds, distance2};
@@ -13,25 +14,6 @@ const FAR: f64 = 2.0;
 /// the tree have used up some of its bits, what is left of it leads to fewer places, evenly spread: a light that
 /// comes up less than once in 2²⁴ may not be asked from a given point, as in any tree.
 const UNITS: f64 = 8_388_608.0;
-
-/// Lights that stay together.
-pub(super) struct Group {
-    pub(super) bounds: LightBounds,
-    /// See [`Node::far2`].
-    pub(super) far2: f32,
-    pub(super) units: u32,
-    pub(super) first_unit: u32,
-    /// Where its lights begin in the order of the tree.
-    pub(super) first: u32,
-    lights: u32,
-    below: Below,
-}
-
-enum Below {
-    Light(u32),
-    /// The indices of two groups.
-    Two(usize, usize),
-}
 
 /// A tree of groups, the largest one last, and its lights in order.
 #[derive(Default)]

@@ -1,6 +1,6 @@
 //! Nodes of eight children.
 
-use super::build::Group;
+use super::group::Group;
 use crate::math::{Float, Mask, Uint, Vec3};
 
 /// Children of a node at most.

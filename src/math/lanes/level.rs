@@ -1,6 +1,6 @@
 //! Which lanes this processor has, and the one place where they are chosen.
 
-use super::Float;
+use super::Kernel;
 use std::{env, fmt, str::FromStr};
 
 /// How wide the lanes are. All levels give the same bits; a wider one is faster.
@@ -82,15 +82,6 @@ impl FromStr for Level {
         let found = Level::available().into_iter().find(|level| level.to_string() == word);
         found.ok_or_else(|| UnknownLevel(word.to_owned()))
     }
-}
-
-/// A program that is compiled once for each level.
-pub trait Kernel {
-    /// What the program gives back.
-    type Output;
-    /// The program. Mark it, and all that it calls for each lane, `#[inline(always)]`: only code that is
-    /// inlined into the level's entry point is compiled with the level's instructions.
-    fn run<F: Float>(self) -> Self::Output;
 }
 
 /// Runs a program with a level's lanes.

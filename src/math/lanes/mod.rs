@@ -19,7 +19,7 @@ pub mod scalar;
 #[cfg(test)]
 mod tests;
 
-pub use level::{Kernel, Level, UnknownLevel, dispatch};
+pub use level::{Level, UnknownLevel, dispatch};
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
@@ -193,3 +193,12 @@ pub trait Float:
 
 /// The most lanes that any level has.
 pub const MAX_LANES: usize = 16;
+
+/// A program that is compiled once for each level.
+pub trait Kernel {
+    /// What the program gives back.
+    type Output;
+    /// The program. Mark it, and all that it calls for each lane, `#[inline(always)]`: only code that is
+    /// inlined into the level's entry point is compiled with the level's instructions.
+    fn run<F: Float>(self) -> Self::Output;
+}

@@ -6,7 +6,7 @@ use common::scenes::*;
 use glam::DVec3;
 use std::marker::PhantomData;
 use stride::integrator::{Finished, Paths};
-use stride::material::{Bxdf, Kind, MaterialTable, Row, fresnel_dielectric};
+use stride::material::{Bxdf, Kind, MaterialTable, Row, TransportMode, fresnel_dielectric};
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{Float, Frame, Ray, Rgb, Uint, Vec3, trig};
 use stride::render::Region;
@@ -174,13 +174,13 @@ law!(scattering_is_the_same_at_every_level, F, x, {
     // Each lane of another material.
     let material = table.resolve(x[7] & F::Uint::splat(3), a * 50.0 - 25.0, b * 50.0 - 25.0);
     let bsdf = table.bsdf::<F>(material);
-    let sample = bsdf.sample(wo, [a, b], c);
+    let sample = bsdf.sample(wo, [a, b], c, TransportMode::Radiance);
     let (fresnel, cos_t) = fresnel_dielectric(wo.z.abs(), b * 2.0 + 0.5);
     [
         parts(sample.wi).to_vec(),
         colour(sample.weight).to_vec(),
-        colour(bsdf.eval(wo, wi)).to_vec(),
-        vec![sample.pdf, bsdf.pdf(wo, wi), fresnel, cos_t, F::splat(1.0).only(sample.delta)],
+        colour(bsdf.eval(wo, wi, TransportMode::Radiance)).to_vec(),
+        vec![sample.pdf, sample.eta, bsdf.pdf(wo, wi), fresnel, cos_t, F::splat(1.0).only(sample.delta)],
     ]
 });
 

@@ -8,7 +8,9 @@ use common::chi_square::{Outcome, Polar, compare, draw, narrow, wide};
 use common::statistics::{check_against_tables, normal_tails, sidak};
 use glam::DVec3;
 use std::f64::consts::TAU;
-use stride::material::{Bsdf, Bxdf, BxdfSample, Dielectric, Kind, Lambertian, MaterialTable, Mirror, Row};
+use stride::material::{
+    Bsdf, Bxdf, BxdfSample, Dielectric, Kind, Lambertian, MaterialTable, Mirror, Row, TransportMode,
+};
 use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Rgb, Vec3};
 use stride::sampling::warp;
@@ -35,6 +37,9 @@ fn uniform(u: [f32; 4]) -> Vec3<f32> {
     warp::uniform_sphere([u[0], u[1]])
 }
 
+/// What paths from the camera carry.
+const MODE: TransportMode = TransportMode::Radiance;
+
 fn materials() -> MaterialTable {
     let reflectance = [0.7, 0.4, 0.2];
     MaterialTable::new(vec![
@@ -51,7 +56,7 @@ fn bsdf(index: u32) -> Bsdf<f32> {
 
 fn follows(bxdf: &impl Bxdf<f32>, wo: Vec3<f32>, seed: u32) -> Outcome {
     let normal = DVec3::Z * f64::from(wo.z.signum());
-    let sample = |u: [f32; 4]| bxdf.sample(wo, [u[0], u[1]], u[2]).wi;
+    let sample = |u: [f32; 4]| bxdf.sample(wo, [u[0], u[1]], u[2], MODE).wi;
     compare(Polar::new(normal, DVec3::X), seed, sample, |wi| bxdf.pdf(wo, wi))
 }
 
@@ -78,8 +83,8 @@ fn a_sample_carries_the_density_and_the_weight_of_its_direction() {
     for wo in directions() {
         for i in 0..20_000 {
             let [u, v, lobe, _] = draw(3, i);
-            let sample = matte.sample(wo, [u, v], lobe);
-            let (f, pdf) = (matte.eval(wo, sample.wi), matte.pdf(wo, sample.wi));
+            let sample = matte.sample(wo, [u, v], lobe, MODE);
+            let (f, pdf) = (matte.eval(wo, sample.wi, MODE), matte.pdf(wo, sample.wi));
             assert!(!sample.delta && (sample.pdf / pdf - 1.0).abs() < 1e-5, "{sample:?}: {pdf}");
             for (weight, f) in sample.weight.lane(0).into_iter().zip(f.lane(0)) {
                 let expected = f * sample.wi.z.abs() / pdf;
@@ -103,11 +108,14 @@ enum Fault {
 }
 
 impl Bxdf<f32> for Fault {
-    fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>) -> Rgb<f32> {
-        Lambertian { reflectance: rgb([0.5; 3]) }.eval(wo, wi)
+    fn albedo(&self) -> Rgb<f32> {
+        rgb([0.5; 3])
     }
-    fn sample(&self, wo: Vec3<f32>, u: [f32; 2], lobe: f32) -> BxdfSample<f32> {
-        let mut sample = Lambertian { reflectance: rgb([0.5; 3]) }.sample(wo, u, lobe);
+    fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>, _mode: TransportMode) -> Rgb<f32> {
+        Lambertian { reflectance: rgb([0.5; 3]) }.eval(wo, wi, MODE)
+    }
+    fn sample(&self, wo: Vec3<f32>, u: [f32; 2], lobe: f32, _mode: TransportMode) -> BxdfSample<f32> {
+        let mut sample = Lambertian { reflectance: rgb([0.5; 3]) }.sample(wo, u, lobe, MODE);
         match self {
             Fault::Uniform => {
                 let w = warp::uniform_sphere(u);
@@ -167,14 +175,14 @@ fn a_mirror_sends_everything_where_it_came_from_turned_about_the_normal() {
         let expected = DVec3::Z * (2.0 * wide(wo).z) - wide(wo);
         for i in 0..1000 {
             let [u, v, lobe, _] = draw(4, i);
-            for sample in [mirror.sample(wo, [u, v], lobe), bsdf(1).sample(wo, [u, v], lobe)] {
+            for sample in [mirror.sample(wo, [u, v], lobe, MODE), bsdf(1).sample(wo, [u, v], lobe, MODE)] {
                 assert!((wide(sample.wi) - expected).length() < 1e-6 && sample.delta, "{sample:?}");
                 assert_eq!((sample.pdf, sample.weight), (1.0, mirror.reflectance));
             }
             // No other direction, and no density.
             let wi = uniform([u, v, 0.0, 0.0]);
-            assert_eq!((mirror.eval(wo, wi), mirror.pdf(wo, wi)), (Rgb::black(), 0.0));
-            assert_eq!((bsdf(1).eval(wo, wi), bsdf(1).pdf(wo, wi)), (Rgb::black(), 0.0));
+            assert_eq!((mirror.eval(wo, wi, MODE), mirror.pdf(wo, wi)), (Rgb::black(), 0.0));
+            assert_eq!((bsdf(1).eval(wo, wi, MODE), bsdf(1).pdf(wo, wi)), (Rgb::black(), 0.0));
         }
     }
 }
@@ -188,7 +196,7 @@ fn z_of_reflections(glass: &impl Bxdf<f32>, [r, t]: [f64; 2], ior: f64, wo: Vec3
     let mut reflections = 0_u32;
     for i in 0..DRAWS {
         let [u, v, lobe, _] = draw(5, i);
-        let sample = glass.sample(wo, [u, v], lobe);
+        let sample = glass.sample(wo, [u, v], lobe, MODE);
         let reflects = sample.wi.z * wo.z > 0.0;
         reflections += u32::from(reflects);
         let (wi, weight) = if reflects { (reflected, r) } else { (refracted, t / (eta * eta)) };
@@ -225,14 +233,20 @@ fn glass_reflects_and_refracts_as_often_as_fresnel_says() {
 }
 
 /// The light that leaves towards `wo` when all around is white, with its standard error: by the BxDF's own
-/// directions. Radiance is squeezed where it passes into glass; `eta2_scale` undoes that.
-fn albedo<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>, eta2_scale: impl Fn(Vec3<f32>) -> f32) -> (f64, f64) {
+/// directions. Radiance is squeezed where it passes into glass; `scale`, of the relative index of refraction, undoes
+/// that.
+fn albedo<B: Bxdf<f32>>(
+    bxdf: &B,
+    wo: Vec3<f32>,
+    mode: TransportMode,
+    scale: impl Fn(f32) -> f32,
+) -> (f64, f64) {
     const DRAWS: u32 = 100_000;
     let (mut sum, mut squares) = (0.0, 0.0);
     for i in 0..DRAWS {
         let [u, v, lobe, _] = draw(6, i);
-        let sample = bxdf.sample(wo, [u, v], lobe);
-        let x = f64::from(sample.weight.max_channel() * eta2_scale(sample.wi));
+        let sample = bxdf.sample(wo, [u, v], lobe, mode);
+        let x = f64::from(sample.weight.max_channel() * scale(sample.eta));
         sum += x;
         squares += x * x;
     }
@@ -250,7 +264,7 @@ fn integral<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>) -> f64 {
         let cos = (f64::from(i) + 0.5) / f64::from(N) * 2.0 - 1.0;
         for k in 0..N {
             let wi = direction(cos, (f64::from(k) + 0.5) / f64::from(N) * TAU);
-            sum += f64::from(bxdf.eval(wo, wi).max_channel()) * cos.abs();
+            sum += f64::from(bxdf.eval(wo, wi, MODE).max_channel()) * cos.abs();
         }
     }
     sum * 2.0 * TAU / f64::from(N * N)
@@ -258,9 +272,9 @@ fn integral<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>) -> f64 {
 
 /// Whether no more light leaves than arrives: exactly, and by the BxDF's own directions at five standard
 /// errors, which by chance happens once in three million times; 10⁻⁴ are for rounding and quadrature.
-fn conserves<B: Bxdf<f32>>(bxdf: &B, eta2_scale: impl Fn(Vec3<f32>, Vec3<f32>) -> f32) -> bool {
+fn conserves<B: Bxdf<f32>>(bxdf: &B, mode: TransportMode, scale: impl Fn(f32) -> f32) -> bool {
     directions().into_iter().all(|wo| {
-        let (mean, error) = albedo(bxdf, wo, |wi| eta2_scale(wo, wi));
+        let (mean, error) = albedo(bxdf, wo, mode, &scale);
         mean <= 1.0 + 5.0 * error + 1e-4 && integral(bxdf, wo) <= 1.0 + 1e-4
     })
 }
@@ -270,26 +284,28 @@ fn reciprocal<B: Bxdf<f32>>(bxdf: &B) -> bool {
     (0..20_000).all(|i| {
         let [a, b, c, d] = draw(7, i);
         let (wo, wi) = (uniform([a, b, 0.0, 0.0]), uniform([c, d, 0.0, 0.0]));
-        let (there, back) = (bxdf.eval(wo, wi).lane(0), bxdf.eval(wi, wo).lane(0));
+        let (there, back) = (bxdf.eval(wo, wi, MODE).lane(0), bxdf.eval(wi, wo, MODE).lane(0));
         there.iter().zip(back).all(|(a, b)| (a - b).abs() <= 1e-6 * a.abs())
     })
 }
 
 #[test]
 fn no_bxdf_makes_energy() {
-    let none = |_: Vec3<f32>, _: Vec3<f32>| 1.0;
-    assert!(conserves(&Lambertian { reflectance: rgb([1.0; 3]) }, none));
-    assert!(conserves(&Mirror { reflectance: rgb([1.0; 3]) }, none));
+    let none = |_: f32| 1.0;
+    assert!(conserves(&Lambertian { reflectance: rgb([1.0; 3]) }, MODE, none));
+    assert!(conserves(&Mirror { reflectance: rgb([1.0; 3]) }, MODE, none));
     for index in 0..4 {
         let bsdf = bsdf(index);
-        assert!(conserves(&bsdf, |wo, wi| bsdf.eta2_scale(wo, wo.z * wi.z < 0.0)), "material {index}");
+        assert!(conserves(&bsdf, MODE, |eta| eta * eta), "material {index}");
+        // Power is not squeezed.
+        assert!(conserves(&bsdf, TransportMode::Importance, none), "material {index}");
     }
 }
 
 #[test]
 fn what_a_matte_surface_keeps_is_its_reflectance() {
     for wo in directions() {
-        let (mean, error) = albedo(&bsdf(0), wo, |_| 1.0);
+        let (mean, error) = albedo(&bsdf(0), wo, MODE, |_| 1.0);
         assert!((mean - 0.7).abs() <= 5.0 * error + 1e-6 && (integral(&bsdf(0), wo) - 0.7).abs() < 1e-4);
     }
 }
@@ -307,11 +323,11 @@ fn every_bxdf_is_reciprocal() {
 fn passage(glass: &Dielectric<f32>, wo: Vec3<f32>, scale: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     let ior = f64::from(glass.ior);
     let eta = |w: Vec3<f32>| if w.z > 0.0 { ior } else { 1.0 / ior };
-    let [_, (wi, there, chance)] = glass.branches(wo);
+    let [_, (wi, there, chance)] = glass.branches(wo, MODE);
     if chance <= 0.0 {
         return None;
     }
-    let [_, (home, back, _)] = glass.branches(wi);
+    let [_, (home, back, _)] = glass.branches(wi, MODE);
     let flux = |w: Vec3<f32>, weight: Rgb<f32>| f64::from(weight.r) * scale(eta(w));
     Some(((1.0 - flux(wo, there) / flux(wi, back)).abs(), (wide(home) - wide(wo)).length()))
 }
@@ -324,11 +340,11 @@ fn glass_is_reciprocal_but_for_the_squeeze_of_radiance() {
         for i in 0..20_000 {
             let wo = uniform(draw(8, i));
             // Reflection comes back the same way with the same share.
-            let [(mirrored, there, _), _] = glass.branches(wo);
-            let [(home, back, _), _] = glass.branches(mirrored);
+            let [(mirrored, there, _), _] = glass.branches(wo, MODE);
+            let [(home, back, _), _] = glass.branches(mirrored, MODE);
             assert_eq!((home, there), (wo, back));
             // Next to grazing, f32 has few digits of the cosine left on the denser side.
-            if wo.z.abs() < 0.02 || glass.branches(wo)[1].0.z.abs() < 0.02 {
+            if wo.z.abs() < 0.02 || glass.branches(wo, MODE)[1].0.z.abs() < 0.02 {
                 continue;
             }
             let Some((off, astray)) = passage(&glass, wo, |eta| eta * eta) else { continue };
@@ -354,17 +370,20 @@ enum Outlaw {
 }
 
 impl Bxdf<f32> for Outlaw {
-    fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>) -> Rgb<f32> {
+    fn albedo(&self) -> Rgb<f32> {
+        rgb([0.5; 3])
+    }
+    fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>, _mode: TransportMode) -> Rgb<f32> {
         let reflectance = match self {
             Outlaw::Bright => 1.02,
             // 2% at most.
             Outlaw::Lopsided => 0.5 * (1.0 + 0.02 * wo.z.abs()),
         };
-        Lambertian { reflectance: rgb([reflectance; 3]) }.eval(wo, wi)
+        Lambertian { reflectance: rgb([reflectance; 3]) }.eval(wo, wi, MODE)
     }
-    fn sample(&self, wo: Vec3<f32>, u: [f32; 2], lobe: f32) -> BxdfSample<f32> {
+    fn sample(&self, wo: Vec3<f32>, u: [f32; 2], lobe: f32, _mode: TransportMode) -> BxdfSample<f32> {
         let reflectance = if matches!(self, Outlaw::Bright) { 1.02 } else { 0.5 };
-        Lambertian { reflectance: rgb([reflectance; 3]) }.sample(wo, u, lobe)
+        Lambertian { reflectance: rgb([reflectance; 3]) }.sample(wo, u, lobe, MODE)
     }
     fn pdf(&self, wo: Vec3<f32>, wi: Vec3<f32>) -> f32 {
         Lambertian { reflectance: rgb([1.0; 3]) }.pdf(wo, wi)
@@ -373,12 +392,14 @@ impl Bxdf<f32> for Outlaw {
 
 #[test]
 fn energy_out_of_nothing_and_one_way_scattering_are_noticed() {
-    let none = |_: Vec3<f32>, _: Vec3<f32>| 1.0;
-    assert!(!conserves(&Outlaw::Bright, none) && reciprocal(&Outlaw::Bright));
-    assert!(conserves(&Outlaw::Lopsided, none) && !reciprocal(&Outlaw::Lopsided));
+    let none = |_: f32| 1.0;
+    assert!(!conserves(&Outlaw::Bright, MODE, none) && reciprocal(&Outlaw::Bright));
+    assert!(conserves(&Outlaw::Lopsided, MODE, none) && !reciprocal(&Outlaw::Lopsided));
     // The sampling alone betrays the first.
-    let (mean, error) = albedo(&Outlaw::Bright, direction(0.5, 0.0), |_| 1.0);
+    let (mean, error) = albedo(&Outlaw::Bright, direction(0.5, 0.0), MODE, |_| 1.0);
     assert!(mean > 1.0 + 5.0 * error + 1e-4);
     // Glass that forgets the squeeze: seen from outside it gives η² of what it should.
-    assert!(!conserves(&bsdf(2), |wo, wi| bsdf(2).eta2_scale(wo, wo.z * wi.z < 0.0).powi(2)));
+    assert!(!conserves(&bsdf(2), MODE, |eta| eta.powi(4)));
+    // And power that is squeezed like radiance.
+    assert!(!conserves(&bsdf(2), TransportMode::Importance, |eta| eta * eta));
 }

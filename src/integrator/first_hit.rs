@@ -3,6 +3,7 @@
 use super::Paths;
 use super::lanes::View;
 use super::queue::{Queue, Start};
+use crate::material::Bxdf;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
 
@@ -67,7 +68,7 @@ impl Kernel for FirstHits<'_> {
                 if scene.materials.uses_uv() {
                     material = scene.materials.resolve(material, u, v);
                 }
-                let albedo = scene.materials.albedo::<F>(material);
+                let albedo = scene.materials.bsdf::<F>(material).albedo();
                 let depth = (point.p - eye).dot(forward);
                 let (n, p) = (point.n, point.p);
                 let all = [albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, p.x, p.y, p.z, depth, u, v];

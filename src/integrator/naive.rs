@@ -2,7 +2,7 @@
 
 use super::lanes::{Scattering, State, Transport, Vertex, View, go_on, meet};
 use super::observe::{Event, Observer, rgb, vec3};
-use crate::material::{Bxdf, Kind};
+use crate::material::{Bxdf, TransportMode};
 use crate::math::{Float, Mask, Rgb, Uint};
 use crate::sampling::Block;
 use crate::shape::offset_origin;
@@ -40,15 +40,15 @@ impl Transport for Naive {
         }
 
         let scattering = Scattering::new(view.scene, &vertex, &state.ray);
-        let matte = going & scattering.bsdf.is(Kind::Matte);
-        if !view.scene.point_lights.is_empty() && matte.any() {
-            *rays += u64::from(matte.bits().count_ones());
-            let direct = point_light(view, state, &vertex, &scattering, matte, observer);
-            state.l = Rgb::select(matte, state.l + state.beta * direct, state.l);
+        let smooth = going & scattering.bsdf.is_smooth();
+        if !view.scene.point_lights.is_empty() && smooth.any() {
+            *rays += u64::from(smooth.bits().count_ones());
+            let direct = point_light(view, state, &vertex, &scattering, smooth, observer);
+            state.l = Rgb::select(smooth, state.l + state.beta * direct, state.l);
         }
 
         let [u, v, lobe, _] = view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
-        let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe);
+        let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
         going & !go_on(state, &vertex.point, &scattering, &scattered, observer)
     }
 }
@@ -71,7 +71,7 @@ fn point_light<F: Float>(
     let visible = !view.world.occluded(&shadow, length, asks, F::Mask::splat(false));
     let Scattering { bsdf, wo, .. } = scattering;
     let seen = visible & scattering.passes(light.wi, wi);
-    let added = (bsdf.eval(*wo, wi) * light.weight() * wi.z.abs()).only(seen);
+    let added = (bsdf.eval(*wo, wi, TransportMode::Radiance) * light.weight() * wi.z.abs()).only(seen);
     observer.event::<F>(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
     added
 }

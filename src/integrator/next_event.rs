@@ -2,7 +2,7 @@
 
 use super::lanes::{Scattering, State, Transport, Vertex, View, go_on, meet};
 use super::observe::{Event, Observer, first, rgb, vec3};
-use crate::material::{Bxdf, Kind};
+use crate::material::{Bxdf, TransportMode};
 use crate::math::{Float, Mask, Rgb, Uint, Vec3};
 use crate::sampling::Block;
 use crate::shape::offset_origin;
@@ -94,21 +94,19 @@ impl Transport for NextEvent {
 
         let scattering = Scattering::new(view.scene, &vertex, &state.ray);
         // Lamps are black more often than not.
-        let reflects = scattering.bsdf.reflectance().max_channel().gt(F::zero());
-        let matte = going & reflects & scattering.bsdf.is(Kind::Matte);
-        if !view.scene.lights.is_empty() && matte.any() {
-            let direct = direct_light(view, state, &vertex, &scattering, matte, rays, observer);
-            state.l = Rgb::select(matte, state.l + state.beta * direct, state.l);
+        let smooth = going & !scattering.bsdf.is_black() & scattering.bsdf.is_smooth();
+        if !view.scene.lights.is_empty() && smooth.any() {
+            let direct = direct_light(view, state, &vertex, &scattering, smooth, rays, observer);
+            state.l = Rgb::select(smooth, state.l + state.beta * direct, state.l);
         }
 
         let [u, v, lobe, survival] =
             view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
-        let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe);
+        let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
         let point = &vertex.point;
         going = going & !go_on(state, point, &scattering, &scattered, observer);
 
-        let passes = (scattering.wo.z * scattered.wi.z).lt(F::zero());
-        let scale = state.memory.eta_scale * scattering.bsdf.eta2_scale(scattering.wo, passes);
+        let scale = state.memory.eta_scale * (scattered.eta * scattered.eta);
         state.memory =
             Departure { p: point.p, n: point.n, pdf: scattered.pdf.only(!scattered.delta), eta_scale: scale };
         if self.roulette {
@@ -179,7 +177,7 @@ fn direct_light<F: Float>(
     let sample = lights.sample(light, point.p, [u, v]);
     let Scattering { bsdf, frame, wo, .. } = scattering;
     let wi = frame.to_local(sample.wi);
-    let f = bsdf.eval(*wo, wi) * wi.z.abs();
+    let f = bsdf.eval(*wo, wi, TransportMode::Radiance) * wi.z.abs();
     let pdf = sample.pdf * chance;
     let share = f * sample.radiance * (F::splat(1.0) / pdf);
     let possible =

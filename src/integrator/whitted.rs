@@ -5,7 +5,7 @@ use super::lanes::View;
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::{Finished, Integrator, Paths, Pixel, Sample, Settings, camera_ray};
 use crate::camera::Camera;
-use crate::material::{Bxdf, Kind};
+use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Level, dispatch};
 use crate::math::{Frame, Ray, Rgb, Vec3};
@@ -128,14 +128,14 @@ impl Whitted {
             Ray { o: offset_origin(point.p, point.n, point.error, d), d }
         };
         let mut l = emitted;
-        if bsdf.is(Kind::Matte) {
-            l = l + bsdf.reflectance() * Rgb::splat(scene.ambient);
+        if bsdf.is_smooth() {
+            l = l + bsdf.albedo() * Rgb::splat(scene.ambient);
             if depth < self.settings.max_depth {
                 for light in 0..scene.lights.len() as u32 {
                     let u = [stream.random(), stream.random()];
                     let sample = scene.lights.sample(Wrapping(light), point.p, u);
                     let wi = frame.to_local(sample.wi);
-                    let share = bsdf.eval(wo, wi) * sample.weight() * wi.z.abs();
+                    let share = bsdf.eval(wo, wi, TransportMode::Radiance) * sample.weight() * wi.z.abs();
                     if share.max_channel() > 0.0 && passes(sample.wi, wi) {
                         let from = offset_origin(point.p, point.n, point.error, sample.wi);
                         let (shadow, length) = sample.shadow_ray(from);
@@ -150,8 +150,8 @@ impl Whitted {
                 }
             }
         } else if depth < self.settings.max_depth {
-            if bsdf.is(Kind::Glass) {
-                for (wi, weight, chance) in bsdf.dielectric().branches(wo) {
+            if bsdf.transmits() {
+                for (wi, weight, chance) in bsdf.branches(wo, TransportMode::Radiance) {
                     // The tree of branches doubles with each bounce: below a rounding error of white it is cut.
                     let branch = spawn(wi);
                     let matters = (beta * weight).max_channel() > f32::EPSILON;
@@ -160,7 +160,8 @@ impl Whitted {
                     }
                 }
             } else {
-                let sample = bsdf.sample(wo, [stream.random(), stream.random()], stream.random());
+                let (u, lobe) = ([stream.random(), stream.random()], stream.random());
+                let sample = bsdf.sample(wo, u, lobe, TransportMode::Radiance);
                 let branch = spawn(sample.wi);
                 if passes(branch.d, sample.wi) {
                     stack.push((branch, beta * sample.weight, depth + 1));

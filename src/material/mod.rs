@@ -1,9 +1,16 @@
-//! Materials, and the BxDFs that they choose at a point.
+//! Materials, and the scattering functions that they give a point.
+//!
+//! [`Bxdf`] is the contract that integrators see; `lobes/` has a file for each scattering function; [`MaterialTable`]
+//! finds the one of a hit.
 
+mod bsdf;
 mod bxdf;
 mod kind;
+mod lobes;
 mod table;
 
-pub use bxdf::{Bsdf, Bxdf, BxdfSample, Dielectric, Lambertian, Mirror, fresnel_dielectric};
+pub use bsdf::Bsdf;
+pub use bxdf::{Bxdf, BxdfSample, TransportMode};
 pub use kind::Kind;
+pub use lobes::{Dielectric, Lambertian, Mirror, fresnel_dielectric};
 pub use table::{MaterialTable, Row};

@@ -1,6 +1,6 @@
 //! A scene's materials as tables, from which lanes look up their BxDFs.
 
-use super::bxdf::Bsdf;
+use super::bsdf::Bsdf;
 use super::kind::Kind;
 use crate::math::{Float, Mask, Rgb, Uint};
 
@@ -113,17 +113,6 @@ impl MaterialTable {
             v = F::select(checkered, b - column, v);
         }
         material
-    }
-
-    /// The fraction of light that resolved materials reflect, or let through where that is their way.
-    #[inline(always)]
-    pub fn albedo<F: Float>(&self, material: F::Uint) -> Rgb<F> {
-        let reflectance = Rgb::gather(&self.reflectance, material);
-        if !self.has_glass {
-            return reflectance;
-        }
-        let glass = F::Uint::gather(&self.kind, material).eq(F::Uint::splat(Kind::Glass as u32));
-        Rgb::select(glass, Rgb::gather(&self.transmittance, material), reflectance)
     }
 
     /// The BxDFs of resolved materials.

@@ -8,7 +8,7 @@ use super::super::tree::Tree;
 use super::{Device, device};
 use crate::film::sums::{MAX_RADIANCE, PixelSums, check};
 use crate::light::{AreaLight, LightTable, PointLight};
-use crate::material::{Bxdf, Dielectric, Kind, MaterialTable, Row};
+use crate::material::{Bxdf, Dielectric, Kind, MaterialTable, Row, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Frame, Ray, Rgb, Vec3, trig};
 use crate::sampling::{Sobol, Stream, random, warp};
@@ -408,7 +408,7 @@ fn glass_parts_light_as_on_the_cpu() {
     let mut doubtful = 0;
     for (input, out) in inputs.iter().zip(outputs) {
         let wo = vec3([input[0], input[1], input[2]]);
-        let expected = glass.sample(wo, [0.5; 2], input[3]);
+        let expected = glass.sample(wo, [0.5; 2], input[3], TransportMode::Radiance);
         if (f32::from_bits(out[2]) > 0.0) != (expected.wi.z > 0.0) {
             doubtful += 1;
             continue;
@@ -423,7 +423,7 @@ fn glass_parts_light_as_on_the_cpu() {
         assert_eq!(out[7], 1);
         let eta = if wo.z >= 0.0 { 1.5 } else { 1.0 / 1.5 };
         close(out[8], eta * eta, 1e-6, input);
-        let [(_, reflected, fresnel), (_, refracted, _)] = glass.branches(wo);
+        let [(_, reflected, fresnel), (_, refracted, _)] = glass.branches(wo, TransportMode::Radiance);
         close(out[9], fresnel, 1e-5, input);
         close(out[9], reflected.r / reflectance[0], 1e-5, input);
         close(out[10], refracted.r / transmittance[0], 1e-5, input);
@@ -617,12 +617,12 @@ fn matte_scatters_as_on_the_cpu() {
     for (input, out) in inputs.iter().zip(probe::<9, 13>(&device, lines, &bits(&inputs), &tables)) {
         let [x, y, z, nx, ny, nz, u, v, _] = *input;
         let (wo, wi) = (vec3([x, y, z]), vec3([nx, ny, nz]));
-        let s = matte.sample(wo, [u, v], 0.5);
+        let s = matte.sample(wo, [u, v], 0.5, TransportMode::Radiance);
         [s.wi.x, s.wi.y, s.wi.z].iter().zip(&out).for_each(|(e, o)| close(*o, *e, 8.0 * ULP, input));
         assert_eq!(out[3..6], row.reflectance.map(f32::to_bits));
         close(out[6], s.pdf, 4.0 * ULP, input);
         assert_eq!(out[7], 0);
-        let f = matte.eval(wo, wi);
+        let f = matte.eval(wo, wi, TransportMode::Radiance);
         [f.r, f.g, f.b].iter().zip(&out[8..]).for_each(|(e, o)| close(*o, *e, 2.0 * ULP, input));
         close(out[11], matte.pdf(wo, wi), 2.0 * ULP, input);
         let ratio = f64::from(v) / f64::from(u);

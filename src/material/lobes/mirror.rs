@@ -1,0 +1,40 @@
+//! Perfect reflection.
+
+use super::reflect;
+use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
+use crate::math::{Float, Mask, Rgb, Vec3};
+
+/// Reflects perfectly on both sides (report §4.3.1.2).
+#[derive(Clone, Copy, Debug)]
+pub struct Mirror<F> {
+    /// The fraction reflected.
+    pub reflectance: Rgb<F>,
+}
+
+impl<F: Float> Bxdf<F> for Mirror<F> {
+    #[inline(always)]
+    fn eval(&self, _wo: Vec3<F>, _wi: Vec3<F>, _mode: TransportMode) -> Rgb<F> {
+        Rgb::black()
+    }
+
+    #[inline(always)]
+    fn sample(&self, wo: Vec3<F>, _u: [F; 2], _lobe: F, _mode: TransportMode) -> BxdfSample<F> {
+        let (one, delta) = (F::splat(1.0), F::Mask::splat(true));
+        BxdfSample { wi: reflect(wo), weight: self.reflectance, pdf: one, delta, eta: one }
+    }
+
+    #[inline(always)]
+    fn pdf(&self, _wo: Vec3<F>, _wi: Vec3<F>) -> F {
+        F::zero()
+    }
+
+    #[inline(always)]
+    fn albedo(&self) -> Rgb<F> {
+        self.reflectance
+    }
+
+    #[inline(always)]
+    fn is_smooth(&self) -> F::Mask {
+        F::Mask::splat(false)
+    }
+}

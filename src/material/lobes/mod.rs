@@ -1,0 +1,23 @@
+//! The lobes that materials are made of, one file for each.
+
+mod dielectric;
+mod lambertian;
+mod mirror;
+
+pub use dielectric::{Dielectric, fresnel_dielectric};
+pub use lambertian::Lambertian;
+pub use mirror::Mirror;
+
+use crate::math::{Float, Vec3};
+
+/// Whether two directions are on the same side of the surface.
+#[inline(always)]
+fn same_side<F: Float>(wo: Vec3<F>, wi: Vec3<F>) -> F::Mask {
+    (wo.z * wi.z).gt(F::zero())
+}
+
+/// The mirror image of a direction about the normal.
+#[inline(always)]
+fn reflect<F: Float>(w: Vec3<F>) -> Vec3<F> {
+    Vec3::new(-w.x, -w.y, w.z)
+}

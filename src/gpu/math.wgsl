@@ -30,6 +30,14 @@ fn is_positive_and_finite(x: f32) -> bool {
     return bitcast<u32>(x) - 1u < 0x7f7fffffu;
 }
 
+// Whether all of a ray's coordinates are finite, told by their bits for the same reason. Others meet nothing.
+fn is_finite_ray(ray: Ray) -> bool {
+    let exponent = vec3u(0x7f800000u);
+    let o = bitcast<vec3u>(ray.o) & exponent;
+    let d = bitcast<vec3u>(ray.d) & exponent;
+    return all(o != exponent) && all(d != exponent);
+}
+
 // Told by its bits, for the same reason.
 fn is_nan(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7fffffffu) > 0x7f800000u;

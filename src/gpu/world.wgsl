@@ -42,6 +42,9 @@ fn nearer(a: Hit, b: Hit) -> Hit {
 }
 
 fn intersect(ray: Ray) -> Hit {
+    if !is_finite_ray(ray) {
+        return no_hit();
+    }
     // Those of one kind stand in the order of their rows: of equal distances the first one counts.
     var plane = no_hit();
     for (var i = 0u; i < scene.planes_end; i++) {
@@ -86,6 +89,9 @@ fn intersect(ray: Ray) -> Hit {
 }
 
 fn occluded(ray: Ray, t_max: f32) -> bool {
+    if !is_finite_ray(ray) {
+        return false;
+    }
     var i = 0u;
     for (; i < scene.planes_end; i++) {
         if plane_intersect(surface_at(i), ray) < t_max {

@@ -17,4 +17,11 @@ impl<F: Float> Ray<F> {
     pub fn at(&self, t: F) -> Vec3<F> {
         self.o + self.d * t
     }
+
+    /// The lanes whose coordinates are all finite: an infinite one or NaN makes such a number of the product, too.
+    /// Coordinates of 10³⁷ and more may count as infinite.
+    #[inline(always)]
+    pub fn is_finite(&self) -> F::Mask {
+        self.o.dot(self.d).abs().lt(F::splat(f32::INFINITY))
+    }
 }

@@ -14,17 +14,17 @@ pub const WIDTH: usize = 8;
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// Low x, y and z, then high x, y and z. A child that is not there has the box of nothing.
+    /// Low x, y and z, then high x, y and z. An absent child has the box of nothing, and is [`Child::ABSENT`].
     pub(super) planes: [[f32; WIDTH]; 6],
     /// What the boxes hold.
     pub(super) children: [Child; WIDTH],
 }
 
 impl Node {
-    /// Eight times the box of nothing.
-    const NOTHING: [[f32; WIDTH]; 6] = {
+    /// A node of which all children are absent.
+    const EMPTY: Node = {
         let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
-        [low, low, low, high, high, high]
+        Node { planes: [low, low, low, high, high, high], children: [Child::ABSENT; WIDTH] }
     };
 
     fn set_box(&mut self, lane: usize, bounds: &Bounds) {
@@ -54,6 +54,10 @@ impl Child {
     const QUADS: u32 = 2;
     const TRIANGLES: u32 = 3;
     const INSTANCE: u32 = 7;
+
+    /// The first block of triangles, which is empty: a ray that is not finite enters the box of nothing, too, and has to
+    /// come to an end there.
+    const ABSENT: Child = Child(Child::TRIANGLES << Child::INDEX_BITS);
 
     fn new(tag: u32, index: usize) -> Child {
         assert!(index < 1 << Child::INDEX_BITS, "a tree of {index} nodes");
@@ -225,8 +229,7 @@ pub(super) struct Nodes {
 /// Some of the things, as sorted.
 type Range = std::ops::Range<usize>;
 
-/// Leaves of each kind, in the order of their numbers.
-#[derive(Default)]
+/// Leaves of each kind, in the order of their numbers. The first one of triangles is empty: see [`Child::ABSENT`].
 struct Leaves {
     spheres: Vec<Range>,
     quads: Vec<Range>,
@@ -237,13 +240,14 @@ impl Nodes {
     /// Makes nodes of eight children from those of two: a node takes its children's children in their place, the
     /// largest first, until it has eight. Up to so many threads fill the leaves.
     pub(super) fn new(splits: &[Split], items: &[Item], things: &Simple, threads: usize) -> Nodes {
-        let mut leaves = Leaves::default();
+        let nothing: Range = 0..0;
+        let mut leaves = Leaves { spheres: Vec::new(), quads: Vec::new(), triangles: vec![nothing] };
         let mut nodes = pages::with_capacity(splits.len() / 8);
         let root = match splits[0].below {
             Below::Two { .. } => add(0, splits, items, &mut nodes, &mut leaves),
             // One leaf: a node of one child, so that its box is somewhere.
             Below::Leaf { .. } => {
-                let mut node = Node { planes: Node::NOTHING, children: [Child(0); WIDTH] };
+                let mut node = Node::EMPTY;
                 node.set_box(0, &splits[0].bounds);
                 node.children[0] = add(0, splits, items, &mut nodes, &mut leaves);
                 nodes.push(node);
@@ -272,6 +276,8 @@ impl Nodes {
 
     /// The lanes whose ray comes to the box around everything before `t_max` or there, all at once; `share` as for
     /// the boxes within (see [`super::Bvh`]), twice, so that no ray is turned away that one of them would let in.
+    ///
+    /// Rays that are not finite meet nothing, and are turned away: they would visit every node.
     #[inline(always)]
     pub(super) fn reached<F: Float>(&self, ray: &Ray<F>, t_max: F, share: f32) -> F::Mask {
         let error = ray.o.max_abs() * (2.0 * share);
@@ -286,7 +292,7 @@ impl Nodes {
             near = a.min(b).max(near);
             far = a.max(b).min(far);
         }
-        !near.gt(far)
+        !near.gt(far) & ray.is_finite()
     }
 
     /// What a reference leads to.
@@ -388,7 +394,7 @@ fn add(split: usize, splits: &[Split], items: &[Item], nodes: &mut Vec<Node>, le
         count += 1;
     }
     let index = nodes.len();
-    let mut node = Node { planes: Node::NOTHING, children: [Child(0); WIDTH] };
+    let mut node = Node::EMPTY;
     for (lane, &at) in below[..count].iter().enumerate() {
         node.set_box(lane, &splits[at].bounds);
     }

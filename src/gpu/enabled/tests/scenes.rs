@@ -37,12 +37,12 @@ pub(super) fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3], material: usize) 
     entity(Shape::Quad { corner, u, v }, material)
 }
 
-fn disk(center: [f64; 3], normal: [f64; 3], radius: f64, material: usize) -> Entity {
+pub(super) fn disk(center: [f64; 3], normal: [f64; 3], radius: f64, material: usize) -> Entity {
     let [center, normal] = [center, normal].map(DVec3::from_array);
     entity(Shape::Disk { center, normal: normal.normalize(), radius }, material)
 }
 
-fn cylinder(from: [f64; 3], to: [f64; 3], radius: f64, material: usize) -> Entity {
+pub(super) fn cylinder(from: [f64; 3], to: [f64; 3], radius: f64, material: usize) -> Entity {
     let [from, to] = [from, to].map(DVec3::from_array);
     entity(Shape::Cylinder { from, to, radius }, material)
 }

@@ -374,3 +374,35 @@ fn deep_trees_find_their_way_back() {
     let seen = compare(&device, &scene, &tables, &rays);
     assert!(seen.differ > 20, "a short trail goes unnoticed: {seen:?}");
 }
+
+#[test]
+fn rays_that_are_not_finite_meet_nothing() {
+    let Some(device) = device() else { return };
+    let stream = &mut Stream::new(57, 0, 0);
+    let lines = "let ray = Ray(float3(0u), float3(3u));
+        put(0u, select(0u, 1u, is_some(intersect(ray))));
+        put(1u, select(0u, 1u, occluded(ray, float(6u))));";
+    let mut rare = jumble(1.0, DVec3::ZERO, stream);
+    rare.entities.push(scenes::disk([0.0; 3], [0.0, 0.6, 0.8], 1.0, 0));
+    rare.entities.push(scenes::cylinder([0.0; 3], [0.0, 0.0, 1.0], 1.0, 0));
+    for scene in [jumble(1.0, DVec3::ZERO, stream), copies(1.0, DVec3::ZERO, stream), rare] {
+        let tables = Tables::new(&Prepared::new(&scene, 0).job()).unwrap();
+        let finite = rays(1.0, DVec3::ZERO, 2000, stream);
+        let mut broken = Vec::new();
+        for (i, ray) in finite.iter().enumerate() {
+            let mut ray = *ray;
+            // In one coordinate, or in some.
+            let which = if i % 2 == 0 { 1 << (i / 2 % 6) } else { stream.random_range(1..64_u32) };
+            for coordinate in (0..6).filter(|coordinate| which >> coordinate & 1 != 0) {
+                ray[coordinate] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][stream.random_range(0..3)];
+            }
+            broken.push(ray);
+        }
+        let met = probe::<7, 2>(&device, lines, &bits(&broken), &tables);
+        let wrong = met.iter().zip(&broken).find(|(met, _)| **met != [0, 0]);
+        assert_eq!(wrong, None);
+        // Negative control: the others do meet something.
+        let met = probe::<7, 2>(&device, lines, &bits(&finite), &tables);
+        assert!(met.iter().filter(|met| met[0] == 1).count() > 500);
+    }
+}

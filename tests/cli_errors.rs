@@ -227,3 +227,26 @@ fn a_full_standard_output_is_an_error() {
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
 }
+
+#[test]
+fn a_mesh_too_small_for_its_numbers_is_refused_and_a_tiny_one_is_not() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write =
+        |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("a writable folder");
+    write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for (transform, code) in [
+        ("scale = 1e-12", 0),
+        ("scale = 1e-14, translate = [1e-9, 0, 0]", 0),
+        ("scale = 1e-16", 1),
+        ("scale = 1e-30", 1),
+        // The corners are one point there.
+        ("scale = 1e-12, translate = [1, 0, 0]", 1),
+    ] {
+        let shape = format!("type = \"mesh\", file = \"a.obj\", transform = {{ {transform} }}");
+        write("tiny.toml", &format!("{SCENE}[[entities]]\nshape = {{ {shape} }}\nmaterial = \"white\"\n"));
+        let output = stride(folder.path(), &["check", "tiny.toml"]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{transform}: {said}");
+        assert!(code == 0 || said.contains("larger scale"), "{transform}: {said}");
+    }
+}

@@ -180,8 +180,10 @@ fn triangle_point(ray: Ray, index: u32, instance: u32) -> SurfacePoint {
         surface = place.surface;
     }
     let p = corner + ab * weights.x + ac * weights.y;
-    let area = cross(ab, ac);
-    let n = area * (surface_at(surface).orientation / sqrt(dot(area, area)));
+    let sides = sides_of(ab, ac);
+    // One without area was met within rounding errors, and has no normal of its own.
+    let own = sides.across * (surface_at(surface).orientation / float_max(sides.length, SMALLEST_NORMAL));
+    let n = select(-ray.d, own, sides.length >= SMALLEST_NORMAL);
     var shading = n;
     if TREE_SMOOTH {
         var a = vertex_at(triangle.vertices.x).normal;

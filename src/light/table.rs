@@ -7,7 +7,7 @@ use super::rectangle::Rectangle;
 use super::{LightSample, LightTree};
 use crate::math::{Float, Frame, Mask, Rgb, Uint, Vec3, trig};
 use crate::sampling::warp;
-use crate::shape::{Cylinder, Disk, POSITION_ERROR, Quad, Shape, Sphere, triangle_error};
+use crate::shape::{Cylinder, Disk, POSITION_ERROR, Quad, Shape, Sides, Sphere};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// The numbers of [`LightRow::kind`]: a point.
@@ -148,13 +148,16 @@ impl LightTable {
                 self.has_triangles = true;
                 let [a, b, c] = corners.map(Vec3::<f32>::splat);
                 let (u, v) = (b - a, c - a);
-                let doubled = u.cross(v);
-                let area = 0.5 * doubled.length();
+                let sides = Sides::new(u, v);
+                let area = sides.area();
                 // One without area gives no light, and is never chosen.
-                let normal = if area > 0.0 { doubled * (0.5 / area) } else { Vec3::splat([0.0, 0.0, 1.0]) };
+                let normal = match area > 0.0 {
+                    true => sides.across * (1.0 / sides.length),
+                    false => Vec3::splat([0.0, 0.0, 1.0]),
+                };
                 let normal = if flipped { -normal } else { normal };
                 let [edges, normal] = [[u, v], [normal; 2]].map(|v| v.map(|v| [v.x, v.y, v.z]));
-                let sizes = [area, triangle_error(a, u, v)];
+                let sizes = [area, sides.error(a)];
                 let forms = [edges[0], edges[1], normal[0]];
                 self.push(TRIANGLE, corners[0], forms, 0.0, sizes, flipped, emission);
                 self.bounds.push(LightBounds::flat(&corners, normal[0], area, emission));

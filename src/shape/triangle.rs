@@ -1,7 +1,7 @@
 //! The triangle, without a gap between neighbours.
 
 use super::{NOTHING, POSITION_ERROR, UNIT_ROUNDOFF};
-use crate::math::{Float, Mask, Ray, Vec3};
+use crate::math::{Float, Mask, Ray, Uint, Vec3};
 
 /// A ray in the coordinates in which it asks triangles: the axis along which it is longest comes third, and the
 /// other two are sheared so that the ray runs along the third (Woop, Benthin and Wald 2013, "Watertight
@@ -184,13 +184,68 @@ pub const TRIANGLE_ERROR: f32 = 8.0 * UNIT_ROUNDOFF;
 /// The longest side's square over twice the area, of triangles that still get the bound they need.
 pub const FLATTEST: f32 = 2000.0;
 
+/// Sides of a triangle as short as this, or shorter, and as long as the other one, or longer, are scaled before they are
+/// multiplied.
+const SHORT: f32 = 1.0 / (1 << 20) as f32;
+const LONG: f32 = (1 << 20) as f32;
+
+/// What the two sides of a triangle that begin at one corner span.
+///
+/// The square of an area is a length's fourth power, which leaves the range of 32 bits at 10⁻¹⁰ and at 10⁹. Short and
+/// long sides are therefore multiplied by a power of two first, which takes their size to about one and changes no bit
+/// of anything else.
+#[derive(Clone, Copy, Debug)]
+pub struct Sides<F> {
+    /// The largest coordinate of both.
+    size: F,
+    /// What both were multiplied by.
+    scale: F,
+    /// Their cross product after that, whose length is twice the area.
+    pub across: Vec3<F>,
+    /// Its length; zero if there is no area.
+    pub length: F,
+}
+
+impl<F: Float> Sides<F> {
+    /// From the sides.
+    #[inline(always)]
+    pub fn new(mut ab: Vec3<F>, mut ac: Vec3<F>) -> Self {
+        let size = ab.max_abs().max(ac.max_abs());
+        let mut scale = F::splat(1.0);
+        let unusual = size.lt(F::splat(SHORT)) | size.gt(F::splat(LONG));
+        if unusual.any() {
+            // The opposite exponent is 255 less the own one. That of zero and of subnormals would be an infinity's.
+            let exponent = F::Uint::splat(0x7f80_0000);
+            let own = size.max(F::splat(f32::MIN_POSITIVE)).to_bits() & exponent;
+            scale = F::select(unusual, F::from_bits(own ^ exponent), scale);
+            (ab, ac) = (ab * scale, ac * scale);
+        }
+        let across = ab.cross(ac);
+        Sides { size, scale, across, length: across.length() }
+    }
+
+    /// The triangle's area.
+    #[inline(always)]
+    pub fn area(&self) -> F {
+        // Not by the square: that need not fit.
+        self.length * 0.5 / self.scale / self.scale
+    }
+
+    /// See [`triangle_error`], for the corner at which the sides begin.
+    #[inline(always)]
+    pub fn error(&self, a: Vec3<F>) -> F {
+        let size = self.size;
+        let scaled = size * self.scale;
+        let flatness = (scaled * scaled / self.length).min(F::splat(FLATTEST));
+        a.max_abs().max(size) * (2.0 * POSITION_ERROR) + size * flatness * TRIANGLE_ERROR
+    }
+}
+
 /// How far at most a point that is computed as the mean of a triangle's corners lies off the triangle, plus how
 /// close to it a ray may start without meeting it again: of a corner and the sides that begin there.
 ///
 /// A needle would need a bound that is as long as itself; it gets less, and may shade itself.
 #[inline(always)]
 pub fn triangle_error<F: Float>(a: Vec3<F>, ab: Vec3<F>, ac: Vec3<F>) -> F {
-    let size = ab.max_abs().max(ac.max_abs());
-    let flatness = (size * size / ab.cross(ac).length()).min(F::splat(FLATTEST));
-    a.max_abs().max(size) * (2.0 * POSITION_ERROR) + size * flatness * TRIANGLE_ERROR
+    Sides::new(ab, ac).error(a)
 }

@@ -5,7 +5,7 @@ use super::triangles::{FIRST_TRIANGLE, Triangles};
 use super::{Hit, Instances, NO_INSTANCE};
 use crate::math::trig;
 use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3};
-use crate::shape::{Form, POSITION_ERROR, Shears, Surface, triangle_error};
+use crate::shape::{Form, POSITION_ERROR, Shears, Sides, Surface};
 use std::sync::Arc;
 
 /// What a surface looks like beside its form.
@@ -252,19 +252,25 @@ impl SurfaceTable {
             }
         }
         let weights = Shears::new(&ray).meet([a, b, c]).weights;
-        let mut error = triangle_error(a, b - a, c - a);
+        let mut sides = Sides::new(b - a, c - a);
+        let mut error = sides.error(a);
         if let Some((shared, place)) = &place {
             a = Vec3::select(*shared, place.point(a), a);
             b = Vec3::select(*shared, place.point(b), b);
             c = Vec3::select(*shared, place.point(c), c);
-            let of_place = triangle_error(a, b - a, c - a) + place.error(a, error);
+            sides = Sides::new(b - a, c - a);
+            let of_place = sides.error(a) + place.error(a, error);
             error = F::select(*shared, of_place, error);
         }
         let (ab, ac) = (b - a, c - a);
         let p = a + ab * weights[0] + ac * weights[1];
-        let area = ab.cross(ac);
         let orientation = F::gather(&self.orientation, point.row);
-        let n = area * (orientation / area.length());
+        let mut n = sides.across * (orientation / sides.length);
+        let without_area = on_mesh & !sides.length.gt(F::zero());
+        if without_area.any() {
+            // It was met within rounding errors, and has no normal of its own.
+            n = Vec3::select(without_area, -world_d, n);
+        }
 
         let mut shading = n;
         if triangles.has_normals {

@@ -495,6 +495,12 @@ pub(super) fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<R
         let at = fields.place_of(&keys::TRANSFORM);
         return Err(reports.error(at, "the transform takes some of the mesh farther than 1e18"));
     }
+    let parts = read.parts.iter().map(|(_, mesh)| &**mesh);
+    if size_in_place(parts, &transform) < keys::SMALLEST_MESH {
+        let at = fields.place_of(&keys::TRANSFORM);
+        let message = "the mesh is smaller than 1e-15 where it stands, or than what 32-bit numbers tell apart there: nothing of it would be seen; give the transform a larger scale, or move the mesh nearer to the origin";
+        return Err(reports.error(at, message));
+    }
     let part = |(name, mesh): &(String, Arc<Mesh>)| {
         let material = match &materials {
             Some(PartMaterials::OfFile) => {
@@ -511,6 +517,18 @@ pub(super) fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<R
         RawPart { name: name.clone(), shape, material: material.unwrap_or(RawMaterial::Entity) }
     };
     Ok(RawShape::Parts(read.parts.iter().map(part).collect()))
+}
+
+/// The longest side of the box around meshes where a transform takes them, in 32-bit numbers.
+fn size_in_place<'a>(meshes: impl Iterator<Item = &'a Mesh>, transform: &DAffine3) -> f64 {
+    let place = |p: &[f32; 3]| {
+        let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
+        DVec3::from(p.to_array().map(|x| f64::from(x as f32)))
+    };
+    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let around = |(low, high): (DVec3, DVec3), p: DVec3| (low.min(p), high.max(p));
+    let (low, high) = meshes.flat_map(|mesh| &mesh.positions).map(place).fold(empty, around);
+    (high - low).max_element()
 }
 
 /// That every part that is given a material is in the file.

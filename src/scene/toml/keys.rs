@@ -16,6 +16,8 @@ use glam::DAffine3;
 // Lengths whose squares, and the squares of whose inverses, fit 32 bits.
 pub(super) const LONGEST: f64 = 1e18;
 pub(super) const SHORTEST: f64 = 1e-18;
+// The size of a mesh whose triangles, a thousandth of that, still have areas that fit.
+pub(super) const SMALLEST_MESH: f64 = 1e-15;
 
 const COORDINATE: Number = Number::between(-LONGEST, LONGEST);
 const LENGTH: Number = Number::positive(SHORTEST, LONGEST);

@@ -2,12 +2,14 @@
 //!
 //! A file is written under a temporary name beside its place, flushed and synced, and renamed into it:
 //! whoever opens the name sees the old file or the new one, even if the program is killed between two bytes.
+//! What a killed program has begun is removed when the same file is written next.
 //! The rename itself is left to the file system to make durable; a power cut right after it may bring back
 //! the old file, never half of one.
 
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
@@ -43,15 +45,11 @@ pub fn write_atomically(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
 ) -> Result<(), OutputError> {
-    let place = Place::find(path)?;
-    let file = temporary(path, &place)?;
-    let mut writer = BufWriter::with_capacity(1 << 16, file.as_file());
-    fill(&mut writer)
-        .and_then(|()| writer.flush())
-        .and_then(|()| writer.get_ref().sync_all())
-        .map_err(|error| OutputError::from_io(path, error))?;
+    let draft = Draft::begin(path)?;
+    let mut writer = BufWriter::with_capacity(1 << 16, draft.file.as_file());
+    fill(&mut writer).and_then(|()| writer.flush()).map_err(|error| OutputError::from_io(path, error))?;
     drop(writer);
-    put_in_place(path, &place, file).map(drop)
+    draft.commit()
 }
 
 /// A file that is written bit by bit under a temporary name, and put in place when it is whole. Dropped
@@ -60,7 +58,7 @@ pub fn write_atomically(
 pub(super) struct Draft {
     path: PathBuf,
     place: Place,
-    file: NamedTempFile,
+    file: Temporary,
 }
 
 impl Draft {
@@ -69,11 +67,13 @@ impl Draft {
     pub(super) fn begin(path: &Path) -> Result<Draft, OutputError> {
         let place = Place::find(path)?;
         let name = place.path.file_name().unwrap_or_default().to_string_lossy();
+        // As much of it as leaves room for the rest: names end at 255 bytes.
+        let name: String = name.chars().take(48).collect();
         let prefix = format!(".stride-{name}-");
         sweep(&place.folder, &prefix);
         loop {
             let file = temporary_called(&prefix, path, &place)?;
-            // Somebody who sweeps may hold it for a moment, between its birth and this lock, and then it is gone.
+            // Another run that sweeps may hold it for a moment, between its birth and this lock, and then it is gone.
             let locked = file.as_file().lock().is_ok();
             if !locked || file.path().exists() {
                 return Ok(Draft { path: path.to_path_buf(), place, file });
@@ -117,8 +117,8 @@ fn sweep(folder: &Path, prefix: &str) {
 /// keeps it.
 pub(super) fn create_in_place(path: &Path, start: &[u8]) -> Result<File, OutputError> {
     let place = Place::find(path)?;
-    let mut file = temporary(path, &place)?;
-    file.as_file_mut().write_all(start).map_err(|error| OutputError::from_io(path, error))?;
+    let file = temporary(path, &place)?;
+    file.as_file().write_all(start).map_err(|error| OutputError::from_io(path, error))?;
     put_in_place(path, &place, file)
 }
 
@@ -172,17 +172,80 @@ impl Place {
 /// What temporary names end in.
 const SUFFIX: &str = ".tmp";
 
-fn temporary(path: &Path, place: &Place) -> Result<NamedTempFile, OutputError> {
+/// The temporary files that are being written, so that a program that ends at once can remove them. It is the whole
+/// process's because a signal is; no renderer waits for it, only writers, and only for the creation of a file.
+static UNFINISHED: Unfinished = Unfinished(Mutex::new(Vec::new()));
+
+/// Removes all temporary files that are being written. While the guard lives none is begun: a program that ends before
+/// it is dropped leaves nothing behind.
+pub fn remove_unfinished() -> impl Sized {
+    UNFINISHED.remove_all()
+}
+
+struct Unfinished(Mutex<Vec<PathBuf>>);
+
+impl Unfinished {
+    fn lock(&self) -> MutexGuard<'_, Vec<PathBuf>> {
+        // A list of paths is whole at any time.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Creates a file and takes note of it; nothing can come in between.
+    fn create(&'static self, create: impl FnOnce() -> io::Result<NamedTempFile>) -> io::Result<Temporary> {
+        let mut paths = self.lock();
+        let file = create()?;
+        paths.push(file.path().to_path_buf());
+        Ok(Temporary { noted: Noted { path: file.path().to_path_buf(), all: self }, file })
+    }
+
+    fn remove_all(&self) -> MutexGuard<'_, Vec<PathBuf>> {
+        let paths = self.lock();
+        for path in &*paths {
+            // One that can't be removed stays.
+            let _ = fs::remove_file(path);
+        }
+        paths
+    }
+}
+
+/// A note of a temporary file, which goes when the file has gone or has been put in its place.
+struct Noted {
+    path: PathBuf,
+    all: &'static Unfinished,
+}
+
+impl Drop for Noted {
+    fn drop(&mut self) {
+        self.all.lock().retain(|path| *path != self.path);
+    }
+}
+
+/// A temporary file that is noted. Fields are dropped in their order: the file goes before the note.
+struct Temporary {
+    file: NamedTempFile,
+    noted: Noted,
+}
+
+impl std::ops::Deref for Temporary {
+    type Target = NamedTempFile;
+
+    fn deref(&self) -> &NamedTempFile {
+        &self.file
+    }
+}
+
+fn temporary(path: &Path, place: &Place) -> Result<Temporary, OutputError> {
     temporary_called(".stride-", path, place)
 }
 
-fn temporary_called(prefix: &str, path: &Path, place: &Place) -> Result<NamedTempFile, OutputError> {
+fn temporary_called(prefix: &str, path: &Path, place: &Place) -> Result<Temporary, OutputError> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix).suffix(SUFFIX);
     // The crate's own choice, readable by the owner alone, is for secrets; a picture follows the umask.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.tempfile_in(&place.folder).map_err(|error| OutputError::from_io(path, error))?;
+    let create = || builder.tempfile_in(&place.folder);
+    let file = UNFINISHED.create(create).map_err(|error| OutputError::from_io(path, error))?;
     if let Some(permissions) = &place.permissions {
         file.as_file()
             .set_permissions(permissions.clone())
@@ -191,8 +254,11 @@ fn temporary_called(prefix: &str, path: &Path, place: &Place) -> Result<NamedTem
     Ok(file)
 }
 
-fn put_in_place(path: &Path, place: &Place, file: NamedTempFile) -> Result<File, OutputError> {
-    file.persist(&place.path).map_err(|failure| OutputError::from_io(path, failure.error))
+fn put_in_place(path: &Path, place: &Place, file: Temporary) -> Result<File, OutputError> {
+    let Temporary { file, noted } = file;
+    let placed = file.persist(&place.path).map_err(|failure| OutputError::from_io(path, failure.error));
+    drop(noted);
+    placed
 }
 
 #[cfg(test)]

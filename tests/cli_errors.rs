@@ -107,8 +107,8 @@ refuses! {
     window_and_headless: ["render", "scene.toml", "--window", "--headless"] => 2, ["--window", "--headless"];
     a_missing_scene: ["render", "scnee.toml"] => 1, ["scnee.toml"];
     a_folder_as_scene: ["render", "."] => 1, ["."];
-    an_output_without_extension: ["render", "scene.toml", "-o", "picture"] => 1, [".png"];
-    an_unknown_extension: ["render", "scene.toml", "-o", "picture.bmp"] => 1, [".bmp", ".exr"];
+    an_output_without_extension: ["render", "scene.toml", "-o", "picture"] => 2, [".png"];
+    an_unknown_extension: ["render", "scene.toml", "-o", "picture.bmp"] => 2, [".bmp", ".exr"];
     an_output_in_no_folder: ["render", "scene.toml", "-o", "nowhere/picture.png"] => 1, ["nowhere", "create"];
     an_output_twice: ["render", "scene.toml", "-o", "a.png", "-o", "a.png"] => 2, ["twice"];
     an_output_over_a_numbered_one: ["render", "scene.toml", "-o", "a.png", "-o", "a-1.png", "--dump-at", "1"] => 2, ["twice"];
@@ -226,6 +226,28 @@ fn a_full_standard_output_is_an_error() {
         .expect("the program starts");
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+}
+
+#[test]
+fn an_output_of_no_known_format_is_bad_usage_in_every_command() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let film =
+        ["render", "scene.toml", "--headless", "-q", "-o", "a.png", "--film", "a.film", "--samples", "a.npy"];
+    assert!(stride(folder.path(), &film).status.success());
+    let develop = ["develop", "a.npy", "--filter", "box", "-o", "a.jpeg"];
+    for (arguments, extension) in [
+        (&["render", "scene.toml", "-o", "a.tiff"][..], ".tiff"),
+        (&["render", "scene.toml", "--film", "a.bin"], ".film"),
+        (&["render", "scene.toml", "--samples", "a.csv"], ".npy"),
+        (&["merge", "a.film", "-o", "b.webp"], ".webp"),
+        (&develop, ".jpeg"),
+        (&["bench", "threads", "scene.toml", "--plot", "a.pdf"], ".svg"),
+    ] {
+        let output = stride(folder.path(), arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains(extension), "{arguments:?}: {said}");
+    }
 }
 
 #[test]

@@ -280,11 +280,11 @@ fn shards_rendered_and_merged_in_any_order_are_the_whole() {
     let said = refused(dir.path(), 1, &gap.iter().map(String::as_str).collect::<Vec<_>>());
     assert!(said.contains("--range"), "{said}");
     go(small(&["--range", "60..64", "--film", "gap.film", "-o", "shard.exr"]));
-    succeed(dir.path(), &["merge", "m.film", "gap.film", "-o", "m.film", "-o", "m.exr"]);
+    succeed(dir.path(), &["merge", "m.film", "gap.film", "-o", "n.film", "-o", "m.exr"]);
     assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "whole.exr"));
-    assert!(bytes(dir.path(), "m.film") == bytes(dir.path(), "whole.film"));
+    assert!(bytes(dir.path(), "n.film") == bytes(dir.path(), "whole.film"));
     // And what is whole can be gone on with.
-    go(small(&["--resume", "m.film", "--spp", "130", "-o", "m.exr"]));
+    go(small(&["--resume", "n.film", "--spp", "130", "-o", "m.exr"]));
     go(small(&["--spp", "130", "-o", "longer.exr"]));
     assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "longer.exr"));
 }
@@ -603,4 +603,29 @@ fn a_locked_folder_is_told_of_and_written_when_it_opens() {
     let (code, said) = run.end();
     assert_eq!(code, Some(0), "{said}");
     film_shows(dir.path(), "out/a.film", "out/a.exr");
+}
+
+#[test]
+fn a_merge_does_not_replace_what_it_merges() {
+    let dir = folder();
+    let scene = cover();
+    for (range, film) in [("0..1", "a.film"), ("1..2", "b.film")] {
+        succeed(dir.path(), &render(&scene, &["--range", range, "--film", film, "-o", "a.exr"]));
+    }
+    let before = [bytes(dir.path(), "a.film"), bytes(dir.path(), "b.film")];
+    let mut others = vec!["b.film", "./b.film"];
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("b.film", dir.path().join("link.film")).unwrap();
+        fs::hard_link(dir.path().join("b.film"), dir.path().join("twin.film")).unwrap();
+        others.extend(["link.film", "twin.film"]);
+    }
+    for other in others {
+        let said = refused(dir.path(), 2, &["merge", "a.film", "b.film", "-o", "m.film", "-o", other]);
+        assert!(said.contains("replace") && said.contains(other) && said.contains("b.film"), "{said}");
+        assert!(!dir.path().join("m.film").exists());
+    }
+    assert!([bytes(dir.path(), "a.film"), bytes(dir.path(), "b.film")] == before);
+    // Negative control.
+    succeed(dir.path(), &["merge", "a.film", "b.film", "-o", "m.film"]);
 }

@@ -62,6 +62,7 @@ impl<'a> Part<'a> {
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     check_outputs(&arguments.outputs)?;
+    refuse_inputs_as_outputs(arguments)?;
     let parts: Vec<Part<'_>> =
         arguments.films.iter().map(|path| Part::read(path)).collect::<Result<_, _>>()?;
     let Some(first) = parts.first() else { return Err(usage("there is no film to merge")) };
@@ -153,6 +154,30 @@ fn check_outputs(outputs: &[PathBuf]) -> Result<(), OutputError> {
         }
     }
     Ok(())
+}
+
+/// What is written must not replace what it was made of: merged once more, the same samples would count twice.
+fn refuse_inputs_as_outputs(arguments: &MergeArguments) -> Result<(), Failure> {
+    for output in &arguments.outputs {
+        if let Some(film) = arguments.films.iter().find(|film| is_same_file(film, output)) {
+            return Err(usage(format!(
+                "-o {} would replace one of the films to merge, {}; give the sum a name of its own",
+                output.display(),
+                film.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Whether two paths lead to one file.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    if let (Ok(a), Ok(b)) = (a.metadata(), b.metadata()) {
+        use std::os::unix::fs::MetadataExt;
+        return (a.dev(), a.ino()) == (b.dev(), b.ino());
+    }
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// What all films hold together, if they are of one render and no sample is in two.

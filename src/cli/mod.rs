@@ -15,6 +15,7 @@ mod stats;
 mod stop;
 mod trace;
 
+use crate::output::OutputError;
 use clap::{Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
@@ -58,7 +59,12 @@ enum Failure {
 
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Failure {
-        Failure::Failed(error.into())
+        let error = error.into();
+        // A name that tells no format is the command line's fault, whatever the command and the option.
+        match error.downcast_ref() {
+            Some(OutputError::UnknownFormat { .. }) => Failure::Usage(error),
+            _ => Failure::Failed(error),
+        }
     }
 }
 

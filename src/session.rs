@@ -15,7 +15,8 @@
 //! end is coming, and writes when the saver waits for it.
 //!
 //! Every arrow is a bounded channel. Ctrl-C closes the `stop` channel, a viewer or a sink that goes away
-//! closes its own, and either makes the accumulator stop; it closes the orders, and the workers end.
+//! closes its own, and either makes the accumulator stop; it closes the orders and asks the workers to stop, which they
+//! look for at each bounce. One that does not end is abandoned: its thread belongs to nobody, and ends with the program.
 //!
 //! Where the window moves the camera, all this is wired up again for each place that the scene is seen from.
 
@@ -29,7 +30,8 @@ use crate::math::lanes::Level;
 use crate::output::window::orbit::Orbit;
 use crate::output::window::{self, Feed, Left, Window, WindowOptions};
 use crate::output::{FilmError, OutputError, Progress, Reporter, SampleDump, Tev, TevError, tev};
-use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
+use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, Unanswered, WorkerFailure};
+use crate::render::schedule::GRACE;
 use crate::render::{Accumulator, Barrier, Held, Region, Schedule, first_hit_layers, layer_samples};
 use crate::scene::{FilmMode, Fingerprint, Scene};
 use crate::world::Finder;
@@ -267,6 +269,9 @@ pub enum SessionError {
     /// A worker failed.
     #[error("{0}; {1}")]
     Worker(WorkerFailure, String),
+    /// A worker did not stop when it was asked to.
+    #[error("{0}; {1}")]
+    Unanswered(String, String),
     /// A process failed that should not.
     #[error("the {0} failed; this is a bug in stride: please report it with the scene and the command")]
     Process(&'static str),
@@ -404,6 +409,10 @@ fn tour(
     }
 }
 
+/// How long workers may take to answer the request to stop. They look for it all the time: this is for machines with
+/// many more threads than cores.
+const ANSWERED_WITHIN: Duration = Duration::from_secs(1);
+
 /// Renders, and writes what comes of it unless the camera moves on.
 fn render(
     task: Task<'_>,
@@ -437,8 +446,10 @@ fn render(
     std::thread::scope(|scope| {
         let (batches_out, batches) = bounded(2 * workers);
         let (failures_out, failures) = bounded(workers);
-        let crew::Lines { orders, updates } = crew.start(scope, settings, held, &batches_out, &failures_out);
+        let crew::AtWork { orders, updates, stops: requests, threads } =
+            crew.start(settings, held, &batches_out, &failures_out);
         drop((batches_out, failures_out));
+        let names = threads.names();
         let (notes_out, notes) = bounded(16);
 
         let (samples_out, dumper) = match dump {
@@ -483,6 +494,8 @@ fn render(
         let mut accumulator = Accumulator::new(film, region, schedule, &stops, target, outbox)
             .with_owners(Arc::clone(&owners))
             .with_checkpoints(settings.checkpoint)
+            .with_stops(requests, ANSWERED_WITHIN)
+            .with_overtime(deadline.and_then(|deadline| deadline.checked_add(GRACE)))
             .going_on(settings.first);
         if let Some(splatter) = splatter {
             accumulator = accumulator.with_splatter(splatter);
@@ -558,7 +571,11 @@ fn render(
             dumper.map_or(Ok(Ok(())), |d| d.join().map_err(|_| SessionError::Process("sample dump")));
         let painted = painter.join().map_err(|_| SessionError::Process("picture writer"));
         let tev = tev.map_or(Ok(None), |tev| tev.join().map_err(|_| SessionError::Process("tev sender")));
-        let (outcome, picture, is_aside) = combine(finished, dumped, painted)?;
+        if let Ok((outcome, ..)) = &finished {
+            threads.join(|worker| outcome.unanswered.iter().any(|silent| silent.worker == worker));
+        }
+        let abandoned = |silent: &Unanswered| describe_abandoned(silent, &names, settings.region);
+        let (outcome, picture, is_aside) = combine(finished, dumped, painted, abandoned)?;
         Ok(Rendered { outcome, picture, tev: tev?, left, is_aside })
     })
 }
@@ -626,20 +643,49 @@ fn combine(
     finished: Result<(Outcome, Picture, Written, bool), SessionError>,
     dumped: Result<Written, SessionError>,
     painted: Result<Written, SessionError>,
+    abandoned: impl Fn(&Unanswered) -> String,
 ) -> Result<(Outcome, Picture, bool), SessionError> {
     let (outcome, picture, written, is_aside) = finished?;
-    if let Some(failure) = outcome.failure {
+    if outcome.failure.is_some() || !outcome.unanswered.is_empty() {
         let kept = match written {
             Err(error) => format!("the picture so far could not be written: {error}"),
             Ok(()) if outcome.totals.samples == 0 => "nothing had been rendered yet".to_owned(),
             Ok(()) => "the picture so far has been written".to_owned(),
         };
-        return Err(SessionError::Worker(failure, kept));
+        return Err(match outcome.failure {
+            Some(failure) => SessionError::Worker(failure, kept),
+            None => {
+                let silent: Vec<String> = outcome.unanswered.iter().map(abandoned).collect();
+                SessionError::Unanswered(silent.join("; "), kept)
+            }
+        });
     }
     written?;
     dumped??;
     painted??;
     Ok((outcome, picture, is_aside))
+}
+
+/// What there is to know of a worker that did not stop, and how to find out what keeps it.
+fn describe_abandoned(silent: &Unanswered, names: &[String], region: Region) -> String {
+    /// Pixels that are named.
+    const NAMED: usize = 8;
+    let name = names.get(silent.worker).map_or("a worker", String::as_str);
+    let Some((order, slots)) = silent.order.as_ref().filter(|(_, slots)| !slots.is_empty()) else {
+        return format!("{name} did not stop when it was asked to, and held no order");
+    };
+    let pixels = slots.clone().map(|slot| region.pixel(order.stride.place(slot)));
+    let places: Vec<String> = pixels.take(NAMED).map(|pixel| format!("{},{}", pixel.x, pixel.y)).collect();
+    let more = if slots.len() > NAMED { ", …" } else { "" };
+    format!(
+        "{name} did not stop when it was asked to, and was abandoned: it held the samples {} to {} of {} pixels ({}{more}), of which one takes forever; look for it with stride trace SCENE --pixel {} --sample {}",
+        order.first,
+        order.end - 1,
+        slots.len(),
+        places.join(" "),
+        places.first().map_or("X,Y", String::as_str),
+        order.first,
+    )
 }
 
 fn open_window(
@@ -692,13 +738,18 @@ fn distance(settings: &Settings, integrator: Option<&dyn Integrator>) -> f64 {
 /// Says where the pictures are, and what a user would not expect: samples that were left out and how to look at
 /// one of them, pictures that were not reached, nothing at all.
 fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io::Result<()> {
-    let files = settings.outputs.iter().chain(&settings.film);
+    let files = settings.outputs.iter().chain(&settings.film).chain(&settings.samples);
     let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
     if outcome.totals.samples > 0 && !names.is_empty() {
         let spp = outcome.totals.spp;
         let early = settings.time.is_none() && settings.goal().is_none() && spp < settings.spp;
-        let note =
-            if early { format!(" (stopped early, before {} spp)", settings.spp) } else { String::new() };
+        let note = match outcome.film.seen_range() {
+            _ if early => format!(" (stopped early, before {} spp)", settings.spp),
+            [least, most] if outcome.overtime => format!(
+                " (the time was up long before the next sample of every pixel was done: pixels have {least} to {most} samples)"
+            ),
+            _ => String::new(),
+        };
         writeln!(out, "wrote {}{note}", names.join(", "))?;
     }
     if let Some(camera) = settings.moved.as_ref().filter(|_| outcome.totals.samples > 0) {

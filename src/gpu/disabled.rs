@@ -45,6 +45,16 @@ impl GpuWorker {
     pub fn run(&mut self, _orders: &Receiver<Order>, _batches: &Sender<SampleBatch>) -> Result<(), GpuError> {
         match *self {}
     }
+
+    /// A worker that cannot be there cannot run, and so need not stop.
+    pub fn run_until(
+        &mut self,
+        _orders: &Receiver<Order>,
+        _stop: &Receiver<()>,
+        _batches: &Sender<SampleBatch>,
+    ) -> Result<(), GpuError> {
+        match *self {}
+    }
 }
 
 #[cfg(test)]

@@ -40,11 +40,14 @@ pub(super) struct View<'a> {
     pub settings: &'a Settings,
 }
 
-/// Traces a block of paths.
+/// Traces a block of paths, and returns how many rays that took; `None` if it was to stop before the end.
 pub(super) struct TracePaths<'a, T> {
     pub view: View<'a>,
     pub transport: T,
     pub paths: &'a Paths<'a>,
+    /// Whether to stop. It is asked once for a whole packet at each of its bounces: there is no other bound on the time
+    /// that paths take.
+    pub stop: &'a dyn Fn() -> bool,
     pub out: &'a mut Vec<Finished>,
     pub observer: Observer<'a>,
 }
@@ -64,11 +67,11 @@ pub(super) struct State<F: Float, M> {
 }
 
 impl<T: Transport> Kernel for TracePaths<'_, T> {
-    type Output = u64;
+    type Output = Option<u64>;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> u64 {
-        let TracePaths { view, transport, paths, out, mut observer } = self;
+    fn run<F: Float>(self) -> Option<u64> {
+        let TracePaths { view, transport, paths, stop, out, mut observer } = self;
         let mut queue = Queue::new(paths);
         let mut start = Start::<F>::nowhere();
         let mut state = State::<F, T::Memory<F>> {
@@ -91,7 +94,10 @@ impl<T: Transport> Kernel for TracePaths<'_, T> {
             state.memory = T::select::<F>(started, T::fresh(), state.memory);
             alive = alive | started;
             if !alive.any() {
-                return rays;
+                return Some(rays);
+            }
+            if stop() {
+                return None;
             }
 
             let went_on = transport.step(&view, &mut state, alive, &mut rays, &mut observer);

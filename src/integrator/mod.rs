@@ -88,7 +88,18 @@ pub struct Finished {
 /// Follows light. Chosen once per run; a call traces a block of paths, so that no indirect call falls on a ray.
 pub trait Integrator: Send + Sync {
     /// Traces paths, appends their samples in any order, and returns how many rays that took.
-    fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64;
+    fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
+        self.trace_until(level, paths, &|| false, out).unwrap_or_default()
+    }
+    /// The same, and asks before each bounce of a packet whether to stop. If so it gives up at once and returns `None`:
+    /// some of the paths may be in `out` then.
+    fn trace_until(
+        &self,
+        level: Level,
+        paths: &Paths<'_>,
+        stop: &dyn Fn() -> bool,
+        out: &mut Vec<Finished>,
+    ) -> Option<u64>;
     /// Follows the camera rays of paths to what they meet first, in the order of the paths.
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>);
     /// The same, where another camera looks at the same scene.

@@ -29,10 +29,16 @@ impl<T> PathTracer<T> {
 }
 
 impl<T: Transport + Send + Sync + 'static> Integrator for PathTracer<T> {
-    fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
+    fn trace_until(
+        &self,
+        level: Level,
+        paths: &Paths<'_>,
+        stop: &dyn Fn() -> bool,
+        out: &mut Vec<Finished>,
+    ) -> Option<u64> {
         out.reserve(paths.len());
         let (view, transport, observer) = (self.view(), self.transport, Observer::none());
-        dispatch(level, TracePaths { view, transport, paths, out, observer })
+        dispatch(level, TracePaths { view, transport, paths, stop, out, observer })
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
@@ -48,8 +54,9 @@ impl<T: Transport + Send + Sync + 'static> Integrator for PathTracer<T> {
         let paths = &Paths { pixels: &[pixel], first_sample: sample, samples: 1 };
         let (mut out, mut events) = (Vec::new(), Vec::new());
         let (view, transport, observer) = (self.view(), self.transport, Observer::of(&mut events));
+        let (stop, out_all) = (&|| false, &mut out);
         // Events are those of a single lane.
-        dispatch(Level::SCALAR, TracePaths { view, transport, paths, out: &mut out, observer });
+        dispatch(Level::SCALAR, TracePaths { view, transport, paths, stop, out: out_all, observer });
         (out[0].sample, events)
     }
 }

@@ -35,16 +35,27 @@ pub struct Whitted {
 type Branch = (Ray<f32>, Rgb<f32>, u32);
 
 impl Integrator for Whitted {
-    fn trace(&self, _level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
+    fn trace_until(
+        &self,
+        _level: Level,
+        paths: &Paths<'_>,
+        stop: &dyn Fn() -> bool,
+        out: &mut Vec<Finished>,
+    ) -> Option<u64> {
         let mut stack = Vec::new();
         let mut rays = 0;
         for (slot, &pixel) in paths.pixels.iter().enumerate() {
             for sample in paths.first_sample..paths.first_sample + paths.samples {
-                let sample = self.trace_one(pixel, sample, &mut stack, &mut rays, &mut Observer::none());
+                let observer = &mut Observer::none();
+                let sample = self.trace_one(pixel, sample, &mut stack, &mut rays, stop, observer);
+                if stop() {
+                    // It may have been given up.
+                    return None;
+                }
                 out.push(Finished { slot: slot as u32, sample });
             }
         }
-        rays
+        Some(rays)
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
@@ -60,18 +71,20 @@ impl Integrator for Whitted {
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
         let mut events = Vec::new();
         let observer = &mut Observer::of(&mut events);
-        let sample = self.trace_one(pixel, sample, &mut Vec::new(), &mut 0, observer);
+        let sample = self.trace_one(pixel, sample, &mut Vec::new(), &mut 0, &|| false, observer);
         (sample, events)
     }
 }
 
 impl Whitted {
+    /// Follows one path, until `stop` says that nobody wants it.
     fn trace_one(
         &self,
         pixel: Pixel,
         sample: u32,
         stack: &mut Vec<Branch>,
         rays: &mut u64,
+        stop: &dyn Fn() -> bool,
         observer: &mut Observer<'_>,
     ) -> Sample {
         let id = PathId::<f32> { pixel: Wrapping(pixel.index), sample: Wrapping(sample) };
@@ -81,6 +94,9 @@ impl Whitted {
         let mut l = Rgb::black();
         stack.push((ray, Rgb::splat([1.0; 3]), 0));
         while let Some(branch) = stack.pop() {
+            if stop() {
+                break;
+            }
             l = l + self.follow(branch, stack, &mut stream, rays, observer);
         }
         observer.event::<f32>(|| Event::End { reason: "no branch is left", radiance: rgb(l) });

@@ -8,8 +8,10 @@ use crate::film::file::Piece;
 use crate::film::noise::FIRST_MILESTONE;
 use crate::film::{Film, Milestone, Picture, Reject, Snapshot, Splatter, Statistics};
 use crate::integrator::Sample;
-use crossbeam_channel::{Receiver, Sender, TrySendError, select};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError, at, never, select};
+use std::collections::VecDeque;
 use std::convert::Infallible;
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -42,6 +44,15 @@ pub struct WorkerFailure {
     pub worker: String,
     /// What it said.
     pub message: String,
+}
+
+/// A worker that did not end when it was asked to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unanswered {
+    /// Its number.
+    pub worker: usize,
+    /// The order that it held, and the slots of it whose samples had not come, if it held any.
+    pub order: Option<(Order, Range<u32>)>,
 }
 
 /// A picture of which every pixel has exactly the same number of samples.
@@ -126,6 +137,10 @@ pub struct Outcome {
     pub failure: Option<WorkerFailure>,
     /// A worker that was lost, and whose work the others took over.
     pub lost: Option<WorkerFailure>,
+    /// The workers that did not answer the request to stop.
+    pub unanswered: Vec<Unanswered>,
+    /// Whether the time was up, and it would have taken too long to come to a whole sample.
+    pub overtime: bool,
     /// Samples that each worker made.
     pub made: Vec<u64>,
     /// The worker that owns each pixel in the end, if anybody was told.
@@ -163,8 +178,13 @@ pub struct Accumulator {
     splatter: Option<Arc<Splatter>>,
     /// The index of each pixel's first sample.
     first: u32,
-    /// Orders that each worker has and has not completed.
-    outstanding: Vec<usize>,
+    /// Orders that each worker has and has not completed, the oldest first.
+    outstanding: Vec<VecDeque<Given>>,
+    /// Where workers are asked to stop, and how long their answer may take.
+    stops: Vec<Sender<()>>,
+    patience: Duration,
+    /// When to stop, whole sample or not.
+    overtime: Option<Instant>,
     gathering: Vec<Gathering>,
     owners: Option<Arc<Vec<u32>>>,
     /// A worker that may be lost, and where the others hear what pixels have then.
@@ -191,6 +211,13 @@ pub struct Accumulator {
     target: Option<u32>,
     /// Somebody who was to get everything has gone: there is no use in going on.
     deserted: bool,
+}
+
+/// An order that a worker has, and how many of its slots have come.
+#[derive(Clone, Copy, Debug)]
+struct Given {
+    order: Order,
+    slots: u32,
 }
 
 /// A barrier's picture, filled share by share.
@@ -223,7 +250,10 @@ impl Accumulator {
             outbox,
             splatter: None,
             first: 0,
-            outstanding: vec![0; workers],
+            outstanding: vec![VecDeque::new(); workers],
+            stops: Vec::new(),
+            patience: Duration::ZERO,
+            overtime: None,
             gathering: barriers.iter().map(gather).collect(),
             owners: None,
             spare: None,
@@ -264,6 +294,19 @@ impl Accumulator {
     /// pixels have by then, before they get its orders.
     pub fn with_spare(mut self, worker: usize, updates: Vec<Sender<Arc<Held>>>) -> Accumulator {
         self.spare = Some((worker, updates));
+        self
+    }
+
+    /// Says where workers are asked to stop, by a message that they leave there, and how long it may take them to end:
+    /// then they have dropped their ends of these channels. What they send meanwhile counts.
+    pub fn with_stops(mut self, workers: Vec<Sender<()>>, patience: Duration) -> Accumulator {
+        (self.stops, self.patience) = (workers, patience);
+        self
+    }
+
+    /// Says when to stop even if no whole sample is done then.
+    pub fn with_overtime(mut self, overtime: Option<Instant>) -> Accumulator {
+        self.overtime = overtime;
         self
     }
 
@@ -322,7 +365,8 @@ impl Accumulator {
     pub fn run(mut self, inbox: Inbox) -> Outcome {
         self.started = Instant::now();
         self.last_checkpoint = self.started;
-        let (mut failure, mut lost) = (None, None);
+        let (mut failure, mut lost, mut overtime) = (None, None, false);
+        let time_is_up = self.overtime.map_or_else(never, at);
         self.pass_gate();
         self.give_orders();
         while !self.deserted {
@@ -343,12 +387,16 @@ impl Accumulator {
                     lost = Some(sent);
                 },
                 recv(inbox.stop) -> _ => break,
+                recv(time_is_up) -> _ => {
+                    overtime = true;
+                    break;
+                }
             }
         }
         // What has arrived by now counts; closing orders and batches tells the workers to end.
         self.outbox.orders.clear();
         self.outbox.film = None;
-        self.take_arrived(&inbox.batches);
+        let unanswered = self.stop_workers(&inbox.batches);
         // The last worker's failure may lie behind the end of its batches.
         failure = failure.or_else(|| inbox.failures.try_recv().ok());
         self.totals.elapsed = self.started.elapsed();
@@ -370,7 +418,51 @@ impl Accumulator {
         let whole = (0..self.region.len() as usize).all(|place| self.film.seen(place) == u64::from(spp));
         let unreached = self.gathering.iter().map(|g| g.barrier.end).collect();
         let Accumulator { film, totals, milestone, made, owners, rejects, .. } = self;
-        Outcome { film, totals, milestone, whole, failure, lost, made, owners, unreached, rejects }
+        let overtime = overtime && !whole;
+        Outcome {
+            film,
+            totals,
+            milestone,
+            whole,
+            failure,
+            lost,
+            unanswered,
+            overtime,
+            made,
+            owners,
+            unreached,
+            rejects,
+        }
+    }
+
+    /// Asks the workers to stop, and takes what they send until they have ended. Returns those that have not, after a
+    /// while.
+    fn stop_workers(&mut self, batches: &Receiver<SampleBatch>) -> Vec<Unanswered> {
+        for worker in &self.stops {
+            // A worker that has ended has nothing to hear.
+            let _ = worker.try_send(());
+        }
+        if self.stops.is_empty() {
+            self.take_arrived(batches);
+            return Vec::new();
+        }
+        let deadline = Instant::now() + self.patience;
+        loop {
+            match batches.recv_deadline(deadline) {
+                Ok(batch) => self.take(batch),
+                Err(RecvTimeoutError::Disconnected) => return Vec::new(),
+                Err(RecvTimeoutError::Timeout) => break,
+            }
+        }
+        let stops = self.stops.iter().enumerate();
+        let silent = stops.filter(|(_, stop)| matches!(stop.try_send(()), Err(TrySendError::Full(()))));
+        let unanswered = silent.map(|(worker, _)| Unanswered {
+            worker,
+            order: self.outstanding[worker]
+                .front()
+                .map(|&Given { order, slots }| (order, slots..order.stride.len(self.region.len()))),
+        });
+        unanswered.collect()
     }
 
     fn take_arrived(&mut self, batches: &Receiver<SampleBatch>) {
@@ -387,7 +479,7 @@ impl Accumulator {
     /// Goes on without a worker.
     fn lose(&mut self, worker: usize) {
         self.outbox.orders[worker] = None;
-        self.outstanding[worker] = 0;
+        self.outstanding[worker].clear();
         self.schedule.lose(worker);
         let held = Held::of(&self.film, self.region, self.first).map(Arc::new);
         if let (Some(held), Some((_, updates))) = (held, self.spare.take()) {
@@ -408,9 +500,7 @@ impl Accumulator {
         let pace = self.pace();
         let wanted = self.schedule.ahead(pace);
         for worker in 0..self.outstanding.len() {
-            while self.outstanding[worker] < wanted && self.give_order(worker, pace) {
-                self.outstanding[worker] += 1;
-            }
+            while self.outstanding[worker].len() < wanted && self.give_order(worker, pace) {}
         }
     }
 
@@ -426,7 +516,11 @@ impl Accumulator {
         let Some(orders) = slot else { return false };
         match self.schedule.next(worker, pace) {
             // A worker that doesn't take its order has failed, and says so elsewhere.
-            Deal::Order(order) => orders.send(order).is_ok(),
+            Deal::Order(order) => {
+                let is_taken = orders.send(order).is_ok();
+                self.outstanding[worker].extend(is_taken.then_some(Given { order, slots: 0 }));
+                is_taken
+            }
             Deal::Later => false,
             // Somebody may be lost yet, and what it has not completed wants a worker.
             Deal::Done if self.spare.is_some() && !self.schedule.is_idle() => false,
@@ -445,6 +539,10 @@ impl Accumulator {
         self.made[worker] += paths;
         for reject in rejects {
             self.remember(reject);
+        }
+        let slots = payload.slots_end();
+        if let Some(given) = self.outstanding[worker].front_mut() {
+            given.slots = given.slots.max(slots);
         }
         let samples = match payload {
             Payload::Samples(samples) => {
@@ -539,7 +637,7 @@ impl Accumulator {
                 self.send_barrier(done.barrier);
             }
         }
-        self.outstanding[worker] -= 1;
+        self.outstanding[worker].pop_front();
         self.pass_gate();
         self.estimate();
         self.give_orders();

@@ -76,6 +76,15 @@ pub enum Payload {
 }
 
 impl Payload {
+    /// One past the last slot that there are sums for; zero where samples come one by one.
+    pub fn slots_end(&self) -> u32 {
+        match self {
+            Payload::Samples(_) => 0,
+            Payload::Sums { first_slot, sums, .. } => first_slot + sums.len() as u32,
+            Payload::Splats { first_slot, made, .. } => first_slot + made.len() as u32,
+        }
+    }
+
     /// Sums from a slot on, of nothing yet.
     pub fn sums(first_slot: u32) -> Payload {
         Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }

@@ -42,6 +42,9 @@ const _: () = assert!(LONGEST_ORDER <= crate::film::sums::MAX_COUNT);
 /// short enough that a time limit is kept.
 const TARGET: Duration = Duration::from_millis(500);
 
+/// How long after its deadline a render may come to a whole sample. None is begun that is expected to take longer.
+pub const GRACE: Duration = Duration::from_millis(750);
+
 /// Shares of a stride: as many as can be taken over from a worker that is slow.
 const SHARES: u32 = 8;
 
@@ -112,7 +115,8 @@ impl Share {
 
 impl Schedule {
     /// A schedule for some workers over a region of so many pixels that ends at `target` samples a pixel, or
-    /// before, at the first barrier after the deadline, and passes each of `stops`.
+    /// before, at the first barrier after the deadline or the last one that is expected within [`GRACE`] of it, and
+    /// passes each of `stops`. There is one sample of every pixel at least.
     pub fn new(
         workers: usize,
         pixels: u32,
@@ -293,10 +297,31 @@ impl Schedule {
 
     /// Whether there is another barrier for a share to pass; decides it if need be.
     fn has_next(&mut self, share: usize, pace: Option<Duration>) -> bool {
-        if self.shares[share].ordered == self.barriers.len() {
-            self.barriers.extend(self.next_barrier(pace));
+        if self.shares[share].ordered == self.barriers.len()
+            && let Some(end) = self.next_barrier(pace)
+        {
+            let from = self.barriers.last().copied().unwrap_or(self.start);
+            if from > self.start && from >= self.most && self.is_too_far(end, pace) {
+                // It stays so: the others must not go on without those that have ended.
+                self.target = from;
+            } else {
+                self.barriers.push(end);
+            }
         }
         self.shares[share].ordered < self.barriers.len()
+    }
+
+    /// Whether it is expected that all come to a barrier long after the deadline.
+    fn is_too_far(&self, end: u32, pace: Option<Duration>) -> bool {
+        let (Some(deadline), Some(pace)) = (self.deadline, pace) else { return false };
+        let missing = |share: &Share| {
+            let ordered = share.ordered.checked_sub(1).map_or(self.start, |last| self.barriers[last]);
+            // Of what is under way half is done, more or less.
+            f64::from(end - share.completed) - 0.5 * f64::from(ordered.saturating_sub(share.completed))
+        };
+        let mean = self.shares.iter().map(missing).sum::<f64>() / self.shares.len().max(1) as f64;
+        let left = deadline.saturating_duration_since(Instant::now()) + GRACE;
+        pace.as_secs_f64() * mean > left.as_secs_f64()
     }
 
     fn order(&mut self, index: usize, worker: usize) -> Order {
@@ -420,6 +445,33 @@ mod tests {
     fn a_deadline_in_the_past_still_gives_one_sample() {
         let mut schedule = Schedule::new(1, 100, 100, Some(Instant::now()), vec![]);
         assert_eq!(ranges(&orders(&mut schedule, 0, None)), [(0, 1)]);
+    }
+
+    #[test]
+    fn no_sample_is_begun_that_would_end_long_after_the_deadline() {
+        let deadline = Instant::now() + Duration::from_secs(1000);
+        for (pace, samples) in [(2000, 1), (400, 50), (1, 50)] {
+            let mut schedule = Schedule::new(1, 100, 50, Some(deadline), vec![]);
+            let pace = Some(Duration::from_secs(pace));
+            let given = ranges(&orders(&mut schedule, 0, pace));
+            assert_eq!(given.last().map(|&(_, end)| end), Some(samples), "{given:?}");
+            assert_eq!((schedule.next(0, pace), schedule.completed()), (Deal::Done, samples));
+        }
+    }
+
+    #[test]
+    fn workers_end_together_where_another_sample_would_take_too_long() {
+        let deadline = Instant::now() + Duration::from_secs(1000);
+        let mut schedule = Schedule::new(2, 10, 50, Some(deadline), vec![]);
+        let (quick, slow) = (Some(Duration::from_secs(1)), Some(Duration::from_secs(2000)));
+        let Deal::Order(first) = schedule.next(0, None) else { panic!("no order") };
+        let Deal::Order(second) = schedule.next(1, None) else { panic!("no order") };
+        schedule.complete(first.stride, first.end);
+        assert_eq!(schedule.next(0, slow), Deal::Done);
+        schedule.complete(second.stride, second.end);
+        // Even if it turns out that there would have been time.
+        assert_eq!((schedule.next(1, quick), schedule.next(0, quick)), (Deal::Done, Deal::Done));
+        assert_eq!(schedule.completed(), 1);
     }
 
     #[test]

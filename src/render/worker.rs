@@ -75,23 +75,39 @@ impl Worker<'_> {
         updates: &Receiver<Arc<Held>>,
         batches: &Sender<SampleBatch>,
     ) {
+        self.run_until(orders, updates, &never(), batches);
+    }
+
+    /// The same, and gives up as soon as there is a message in `stop`, which stays there. What was finished by then has
+    /// been sent: of a block that is cut short no sample counts.
+    ///
+    /// It is a message and not the end of the channel because a packet looks for it at each of its bounces: whether a
+    /// channel is empty takes two loads to tell, and whether it is closed ten times as long.
+    pub fn run_until(
+        &self,
+        orders: &Receiver<Order>,
+        updates: &Receiver<Arc<Held>>,
+        stop: &Receiver<()>,
+        batches: &Sender<SampleBatch>,
+    ) {
         let mut scratch = Scratch::new();
         let mut latest: Option<Arc<Held>> = None;
         for order in orders {
             latest = updates.try_iter().last().or(latest);
             let held = latest.as_deref().or(self.held).filter(|held| !held.is_behind(order));
-            if self.carry_out(order, held, &mut scratch, batches).is_none() {
+            if self.carry_out(order, held, &mut scratch, stop, batches).is_none() {
                 return;
             }
         }
     }
 
-    /// Traces an order block by block. Returns `None` when nobody wants the batches any more.
+    /// Traces an order block by block. Returns `None` when it is to stop, or nobody wants the batches any more.
     fn carry_out(
         &self,
         order: Order,
         held: Option<&Held>,
         scratch: &mut Scratch,
+        stop: &Receiver<()>,
         batches: &Sender<SampleBatch>,
     ) -> Option<()> {
         let slots = order.stride.len(self.region.len());
@@ -100,14 +116,14 @@ impl Worker<'_> {
         let mut slot = 0;
         while slot < slots {
             let start = Instant::now();
-            slot = match held {
+            let traced;
+            (slot, traced) = match held {
                 None => {
                     let samples = order.first..order.end;
                     let slots_per_block = (scratch.block / samples.len().max(1)).max(1) as u32;
                     let block = slot..last.min(slot.saturating_add(slots_per_block));
                     let pixels = block.clone().map(|slot| self.region.pixel(order.stride.place(slot)));
-                    self.trace_block(pixels, &samples, scratch, &mut batch);
-                    block.end
+                    (block.end, self.trace_block(pixels, &samples, scratch, stop, &mut batch))
                 }
                 // A block has the same samples for each of its pixels, but for those that lack none.
                 Some(held) => {
@@ -115,11 +131,18 @@ impl Worker<'_> {
                     let lacks = |slot: &u32| !held.rest(order.stride.place(*slot), order).is_empty();
                     let pixels = block.clone().filter(lacks);
                     let pixels = pixels.map(|slot| self.region.pixel(order.stride.place(slot)));
-                    self.trace_block(pixels, &samples, scratch, &mut batch);
-                    spread(&mut batch.payload, scratch.pixels.len(), block.clone(), lacks);
-                    block.end
+                    let traced = self.trace_block(pixels, &samples, scratch, stop, &mut batch);
+                    if traced.is_some() {
+                        spread(&mut batch.payload, scratch.pixels.len(), block.clone(), lacks);
+                    }
+                    (block.end, traced)
                 }
             };
+            if traced.is_none() {
+                // Nobody may be there to take it any more.
+                let _ = batches.send(batch);
+                return None;
+            }
             scratch.adapt(start.elapsed());
             let summed = matches!(&batch.payload, Payload::Sums { sums, .. } if sums.len() >= MOST_SLOTS);
             let long = summed || batch.samples.len() >= MOST_SAMPLES;
@@ -163,13 +186,15 @@ impl Worker<'_> {
         (splatter.band(first, stride.place(inside), self.region.width), outside)
     }
 
+    /// Traces some samples of some pixels, or returns `None` when it is to stop before it has done all of them.
     fn trace_block(
         &self,
         pixels: impl Iterator<Item = Pixel>,
         samples: &Range<u32>,
         scratch: &mut Scratch,
+        stop: &Receiver<()>,
         batch: &mut SampleBatch,
-    ) {
+    ) -> Option<()> {
         scratch.pixels.clear();
         scratch.pixels.extend(pixels);
         scratch.finished.clear();
@@ -178,7 +203,8 @@ impl Worker<'_> {
             first_sample: samples.start,
             samples: samples.end - samples.start,
         };
-        batch.rays += self.integrator.trace(self.level, &paths, &mut scratch.finished);
+        let stop = || !stop.is_empty();
+        batch.rays += self.integrator.trace_until(self.level, &paths, &stop, &mut scratch.finished)?;
         batch.paths += paths.len() as u64;
         if self.sends_samples {
             batch.samples.extend(scratch.finished.iter().map(|f| f.sample));
@@ -187,7 +213,7 @@ impl Worker<'_> {
             // A CPU worker always has sums.
             Payload::Samples(_) => {}
             Payload::Splats { made, band, bright, .. } => {
-                let Some(splatter) = self.splatter else { return };
+                let splatter = self.splatter?;
                 let base = made.len();
                 made.resize(base + scratch.pixels.len(), Made::default());
                 let made = &mut made[base..];
@@ -211,6 +237,7 @@ impl Worker<'_> {
                 }
             }
         }
+        Some(())
     }
 }
 

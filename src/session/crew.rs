@@ -14,7 +14,7 @@ use crossbeam_channel::{Receiver, Sender, bounded, never};
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::thread::Scope;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// How long devices are measured before strides are dealt to them.
@@ -45,14 +45,38 @@ struct Gpu {
 }
 
 /// What a worker's thread does.
-type Work<'a> = Box<dyn FnMut(&Mailbox) -> Result<(), gpu::GpuError> + Send + 'a>;
+type Work = Box<dyn FnMut(&Mailbox) -> Result<(), gpu::GpuError> + Send>;
 
-/// What a crew at work listens to.
-pub(super) struct Lines {
+/// A crew at work.
+pub(super) struct AtWork {
     /// Work for each worker.
     pub orders: Vec<Option<Sender<Order>>>,
     /// Where CPU workers hear what pixels have when the GPU is lost, and how far each goes.
     pub updates: Vec<Sender<Arc<Held>>>,
+    /// Where workers are asked to stop.
+    pub stops: Vec<Sender<()>>,
+    /// Their threads.
+    pub threads: Threads,
+}
+
+/// The threads of workers, which belong to nobody: one that does not end when it is asked to must not hold up anything.
+pub(super) struct Threads(Vec<(String, JoinHandle<()>)>);
+
+impl Threads {
+    /// What the workers are called.
+    pub(super) fn names(&self) -> Vec<String> {
+        self.0.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// Waits for all but those that have been abandoned.
+    pub(super) fn join(self, is_abandoned: impl Fn(usize) -> bool) {
+        for (worker, (_, thread)) in self.0.into_iter().enumerate() {
+            if !is_abandoned(worker) {
+                // It has caught its panic.
+                let _ = thread.join();
+            }
+        }
+    }
 }
 
 impl Crew {
@@ -160,17 +184,24 @@ impl Crew {
         let (batches_out, batches) = bounded(2 * (crew.threads + 1));
         let speeds = std::thread::scope(|scope| {
             let mut orders = Vec::new();
+            let mut stops = Vec::new();
             for index in 0..crew.threads {
-                let (orders_out, mailbox) = post(&batches_out);
+                let (orders_out, stops_out, mailbox) = post(&batches_out);
                 orders.push(orders_out);
+                stops.push(stops_out);
                 scope.spawn(move || crew.work(settings, index, None, &never(), &mailbox));
             }
-            let (orders_out, mailbox) = post(&batches_out);
+            let (orders_out, stops_out, mailbox) = post(&batches_out);
             orders.push(orders_out);
+            stops.push(stops_out);
             let work = &mut gpu.worker;
-            let gpu = scope.spawn(move || work.run(&mailbox.orders, &mailbox.batches));
+            let gpu = scope.spawn(move || work.run_until(&mailbox.orders, &mailbox.stop, &mailbox.batches));
             drop(batches_out);
             let speeds = watch(&orders, &batches);
+            for stop in stops {
+                // One that has failed has nothing to hear.
+                let _ = stop.try_send(());
+            }
             // Closing both ends ends them all.
             drop((orders, batches));
             gpu.join().map_or_else(|panic| std::panic::resume_unwind(panic), |end| end.map(|()| speeds))
@@ -238,24 +269,25 @@ impl Crew {
         let (level, region, sends_samples) = (settings.level, settings.region, settings.samples.is_some());
         let splatter = self.splatter.as_deref();
         let worker = Worker { index, integrator, level, region, sends_samples, splatter, held };
-        worker.run_with_updates(&mail.orders, updates, &mail.batches);
+        worker.run_until(&mail.orders, updates, &mail.stop, &mail.batches);
     }
 
     /// Starts a thread for each worker and returns where to send their orders.
-    pub(super) fn start<'scope>(
+    pub(super) fn start(
         mut self,
-        scope: &'scope Scope<'scope, '_>,
-        settings: &'scope Settings,
+        settings: &Settings,
         held: Option<Arc<Held>>,
         batches: &Sender<SampleBatch>,
         failures: &Sender<WorkerFailure>,
-    ) -> Lines {
-        let mut lines = Lines { orders: Vec::new(), updates: Vec::new() };
-        let mut hire = |index: usize, name: String, mut work: Work<'scope>| {
-            let (orders_out, mailbox) = post(batches);
-            lines.orders.push(Some(orders_out));
-            let failures = failures.clone();
-            scope.spawn(move || {
+    ) -> AtWork {
+        let (mut orders, mut stops, mut all_updates) = (Vec::new(), Vec::new(), Vec::new());
+        let mut hired = Vec::new();
+        let mut hire = |index: usize, name: String, mut work: Work| {
+            let (orders_out, stops_out, mailbox) = post(batches);
+            orders.push(Some(orders_out));
+            stops.push(stops_out);
+            let (failures, called) = (failures.clone(), name.clone());
+            let thread = std::thread::spawn(move || {
                 let problem = match catch_unwind(AssertUnwindSafe(|| work(&mailbox))) {
                     Ok(Ok(())) => return,
                     Ok(Err(error)) => error.to_string(),
@@ -264,25 +296,26 @@ impl Crew {
                 // Nobody listens any more only if the run has ended already.
                 let _ = failures.send(WorkerFailure { index, worker: name, message: problem });
             });
+            hired.push((called, thread));
         };
         let (threads, gpu) = (self.threads, self.gpu.take());
-        let crew = Arc::new(self);
+        let (crew, settings) = (Arc::new(self), Arc::new(settings.clone()));
         for index in 0..threads {
-            let (crew, held) = (Arc::clone(&crew), held.clone());
+            let (crew, settings, held) = (Arc::clone(&crew), Arc::clone(&settings), held.clone());
             let (updates_out, updates) = bounded(MOST_UPDATES);
-            lines.updates.push(updates_out);
+            all_updates.push(updates_out);
             let work = move |mail: &Mailbox| {
-                crew.work(settings, index, held.as_deref(), &updates, mail);
+                crew.work(&settings, index, held.as_deref(), &updates, mail);
                 Ok(())
             };
             hire(index, format!("worker {index}"), Box::new(work));
         }
         if let Some(Gpu { mut worker, name }) = gpu {
             worker.holds(held);
-            let work = move |mail: &Mailbox| worker.run(&mail.orders, &mail.batches);
+            let work = move |mail: &Mailbox| worker.run_until(&mail.orders, &mail.stop, &mail.batches);
             hire(threads, format!("the GPU worker ({name})"), Box::new(work));
         }
-        lines
+        AtWork { orders, updates: all_updates, stops, threads: Threads(hired) }
     }
 }
 
@@ -340,15 +373,18 @@ fn watch(orders: &[Sender<Order>], batches: &Receiver<SampleBatch>) -> Vec<f64> 
     seen.iter().map(rate).collect()
 }
 
-/// A worker's mailbox, and where to send its orders.
-fn post(batches: &Sender<SampleBatch>) -> (Sender<Order>, Mailbox) {
+/// Where to send a worker its orders and the request to stop, and its mailbox.
+fn post(batches: &Sender<SampleBatch>) -> (Sender<Order>, Sender<()>, Mailbox) {
     let (orders_out, orders) = bounded(2);
-    (orders_out, Mailbox { orders, batches: batches.clone() })
+    let (stops_out, stop) = bounded(1);
+    (orders_out, stops_out, Mailbox { orders, stop, batches: batches.clone() })
 }
 
 /// A worker's ends of its channels.
 struct Mailbox {
     orders: Receiver<Order>,
+    /// A message here is the request to stop.
+    stop: Receiver<()>,
     batches: Sender<SampleBatch>,
 }
 
@@ -360,8 +396,10 @@ fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Begun, Task, keeping};
     use super::*;
-    use crate::film::Rectangle;
+    use crate::film::{Film, Rectangle};
+    use crate::integrator::{Event, Finished, FirstHit, Paths, Pixel, Sample};
     use crate::math::lanes::Level;
     use crate::scene::parse;
     use crate::world::Finder;
@@ -428,5 +466,78 @@ mod tests {
         let other = Crew::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU");
         let told = other.err().map(|error| error.to_string()).unwrap_or_default();
         assert!(told.contains("begun on gpu: some GPU"), "{told}");
+    }
+
+    /// Traces as another, but never comes back from pixels of a certain sample on: it tells of that, and waits.
+    struct Stuck {
+        inner: Arc<dyn Integrator>,
+        held: Sender<()>,
+        released: Receiver<()>,
+    }
+
+    impl Integrator for Stuck {
+        fn trace_until(
+            &self,
+            level: Level,
+            paths: &Paths<'_>,
+            stop: &dyn Fn() -> bool,
+            out: &mut Vec<Finished>,
+        ) -> Option<u64> {
+            if paths.first_sample > 0 && paths.pixels.iter().any(|pixel| pixel.index == 19) {
+                let _ = self.held.try_send(());
+                let _ = self.released.recv();
+            }
+            self.inner.trace_until(level, paths, stop, out)
+        }
+
+        fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
+            self.inner.first_hits(level, paths, out);
+        }
+
+        fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
+            self.inner.seen_by(camera)
+        }
+
+        fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
+            self.inner.explain(pixel, sample)
+        }
+    }
+
+    #[test]
+    fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = folder.path().join("a.png");
+        let settings =
+            Settings { spp: 1_000_000, outputs: vec![picture.clone()], ..settings(DeviceChoice::Cpu) };
+        let mut crew = Crew::new(&settings).unwrap();
+        let (held_out, held) = bounded(1);
+        let (release, released) = bounded(0);
+        let inner = crew.integrator().unwrap();
+        crew.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
+        let head = keeping::head(&settings, &crew.description());
+        let film = Film::with_layout(head.layout).unwrap();
+        let begun = Begun { film, milestone: None, spent: Duration::ZERO };
+        let task = Task { settings: &settings, crew, head: &head, begun, dump: None, tev: None };
+        let (stop_out, stop) = bounded(0);
+        let asks = std::thread::spawn(move || {
+            held.recv().unwrap();
+            drop(stop_out);
+        });
+        let error = super::super::render(task, None, &stop).err().unwrap();
+        asks.join().unwrap();
+        drop(release);
+        let said = error.to_string();
+        assert!(matches!(error, SessionError::Unanswered(..)), "{said}");
+        // Pixel 19 is one of the odd half.
+        for part in [
+            "worker 1 did not stop",
+            " of 32 pixels (1,0 3,0 ",
+            "stride trace SCENE --pixel ",
+            " --sample 1",
+            "has been written",
+        ] {
+            assert!(said.contains(part), "no {part:?} in: {said}");
+        }
+        assert!(picture.exists());
     }
 }

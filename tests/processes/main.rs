@@ -1,5 +1,6 @@
 //! Workers, channels and the accumulator: the film depends on none of them.
 
+mod abandoned;
 mod checkpoints;
 #[path = "../common/mod.rs"]
 mod common;
@@ -26,7 +27,7 @@ use stride::film::{
 use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths, Pixel, Sample};
 use stride::math::lanes::Level;
 use stride::output::{FilmSink, open_film, tev};
-use stride::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
+use stride::render::accumulator::{Inbox, Outbox, Outcome, Totals, Unanswered, WorkerFailure};
 use stride::render::worker::Worker;
 use stride::render::{
     Accumulator, Barrier, Deal, Held, Order, Payload, Region, SampleBatch, Schedule, Stride, Traced,
@@ -55,12 +56,18 @@ struct Hooked<B, A> {
 }
 
 impl<B: Fn(&Paths<'_>) + Send + Sync, A: Fn(&mut Sample) + Send + Sync> Integrator for Hooked<B, A> {
-    fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
+    fn trace_until(
+        &self,
+        level: Level,
+        paths: &Paths<'_>,
+        stop: &dyn Fn() -> bool,
+        out: &mut Vec<Finished>,
+    ) -> Option<u64> {
         (self.before)(paths);
         let from = out.len();
-        let rays = self.inner.trace(level, paths, out);
+        let rays = self.inner.trace_until(level, paths, stop, out)?;
         out[from..].iter_mut().for_each(|finished| (self.after)(&mut finished.sample));
-        rays
+        Some(rays)
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {

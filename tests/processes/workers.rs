@@ -45,14 +45,20 @@ fn closing_the_orders_ends_a_worker_after_the_last_of_them() {
 struct Quick(Box<dyn Integrator>);
 
 impl Integrator for Quick {
-    fn trace(&self, _: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
+    fn trace_until(
+        &self,
+        _: Level,
+        paths: &Paths<'_>,
+        _: &dyn Fn() -> bool,
+        out: &mut Vec<Finished>,
+    ) -> Option<u64> {
         for (slot, pixel) in (0..).zip(paths.pixels) {
             let (x, y) = (pixel.x as f32 + 0.5, pixel.y as f32 + 0.5);
             let of = |sample| Sample { pixel: pixel.index, sample, x, y, radiance: [1.0; 3] };
             let samples = paths.first_sample..paths.first_sample + paths.samples;
             out.extend(samples.map(|sample| Finished { slot, sample: of(sample) }));
         }
-        paths.len() as u64
+        Some(paths.len() as u64)
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {

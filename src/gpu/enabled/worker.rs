@@ -13,7 +13,7 @@ use crate::film::{Band, Made, Reject, Splatter};
 use crate::gpu::{GpuError, Job};
 use crate::render::batch::NAMED_REJECTS;
 use crate::render::{Held, Order, Payload, Region, SampleBatch, Stride, Traced};
-use crossbeam_channel::{Receiver, Sender, TryRecvError};
+use crossbeam_channel::{Receiver, Sender, TryRecvError, never};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -121,6 +121,17 @@ impl GpuWorker {
     /// Carries out orders until their channel closes or nobody wants the batches any more. Fails when the
     /// device does; the batches sent until then are good.
     pub fn run(&mut self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) -> Result<(), GpuError> {
+        self.run_until(orders, &never(), batches)
+    }
+
+    /// The same, and begins nothing more once there is a message in `stop`, which stays there: what the device works at
+    /// by then is sent.
+    pub fn run_until(
+        &mut self,
+        orders: &Receiver<Order>,
+        stop: &Receiver<()>,
+        batches: &Sender<SampleBatch>,
+    ) -> Result<(), GpuError> {
         let mut in_flight: VecDeque<(Submission, Instant)> = VecDeque::with_capacity(IN_FLIGHT);
         let mut remaining: Option<Remaining> = None;
         // What is next: tasks that came to nothing, and those that were in flight behind them.
@@ -128,6 +139,10 @@ impl GpuWorker {
         let mut closed = false;
         let mut last_landing = Instant::now();
         loop {
+            if !stop.is_empty() {
+                (closed, remaining) = (true, None);
+                tasks.clear();
+            }
             // The device works at one dispatch while the next waits in its queue.
             while in_flight.len() < IN_FLIGHT {
                 if tasks.is_empty() {

@@ -1,0 +1,182 @@
+//! Workers that are asked to stop: they give up at once, or are abandoned.
+
+use super::*;
+use crossbeam_channel::never;
+use std::cell::Cell;
+
+/// How long an answer may take before its worker is abandoned. A worker that answers does so within microseconds.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// An accumulator of some workers' batches that asks them to stop, and what each of them has.
+struct Wired {
+    accumulator: Accumulator,
+    inbox: Inbox,
+    stop: Sender<Infallible>,
+    mailboxes: Vec<(Receiver<Order>, Receiver<()>, Sender<SampleBatch>)>,
+}
+
+fn wired(workers: usize, spp: u32) -> Wired {
+    let (batches_out, batches) = bounded(2 * workers);
+    let (stop_out, stop) = bounded(0);
+    let (mut orders, mut stops, mut mailboxes) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..workers {
+        let (orders_out, orders_in) = bounded(2);
+        let (stops_out, stops_in) = bounded(1);
+        orders.push(Some(orders_out));
+        stops.push(stops_out);
+        mailboxes.push((orders_in, stops_in, batches_out.clone()));
+    }
+    let schedule = Schedule::new(workers, WHOLE.len(), spp, None, Vec::new());
+    let outbox = Outbox {
+        orders,
+        samples: None,
+        barriers: None,
+        film: None,
+        snapshots: None,
+        remote: None,
+        progress: None,
+    };
+    let film = Film::new(WIDTH, HEIGHT).unwrap();
+    let accumulator =
+        Accumulator::new(film, WHOLE, schedule, &[], Some(spp), outbox).with_stops(stops, PATIENCE);
+    let inbox = Inbox { batches, failures: never(), stop };
+    Wired { accumulator, inbox, stop: stop_out, mailboxes }
+}
+
+fn worker(index: usize, integrator: &dyn Integrator) -> Worker<'_> {
+    Worker {
+        index,
+        integrator,
+        level: level(),
+        region: WHOLE,
+        sends_samples: false,
+        splatter: None,
+        held: None,
+    }
+}
+
+#[test]
+fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
+    let integrator = common::integrator(&scene());
+    let Wired { accumulator, inbox, stop, mut mailboxes } = wired(2, 1_000_000);
+    let (silent_orders, silent_stop, silent_batches) = mailboxes.pop().unwrap();
+    let (orders, stops, batches) = mailboxes.pop().unwrap();
+    let (held_out, held) = bounded(1);
+    let (release, released) = bounded::<Infallible>(0);
+    let (outcome, order) = std::thread::scope(|scope| {
+        let integrator = &*integrator;
+        scope.spawn(move || worker(0, integrator).run_until(&orders, &never(), &stops, &batches));
+        scope.spawn(move || {
+            let order: Order = silent_orders.recv().unwrap();
+            held_out.send(order).unwrap();
+            // It looks at nothing any more, until the test is over.
+            let _ = released.recv();
+            drop((silent_orders, silent_stop, silent_batches));
+        });
+        let run = scope.spawn(move || accumulator.run(inbox));
+        let order = held.recv().unwrap();
+        drop(stop);
+        let outcome = run.join().unwrap();
+        drop(release);
+        (outcome, order)
+    });
+    let slots = order.stride.len(WHOLE.len());
+    assert_eq!(outcome.unanswered, [Unanswered { worker: 1, order: Some((order, 0..slots)) }]);
+    assert!(outcome.failure.is_none() && !outcome.whole && !outcome.overtime);
+    is_a_prefix(&outcome);
+}
+
+#[test]
+fn workers_that_answer_are_not_abandoned_and_all_that_they_finished_counts() {
+    let integrator = common::integrator(&scene());
+    for workers in 1..5 {
+        let Wired { accumulator, inbox, stop, mailboxes } = wired(workers, 1_000_000);
+        let (begun_out, begun) = bounded(1);
+        let sent = std::sync::atomic::AtomicU32::new(0);
+        let outcome = std::thread::scope(|scope| {
+            for (index, (orders, stops, batches)) in mailboxes.into_iter().enumerate() {
+                let (integrator, begun_out, sent) = (&*integrator, begun_out.clone(), &sent);
+                scope.spawn(move || {
+                    let hooked = Hooked {
+                        inner: integrator.seen_by(Camera::new(&scene().camera, WIDTH, HEIGHT)),
+                        before: |_: &Paths<'_>| {
+                            // It is said once.
+                            let _ = begun_out.try_send(());
+                        },
+                        after: |_: &mut Sample| {
+                            sent.fetch_add(1, Ordering::Relaxed);
+                        },
+                    };
+                    worker(index, &hooked).run_until(&orders, &never(), &stops, &batches);
+                });
+            }
+            let run = scope.spawn(move || accumulator.run(inbox));
+            begun.recv().unwrap();
+            drop(stop);
+            run.join().unwrap()
+        });
+        assert_eq!(outcome.unanswered, []);
+        is_a_prefix(&outcome);
+        // Every path of a block that came to its end is in the film.
+        assert_eq!(outcome.totals.samples, u64::from(sent.into_inner()), "{workers} workers");
+    }
+}
+
+#[test]
+fn time_that_is_up_ends_a_render_before_its_first_whole_sample() {
+    let Wired { accumulator, inbox, stop, mut mailboxes } = wired(1, 1_000_000);
+    let (orders, stops, batches) = mailboxes.pop().unwrap();
+    let outcome = std::thread::scope(|scope| {
+        // It takes an order, and does nothing until it is asked to stop.
+        scope.spawn(move || {
+            let _ = (orders.recv(), stops.recv());
+            drop(batches);
+        });
+        accumulator.with_overtime(Some(Instant::now())).run(inbox)
+    });
+    assert!(outcome.overtime && !outcome.whole && outcome.unanswered.is_empty());
+    assert_eq!(outcome.totals.samples, 0);
+    drop(stop);
+}
+
+#[test]
+fn paths_that_are_to_stop_give_up_at_the_next_bounce() {
+    let pixels: Vec<_> = (0..WHOLE.len()).map(|place| WHOLE.pixel(place)).collect();
+    for integrator in [
+        stride::scene::Integrator::Path,
+        stride::scene::Integrator::PathNaive,
+        stride::scene::Integrator::Whitted,
+    ] {
+        let mut scene = scene();
+        scene.render.integrator = integrator;
+        let tracer = common::integrator(&scene);
+        for level in Level::available() {
+            let asked = Cell::new(0_u64);
+            // How often all of it asks: at least once for the longest of its paths' bounces.
+            let paths = Paths { pixels: &pixels[..1], first_sample: 0, samples: 64 };
+            let mut out = Vec::new();
+            let count = || {
+                asked.set(asked.get() + 1);
+                false
+            };
+            assert!(tracer.trace_until(level, &paths, &count, &mut out).is_some());
+            let (all, mut longest) = (asked.get(), 0);
+            for sample in 0..64 {
+                let (_, events) = tracer.explain(pixels[0], sample);
+                let bounces = events.iter().filter(|event| matches!(event, Event::Ray { .. })).count();
+                longest = longest.max(bounces as u64);
+            }
+            assert!(all >= longest, "{integrator:?} at {level}: asks {all} times for {longest} bounces");
+            // Whenever the answer is yes, nothing more is asked but once.
+            for after in [1, 2, all] {
+                asked.set(0);
+                let stop = || {
+                    asked.set(asked.get() + 1);
+                    asked.get() >= after
+                };
+                assert_eq!(tracer.trace_until(level, &paths, &stop, &mut out), None);
+                assert!(asked.get() <= after + 1, "{integrator:?} at {level}");
+            }
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! The program ends soon after it is asked to, however long its paths take.
+//!
+//! Without that each of these renders takes minutes at least: between mirrors that lose nothing, paths bounce thousands
+//! of times.
+
+use std::fs;
+use std::io::Read;
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc;
+use std::time::Duration;
+
+/// Far more than a loaded machine needs, and far less than one sample of every pixel takes.
+const WATCHDOG: Duration = Duration::from_secs(30);
+
+/// A closed room of mirrors, with more in it.
+fn room(render: &str, size: u32, more: &str) -> String {
+    format!(
+        r#"
+film = {{ width = {size}, height = {size} }}
+camera = {{ eye = [0.1, 0.2, 0.3], forward = [1, 0.2, 0.1] }}
+render = {{ {render} }}
+[materials]
+mirror = {{ type = "mirror", reflectance = [1, 1, 1] }}
+glass = {{ type = "glass", ior = 1.5 }}
+[[entities]]
+shape = {{ type = "box", min = [-1, -1, -1], max = [1, 1, 1] }}
+material = "mirror"
+{more}
+"#
+    )
+}
+
+/// What each integrator needs centuries of a pixel's patience for.
+fn endless() -> [(&'static str, String); 3] {
+    let balls = (0..3).map(|i| {
+        let x = 0.5 - 0.4 * f64::from(i);
+        format!(
+            "[[entities]]\nshape = {{ type = \"sphere\", center = [{x}, -0.5, 0.4], radius = 0.15 }}\nmaterial = \"glass\"\n"
+        )
+    });
+    let balls: String = balls.collect();
+    [
+        ("path", room("integrator = \"path\", max_depth = \"unlimited\"", 2000, "")),
+        ("path-naive", room("integrator = \"path-naive\", max_depth = 10000", 1000, "")),
+        ("whitted", room("integrator = \"whitted\", max_depth = 10000", 200, &balls)),
+    ]
+}
+
+fn start(folder: &Path, scene: &str, arguments: &[&str]) -> Child {
+    fs::write(folder.join("scene.toml"), scene).unwrap();
+    Command::new(env!("CARGO_BIN_EXE_stride"))
+        .args(["render", "scene.toml", "--headless", "--threads", "2"])
+        .args(arguments)
+        .current_dir(folder)
+        .env_remove("DISPLAY")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// What it ends with; if it does not, it is killed, and the test fails.
+fn end_of(child: Child, of: &str) -> Output {
+    let id = child.id();
+    let (ended_out, ended) = mpsc::channel();
+    let waits = std::thread::spawn(move || ended_out.send(child.wait_with_output().unwrap()).unwrap());
+    let output = ended.recv_timeout(WATCHDOG);
+    if output.is_err() {
+        signal(id, "KILL");
+    }
+    waits.join().unwrap();
+    output.unwrap_or_else(|_| panic!("{of}: it does not end"))
+}
+
+fn signal(id: u32, name: &str) {
+    let kill = format!("kill -{name} {id}");
+    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+}
+
+#[test]
+fn time_ends_a_render_whose_first_sample_takes_long() {
+    for (name, scene) in endless() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = end_of(start(folder.path(), &scene, &["--time", "100ms"]), name);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{name}: {said}");
+        let is_told = said.contains("the time was up") || said.contains("nothing was rendered yet");
+        assert!(is_told, "{name}: {said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_request_to_terminate_ends_a_render_whose_first_sample_takes_long() {
+    for (name, scene) in endless() {
+        let folder = tempfile::tempdir().unwrap();
+        // A viewer is called when the render is about to begin: from then on requests are heard.
+        let viewer = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = viewer.local_addr().unwrap().to_string();
+        let child = start(folder.path(), &scene, &["--tev", &address]);
+        let (mut called, _) = viewer.accept().unwrap();
+        let reads = std::thread::spawn(move || called.read_to_end(&mut Vec::new()));
+        signal(child.id(), "TERM");
+        let output = end_of(child, name);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{name}: {said}");
+        assert!(
+            said.contains("stopped early") || said.contains("nothing was rendered yet"),
+            "{name}: {said}"
+        );
+        let _ = reads.join().unwrap();
+    }
+}
+
+#[test]
+fn the_dump_is_named_among_what_was_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = room("integrator = \"path\", max_depth = 3", 8, "");
+    let output = end_of(start(folder.path(), &scene, &["--spp", "1", "--samples", "all.npy"]), "dump");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("wrote scene.png, all.npy"), "{said}");
+}

@@ -12,13 +12,15 @@ use glam::{DAffine3, DVec3};
 use rand::RngExt;
 use std::sync::Arc;
 use stride::integrator::Paths;
+use stride::light::LightSample;
 use stride::math::lanes::Level;
+use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Frame, Ray, Vec3};
 use stride::render::Region;
 use stride::sampling::Stream;
 use stride::scene::{Entity, Filter, Integrator, Mesh, Sampler, Scene, Shape};
 use stride::shape::{NOTHING, offset_origin};
-use stride::world::{Finder, World, compile};
+use stride::world::{CompiledScene, Finder, World, compile};
 
 /// A sphere of triangles whose vertices are pushed in and out at random: dents, ridges, slivers.
 fn crumpled(n: u32, depth: f64, centre: DVec3, stream: &mut Stream) -> Mesh {
@@ -88,10 +90,13 @@ fn rays_that_leave_a_triangle_never_meet_it() {
     let (mut rays, mut met, mut with_less) = (0, 0, 0);
     for scale in [1e-4, 1.0, 1e5] {
         for place in [0.0, 1.0, 1e3] {
-            for flat in [1.0, 0.05, 0.002] {
+            // How high, and above which part of the longest side: from the thinnest but one on they are needles.
+            for (flat, at) in
+                [(1.0, 0.5), (0.05, 0.5), (0.02, 0.0), (0.002, 0.5), (0.002, 0.0), (1e-4, 0.0), (1e-6, 0.01)]
+            {
                 let a = direction(stream) * scale * place;
                 let (u, w) = (direction(stream), direction(stream));
-                let corners = [a, a + u * scale, a + (u * 0.5 + u.cross(w).normalize() * flat) * scale];
+                let corners = [a, a + u * scale, a + (u * at + u.cross(w).normalize() * flat) * scale];
                 let mesh = Mesh {
                     positions: corners.map(|p| p.to_array().map(|x| x as f32)).to_vec(),
                     triangles: vec![[0, 1, 2]],
@@ -114,8 +119,16 @@ fn rays_that_leave_a_triangle_never_meet_it() {
                     let point = tables.surfaces.point(&ray, &hit);
                     // Seen at a small angle, a rounding of the corners moves a hit far.
                     let off = (wide(point.p) - target).length();
-                    let steep = ray.d.dot(point.n).abs() > 0.1;
+                    // Normals of needles have lost digits.
+                    let steep = ray.d.dot(point.n).abs() > 0.1 && flat > 1e-3;
                     assert!(!steep || off < 1e-2 * scale + 1e-5 * (far + place * scale), "{off}");
+                    // No bound is more than a hundredth of the width, unless rounded corners ask for it.
+                    let largest = scale * (1.0 + place);
+                    let error = f64::from(point.error);
+                    assert!(
+                        error <= 0.01 * flat * scale + 48.0 * largest / 16_777_216.0,
+                        "{error} of {flat}"
+                    );
                     let frame = Frame::around(point.n);
                     let cos =
                         10_f64.powf(stream.random_range(-6.0..0.0)) * [1.0, -1.0][stream.random_range(0..2)];
@@ -137,6 +150,129 @@ fn rays_that_leave_a_triangle_never_meet_it() {
     assert_eq!(met, 0, "of {rays} rays");
     // Negative control.
     assert!(with_less > 100, "{with_less} of {rays} with a bound that is too small");
+}
+
+/// Strips, a thousand times as long as wide, that lie `APART` above each other and shine down.
+struct Blinds {
+    tables: CompiledScene,
+    world: World,
+    /// Along the strips, across, and up.
+    axes: [DVec3; 3],
+}
+
+impl Blinds {
+    const COUNT: usize = 10;
+    const SIDES: [f64; 2] = [10.0, 0.005];
+    const APART: f64 = 0.008;
+
+    fn new(of_triangles: bool, stream: &mut Stream) -> Blinds {
+        let n = direction(stream);
+        let frame = Frame::around(narrow(n));
+        let (s, t) = (wide(frame.s), wide(frame.t));
+        let turn = stream.random_range(0.0..std::f64::consts::TAU);
+        let (along, across) = (s * turn.cos() + t * turn.sin(), t * turn.cos() - s * turn.sin());
+        let (u, w) = (across * Blinds::SIDES[1], along * Blinds::SIDES[0]);
+        let strip = |i: usize| {
+            let corner = n * Blinds::APART * i as f64 - (u + w) * 0.5;
+            emitting(if of_triangles { mesh(halves(corner, u, w), 0) } else { quad(corner, u, w, 0) }, 1.0)
+        };
+        let all = scene(vec![matte([0.5; 3])], (0..Blinds::COUNT).map(strip).collect());
+        let (tables, surfaces) = compile(&all, 16, 16);
+        Blinds { tables, world: World::new(&surfaces, Finder::Bvh), axes: [along, across, n] }
+    }
+
+    /// A point in coordinates along the strips, across and up, or a direction.
+    fn own(&self, p: DVec3) -> DVec3 {
+        DVec3::from(self.axes.map(|axis| p.dot(axis)))
+    }
+
+    fn place(&self, own: DVec3) -> DVec3 {
+        self.axes[0] * own.x + self.axes[1] * own.y + self.axes[2] * own.z
+    }
+
+    /// Whether a strip is in the way from a point below to one of a strip; `None` where roundings decide.
+    fn hides(&self, from: DVec3, to: DVec3, strip: usize) -> Option<bool> {
+        let mut hidden = false;
+        for below in 0..strip {
+            let height = Blinds::APART * below as f64;
+            let at = from.lerp(to, (height - from.z) / (to.z - from.z));
+            let [x, y] = [at.x.abs() - 0.5 * Blinds::SIDES[0], at.y.abs() - 0.5 * Blinds::SIDES[1]];
+            if x.max(y).abs() < 2e-5 {
+                return None;
+            }
+            hidden |= x.max(y) < 0.0;
+        }
+        Some(hidden)
+    }
+}
+
+#[test]
+fn no_shadow_ray_ends_beyond_the_next_needle() {
+    let stream = &mut Stream::new(36, 0, 0);
+    for of_triangles in [false, true] {
+        let (mut answers, mut wrong, mut wrong_beyond) = ([0; 2], 0, 0);
+        for _ in 0..20 {
+            let blinds = Blinds::new(of_triangles, stream);
+            for _ in 0..3000 {
+                // Almost below, so that some strips are in the way and others not.
+                let mut from = direction(stream) * v(8.0, 0.5, 0.0);
+                from.z = -stream.random_range(0.1..2.0);
+                let p = narrow(blinds.place(from));
+                let lights = blinds.tables.lights.len();
+                let light = stream.random_range(0..lights);
+                let u = [stream.random(), stream.random()];
+                let sample = blinds.tables.lights.sample(Wrapping(light as u32), p, u);
+                assert!(sample.pdf > 0.0);
+                let strip = light * Blinds::COUNT / lights;
+                let mut to = blinds.own(wide(sample.target));
+                to.z = Blinds::APART * strip as f64;
+                let Some(hidden) = blinds.hides(blinds.own(wide(p)), to, strip) else { continue };
+                answers[usize::from(hidden)] += 1;
+                let sees = |sample: LightSample<f32>| {
+                    let (shadow, length) = sample.shadow_ray(p);
+                    !blinds.world.occluded(&shadow, length, true, false)
+                };
+                wrong += u32::from(sees(sample) == hidden);
+                // Negative control: as far off as the bound once was.
+                let beyond = wide(sample.target) - blinds.axes[2] * 0.0095;
+                wrong_beyond += u32::from(sees(LightSample { target: narrow(beyond), ..sample }) == hidden);
+            }
+        }
+        assert!(answers.iter().all(|&n| n > 5000), "{answers:?}");
+        assert!(wrong == 0 && wrong_beyond > 1000, "{of_triangles}: {wrong}, {wrong_beyond} of {answers:?}");
+    }
+}
+
+#[test]
+fn no_ray_starts_beyond_the_next_needle() {
+    let stream = &mut Stream::new(37, 0, 0);
+    for of_triangles in [false, true] {
+        for _ in 0..20 {
+            let blinds = Blinds::new(of_triangles, stream);
+            for _ in 0..1000 {
+                let strip = stream.random_range(0..Blinds::COUNT - 1);
+                let height = Blinds::APART * strip as f64;
+                let on = v(stream.random_range(-4.9..4.9), stream.random_range(-0.002..0.002), height);
+                let down = Ray {
+                    o: narrow(blinds.place(on + DVec3::Z * 0.5 * Blinds::APART)),
+                    d: narrow(-blinds.axes[2]).normalized(),
+                };
+                let hit = blinds.world.intersect(&down, true);
+                let point = blinds.tables.surfaces.point(&down, &hit);
+                let slope = v(stream.random_range(-3.0..3.0), stream.random_range(-0.02..0.02), 1.0);
+                let d = narrow(blinds.place(slope.normalize())).normalized();
+                let next = |error: f32| {
+                    let o = offset_origin(point.p, point.n, error, d);
+                    let hit = blinds.world.intersect(&Ray { o, d }, true);
+                    let end = wide(o) + wide(d) * f64::from(hit.t);
+                    (blinds.own(end).z - height) / Blinds::APART
+                };
+                assert!((next(point.error) - 1.0).abs() < 0.01, "{on}: {}", next(point.error));
+                // Negative control: as far off as the bound once was.
+                assert!(!((next(0.0095) - 1.0).abs() < 0.01), "{on}: {}", next(0.0095));
+            }
+        }
+    }
 }
 
 fn lit(entities: Vec<Entity>) -> Scene {

@@ -88,12 +88,19 @@ fn sides_of(ab: vec3f, ac: vec3f) -> Sides {
     return Sides(size, size * scale, across, sqrt(dot(across, across)));
 }
 
+// Whether a triangle of which these are two sides is a needle, or from how flat on, as a share of NEEDLE.
+fn is_needle(ab: vec3f, ac: vec3f, share: f32) -> bool {
+    let size = float_max(max_abs(ab), max_abs(ac));
+    return size * size > max_abs(cross(ab, ac)) * (NEEDLE * share);
+}
+
 // Twin of `shape::triangle_error`.
 fn triangle_error(a: vec3f, ab: vec3f, ac: vec3f) -> f32 {
     let sides = sides_of(ab, ac);
     let size = sides.size;
-    let per_area = 1.0 / float_max(sides.length, SMALLEST_NORMAL);
-    let flatness = float_min(sides.scaled * sides.scaled * per_area, FLATTEST);
+    let square = sides.scaled * sides.scaled;
+    let bounded = float_min(square / float_max(sides.length, SMALLEST_NORMAL), NEEDLE);
+    let flatness = select(bounded, 1.0, square > max_abs(sides.across) * NEEDLE);
     return float_max(max_abs(a), size) * (2.0 * POSITION_ERROR) + size * flatness * TRIANGLE_ERROR;
 }
 
@@ -130,14 +137,17 @@ fn triangle_meet(ray: Sheared, corner_a: vec3f, corner_b: vec3f, corner_c: vec3f
     if !one_sign(sides) {
         return Meeting(NOTHING, vec2f(0.0));
     }
-    // Where rounding makes a difference zero, a ray far beside a small triangle seems to be on its side.
-    if any(sides == vec3f(0.0)) {
+    // Where rounding makes a difference zero, a ray far beside a small triangle seems to be on its side; and of a needle
+    // little but rounding is left of it. The host, which says how large its error is, may round its form otherwise: here
+    // a triangle is a needle a little sooner.
+    let needle = is_needle(corner_b - corner_a, corner_c - corner_a, 0.99);
+    if needle || any(sides == vec3f(0.0)) {
         let exact = vec3f(
             exact_difference(vec2f(c.x, b.y), vec2f(c.y, b.x)),
             exact_difference(vec2f(a.x, c.y), vec2f(a.y, c.x)),
             exact_difference(vec2f(b.x, a.y), vec2f(b.y, a.x)),
         );
-        sides = select(sides, exact, sides == vec3f(0.0));
+        sides = select(sides, rounded3(sides + exact), vec3<bool>(needle) | (sides == vec3f(0.0)));
         if !one_sign(sides) {
             return Meeting(NOTHING, vec2f(0.0));
         }

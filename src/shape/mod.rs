@@ -20,7 +20,7 @@ pub use plane::Plane;
 pub use quad::{Quad, QuadForm};
 pub use rare::Rare;
 pub use sphere::{Sphere, SphereForm};
-pub use triangle::{FLATTEST, Meeting, Sheared, Shears, Sides, TRIANGLE_ERROR, triangle_error};
+pub use triangle::{Meeting, NEEDLE, Sheared, Shears, Sides, TRIANGLE_ERROR, is_needle, triangle_error};
 
 use crate::math::{Bounds, Float, Ray, Vec3};
 

@@ -71,13 +71,13 @@ impl<F: Float> Shears<F> {
         Shears { sheared, x_last, y_last }
     }
 
-    /// Where each lane's ray meets its triangle.
+    /// Where each lane's ray meets its triangle, which may be a needle only if there are any.
     #[inline(always)]
-    pub fn meet(&self, corners: [Vec3<F>; 3]) -> Meeting<F> {
+    pub fn meet(&self, corners: [Vec3<F>; 3], has_needles: bool) -> Meeting<F> {
         // An array's own `map` would not be inlined, and run without the level's instructions.
         let [a, b, c] = corners;
         let (x, y) = (self.x_last, self.y_last);
-        self.sheared.meet([order(x, y, a), order(x, y, b), order(x, y, c)])
+        self.sheared.meet([order(x, y, a), order(x, y, b), order(x, y, c)], has_needles)
     }
 }
 
@@ -129,12 +129,13 @@ fn halves<F: Float>(x: F) -> (F, F) {
 }
 
 impl<F: Float> Sheared<F> {
-    /// Where the ray meets a triangle, whose corners are in the order of the ray's coordinates.
+    /// Where the ray meets a triangle, whose corners are in the order of the ray's coordinates, and which may be a
+    /// needle (see [`NEEDLE`]) only if there are any.
     ///
     /// The distance is never outside of the triangle's own box, however small the angle at which the ray meets
     /// it, so that a box can speak for it (see [`super::BOUNDS_ERROR`]).
     #[inline(always)]
-    pub fn meet(&self, corners: [Vec3<F>; 3]) -> Meeting<F> {
+    pub fn meet(&self, corners: [Vec3<F>; 3], has_needles: bool) -> Meeting<F> {
         let shear = self.shear;
         let [a, b, c] = corners;
         let (a, b, c) = (a - self.o, b - self.o, c - self.o);
@@ -145,13 +146,20 @@ impl<F: Float> Sheared<F> {
         let mut inside = one_sign(u, v, w);
         let mut t = F::splat(NOTHING);
         if inside.any() {
-            // Where rounding makes a difference zero, a ray far beside a small triangle seems to be on its side.
+            // Where rounding makes a difference zero, a ray far beside a small triangle seems to be on its side; and
+            // of a needle little but rounding is left of it.
             let zero = F::zero();
             let doubtful = inside & u.abs().min(v.abs()).min(w.abs()).le(zero);
-            if doubtful.any() {
-                u = F::select(doubtful & u.abs().le(zero), exact_difference([cx, by], [cy, bx]), u);
-                v = F::select(doubtful & v.abs().le(zero), exact_difference([ax, cy], [ay, cx]), v);
-                w = F::select(doubtful & w.abs().le(zero), exact_difference([bx, ay], [by, ax]), w);
+            let mut needles = F::Mask::splat(false);
+            if has_needles {
+                needles = inside & is_needle(corners[1] - corners[0], corners[2] - corners[0]);
+            }
+            if (doubtful | needles).any() {
+                // Zero and what is left of it is what is left.
+                let is_zero = [u.abs().le(zero), v.abs().le(zero), w.abs().le(zero)];
+                u = F::select(needles | (doubtful & is_zero[0]), u + exact_difference([cx, by], [cy, bx]), u);
+                v = F::select(needles | (doubtful & is_zero[1]), v + exact_difference([ax, cy], [ay, cx]), v);
+                w = F::select(needles | (doubtful & is_zero[2]), w + exact_difference([bx, ay], [by, ax]), w);
                 inside = one_sign(u, v, w);
             }
         }
@@ -181,8 +189,22 @@ impl<F: Float> Sheared<F> {
 /// over the area.
 pub const TRIANGLE_ERROR: f32 = 8.0 * UNIT_ROUNDOFF;
 
-/// The longest side's square over twice the area, of triangles that still get the bound they need.
-pub const FLATTEST: f32 = 2000.0;
+/// The longest side's square over twice the area from which on a triangle is a needle; the largest coordinate stands
+/// for each length. The sheared areas of needles are computed to their last digits, and their error bound does not grow
+/// with their form.
+///
+/// The bound of all other triangles grows faster than their width falls: at this form it is a hundredth of the width,
+/// and at ten times the length as large as the width, so that rays would start and end beyond another needle that lies
+/// beside it. Wider triangles do without: the exact areas cost more than all else that a ray asks of a triangle.
+pub const NEEDLE: f32 = 128.0;
+
+/// The lanes whose triangles, of which these are two sides, are needles. The answer is the same to the bit for
+/// coordinates in any cyclic order: rays ask in theirs, and the error bound in the world's.
+#[inline(always)]
+pub fn is_needle<F: Float>(ab: Vec3<F>, ac: Vec3<F>) -> F::Mask {
+    let size = ab.max_abs().max(ac.max_abs());
+    (size * size).gt(ab.cross(ac).max_abs() * NEEDLE)
+}
 
 /// Sides of a triangle as short as this, or shorter, and as long as the other one, or longer, are scaled before they are
 /// multiplied.
@@ -236,15 +258,17 @@ impl<F: Float> Sides<F> {
     pub fn error(&self, a: Vec3<F>) -> F {
         let size = self.size;
         let scaled = size * self.scale;
-        let flatness = (scaled * scaled / self.length).min(F::splat(FLATTEST));
+        let square = scaled * scaled;
+        // As `is_needle` has it, of sides whose squares fit.
+        let is_needle = square.gt(self.across.max_abs() * NEEDLE);
+        let flatness = (square / self.length).min(F::splat(NEEDLE));
+        let flatness = F::select(is_needle, F::splat(1.0), flatness);
         a.max_abs().max(size) * (2.0 * POSITION_ERROR) + size * flatness * TRIANGLE_ERROR
     }
 }
 
 /// How far at most a point that is computed as the mean of a triangle's corners lies off the triangle, plus how
 /// close to it a ray may start without meeting it again: of a corner and the sides that begin there.
-///
-/// A needle would need a bound that is as long as itself; it gets less, and may shade itself.
 #[inline(always)]
 pub fn triangle_error<F: Float>(a: Vec3<F>, ab: Vec3<F>, ac: Vec3<F>) -> F {
     Sides::new(ab, ac).error(a)

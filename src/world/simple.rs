@@ -126,8 +126,8 @@ fn each_triangle<F: Float>(
     }
     let shears = Shears::new(ray);
     for triangle in range {
-        let [a, b, c] = triangles.positions_of(triangle);
-        found(shears.meet([Vec3::splat(a), Vec3::splat(b), Vec3::splat(c)]).t, triangle as u32);
+        let corners = triangles.positions_of(triangle).map(Vec3::splat);
+        found(shears.meet(corners, triangles.has_needles).t, triangle as u32);
     }
 }
 

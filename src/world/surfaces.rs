@@ -251,7 +251,7 @@ impl SurfaceTable {
                 place = Some((shared, of_lane));
             }
         }
-        let weights = Shears::new(&ray).meet([a, b, c]).weights;
+        let weights = Shears::new(&ray).meet([a, b, c], triangles.has_needles).weights;
         let mut sides = Sides::new(b - a, c - a);
         let mut error = sides.error(a);
         if let Some((shared, place)) = &place {

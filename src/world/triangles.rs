@@ -1,7 +1,7 @@
 //! The triangles of all meshes.
 
 use crate::math::{Bounds, Float, Uint, Vec3};
-use crate::shape::{BOUNDS_ERROR, Mesh, triangle_error};
+use crate::shape::{BOUNDS_ERROR, Mesh, is_needle, triangle_error};
 use glam::{DAffine3, DVec3};
 use std::ops::Range;
 
@@ -24,6 +24,8 @@ pub struct Triangles {
     pub uv: [Vec<f32>; 2],
     /// Whether any vertex has a shading normal.
     pub has_normals: bool,
+    /// Whether any triangle is a needle (see [`crate::shape::NEEDLE`]).
+    pub has_needles: bool,
 }
 
 impl Triangles {
@@ -88,12 +90,17 @@ impl Triangles {
             let corners = if mirrors { [a, c, b] } else { [a, b, c] };
             self.corners.iter_mut().zip(corners).for_each(|(column, i)| column.push(base + i));
         }
+        self.has_needles = self.has_needles
+            || (first..self.len()).any(|triangle| {
+                let [a, b, c] = self.positions_of(triangle).map(Vec3::<f32>::splat);
+                is_needle(b - a, c - a)
+            });
         first
     }
 
     /// What they take up in memory, in bytes.
     pub fn bytes(&self) -> usize {
-        let Triangles { corners, rows, positions, normals, uv, has_normals: _ } = self;
+        let Triangles { corners, rows, positions, normals, uv, has_normals: _, has_needles: _ } = self;
         let of = |columns: &[Vec<f32>]| columns.iter().map(|column| size_of_val(&column[..])).sum::<usize>();
         let indices = corners.iter().chain([rows]).map(|column| size_of_val(&column[..])).sum::<usize>();
         indices + of(positions) + of(normals) + of(uv)

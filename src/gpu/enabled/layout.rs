@@ -15,7 +15,7 @@ use crate::material::Kind;
 use crate::math::lanes::scalar::Wrapping;
 use crate::sampling::{Block, sobol};
 use crate::scene::{Integrator, Sampler};
-use crate::shape::{BOUNDS_ERROR, FLATTEST, POSITION_ERROR, TRIANGLE_ERROR, UNIT_ROUNDOFF};
+use crate::shape::{BOUNDS_ERROR, NEEDLE, POSITION_ERROR, TRIANGLE_ERROR, UNIT_ROUNDOFF};
 use crate::world::{FIRST_TRIANGLE, NO_INSTANCE, NO_LIGHT};
 use bytemuck::{Pod, Zeroable};
 use std::fmt::Write;
@@ -444,7 +444,7 @@ pub(super) fn text(variant: Variant) -> String {
         ("POSITION_ERROR", POSITION_ERROR),
         ("BOUNDS_ERROR", BOUNDS_ERROR),
         ("TRIANGLE_ERROR", TRIANGLE_ERROR),
-        ("FLATTEST", FLATTEST),
+        ("NEEDLE", NEEDLE),
         ("UNIT_ROUNDOFF", UNIT_ROUNDOFF),
         ("SMALLEST_NORMAL", f32::MIN_POSITIVE),
     ];

@@ -172,7 +172,7 @@ fn the_density_of_a_met_light_is_that_of_the_sample() {
                 }
                 AreaLight::Triangle(corners) => {
                     let [a, b, c] = corners.map(Vec3::splat);
-                    (Shears::new(&ray).meet([a, b, c]).t, (b - a).cross(c - a).normalized())
+                    (Shears::new(&ray).meet([a, b, c], true).t, (b - a).cross(c - a).normalized())
                 }
             };
             let pdf = table.pdf(Wrapping(0), p, t, -sample.wi.dot(normal));

@@ -224,6 +224,8 @@ pub(super) struct Nodes {
     pub(super) spheres: Vec<Spheres>,
     pub(super) quads: Vec<Quads>,
     pub(super) triangles: Vec<Eight>,
+    /// Whether any triangle is a needle (see [`crate::shape::NEEDLE`]).
+    pub(super) has_needles: bool,
 }
 
 /// Some of the things, as sorted.
@@ -271,6 +273,7 @@ impl Nodes {
             spheres: spheres.collect(),
             quads: quads.collect(),
             triangles,
+            has_needles: things.triangles.has_needles,
         }
     }
 
@@ -355,7 +358,7 @@ impl Nodes {
 
     /// Bytes in memory.
     pub(super) fn bytes(&self) -> usize {
-        let Nodes { root: _, around: _, nodes, spheres, quads, triangles } = self;
+        let Nodes { root: _, around: _, nodes, spheres, quads, triangles, has_needles: _ } = self;
         size_of_val(&nodes[..])
             + size_of_val(&spheres[..])
             + size_of_val(&quads[..])

@@ -208,7 +208,7 @@ fn distances<'a, F: Float>(tree: &'a Nodes, target: Target, probe: &Probe<F>) ->
         Target::Triangles(index) => {
             let block = &tree.triangles[index];
             let (sheared, order) = &probe.sheared;
-            (sheared.meet(block.corners(*order)).t, &block.rows)
+            (sheared.meet(block.corners(*order), tree.has_needles).t, &block.rows)
         }
         Target::Spheres(index) => {
             let block = &tree.spheres[index];

@@ -5,15 +5,15 @@
 mod common;
 
 use common::chi_square::{Outcome, Polar, compare, draw, narrow, pearson, wide};
-use common::scenes::{cylinder, disk, emitting, flipped, matte, quad, scene, sphere, v};
+use common::scenes::{cylinder, disk, emitting, flipped, matte, mesh, quad, scene, sphere, v};
 use common::statistics::sidak;
 use glam::DVec3;
 use rand::RngExt;
-use stride::light::{AreaLight, LightSample, LightTable, PointLight};
+use stride::light::{AreaLight, LightSample, LightTable, PointLight, SHADOW_LENGTH};
 use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Ray, Vec3};
 use stride::sampling::Stream;
-use stride::scene::Entity;
+use stride::scene::{Entity, Mesh};
 use stride::shape::{Cylinder, Disk, Quad, Sphere};
 use stride::world::{CompiledScene, Finder, World, compile};
 
@@ -131,6 +131,58 @@ fn all() -> Vec<(&'static str, (Seen, Polar))> {
         ("a cylinder from inside", tube(v(0.2, 0.1, 0.3))),
         ("a cylinder through its end", tube(v(0.2, 0.1, 2.0))),
     ]
+}
+
+#[test]
+fn a_light_is_not_in_its_own_way_however_far_away_it_is() {
+    let stream = &mut Stream::new(46, 0, 0);
+    let triangle = |wide: f64, stream: &mut Stream| {
+        let (u, w) = (direction(stream), direction(stream));
+        let corners = [CENTRE, CENTRE + u, CENTRE + u.cross(w).normalize() * wide + u * 0.3];
+        let positions = corners.map(|p| p.to_array().map(|x| x as f32)).to_vec();
+        mesh(Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() }, 0)
+    };
+    type Make<'a> = &'a dyn Fn(&mut Stream) -> Entity;
+    let kinds: [(&str, Make<'_>); 7] = [
+        ("sphere", &|_| sphere(CENTRE, 1.0, 0)),
+        ("quad", &|stream| quad(CENTRE, direction(stream), direction(stream), 0)),
+        ("rectangle", &|stream| {
+            let u = direction(stream);
+            quad(CENTRE, u, u.any_orthonormal_vector() * 0.7, 0)
+        }),
+        ("disk", &|stream| disk(CENTRE, direction(stream), 1.0, 0)),
+        ("cylinder", &|stream| cylinder(CENTRE, CENTRE + direction(stream), 0.3, 0)),
+        ("triangle", &|stream| triangle(0.8, stream)),
+        ("needle", &|stream| triangle(1e-3, stream)),
+    ];
+    for (name, make) in kinds {
+        // Of the light that comes, how much would be lost; and what would be if shadow rays were as long as they can be.
+        for distance in [3.0, 30.0, 1e3, 1e5] {
+            let (mut all, mut lost, mut lost_at_length) = (0.0, 0.0, 0.0);
+            for _ in 0..300 {
+                let light = make(stream);
+                for _ in 0..20 {
+                    let seen = Seen::new(light.clone(), CENTRE + direction(stream) * distance);
+                    for i in 0..10 {
+                        let sample = seen.sample(draw(47, i));
+                        if !(sample.pdf > 0.0) {
+                            continue;
+                        }
+                        let given = f64::from(sample.weight().r);
+                        let (shadow, length) = sample.shadow_ray(narrow(seen.p));
+                        all += given;
+                        let is_hidden = |length| seen.world.occluded(&shadow, length, true, false);
+                        lost += if is_hidden(length) { given } else { 0.0 };
+                        lost_at_length += if is_hidden(length / SHADOW_LENGTH) { given } else { 0.0 };
+                    }
+                }
+            }
+            println!("{name}, {distance}: {:.5} lost, {:.5} at length", lost / all, lost_at_length / all);
+            assert!(lost <= 5e-4 * all, "{name} at {distance}: {} of {all} is lost", lost);
+            // Negative control.
+            assert!(distance != 1e3 || lost_at_length > 0.01 * all, "{name}: {lost_at_length} of {all}");
+        }
+    }
 }
 
 #[test]

@@ -162,5 +162,5 @@ fn light_pdf(light: Light, p: vec3f, t: f32, cos_light: f32) -> f32 {
 fn is_visible(light: LightSample, o: vec3f) -> bool {
     let segment = light.target_point - o;
     let length = sqrt(dot(segment, segment));
-    return !occluded(Ray(o, segment * (1.0 / length)), length);
+    return !occluded(Ray(o, segment * (1.0 / length)), length * SHADOW_LENGTH);
 }

@@ -17,6 +17,10 @@ pub use tree::{
 };
 
 use crate::math::{Float, Ray, Rgb, Vec3};
+use crate::shape::POSITION_ERROR;
+
+/// The share of its length that a shadow ray has: what is left out is as for a hit so far from the origin.
+pub const SHADOW_LENGTH: f32 = 1.0 - POSITION_ERROR;
 
 /// A point on a light, seen from a point in the scene.
 #[derive(Clone, Copy, Debug)]
@@ -34,12 +38,15 @@ pub struct LightSample<F> {
 }
 
 impl<F: Float> LightSample<F> {
-    /// The ray from `o` to the light, and its length.
+    /// The ray from `o` to the light, and the distance before which something is in the way.
+    ///
+    /// `target` is moved off the light by the error of a point on it. From far away rounding does more to the ray:
+    /// it meets the light too early by some roundings of its length, and ends that much before the light.
     #[inline(always)]
     pub fn shadow_ray(&self, o: Vec3<F>) -> (Ray<F>, F) {
         let segment = self.target - o;
         let length = segment.length();
-        (Ray { o, d: segment * (F::splat(1.0) / length) }, length)
+        (Ray { o, d: segment * (F::splat(1.0) / length) }, length * SHADOW_LENGTH)
     }
 
     /// Radiance over density; black where the density is zero.

@@ -445,6 +445,7 @@ pub(super) fn text(variant: Variant) -> String {
         ("BOUNDS_ERROR", BOUNDS_ERROR),
         ("TRIANGLE_ERROR", TRIANGLE_ERROR),
         ("NEEDLE", NEEDLE),
+        ("SHADOW_LENGTH", light::SHADOW_LENGTH),
         ("UNIT_ROUNDOFF", UNIT_ROUNDOFF),
         ("SMALLEST_NORMAL", f32::MIN_POSITIVE),
     ];

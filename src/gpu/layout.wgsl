@@ -130,6 +130,8 @@ struct Light {
     square: u32,
     // Whole units of power.
     units: u32,
+    // Of the first triangle of a mesh that is one lamp, the node with which the tree of its triangles begins; else zero.
+    lamp: u32,
 }
 
 // A node of the light tree.
@@ -150,6 +152,8 @@ struct LightNode {
     units: u32,
     // Where its lights begin in the order of the tree.
     first: u32,
+    // Where a lamp's tree begins, how many lights the lamp has.
+    lights: u32,
 }
 
 // A node of the tree over surfaces: eight boxes, rounded outwards to 256 steps of a power of two along each axis.

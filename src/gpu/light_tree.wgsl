@@ -110,7 +110,12 @@ fn lights_are_far(node: LightNode, p: vec3f) -> bool {
 
 // Chooses a light for a point `p` on a surface with normal `n`.
 fn choose_light(p: vec3f, n: vec3f, choice: f32) -> LightChoice {
-    var node = light_node_at(0u);
+    return choose_light_below(0u, p, n, choice);
+}
+
+// Chooses one of the lights below a node.
+fn choose_light_below(root: u32, p: vec3f, n: vec3f, choice: f32) -> LightChoice {
+    var node = light_node_at(root);
     var chance = 1.0;
     var u = choice;
     while node.link < LEAF && !lights_are_far(node, p) {

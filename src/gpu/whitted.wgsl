@@ -75,8 +75,8 @@ fn whitted_step(state: ptr<function, State>, lane: Lane) -> bool {
     return true;
 }
 
-// Radiance that every light sends back along the ray by way of a matte point: points once, areas from one
-// random point of each.
+// Radiance that every lamp sends back along the ray by way of a matte point: points once, areas from one random point
+// of each; meshes of many triangles are one lamp.
 fn light_from_all(
     state: ptr<function, State>,
     point: SurfacePoint,
@@ -86,15 +86,26 @@ fn light_from_all(
 ) -> vec3f {
     var l = vec3f(0.0);
     var stream = (*state).stream;
-    for (var i = 0u; i < scene.lights; i++) {
+    var next = 0u;
+    while next < scene.lights {
+        var light = light_at(next);
+        var chance = 1.0;
+        next++;
+        if light.lamp != 0u {
+            next += light_node_at(light.lamp).lights - 1u;
+            let choice = next_random(&stream, (*state).id);
+            let chosen = choose_light_below(light.lamp, point.p, point.n, choice);
+            light = light_at(chosen.light);
+            chance = chosen.chance;
+        }
         let u = next_random(&stream, (*state).id);
         let v = next_random(&stream, (*state).id);
-        let sample = sample_light(light_at(i), point.p, vec2f(u, v));
+        let sample = sample_light(light, point.p, vec2f(u, v));
         if !(sample.pdf > 0.0) {
             continue;
         }
         let wi = to_local(frame, sample.wi);
-        let share = bsdf_eval(material, wo, wi) * sample.radiance * (1.0 / sample.pdf) * abs(wi.z);
+        let share = bsdf_eval(material, wo, wi) * sample.radiance * (1.0 / sample.pdf) * (abs(wi.z) / chance);
         if max_channel(share) > 0.0 && passes(point, sample.wi, wi) {
             (*state).rays++;
             if is_visible(sample, offset_origin(point.p, point.n, point.error, sample.wi)) {

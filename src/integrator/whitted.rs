@@ -18,8 +18,9 @@ use std::sync::Arc;
 /// Direct light on matte surfaces, mirror and glass followed, and an ambient term for the rest (Whitted
 /// 1980; report ch. 2).
 ///
-/// Each matte hit asks every light: points once, emitters with a finite area at one random point. Glass
-/// follows both branches. Emitters of infinite area are seen but light nothing.
+/// Each matte hit asks every lamp: points once, emitters with a finite area at one random point. A mesh that emits is
+/// one lamp if it has many triangles (see [`crate::light::LEAST_TRIANGLES`]), and one lamp a triangle if it has few.
+/// Glass follows both branches. Emitters of infinite area are seen but light nothing.
 pub struct Whitted {
     /// The tables.
     pub scene: Arc<CompiledScene>,
@@ -147,11 +148,13 @@ impl Whitted {
         if bsdf.is_smooth() {
             l = l + bsdf.albedo() * Rgb::splat(scene.ambient);
             if depth < self.settings.max_depth {
-                for light in 0..scene.lights.len() as u32 {
+                for lamp in scene.lights.lamps() {
+                    let (light, chance) = lamp.choose(point.p, point.n, || stream.random());
                     let u = [stream.random(), stream.random()];
                     let sample = scene.lights.sample(Wrapping(light), point.p, u);
                     let wi = frame.to_local(sample.wi);
-                    let share = bsdf.eval(wo, wi, TransportMode::Radiance) * sample.weight() * wi.z.abs();
+                    let f = bsdf.eval(wo, wi, TransportMode::Radiance);
+                    let share = f * sample.weight() * (wi.z.abs() / chance);
                     if share.max_channel() > 0.0 && passes(sample.wi, wi) {
                         let from = offset_origin(point.p, point.n, point.error, sample.wi);
                         let (shadow, length) = sample.shadow_ray(from);

@@ -2,12 +2,14 @@
 
 mod bounds;
 mod cylinder;
+mod lamps;
 mod point;
 mod rectangle;
 mod table;
 mod tree;
 
 pub use bounds::LightBounds;
+pub use lamps::{LEAST_TRIANGLES, Lamp, MeshLamp};
 pub use point::{PointLight, PointLights};
 pub use table::{
     AreaLight, CYLINDER, DISK, LEAST_SOLID_ANGLE, LightRow, LightTable, POINT, QUAD, SPHERE, TRIANGLE,

@@ -2,6 +2,7 @@
 
 use super::bounds::LightBounds;
 use super::cylinder::Seen;
+use super::lamps::{self, Lamp, MeshLamp};
 use super::point::{self, PointLight};
 use super::rectangle::Rectangle;
 use super::{LightSample, LightTree};
@@ -9,6 +10,7 @@ use crate::math::{Float, Frame, Mask, Rgb, Uint, Vec3, trig};
 use crate::sampling::warp;
 use crate::shape::{Cylinder, Disk, POSITION_ERROR, Quad, Shape, Sides, Sphere};
 use std::f32::consts::{FRAC_1_PI, PI};
+use std::ops::Range;
 
 /// The numbers of [`LightRow::kind`]: a point.
 pub const POINT: u32 = 0;
@@ -89,6 +91,10 @@ pub struct LightTable {
     emission: [Vec<f32>; 3],
     bounds: Vec<LightBounds>,
     tree: LightTree,
+    /// Which lights are those of meshes that emit, by mesh.
+    meshes: Vec<Range<u32>>,
+    /// Meshes of which [`LightTable::lamps`] gives one light.
+    mesh_lamps: Vec<MeshLamp>,
     has_points: bool,
     has_spheres: bool,
     has_quads: bool,
@@ -198,6 +204,7 @@ impl LightTable {
             let light = self.push_area(AreaLight::Triangle(corners), flipped, emission);
             self.bounds[light as usize].mesh = Some(first);
         }
+        self.meshes.push(first..self.bounds.len() as u32);
         first
     }
 
@@ -230,6 +237,23 @@ impl LightTable {
     /// Builds the tree that chooses among the lights, once all are there.
     pub fn build_tree(&mut self) {
         self.tree = LightTree::new(&self.bounds);
+    }
+
+    /// Makes one lamp of each mesh that emits and has many triangles, once all lights are there (see
+    /// [`super::LEAST_TRIANGLES`]).
+    pub fn build_lamps(&mut self) {
+        let lamps = self.meshes.iter().filter_map(|lights| MeshLamp::new(lights.clone(), &self.bounds));
+        self.mesh_lamps = lamps.collect();
+    }
+
+    /// The lamps, in the order of their lights: each light by itself, but of meshes that are lamps all together.
+    pub fn lamps(&self) -> impl Iterator<Item = Lamp<'_>> {
+        lamps::lamps(self.len() as u32, &self.mesh_lamps)
+    }
+
+    /// The meshes that are lamps.
+    pub fn mesh_lamps(&self) -> &[MeshLamp] {
+        &self.mesh_lamps
     }
 
     /// Builds a tree that chooses every light with the same chance, wherever it is asked from: what the other one

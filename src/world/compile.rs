@@ -190,6 +190,9 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     all.instances = Arc::new(instances);
     surfaces.set_triangles(Arc::clone(&all.triangles), Arc::clone(&all.instances));
     lights.build_tree();
+    if scene.render.integrator == scene::Integrator::Whitted {
+        lights.build_lamps();
+    }
     lights.set_bulging_mesh(lamp.is_some_and(|(lamp, flipped)| {
         lamp == (0..all.triangles.len()) && all.triangles.bulge(lamp, flipped)
     }));

@@ -155,7 +155,7 @@ shared! {
         place: u32,
         square: u32,
         units: u32,
-        _end: u32,
+        lamp: u32,
     }
 
     /// A node of the light tree.
@@ -171,7 +171,7 @@ shared! {
         far2: f32,
         units: u32,
         first: u32,
-        _end: u32,
+        lights: u32,
     }
 
     /// A node of the tree over surfaces.

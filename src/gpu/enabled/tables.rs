@@ -5,7 +5,7 @@ use super::layout::{self, CHANCE_BITS, Light, LightNode, Material, Scene, Surfac
 use super::tree::Tree;
 use crate::film::{self, Splatter};
 use crate::gpu::{GpuError, Job};
-use crate::light::{self, LightRow};
+use crate::light::{self, LightRow, LightTable};
 use crate::material::{Kind, Row};
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
@@ -127,12 +127,13 @@ impl Tables {
             tap_ties,
             ..Scene::default()
         };
+        let (lights, light_nodes) = light_tables(lights);
         Ok(Tables {
             scene,
             surfaces,
             materials: materials.rows().iter().map(material).collect(),
-            lights: lights.rows().map(light_row).collect(),
-            light_nodes: lights.tree().nodes().map(light_node).collect(),
+            lights,
+            light_nodes,
             tree,
             weights: weights.map_or_else(Weights::default, Weights::new),
         })
@@ -271,7 +272,24 @@ pub(super) fn material(row: &Row) -> Material {
     }
 }
 
-pub(super) fn light_row(light: LightRow) -> Light {
+/// The lights and the nodes of their tree, behind which come those of lamps that are meshes.
+pub(super) fn light_tables(table: &LightTable) -> (Vec<Light>, Vec<LightNode>) {
+    let mut lights: Vec<_> = table.rows().map(light_row).collect();
+    let mut nodes: Vec<_> = table.tree().nodes().map(light_node).collect();
+    for lamp in table.mesh_lamps() {
+        let root = nodes.len() as u32;
+        lights[lamp.lights.start as usize].lamp = root;
+        // Its lights and its nodes are counted from zero.
+        nodes.extend(lamp.tree.nodes().map(|node| {
+            let link = node.link + if node.link < light::LEAF { root } else { lamp.lights.start };
+            light_node(light::LightNode { link, ..node })
+        }));
+        nodes[root as usize].lights = lamp.lights.len() as u32;
+    }
+    (lights, nodes)
+}
+
+fn light_row(light: LightRow) -> Light {
     Light {
         origin: light.origin,
         kind: light.kind,
@@ -290,7 +308,7 @@ pub(super) fn light_row(light: LightRow) -> Light {
     }
 }
 
-pub(super) fn light_node(node: light::LightNode) -> LightNode {
+fn light_node(node: light::LightNode) -> LightNode {
     let light::LightNode { centre, spread, power, radius, axis, cos_o, cos_e, far2, units, first, link } =
         node;
     // No infinity: WGSL lets compilers take for granted that there is none.

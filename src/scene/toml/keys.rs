@@ -233,7 +233,8 @@ pub(super) static INTEGRATOR: Key<Choice<Integrator>> = Key::default(
     "integrator",
     INTEGRATORS,
     "\"path\"",
-    "How light is followed: whitted (recursive ray tracing), path, or path-naive (lights are found by chance).",
+    "How light is followed: whitted (recursive ray tracing, which asks every lamp at every diffuse hit; a mesh of \
+     256 triangles or more is one lamp), path, or path-naive (lights are found by chance).",
 );
 pub(super) const INTEGRATORS: Choice<Integrator> = Choice {
     what: "integrator",

@@ -160,7 +160,8 @@ fn meshes_and_what_is_in_the_tree_are_the_same_picture() {
     // `whitted` asks every light at every point, and of those near a point it chooses a random point with a variance
     // that may be infinite.
     let few_lamps = ("few lamps".to_owned(), scenes::crowd_with_few_lamps(48, 32));
-    hold_all(&[few_lamps], &[Integrator::Whitted], 8);
+    let of_triangles = ("lamps of many triangles".to_owned(), scenes::lamps_of_triangles(48, 32));
+    hold_all(&[few_lamps, of_triangles], &[Integrator::Whitted], 8);
 }
 
 #[test]
@@ -197,7 +198,7 @@ fn one_changed_constant_is_noticed() {
     let (cover, bazaar) = (scenes::cover(48, 32), scenes::bazaar(48, 32));
     let (large, lamps) = (scenes::large_spheres(48, 32), scenes::lamps(48, 32));
     let (crowd, copies) = (scenes::crowd(48, 32), scenes::copies(48, 32));
-    let shop = scenes::shop(48, 32);
+    let (shop, of_triangles) = (scenes::shop(48, 32), scenes::lamps_of_triangles(48, 32));
     for (scene, integrator, sampler, right, wrong) in [
         (
             &cover,
@@ -231,6 +232,8 @@ fn one_changed_constant_is_noticed() {
             "light.emission, 0.8 * pdf_along(seen, rise)",
         ),
         (&shop, Path, Independent, "a * a + b * b <= 1.0", "a * a + b * b <= 0.8"),
+        // A lamp's triangle is asked with one chance and weighed with another.
+        (&of_triangles, Whitted, Independent, "chance = chosen.chance;", "chance = 0.9 * chosen.chance;"),
         // Light scatters around other normals than the vertices say.
         (
             &crowd,

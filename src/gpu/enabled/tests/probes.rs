@@ -3,7 +3,7 @@
 use super::super::heap;
 use super::super::layout::{Branch, Light, LightNode, Material, Plan, Scene, Surface, Variant};
 use super::super::program::library;
-use super::super::tables::{Tables, Weights, light_node, light_row, material, surface};
+use super::super::tables::{Tables, Weights, light_tables, material, surface};
 use super::super::tree::Tree;
 use super::{Device, device};
 use crate::film::sums::{MAX_RADIANCE, PixelSums, check};
@@ -470,11 +470,8 @@ fn fan() -> LightTable {
 }
 
 fn tables_of(lights: &LightTable) -> Tables {
-    Tables {
-        lights: lights.rows().map(light_row).collect(),
-        light_nodes: lights.tree().nodes().map(light_node).collect(),
-        ..nothing()
-    }
+    let (lights, light_nodes) = light_tables(lights);
+    Tables { lights, light_nodes, ..nothing() }
 }
 
 /// Points within ±4, normals, and four numbers.

@@ -383,6 +383,25 @@ pub(super) fn crowd_with_few_lamps(width: u32, height: u32) -> Scene {
     scene
 }
 
+/// Two meshes of many triangles that shine, a quad and a point light beside them, above a floor and a mirror.
+pub(super) fn lamps_of_triangles(width: u32, height: u32) -> Scene {
+    let emitting = |emission: f64, entity| Entity { emission: [emission; 3], ..entity };
+    let lamp = |n, scale: f64, at: [f64; 3]| {
+        placed(ball(n, 0.2, false, false), turned([scale; 3], 0.7, DVec3::from_array(at)), 1)
+    };
+    let entities = vec![
+        plane([0.0, 0.0, 1.0], -1.5, 0),
+        emitting(4.0, lamp(5, 0.5, [4.0, 1.2, 0.3])),
+        emitting(3.0, quad([5.0, -1.0, 2.5], [0.0, 1.5, 0.0], [1.5, 0.0, 0.0], 0)),
+        emitting(2.0, lamp(9, 0.7, [6.0, -1.5, 0.5])),
+        sphere([4.5, -0.2, -0.7], 0.6, 2),
+    ];
+    let mut scene =
+        scene(width, height, vec![matte([0.8, 0.7, 0.6]), matte([0.0; 3]), mirror([0.9; 3])], entities);
+    scene.lights = vec![Light::Point { position: DVec3::new(3.0, 0.0, 2.0), intensity: [1.0; 3] }];
+    scene
+}
+
 /// A sphere straight ahead that emits, and nothing else; its radiance is all that paths find.
 pub(super) fn beacon(emission: [f64; 3]) -> Scene {
     let mut scene =

@@ -1,0 +1,70 @@
+//! Lamps: what an integrator asks that asks every light.
+
+use super::{LightBounds, LightTree};
+use crate::math::Vec3;
+use std::ops::Range;
+
+/// From this many triangles on a mesh that emits is one lamp, of which one triangle is asked.
+///
+/// Fewer are asked one by one, which leaves less noise. Measured with spheres of triangles above a floor: one of N
+/// triangles asked at a time has as much noise as all of them in N/8 to N/3 of the time, from near to far; so a mesh of
+/// a hundred triangles loses by it little or nothing, and what counts is that the time for one vertex has a bound.
+pub const LEAST_TRIANGLES: usize = 256;
+
+/// A mesh of many triangles that emits, as one lamp.
+#[derive(Clone, Debug)]
+pub struct MeshLamp {
+    /// Its triangles in the light table.
+    pub lights: Range<u32>,
+    /// The tree that chooses among them, which counts them from zero.
+    pub tree: LightTree,
+}
+
+impl MeshLamp {
+    /// The lamp of a mesh of which these are the triangles, if it has enough of them.
+    pub(super) fn new(lights: Range<u32>, bounds: &[LightBounds]) -> Option<MeshLamp> {
+        let bounds = &bounds[lights.start as usize..lights.end as usize];
+        (bounds.len() >= LEAST_TRIANGLES).then(|| MeshLamp { lights, tree: LightTree::new(bounds) })
+    }
+
+    /// Chooses a triangle for a point `p` on a surface with normal `n`, with `u` in [0, 1): its light and the
+    /// probability of the choice.
+    fn choose(&self, p: Vec3<f32>, n: Vec3<f32>, u: f32) -> (u32, f32) {
+        let (light, chance) = self.tree.choose(p, n, u, true);
+        (self.lights.start + light.0, chance)
+    }
+}
+
+/// One lamp: a light of its own, or all triangles of a mesh that has many.
+#[derive(Clone, Copy, Debug)]
+pub enum Lamp<'a> {
+    /// A light.
+    Light(u32),
+    /// A mesh.
+    Mesh(&'a MeshLamp),
+}
+
+impl Lamp<'_> {
+    /// The light to ask for a point `p` on a surface with normal `n`, and the probability of that choice. A mesh draws
+    /// one number in [0, 1) for it.
+    pub fn choose(&self, p: Vec3<f32>, n: Vec3<f32>, draw: impl FnOnce() -> f32) -> (u32, f32) {
+        match self {
+            Lamp::Light(light) => (*light, 1.0),
+            Lamp::Mesh(mesh) => mesh.choose(p, n, draw()),
+        }
+    }
+}
+
+/// The lamps of so many lights, of which some are those of meshes, in the order of the lights.
+pub(super) fn lamps(lights: u32, meshes: &[MeshLamp]) -> impl Iterator<Item = Lamp<'_>> {
+    let (mut next, mut meshes) = (0, meshes.iter().peekable());
+    std::iter::from_fn(move || {
+        if let Some(mesh) = meshes.next_if(|mesh| mesh.lights.start == next) {
+            next = mesh.lights.end;
+            return Some(Lamp::Mesh(mesh));
+        }
+        let light = next;
+        next += 1;
+        (light < lights).then_some(Lamp::Light(light))
+    })
+}

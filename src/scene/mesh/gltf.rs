@@ -1,30 +1,38 @@
-//! glTF 2.0: triangles where their nodes put them, and base materials. Both `.glb`, and `.gltf` with its buffers in
-//! other files or in `data:` URIs.
+//! glTF 2.0: triangles where their nodes, morph weights and skins put them at rest, and base materials. Both `.glb`,
+//! and `.gltf` with its buffers in other files or in `data:` URIs.
 //!
-//! Cameras, lights, textures, animations, skins and morphs are passed over. Coordinates stay as they are: +y is up
-//! in glTF, `rotate = [90, 0, 0]` makes that +z.
+//! Cameras, lights, textures and animations are left out, with a note. Coordinates stay as they are: +y is up in
+//! glTF, `rotate = [90, 0, 0]` makes that +z.
 
 mod accessors;
 mod buffers;
 mod document;
+mod morph;
 mod place;
+mod primitive;
+mod skin;
 
-use self::accessors::{Floats, Indices};
 use self::buffers::Buffers;
-use self::document::{Document, Material, Primitive};
-use self::place::Placed;
+use self::document::{Document, Material};
+use self::primitive::Pose;
+use self::skin::Skins;
 use super::FileMaterial;
+use super::MeshFileError;
 use super::mtl::{fraction, glass, radiance};
 use super::parts::Parts;
-use super::source::{Read_, Source};
+use super::source::{Place, Read_, Source};
 use crate::scene::description::MaterialKind;
 use crate::shape::MOST_TRIANGLES;
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
+use std::collections::BTreeSet;
+use std::fmt;
 use std::io::BufRead;
 
 /// Extensions without which a file could not be understood, and that are.
-const UNDERSTOOD: [&str; 4] = [
+const UNDERSTOOD: [&str; 6] = [
+    "EXT_mesh_gpu_instancing",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_materials_ior",
     "KHR_materials_transmission",
     "KHR_materials_emissive_strength",
@@ -87,57 +95,133 @@ fn read<R: BufRead>(
     text: &[u8],
     binary: Option<Vec<u8>>,
 ) -> Read_<Vec<FileMaterial>> {
+    // Readers may pass over a byte-order mark, though writers may not add one.
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     let document: Document =
         serde_json::from_slice(text).map_err(|error| source.at_line(error.line(), format!("{error}")))?;
     if !document.asset.version.starts_with("2.") {
         let version = &document.asset.version;
         return Err(source.whole(format!("this is glTF version {version:?}; version 2 is read")));
     }
-    if let Some(unknown) =
-        document.extensions_required.iter().find(|name| !UNDERSTOOD.contains(&name.as_str()))
-    {
-        return Err(
-            source.whole(format!("it cannot be understood without {unknown:?}, which stride does not know"))
-        );
-    }
-    let whole = |message: String| source.whole(message);
-    let placed = place::meshes(&document).map_err(whole)?;
-    let names = document.material_names();
     let mut buffers = Buffers::new(source.name(), binary, Room::new(source));
-    for Placed { mesh, node, to_world } in placed {
-        let Some(of_mesh) = document.meshes.get(mesh) else {
-            return Err(whole(format!(
-                "node {node} has mesh {mesh}, but there are only {}",
-                document.meshes.len()
-            )));
-        };
-        let group = [&document.nodes[node].name, &of_mesh.name].into_iter().flatten();
-        let group = group.map(String::as_str).find(|name| !name.is_empty()).unwrap_or_default();
-        for (i, primitive) in of_mesh.primitives.iter().enumerate() {
-            let material = match primitive.material {
-                None => "",
-                Some(material) if material < names.len() => &names[material],
-                Some(material) => {
-                    let message =
-                        format!("material {material}, but there are only {}", document.materials.len());
-                    return Err(whole(format!("mesh {mesh}, primitive {i} has {message}")));
-                }
-            };
-            let wrong = |message: String| whole(format!("mesh {mesh}, primitive {i}: {message}"));
-            let names = group.len() + material.len();
-            buffers.room.take(0, 0, PRIMITIVE + names as u64).map_err(wrong)?;
-            let part = parts.of(group, material);
-            add(&document, &mut buffers, primitive, &to_world, parts, part).map_err(wrong)?;
-        }
-    }
-    let materials = names.into_iter().zip(&document.materials).map(|(name, of)| material(name, of)).collect();
-    if document.materials.iter().any(Material::has_texture) {
-        parts.note("textures are not read", None);
-    }
-    Ok(materials)
+    read_document(&document, &mut buffers, parts).map_err(|fault| MeshFileError {
+        place: Some(Place::Item(fault.place)),
+        ..source.whole(fault.message)
+    })
 }
 
-/// How much more may be made of a file: nodes may repeat a mesh, but not a million times.
+/// An error in a document, with its place.
+struct Fault {
+    place: String,
+    message: String,
+}
+
+impl Fault {
+    fn at(place: fmt::Arguments<'_>, message: impl ToString) -> Fault {
+        Fault { place: place.to_string(), message: message.to_string() }
+    }
+
+    /// The same error, found while another item was read.
+    fn of(self, place: fmt::Arguments<'_>) -> Fault {
+        Fault { place: format!("{place}: {}", self.place), ..self }
+    }
+}
+
+/// The place of an item, for a note.
+fn item(place: fmt::Arguments<'_>) -> Option<Place> {
+    Some(Place::Item(place.to_string()))
+}
+
+fn wide(v: [f32; 3]) -> DVec3 {
+    DVec3::from(v.map(f64::from))
+}
+
+fn read_document(
+    document: &Document,
+    buffers: &mut Buffers<'_>,
+    parts: &mut Parts<'_>,
+) -> Result<Vec<FileMaterial>, Fault> {
+    if let Some(i) = document.extensions_required.iter().position(|name| !UNDERSTOOD.contains(&name.as_str()))
+    {
+        let message = format!(
+            "it cannot be understood without {:?}, which stride does not know",
+            document.extensions_required[i]
+        );
+        return Err(Fault::at(format_args!("extensionsRequired[{i}]"), message));
+    }
+    let names = document.material_names();
+    let mut skins = Skins::new(document);
+    let mut is_used = vec![false; names.len()];
+    // The notes about a mesh are added once, however often it is placed.
+    let mut is_noted = vec![false; document.meshes.len()];
+    for placed in place::meshes(document, parts)? {
+        let (mesh, node) = (placed.mesh, &document.nodes[placed.node]);
+        let at_node = |message: String| Fault::at(format_args!("nodes[{}]", placed.node), message);
+        let Some(of_mesh) = document.meshes.get(mesh) else {
+            let meshes = document.meshes.len();
+            return Err(at_node(format!("it has mesh {mesh}, but there are only {meshes}")));
+        };
+        let group = [&node.name, &of_mesh.name].into_iter().flatten();
+        let group = group.map(String::as_str).find(|name| !name.is_empty()).unwrap_or_default();
+        let joints = node.skin.map(|skin| skins.joints(buffers, skin)).transpose()?;
+        let copies = if joints.is_some() {
+            if node.extensions.copies.is_some() {
+                let message = "copies of skinned meshes are left out, except one of each mesh";
+                parts.note(message, item(format_args!("nodes[{}]", placed.node)));
+            }
+            vec![placed.to_world]
+        } else {
+            place::copies(document, buffers, &placed).map_err(at_node)?
+        };
+        let mut pose = Pose {
+            weights: node.weights.as_ref().unwrap_or(&of_mesh.weights),
+            to_world: placed.to_world,
+            joints,
+        };
+        for to_world in copies {
+            pose.to_world = to_world;
+            for (i, primitive) in of_mesh.primitives.iter().enumerate() {
+                let wrong =
+                    |message: String| Fault::at(format_args!("meshes[{mesh}].primitives[{i}]"), message);
+                let material = match primitive.material {
+                    None => "",
+                    Some(material) if material < names.len() => {
+                        is_used[material] = true;
+                        &names[material]
+                    }
+                    Some(material) => {
+                        let materials = names.len();
+                        let message = format!("it has material {material}, but there are only {materials}");
+                        return Err(wrong(message));
+                    }
+                };
+                let length = group.len() + material.len();
+                buffers.room.take(0, 0, PRIMITIVE + length as u64).map_err(wrong)?;
+                let part = parts.of(group, material);
+                let mut messages = BTreeSet::new();
+                primitive::add(document, buffers, primitive, &pose, (&mut *parts, part), &mut messages)
+                    .map_err(wrong)?;
+                for message in messages.iter().filter(|_| !is_noted[mesh]) {
+                    parts.note(message, item(format_args!("meshes[{mesh}].primitives[{i}]")));
+                }
+            }
+            is_noted[mesh] = true;
+        }
+    }
+    for (i, animation) in document.animations.iter().enumerate() {
+        if !animation.channels.is_empty() {
+            let message = "animations are left out, and the rest pose is shown";
+            parts.note(message, item(format_args!("animations[{i}]")));
+        }
+    }
+    let used = document.materials.iter().enumerate().filter(|&(i, _)| is_used[i]);
+    for (i, _) in used.filter(|(_, material)| material.has_texture()) {
+        parts.note("textures are not read", item(format_args!("materials[{i}]")));
+    }
+    Ok(names.into_iter().zip(&document.materials).map(|(name, of)| material(name, of)).collect())
+}
+
+/// How much more may be made of a file: nodes and copies may repeat a mesh, but not a million times.
 struct Room {
     vertices: usize,
     triangles: usize,
@@ -150,9 +234,6 @@ const MOST_REPEATS: u64 = 64;
 /// What a primitive counts for besides its vertices and triangles, and its names: time, though it be empty.
 const PRIMITIVE: u64 = 256;
 
-/// What a vector counts for that replaces another.
-const REPLACING: u64 = 16;
-
 impl Room {
     fn new<R: BufRead>(source: &Source<'_, R>) -> Room {
         // A small file may repeat more.
@@ -163,6 +244,11 @@ impl Room {
     /// Makes room for what comes of a file beside.
     fn add_file(&mut self, len: u64) {
         self.repeats = self.repeats.saturating_add(len.saturating_mul(MOST_REPEATS));
+    }
+
+    /// The cost, in bytes, of sparse vectors, each of which replaces another.
+    fn replacing(vectors: usize) -> u64 {
+        16 * vectors as u64
     }
 
     /// Takes room for vertices, triangles, and as much as so many bytes.
@@ -178,91 +264,11 @@ impl Room {
                 Ok(())
             }
             _ => Err(format!(
-                "with it, the file's nodes repeat its meshes to more than {MOST_REPEATS} times its size; \
+                "with it, the file's nodes and copies repeat its meshes to more than {MOST_REPEATS} times its size; \
                  let entities of the scene place them"
             )),
         }
     }
-}
-
-/// The modes of primitives that are made of triangles.
-const TRIANGLES: u32 = 4;
-const STRIP: u32 = 5;
-const FAN: u32 = 6;
-
-/// Adds a primitive's triangles to a part.
-fn add(
-    document: &Document,
-    buffers: &mut Buffers<'_>,
-    primitive: &Primitive,
-    to_world: &DAffine3,
-    parts: &mut Parts<'_>,
-    part: usize,
-) -> Result<(), String> {
-    let mode = primitive.mode.unwrap_or(TRIANGLES);
-    if ![TRIANGLES, STRIP, FAN].contains(&mode) {
-        parts.note("points and lines are left out", None);
-        return Ok(());
-    }
-    let attribute = |name: &str| primitive.attributes.get(name).copied();
-    let Some(position) = attribute("POSITION") else { return Ok(()) };
-    let positions = buffers.floats::<3>(document, position)?;
-    let normals = attribute("NORMAL").map(|a| buffers.floats::<3>(document, a)).transpose()?;
-    let uv = attribute("TEXCOORD_0").map(|a| buffers.floats::<2>(document, a)).transpose()?;
-    let vertices = positions.count();
-    if normals.as_ref().is_some_and(|n| n.count() != vertices)
-        || uv.as_ref().is_some_and(|uv| uv.count() != vertices)
-    {
-        return Err(format!("it has {vertices} positions, but not as many normals or uv"));
-    }
-    let indices = primitive.indices.map(|accessor| buffers.indices(document, accessor)).transpose()?;
-    let corners = indices.as_ref().map_or(vertices, Indices::count);
-    let count = match mode {
-        TRIANGLES => corners / 3,
-        _ => corners.saturating_sub(2),
-    };
-    let replacing = positions.replacing()
-        + normals.as_ref().map_or(0, Floats::replacing)
-        + uv.as_ref().map_or(0, Floats::replacing);
-    buffers.room.take(vertices, count, REPLACING * replacing as u64)?;
-
-    let positions = positions.decode()?;
-    let normals = normals.map(|normals| normals.decode()).transpose()?;
-    let uv = uv.map(|uv| uv.decode()).transpose()?;
-    let indices = match indices {
-        Some(indices) => indices.decode()?,
-        None => (0..vertices as u32).collect(),
-    };
-    if let Some(&index) = indices.iter().find(|&&index| index as usize >= vertices) {
-        return Err(format!("it has vertex {index}, but there are only {vertices} (counted from 0)"));
-    }
-
-    let mirrors = to_world.matrix3.determinant() < 0.0;
-    let turned = to_world.matrix3.inverse().transpose();
-    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-    let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
-    let mut first = None;
-    for i in 0..vertices {
-        let normal = normals.as_ref().map(|n| narrow((turned * wide(n[i])).normalize_or_zero()));
-        let position = narrow(to_world.transform_point3(wide(positions[i])));
-        let number = parts.vertex(part, position, normal, uv.as_ref().map(|uv| uv[i]));
-        first.get_or_insert(number);
-    }
-    let first = first.unwrap_or_default();
-    let triangles = &mut parts.mesh(part).triangles;
-    triangles.reserve(count);
-    for i in 0..count {
-        let [a, b, c] = match mode {
-            TRIANGLES => [3 * i, 3 * i + 1, 3 * i + 2],
-            // Every other one is wound the other way.
-            STRIP if i % 2 == 1 => [i + 1, i, i + 2],
-            STRIP => [i, i + 1, i + 2],
-            _ => [0, i + 1, i + 2],
-        }
-        .map(|corner| first + indices[corner]);
-        triangles.push(if mirrors { [a, c, b] } else { [a, b, c] });
-    }
-    Ok(())
 }
 
 /// A material in this program's terms: what lets light through is glass, metal is a mirror, the rest is matte.

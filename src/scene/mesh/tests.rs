@@ -200,6 +200,7 @@ fn spoiled_files_are_errors_or_meshes_and_never_panics() {
         ("a.obj", OBJ.as_bytes().to_vec()),
         ("a.glb", gltf::glb(&gltf::document(), &gltf::binary())),
         ("a.gltf", gltf::with_data()),
+        ("a.glb", gltf::pose::posed()),
     ];
     let (mut meshes, mut errors) = (0, 0);
     for i in 0..30_000 {

@@ -23,10 +23,11 @@ pub(super) fn size(component: u32) -> Result<u64, String> {
 
 /// Vectors of `N` floats.
 pub(super) struct Floats<const N: usize> {
-    pub(super) accessor: usize,
     pub(super) view: View,
     pub(super) component: u32,
     pub(super) normalized: bool,
+    /// Whether the accessor has no buffer view: all vectors that are not replaced are zero.
+    pub(super) is_zero: bool,
     /// Which are replaced, and by what.
     pub(super) sparse: Option<(Indices, View)>,
 }
@@ -42,23 +43,27 @@ impl<const N: usize> Floats<N> {
     }
 
     pub(super) fn decode(&self) -> Result<Vec<[f32; N]>, String> {
+        self.decode_first(self.view.count)
+    }
+
+    /// Decodes the first `count` vectors only.
+    pub(super) fn decode_first(&self, count: usize) -> Result<Vec<[f32; N]>, String> {
         let wide = size(self.component)? as usize;
         let one = |view: &View, i: usize| {
             let at = view.first + i * view.stride;
             let bytes = &view.bytes[at..at + N * wide];
             std::array::from_fn(|c| number(&bytes[c * wide..], self.component, self.normalized))
         };
-        let mut all: Vec<[f32; N]> = (0..self.view.count).map(|i| one(&self.view, i)).collect();
+        let count = count.min(self.view.count);
+        let mut all: Vec<[f32; N]> = match self.is_zero {
+            true => vec![[0.0; N]; count],
+            false => (0..count).map(|i| one(&self.view, i)).collect(),
+        };
         if let Some((places, values)) = &self.sparse {
             for i in 0..places.count() {
-                let at = places.get(i)?;
-                let Some(place) = all.get_mut(at as usize) else {
-                    return Err(format!(
-                        "accessor {} replaces element {at} of {}",
-                        self.accessor, self.view.count
-                    ));
-                };
-                *place = one(values, i);
+                if let Some(place) = all.get_mut(places.replaced(i, self.view.count)?) {
+                    *place = one(values, i);
+                }
             }
         }
         Ok(all)
@@ -70,6 +75,8 @@ pub(super) struct Indices {
     pub(super) accessor: usize,
     pub(super) view: View,
     pub(super) component: u32,
+    /// The places of replaced indices, and the indices that replace them.
+    pub(super) sparse: Option<Box<(Indices, Indices)>>,
 }
 
 impl Indices {
@@ -77,8 +84,30 @@ impl Indices {
         self.view.count
     }
 
+    /// The number of replacements, which may exceed the number of indices.
+    pub(super) fn replacing(&self) -> usize {
+        self.sparse.as_ref().map_or(0, |sparse| sparse.0.count())
+    }
+
     pub(super) fn decode(&self) -> Result<Vec<u32>, String> {
-        (0..self.count()).map(|i| self.get(i)).collect()
+        let mut all: Vec<u32> = (0..self.count()).map(|i| self.get(i)).collect::<Result<_, _>>()?;
+        if let Some((places, values)) = self.sparse.as_deref() {
+            for i in 0..places.count() {
+                let at = places.replaced(i, all.len())?;
+                all[at] = values.get(i)?;
+            }
+        }
+        Ok(all)
+    }
+
+    /// The place, below `count`, that replacement `i` is for.
+    fn replaced(&self, i: usize, count: usize) -> Result<usize, String> {
+        let at = self.get(i)? as usize;
+        if at < count {
+            Ok(at)
+        } else {
+            Err(format!("accessor {} replaces element {at} of {count}", self.accessor))
+        }
     }
 
     fn get(&self, i: usize) -> Result<u32, String> {

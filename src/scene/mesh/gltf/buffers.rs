@@ -6,6 +6,7 @@ use super::Room;
 use super::accessors::{Floats, Indices, size};
 use super::document::{Accessor, Document, Sparse};
 use crate::scene::mesh::{beside, open};
+use crate::shape::MOST_TRIANGLES;
 use data_encoding::{BASE64, BASE64_NOPAD};
 use percent_encoding::percent_decode_str;
 use std::io::Read;
@@ -43,54 +44,78 @@ impl<'a> Buffers<'a> {
     ) -> Result<Floats<N>, String> {
         let accessor = accessor(document, index)?;
         let name = |message: String| format!("accessor {index} {message}");
-        if accessor.kind != ["SCALAR", "VEC2", "VEC3"][N - 1] {
+        let kind = match N {
+            1 => "SCALAR",
+            2 => "VEC2",
+            3 => "VEC3",
+            4 => "VEC4",
+            _ => "MAT4",
+        };
+        if accessor.kind != kind {
             return Err(name(format!("holds {:?}, which does not fit its use", accessor.kind)));
         }
         let component = accessor.component_type;
         let element = N as u64 * size(component).map_err(name)?;
-        let view = self
-            .view(document, accessor.buffer_view, accessor.byte_offset, accessor.count, element)
-            .map_err(name)?;
-        let mut sparse = None;
-        if let Some(Sparse { count, indices, values }) = &accessor.sparse {
-            let index_size = size(indices.component_type).map_err(name)?;
-            let places = self
-                .view(document, Some(indices.buffer_view), indices.byte_offset, *count, index_size)
-                .map_err(name)?;
-            let values = self
-                .view(document, Some(values.buffer_view), values.byte_offset, *count, element)
-                .map_err(name)?;
-            sparse =
-                Some((Indices { accessor: index, view: places, component: indices.component_type }, values));
-        }
-        Ok(Floats { accessor: index, view, component, normalized: accessor.normalized, sparse })
+        let view = match accessor.buffer_view {
+            Some(view) => {
+                self.view(document, view, accessor.byte_offset, accessor.count, element).map_err(name)?
+            }
+            // The caller makes room for these zeros before it decodes them.
+            None if accessor.count <= MOST_TRIANGLES as u64 => {
+                View { bytes: Rc::default(), first: 0, stride: 0, count: accessor.count as usize }
+            }
+            None => return Err(name(format!("promises {} elements without a buffer view", accessor.count))),
+        };
+        let sparse = self.sparse(document, index, accessor, element).map_err(name)?;
+        let (normalized, is_zero) = (accessor.normalized, accessor.buffer_view.is_none());
+        Ok(Floats { view, component, normalized, is_zero, sparse })
+    }
+
+    /// The places of an accessor's replaced elements, and the elements that replace them.
+    fn sparse(
+        &mut self,
+        document: &Document,
+        accessor: usize,
+        Accessor { sparse, .. }: &Accessor,
+        element: u64,
+    ) -> Result<Option<(Indices, View)>, String> {
+        let Some(Sparse { count, indices, values }) = sparse else { return Ok(None) };
+        let component = indices.component_type;
+        let view = self.view(document, indices.buffer_view, indices.byte_offset, *count, size(component)?)?;
+        let values = self.view(document, values.buffer_view, values.byte_offset, *count, element)?;
+        Ok(Some((Indices { accessor, view, component, sparse: None }, values)))
     }
 
     /// An accessor's indices.
     pub(super) fn indices(&mut self, document: &Document, index: usize) -> Result<Indices, String> {
         let accessor = accessor(document, index)?;
         let name = |message: String| format!("accessor {index} {message}");
-        if accessor.kind != "SCALAR" || accessor.sparse.is_some() {
+        if accessor.kind != "SCALAR" {
             return Err(name(format!("holds {:?}, which are no indices", accessor.kind)));
         }
         let component = accessor.component_type;
         let size = size(component).map_err(name)?;
-        let view = self
-            .view(document, accessor.buffer_view, accessor.byte_offset, accessor.count, size)
-            .map_err(name)?;
-        Ok(Indices { accessor: index, view, component })
+        let Some(view) = accessor.buffer_view else {
+            return Err(name("has no buffer view: all indices would be 0".into()));
+        };
+        let view = self.view(document, view, accessor.byte_offset, accessor.count, size).map_err(name)?;
+        let sparse = self.sparse(document, index, accessor, size).map_err(name)?;
+        let sparse = sparse.map(|(places, values)| {
+            let values = Indices { accessor: index, view: values, component, sparse: None };
+            Box::new((places, values))
+        });
+        Ok(Indices { accessor: index, view, component, sparse })
     }
 
     /// Elements of so many bytes in a view, all of which are there.
     fn view(
         &mut self,
         document: &Document,
-        view: Option<usize>,
+        index: usize,
         offset: u64,
         count: u64,
         element: u64,
     ) -> Result<View, String> {
-        let Some(index) = view else { return Err("has no buffer view: it would be all zeros".into()) };
         let Some(view) = document.buffer_views.get(index) else {
             return Err(format!(
                 "has buffer view {index}, but there are only {}",

@@ -5,6 +5,128 @@ use data_encoding::BASE64;
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
 
+mod notes;
+pub(super) mod pose;
+
+/// A document under construction, with the bytes of its buffer.
+struct Growing {
+    json: Value,
+    bytes: Vec<u8>,
+}
+
+impl Growing {
+    fn new() -> Growing {
+        let json =
+            json!({ "asset": { "version": "2.0" }, "accessors": [], "bufferViews": [], "buffers": [{}] });
+        Growing { json, bytes: Vec::new() }
+    }
+
+    /// A document with a triangle as mesh 0 on node 0.
+    fn triangle(corners: [[f32; 3]; 3]) -> Growing {
+        let mut growing = Growing::new();
+        let positions = growing.floats("VEC3", &corners.concat());
+        growing.json["nodes"] = json!([{ "mesh": 0 }]);
+        growing.json["meshes"] = json!([{ "primitives": [{ "attributes": { "POSITION": positions } }] }]);
+        growing
+    }
+
+    /// Adds a buffer view of some bytes.
+    fn view(&mut self, bytes: &[u8]) -> usize {
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        let views = self.json["bufferViews"].as_array_mut().unwrap();
+        views.push(json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() }));
+        self.bytes.extend(bytes);
+        views.len() - 1
+    }
+
+    fn accessor(&mut self, accessor: Value) -> usize {
+        let accessors = self.json["accessors"].as_array_mut().unwrap();
+        accessors.push(accessor);
+        accessors.len() - 1
+    }
+
+    /// Adds an accessor of integers of one, two or four bytes.
+    fn integers(&mut self, kind: &str, component: u32, normalized: bool, numbers: &[i64]) -> usize {
+        let wide = [1, 1, 2, 2, 4, 4][component as usize - 5120];
+        let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()[..wide].to_vec()).collect();
+        let (view, count) = (self.view(&bytes), numbers.len() / components(kind));
+        self.accessor(json!({
+            "bufferView": view, "componentType": component, "normalized": normalized, "count": count, "type": kind,
+        }))
+    }
+
+    fn floats(&mut self, kind: &str, numbers: &[f32]) -> usize {
+        let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let (view, count) = (self.view(&bytes), numbers.len() / components(kind));
+        self.accessor(json!({ "bufferView": view, "componentType": 5126, "count": count, "type": kind }))
+    }
+
+    /// Adds an accessor of vectors that are zero except for some that are replaced.
+    fn sparse(&mut self, count: usize, places: &[u8], vectors: &[[f32; 3]]) -> usize {
+        let places_view = self.view(places);
+        let bytes: Vec<u8> = vectors.concat().iter().flat_map(|x| x.to_le_bytes()).collect();
+        let values_view = self.view(&bytes);
+        self.accessor(json!({
+            "componentType": 5126, "count": count, "type": "VEC3",
+            "sparse": {
+                "count": places.len(),
+                "indices": { "bufferView": places_view, "componentType": 5121 },
+                "values": { "bufferView": values_view },
+            },
+        }))
+    }
+
+    fn attribute(&mut self, name: &str, accessor: usize) {
+        self.json["meshes"][0]["primitives"][0]["attributes"][name] = accessor.into();
+    }
+
+    fn file(&self) -> Vec<u8> {
+        let mut json = self.json.clone();
+        json["buffers"][0]["byteLength"] = self.bytes.len().into();
+        glb(&json, &self.bytes)
+    }
+
+    fn read(&self) -> Result<MeshFile, String> {
+        read_split("a.glb", &self.file(), &Split::Whole)
+    }
+
+    /// The positions of the first part.
+    #[track_caller]
+    fn positions(&self) -> Vec<[f32; 3]> {
+        self.read().expect("a mesh").parts[0].1.positions.clone()
+    }
+
+    #[track_caller]
+    fn notes(&self) -> Vec<String> {
+        self.read().expect("a mesh").notes.iter().map(Note::to_string).collect()
+    }
+
+    #[track_caller]
+    fn error(&self, words: &[&str]) {
+        let error = self.read().expect_err("an error");
+        for word in words {
+            assert!(error.contains(word), "{error} lacks {word}");
+        }
+    }
+}
+
+fn components(kind: &str) -> usize {
+    match kind {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" => 4,
+        "MAT4" => 16,
+        _ => panic!("{kind}"),
+    }
+}
+
+#[track_caller]
+fn all_near(are: &[[f32; 3]], should_be: &[[f32; 3]]) {
+    assert_eq!(are.len(), should_be.len());
+    are.iter().zip(should_be).for_each(|(a, b)| near(*a, *b));
+}
+
 /// Two triangles of a square in the plane z = 0, with normals, uv, indices, and a position that sparse values move.
 pub(super) fn binary() -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -109,6 +231,7 @@ pub(super) fn with_data() -> Vec<u8> {
     document.to_string().into_bytes()
 }
 
+#[track_caller]
 fn near(a: [f32; 3], b: [f32; 3]) {
     assert!((0..3).all(|i| (a[i] - b[i]).abs() < 1e-5), "{a:?} is not {b:?}");
 }
@@ -151,7 +274,10 @@ fn parts_have_the_materials_of_the_file() {
     assert_eq!((&window.kind, window.emission), (&glass, [4.0, 2.0, 0.0]));
     assert_eq!(
         file.notes.iter().map(Note::to_string).collect::<Vec<_>>(),
-        ["points and lines are left out", "textures are not read"]
+        [
+            "points and lines are left out: 1, in meshes[1].primitives[1]",
+            "textures are not read: 1, in materials[1]",
+        ]
     );
     // Where it shines is not known.
     let mut document = document();
@@ -240,17 +366,18 @@ fn lies_are_told_where_and_why() {
     let huge = json!(1_u64 << 60);
     for (at, value, words) in [
         ("/asset/version", json!("1.0"), ["version \"1.0\"", "version 2"]),
-        ("/extensionsRequired/0", json!("KHR_draco_mesh_compression"), ["KHR_draco", "does not know"]),
+        ("/extensionsRequired/0", json!("EXT_nurbs"), ["extensionsRequired[0]", "EXT_nurbs"]),
         ("/scene", json!(3), ["scene 3", "only 1"]),
-        ("/scenes/0/nodes/0", json!(9), ["node 9", "only 3"]),
-        ("/nodes/0/children/1", json!(1), ["node 1", "more than one parent"]),
-        ("/nodes/0/children/1", json!(0), ["node 0", "its own"]),
-        ("/nodes/0/translation/0", json!(1e300), ["vertex 0", "position"]),
-        ("/nodes/1/rotation", json!([0, 0, 0, 0]), ["node 1", "not finite"]),
-        ("/nodes/1/mesh", json!(7), ["node 1 has mesh 7", "only 2"]),
-        ("/meshes/0/primitives/0/material", json!(2), ["mesh 0, primitive 0", "material 2"]),
+        ("/scenes/0/nodes/0", json!(9), ["nodes[9]", "only 3"]),
+        ("/nodes/0/children/1", json!(1), ["nodes[1]", "more than one parent"]),
+        ("/nodes/0/children/1", json!(0), ["nodes[0]", "its own"]),
+        ("/nodes/0/translation/0", json!(1e300), ["meshes[0].primitives[0]: vertex 0", "position"]),
+        ("/nodes/1/rotation", json!([0, 0, 0, 0]), ["nodes[1]", "not finite"]),
+        ("/nodes/1/mesh", json!(7), ["nodes[1]: it has mesh 7", "only 2"]),
+        ("/meshes/0/primitives/0/material", json!(2), ["meshes[0].primitives[0]", "material 2"]),
         ("/meshes/0/primitives/0/indices", json!(99), ["accessor 99", "only 5"]),
         ("/meshes/0/primitives/0/indices", json!(0), ["accessor 0", "no indices"]),
+        ("/meshes/1/primitives/2/mode", json!(7), ["meshes[1].primitives[2]", "mode is 7, but"]),
         ("/meshes/0/primitives/0/attributes/POSITION", json!(3), ["accessor 3", "does not fit"]),
         ("/accessors/0/count", huge.clone(), ["accessor 0", "promises 1152921504606846976"]),
         ("/accessors/0/count", json!(5), ["accessor 0", "promises 5"]),
@@ -278,7 +405,7 @@ fn lies_are_told_where_and_why() {
         ("/meshes", json!(3), ["a.glb", "line 1"]),
         ("/accessors/1", json!({ "count": 4 }), ["line 1", "missing field `componentType`"]),
         ("/nodes", json!(vec![json!({}); (1 << 20) + 1]), ["line 1", "more than 1048576"]),
-        ("/meshes", json!([]), ["node 1 has mesh 0", "only 0"]),
+        ("/meshes", json!([]), ["nodes[1]: it has mesh 0", "only 0"]),
         ("/nodes/0/children", json!([]), ["a.glb", "no triangle"]),
     ] {
         let mut document = document();

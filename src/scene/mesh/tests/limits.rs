@@ -67,7 +67,7 @@ fn what_leaves_nothing_behind_takes_room_too() {
             "meshes": [{ "name": name, "primitives": vec![json!({ "attributes": {} }); primitives] }],
         });
         let error = read_bytes("a.gltf", document.to_string().as_bytes()).unwrap_err();
-        assert!(error.contains("mesh 0, primitive") && error.contains("more than 64 times"), "{error}");
+        assert!(error.contains("meshes[0].primitives[") && error.contains("more than 64 times"), "{error}");
     }
     // A triangle, one corner of which is replaced again and again.
     let replacing = 50_000;

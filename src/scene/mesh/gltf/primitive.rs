@@ -1,0 +1,208 @@
+//! The triangles of a primitive, morphed, skinned and placed.
+
+use super::accessors::Indices;
+use super::buffers::Buffers;
+use super::document::{Document, Primitive};
+use super::morph;
+use super::skin::{Repair, Skinned};
+use super::{Room, wide};
+use crate::scene::mesh::parts::Parts;
+use crate::shape::{Mesh, MeshError};
+use glam::{DAffine3, DVec3};
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
+/// The modes of primitives.
+const LINES_AND_POINTS: std::ops::RangeInclusive<u32> = 0..=3;
+const TRIANGLES: u32 = 4;
+const STRIP: u32 = 5;
+const FAN: u32 = 6;
+
+/// Notes about repaired normals and uv.
+const NO_NORMAL: &str = "normals that are not numbers are left out, and shading is flat there";
+const NO_UV: &str = "uv that are not numbers are taken for 0";
+
+/// The pose of a mesh.
+#[derive(Clone)]
+pub(super) struct Pose<'p> {
+    /// The weights of morph targets.
+    pub(super) weights: &'p [f64],
+    /// The transform of its node.
+    pub(super) to_world: DAffine3,
+    /// The joints' transforms, which replace that of the node.
+    pub(super) joints: Option<Rc<Vec<DAffine3>>>,
+}
+
+/// Adds a primitive's triangles to a part, and a message for each kind of thing in it that is not read or repaired.
+pub(super) fn add(
+    document: &Document,
+    buffers: &mut Buffers<'_>,
+    primitive: &Primitive,
+    pose: &Pose<'_>,
+    (parts, part): (&mut Parts<'_>, usize),
+    messages: &mut BTreeSet<&'static str>,
+) -> Result<(), String> {
+    let mode = primitive.mode.unwrap_or(TRIANGLES);
+    if LINES_AND_POINTS.contains(&mode) {
+        messages.insert("points and lines are left out");
+        return Ok(());
+    }
+    if ![TRIANGLES, STRIP, FAN].contains(&mode) {
+        return Err(format!("its mode is {mode}, but modes are 0 to 6"));
+    }
+    let attribute = |name: &str| primitive.attributes.get(name).copied();
+    let Some(position) = attribute("POSITION") else {
+        messages.insert("primitives without positions are left out");
+        return Ok(());
+    };
+    if attribute("COLOR_0").is_some() {
+        messages.insert("colours of vertices are not read");
+    }
+    if primitive.targets.is_empty() && is_elsewhere(document, position) {
+        return Err(format!("accessor {position} has no buffer view: all positions would be 0"));
+    }
+
+    let positions = buffers.floats::<3>(document, position)?;
+    let normals = attribute("NORMAL").map(|a| buffers.floats::<3>(document, a)).transpose()?;
+    let uv = attribute("TEXCOORD_0").map(|a| buffers.floats::<2>(document, a)).transpose()?;
+    let vertices = positions.count();
+    if normals.as_ref().is_some_and(|n| n.count() != vertices)
+        || uv.as_ref().is_some_and(|uv| uv.count() != vertices)
+    {
+        return Err(format!("it has {vertices} positions, but not as many normals or uv"));
+    }
+    let indices = primitive.indices.map(|accessor| buffers.indices(document, accessor)).transpose()?;
+    let corners = indices.as_ref().map_or(vertices, Indices::count);
+    let count = match mode {
+        TRIANGLES => corners / 3,
+        _ => corners.saturating_sub(2),
+    };
+    if mode == TRIANGLES && corners % 3 != 0 || mode != TRIANGLES && count == 0 && corners > 0 {
+        messages.insert("incomplete triangles are left out");
+    }
+    let replacing = Room::replacing(positions.replacing())
+        + Room::replacing(normals.as_ref().map_or(0, |n| n.replacing()))
+        + Room::replacing(uv.as_ref().map_or(0, |uv| uv.replacing()))
+        + Room::replacing(indices.as_ref().map_or(0, Indices::replacing));
+    buffers.room.take(vertices, count, replacing)?;
+
+    let positions = positions.decode()?;
+    let normals = normals.map(|normals| normals.decode()).transpose()?;
+    let uv = uv.map(|uv| uv.decode()).transpose()?;
+    let indices = match indices {
+        Some(indices) => indices.decode()?,
+        None => (0..vertices as u32).collect(),
+    };
+    if let Some(&index) = indices.iter().find(|&&index| index as usize >= vertices) {
+        return Err(format!("it has vertex {index}, but there are only {vertices} (counted from 0)"));
+    }
+    if primitive.targets.len() != pose.weights.len() && !pose.weights.is_empty() {
+        messages.insert("morph weights do not match the number of targets, and missing ones are 0");
+    }
+    let morph = morph::offsets(document, buffers, primitive, pose.weights, vertices)?;
+    let skinned = match &pose.joints {
+        None => None,
+        Some(joints) => {
+            let skinned = Skinned::of(document, buffers, primitive, vertices, Rc::clone(joints))?;
+            if skinned.is_none() {
+                messages.insert("primitives of skinned meshes without joints are placed by their node");
+            }
+            skinned
+        }
+    };
+
+    let rigid = Carrier::of(&pose.to_world);
+    let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
+    let mut first = None;
+    let mut all_finite = true;
+    let mut mirrored = Vec::with_capacity(if skinned.is_some() { vertices } else { 0 });
+    for i in 0..vertices {
+        let of_vertex = match &skinned {
+            None => None,
+            Some(skinned) => {
+                let (to_world, repair) = skinned.carries(i)?;
+                messages.extend(repair.map(Repair::message));
+                Some(Carrier::of(&to_world))
+            }
+        };
+        let carrier = of_vertex.as_ref().unwrap_or(&rigid);
+        if of_vertex.is_some() {
+            mirrored.push(carrier.mirrors);
+        }
+        let plus = |v: [f32; 3], offsets: &Option<Vec<DVec3>>| match offsets {
+            None => wide(v),
+            Some(offsets) => wide(v) + offsets[i],
+        };
+        let position = narrow(carrier.to_world.transform_point3(plus(positions[i], &morph.positions)));
+        all_finite &= position.iter().all(|x| x.is_finite());
+        let normal = normals.as_ref().map(|normals| {
+            let own = plus(normals[i], &morph.normals);
+            let normal = (carrier.turned * own).normalize_or_zero();
+            if !own.is_finite() {
+                messages.insert(NO_NORMAL);
+            } else if normal == DVec3::ZERO {
+                messages.insert("normals of length 0 are left out, and shading is flat there");
+            }
+            narrow(normal)
+        });
+        let uv = uv.as_ref().map(|uv| {
+            let is_number = uv[i].iter().all(|x| x.is_finite());
+            if !is_number {
+                messages.insert(NO_UV);
+            }
+            if is_number { uv[i] } else { [0.0; 2] }
+        });
+        first.get_or_insert(parts.vertex(part, position, normal, uv));
+    }
+    let first = first.unwrap_or_default();
+    let Mesh { positions, triangles, .. } = parts.mesh(part);
+    // Vertices that no triangle uses need no finite position.
+    if !all_finite {
+        let is_finite = |&index: &u32| positions[(first + index) as usize].iter().all(|x| x.is_finite());
+        if let Some(&index) = indices.iter().find(|index| !is_finite(index)) {
+            return Err(MeshError::NotFinite(index as usize, "position").to_string());
+        }
+    }
+    triangles.reserve(count);
+    for i in 0..count {
+        let corners = match mode {
+            TRIANGLES => [3 * i, 3 * i + 1, 3 * i + 2],
+            // Every other one is wound the other way.
+            STRIP if i % 2 == 1 => [i + 1, i, i + 2],
+            STRIP => [i, i + 1, i + 2],
+            _ => [0, i + 1, i + 2],
+        }
+        .map(|corner| indices[corner]);
+        let mirrors = match skinned {
+            None => rigid.mirrors,
+            Some(_) => corners.iter().filter(|&&corner| mirrored[corner as usize]).count() >= 2,
+        };
+        let [a, b, c] = corners.map(|corner| first + corner);
+        triangles.push(if mirrors { [a, c, b] } else { [a, b, c] });
+    }
+    Ok(())
+}
+
+/// A transform, with its effect on normals and on the order of corners.
+struct Carrier {
+    to_world: DAffine3,
+    turned: glam::DMat3,
+    mirrors: bool,
+}
+
+impl Carrier {
+    fn of(to_world: &DAffine3) -> Carrier {
+        let matrix = to_world.matrix3;
+        Carrier {
+            to_world: *to_world,
+            turned: matrix.inverse().transpose(),
+            mirrors: matrix.determinant() < 0.0,
+        }
+    }
+}
+
+/// Whether an accessor has no data in the file: all of its elements are zero.
+fn is_elsewhere(document: &Document, accessor: usize) -> bool {
+    let accessor = document.accessors.get(accessor);
+    accessor.is_some_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
+}

@@ -7,6 +7,7 @@
 mod accessors;
 mod buffers;
 mod document;
+mod extensions;
 mod morph;
 mod place;
 mod primitive;
@@ -27,16 +28,6 @@ use glam::DVec3;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::io::BufRead;
-
-/// Extensions without which a file could not be understood, and that are.
-const UNDERSTOOD: [&str; 6] = [
-    "EXT_mesh_gpu_instancing",
-    "KHR_mesh_quantization",
-    "KHR_node_visibility",
-    "KHR_materials_ior",
-    "KHR_materials_transmission",
-    "KHR_materials_emissive_strength",
-];
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
 const JSON: u32 = u32::from_le_bytes(*b"JSON");
@@ -141,14 +132,7 @@ fn read_document(
     buffers: &mut Buffers<'_>,
     parts: &mut Parts<'_>,
 ) -> Result<Vec<FileMaterial>, Fault> {
-    if let Some(i) = document.extensions_required.iter().position(|name| !UNDERSTOOD.contains(&name.as_str()))
-    {
-        let message = format!(
-            "it cannot be understood without {:?}, which stride does not know",
-            document.extensions_required[i]
-        );
-        return Err(Fault::at(format_args!("extensionsRequired[{i}]"), message));
-    }
+    extensions::check(&document.extensions_used, &document.extensions_required, parts)?;
     let names = document.material_names();
     let mut skins = Skins::new(document);
     let mut is_used = vec![false; names.len()];

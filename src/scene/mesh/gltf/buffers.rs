@@ -5,6 +5,7 @@
 use super::Room;
 use super::accessors::{Floats, Indices, size};
 use super::document::{Accessor, Document, Sparse};
+use super::extensions::compressed;
 use crate::scene::mesh::{beside, open};
 use crate::shape::MOST_TRIANGLES;
 use data_encoding::{BASE64, BASE64_NOPAD};
@@ -122,6 +123,11 @@ impl<'a> Buffers<'a> {
                 document.buffer_views.len()
             ));
         };
+        if let Some(compression) = view.extensions.compression()
+            && self.is_elsewhere(document, view.buffer)
+        {
+            return Err(format!("has buffer view {index}: {}", compressed(compression)));
+        }
         let bytes = self.buffer(document, view.buffer)?;
         let view_end = view.byte_offset.checked_add(view.byte_length);
         if view_end.is_none_or(|end| end > bytes.len() as u64) {
@@ -150,6 +156,14 @@ impl<'a> Buffers<'a> {
         }
         let first = if count == 0 { 0 } else { (view.byte_offset + offset) as usize };
         Ok(View { bytes, first, stride: stride as usize, count: count as usize })
+    }
+
+    /// Whether a buffer has no bytes: it stands for the uncompressed form of another.
+    fn is_elsewhere(&self, document: &Document, index: usize) -> bool {
+        document.buffers.get(index).is_some_and(|buffer| {
+            let is_chunk = index == 0 && self.binary.is_some() && buffer.extensions.compression().is_none();
+            buffer.uri.is_none() && !is_chunk
+        })
     }
 
     /// A buffer's bytes, loaded once.

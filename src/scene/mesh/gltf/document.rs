@@ -13,6 +13,7 @@ use std::marker::PhantomData;
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Document {
     pub(super) asset: Asset,
+    pub(super) extensions_used: Vec<String>,
     pub(super) extensions_required: Vec<String>,
     pub(super) scene: Option<usize>,
     pub(super) scenes: Vec<Scene>,
@@ -184,6 +185,8 @@ pub(super) struct Primitive {
     pub(super) mode: Option<u32>,
     #[serde(default)]
     pub(super) targets: Vec<Target>,
+    #[serde(default)]
+    pub(super) extensions: PrimitiveExtensions,
 }
 
 /// A morph target: offsets that are added to a primitive's attributes, times a weight.
@@ -193,6 +196,13 @@ pub(super) struct Target {
     pub(super) position: Option<usize>,
     #[serde(rename = "NORMAL")]
     pub(super) normal: Option<usize>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub(super) draco: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -242,6 +252,27 @@ pub(super) struct BufferView {
     pub(super) byte_offset: u64,
     pub(super) byte_length: u64,
     pub(super) byte_stride: Option<u64>,
+    #[serde(default)]
+    pub(super) extensions: BufferExtensions,
+}
+
+/// Extensions of a buffer view or a buffer which say that its bytes are stored elsewhere, compressed.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct BufferExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext_meshopt: Option<IgnoredAny>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr_meshopt: Option<IgnoredAny>,
+}
+
+impl BufferExtensions {
+    /// The name of the compression, if there is one.
+    pub(super) fn compression(&self) -> Option<&'static str> {
+        let named =
+            [(&self.ext_meshopt, "EXT_meshopt_compression"), (&self.khr_meshopt, "KHR_meshopt_compression")];
+        named.into_iter().find_map(|(is, name)| is.as_ref().map(|_| name))
+    }
 }
 
 #[derive(Deserialize)]
@@ -249,6 +280,8 @@ pub(super) struct BufferView {
 pub(super) struct Buffer {
     pub(super) byte_length: u64,
     pub(super) uri: Option<String>,
+    #[serde(default)]
+    pub(super) extensions: BufferExtensions,
 }
 
 #[derive(Default, Deserialize)]

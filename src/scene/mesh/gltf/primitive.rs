@@ -3,6 +3,7 @@
 use super::accessors::Indices;
 use super::buffers::Buffers;
 use super::document::{Document, Primitive};
+use super::extensions::compressed;
 use super::morph;
 use super::skin::{Repair, Skinned};
 use super::{Room, wide};
@@ -55,6 +56,11 @@ pub(super) fn add(
         messages.insert("primitives without positions are left out");
         return Ok(());
     };
+    if primitive.extensions.draco.is_some()
+        && [Some(position), primitive.indices].iter().flatten().any(|&of| is_elsewhere(document, of))
+    {
+        return Err(compressed("KHR_draco_mesh_compression"));
+    }
     if attribute("COLOR_0").is_some() {
         messages.insert("colours of vertices are not read");
     }

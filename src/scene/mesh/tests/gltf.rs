@@ -5,6 +5,7 @@ use data_encoding::BASE64;
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
 
+mod extensions;
 mod notes;
 pub(super) mod pose;
 

@@ -8,21 +8,20 @@ mod accessors;
 mod buffers;
 mod document;
 mod extensions;
+mod material;
 mod morph;
 mod place;
 mod primitive;
 mod skin;
 
 use self::buffers::Buffers;
-use self::document::{Document, Material};
+use self::document::Document;
 use self::primitive::Pose;
 use self::skin::Skins;
 use super::FileMaterial;
 use super::MeshFileError;
-use super::mtl::{fraction, glass, radiance};
 use super::parts::Parts;
 use super::source::{Place, Read_, Source};
-use crate::scene::description::MaterialKind;
 use crate::shape::MOST_TRIANGLES;
 use glam::DVec3;
 use std::collections::BTreeSet;
@@ -199,10 +198,8 @@ fn read_document(
         }
     }
     let used = document.materials.iter().enumerate().filter(|&(i, _)| is_used[i]);
-    for (i, _) in used.filter(|(_, material)| material.has_texture()) {
-        parts.note("textures are not read", item(format_args!("materials[{i}]")));
-    }
-    Ok(names.into_iter().zip(&document.materials).map(|(name, of)| material(name, of)).collect())
+    used.for_each(|(i, material)| material.note(i, parts));
+    Ok(names.into_iter().zip(&document.materials).map(|(name, of)| of.read(name)).collect())
 }
 
 /// How much more may be made of a file: nodes and copies may repeat a mesh, but not a million times.
@@ -253,23 +250,4 @@ impl Room {
             )),
         }
     }
-}
-
-/// A material in this program's terms: what lets light through is glass, metal is a mirror, the rest is matte.
-fn material(name: String, of: &Material) -> FileMaterial {
-    let base = of.pbr_metallic_roughness.base_color_factor;
-    let base = fraction([base[0], base[1], base[2]]);
-    let kind = if of.extensions.transmission.factor >= 0.5 {
-        glass(of.extensions.ior.ior, base)
-    } else if of.pbr_metallic_roughness.metallic_factor >= 0.5
-        && !of.pbr_metallic_roughness.has_metal_texture()
-    {
-        MaterialKind::Mirror { reflectance: base }
-    } else {
-        MaterialKind::Matte { reflectance: base }
-    };
-    let strength = of.extensions.emissive_strength.strength;
-    let emission =
-        if of.has_emissive_texture() { [0.0; 3] } else { radiance(of.emissive_factor.map(|c| c * strength)) };
-    FileMaterial { name, kind, emission }
 }

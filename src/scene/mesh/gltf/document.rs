@@ -3,6 +3,7 @@
 //! What the specification requires is required, so that no element is much larger in memory than in the file;
 //! those of which it requires nothing may not be too many. Elements that are only counted keep no content.
 
+use super::material::Material;
 use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::collections::{BTreeMap, HashMap};
@@ -282,96 +283,4 @@ pub(super) struct Buffer {
     pub(super) uri: Option<String>,
     #[serde(default)]
     pub(super) extensions: BufferExtensions,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Material {
-    name: Option<String>,
-    pub(super) pbr_metallic_roughness: Metallic,
-    pub(super) emissive_factor: [f64; 3],
-    emissive_texture: Option<IgnoredAny>,
-    pub(super) extensions: MaterialExtensions,
-}
-
-impl Material {
-    fn own_name(&self) -> Option<&str> {
-        self.name.as_deref().filter(|name| !name.is_empty())
-    }
-
-    pub(super) fn has_texture(&self) -> bool {
-        let Metallic { base_color_texture, metallic_roughness_texture, .. } = &self.pbr_metallic_roughness;
-        self.emissive_texture.is_some()
-            || base_color_texture.is_some()
-            || metallic_roughness_texture.is_some()
-    }
-
-    /// Whether a texture says where it shines, often at a few places of many.
-    pub(super) fn has_emissive_texture(&self) -> bool {
-        self.emissive_texture.is_some()
-    }
-}
-
-#[derive(Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Metallic {
-    pub(super) base_color_factor: [f64; 4],
-    pub(super) metallic_factor: f64,
-    base_color_texture: Option<IgnoredAny>,
-    metallic_roughness_texture: Option<IgnoredAny>,
-}
-
-impl Metallic {
-    /// Whether a texture says where it is metal, which the factor is for its white.
-    pub(super) fn has_metal_texture(&self) -> bool {
-        self.metallic_roughness_texture.is_some()
-    }
-}
-
-impl Default for Metallic {
-    fn default() -> Self {
-        Metallic {
-            base_color_factor: [1.0; 4],
-            metallic_factor: 1.0,
-            base_color_texture: None,
-            metallic_roughness_texture: None,
-        }
-    }
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct MaterialExtensions {
-    #[serde(rename = "KHR_materials_transmission")]
-    pub(super) transmission: Transmission,
-    #[serde(rename = "KHR_materials_ior")]
-    pub(super) ior: Ior,
-    #[serde(rename = "KHR_materials_emissive_strength")]
-    pub(super) emissive_strength: Strength,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Transmission {
-    #[serde(rename = "transmissionFactor")]
-    pub(super) factor: f64,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Ior {
-    pub(super) ior: Option<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(default)]
-pub(super) struct Strength {
-    #[serde(rename = "emissiveStrength")]
-    pub(super) strength: f64,
-}
-
-impl Default for Strength {
-    fn default() -> Self {
-        Strength { strength: 1.0 }
-    }
 }

@@ -472,6 +472,23 @@ fn areas_are_those_of_geometry() {
 }
 
 #[test]
+fn triangles_are_met_however_long_their_sides_are() {
+    for exponent in -12..=18 {
+        let size = 10_f64.powi(exponent);
+        let corners = [DVec3::ZERO, DVec3::X * size, DVec3::Y * size].map(narrow);
+        let target = DVec3::new(0.25, 0.25, 0.0) * size;
+        for d in [DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8), DVec3::new(0.0, -0.8, -0.6)] {
+            let ray = Ray { o: narrow(target - d * size), d: narrow(d) };
+            let met = Shears::new(&ray).meet(corners);
+            assert!((f64::from(met.t) / size - 1.0).abs() < 1e-5, "10^{exponent}: {met:?}");
+            assert!(met.weights.iter().all(|w| (w - 0.25).abs() < 1e-5), "10^{exponent}: {met:?}");
+            let beside = Ray { o: narrow(target * 3.0 - d * size), d: narrow(d) };
+            assert_eq!(Shears::new(&beside).meet(corners).t, NOTHING, "10^{exponent}");
+        }
+    }
+}
+
+#[test]
 fn an_offset_origin_lies_on_the_side_that_the_direction_points_to() {
     let n = Vec3::<f32>::splat([0.0, 0.0, 1.0]);
     let origin = |z| offset_origin(Vec3::splat([1.0, 2.0, 3.0]), n, 0.25, Vec3::splat([0.6, 0.0, z]));

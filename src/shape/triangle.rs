@@ -167,7 +167,14 @@ impl<F: Float> Sheared<F> {
         if inside.any() {
             let zero = F::zero();
             let (az, bz, cz) = (a.z * shear.z, b.z * shear.z, c.z * shear.z);
-            let mean = (u * az + v * bz + w * cz) * per_area;
+            let mut mean = (u * az + v * bz + w * cz) * per_area;
+            // Lengths times areas leave the range from sides of 10¹² on. What is seen from its edge overflows as well,
+            // and still does then.
+            let overflows = inside & !mean.abs().lt(F::splat(NOTHING));
+            if overflows.any() {
+                let weighted = u * per_area * az + v * per_area * bz + w * per_area * cz;
+                mean = F::select(overflows, weighted, mean);
+            }
             // Where the ray is in the triangle's box, along all three axes.
             let span = |p: F, q: F, r: F| (p.min(q).min(r), p.max(q).max(r));
             let [by_x, by_y] = self.inverse;

@@ -1,48 +1,141 @@
 //! Polygons to triangles.
+//!
+//! A polygon is looked at along its mean normal, after Newell (Sutherland, Sproull and Schumacker 1974). Its corners
+//! are cut off one after another, as ears (Meisters 1975). That is right for simple polygons. Where it turns a
+//! triangle over, the outline touches itself: it is a keyhole, whose bridge to a hole is walked to and fro, or there
+//! are spikes, or corners that coincide. Such polygons go to [`constrained`], which asks how often the outline goes
+//! round each place.
+
+mod constrained;
+#[cfg(test)]
+mod tests;
 
 use glam::{DVec2, DVec3};
 
-/// Cuts a polygon of more than three corners into triangles that have its corners and its winding, by clipping
-/// ears (Meisters 1975); corners that stick out nowhere are cut in order.
+/// The most corners of a polygon that is cut by its ears, which takes time by the square of their number; larger ones
+/// are a fan or go to [`constrained`].
+const MOST_EARS: usize = 4096;
+
+/// What share of a polygon's area triangles may cover that are turned over; so much is taken for rounding errors.
+const TURNED_OVER: f64 = 1e-6;
+
+/// How far corners may lie off a side that they touch, for each unit of the polygon's largest coordinate, which is kept
+/// in 24 bits.
+const TOUCHING: f64 = 4.0 * f32::EPSILON as f64;
+
+/// How well a polygon could be cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cut {
+    /// The triangles cover its inside, and nothing else.
+    Right,
+    /// There is nothing to cover: all corners are on one line.
+    Flat,
+    /// Its outline crosses itself, and some triangles lie outside of it.
+    Crossed,
+}
+
+/// Cuts a polygon of more than three corners into triangles that have its corners and its winding.
 ///
-/// The polygon may be concave and slightly bent; it is looked at along its mean normal. Corners are indices of
-/// `positions`; one that is none of them makes it a fan, whose index an error will name.
-pub(super) fn triangulate(corners: &[u32], positions: &[[f32; 3]], triangles: &mut Vec<[u32; 3]>) {
+/// The polygon may be concave and slightly bent, and touch itself. Corners are indices of `positions`; one that is
+/// none of them makes it a fan, whose index an error will name.
+pub(super) fn triangulate(corners: &[u32], positions: &[[f32; 3]], triangles: &mut Vec<[u32; 3]>) -> Cut {
     let point = |&i: &u32| positions.get(i as usize).map(|p| DVec3::from(p.map(f64::from)));
     let points: Option<Vec<DVec3>> = corners.iter().map(point).collect();
-    let fan = |triangles: &mut Vec<[u32; 3]>| {
-        triangles.extend(corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]));
+    let name = |triangle: [usize; 3]| triangle.map(|i| corners[i]);
+    let fan = || (2..corners.len()).map(|i| [0, i - 1, i]);
+    let Some(points) = points.filter(|points| points.len() > 3) else {
+        triangles.extend(fan().map(name));
+        return Cut::Right;
     };
-    // A polygon of a million corners is none; to look for its ears would take for ever.
-    let Some(points) = points.filter(|points| (4..=4096).contains(&points.len())) else {
-        return fan(triangles);
+    let Some(flat) = flattened(&points) else {
+        triangles.extend(fan().map(name));
+        return Cut::Flat;
     };
-    // Newell's normal (Sutherland, Sproull and Schumacker 1974).
+    let turned_over = |triangles: &[[usize; 3]]| {
+        let turned = triangles.iter().map(|&corners| (-doubled(corners.map(|i| flat[i]))).max(0.0));
+        turned.sum::<f64>()
+    };
+    let total: f64 = fan().map(|corners| doubled(corners.map(|i| flat[i]))).sum();
+    let first = if points.len() <= MOST_EARS { ears(&flat) } else { fan().collect() };
+    if turned_over(&first) <= TURNED_OVER * total {
+        triangles.extend(first.into_iter().map(name));
+        return Cut::Right;
+    }
+    let size = points.iter().fold(0.0_f64, |size, p| size.max(p.abs().max_element()));
+    let inside = constrained::triangulate(&flat, corners, size * TOUCHING);
+    let once = inside.as_ref().is_some_and(|inside| inside.once);
+    triangles.extend(inside.map_or(first, |inside| inside.triangles).into_iter().map(name));
+    if once { Cut::Right } else { Cut::Crossed }
+}
+
+/// A polygon's corners as they are seen along its mean normal, counter-clockwise; nothing if it has none.
+fn flattened(points: &[DVec3]) -> Option<Vec<DVec2>> {
     let mut normal = DVec3::ZERO;
     for (i, a) in points.iter().enumerate() {
         let b = points[(i + 1) % points.len()];
         normal += (a - points[0]).cross(b - points[0]);
     }
-    let Some(normal) = normal.try_normalize() else { return fan(triangles) };
+    let normal = normal.try_normalize()?;
     let (s, t) = normal.any_orthonormal_pair();
     // Right-handed with the normal towards the eye.
     let (s, t) = if s.cross(t).dot(normal) > 0.0 { (s, t) } else { (t, s) };
-    let flat: Vec<DVec2> = points.iter().map(|p| DVec2::new(p.dot(s), p.dot(t))).collect();
-    let mut left: Vec<usize> = (0..points.len()).collect();
+    Some(points.iter().map(|p| DVec2::new(p.dot(s), p.dot(t))).collect())
+}
+
+/// Twice the area of a triangle; negative if it is clockwise.
+fn doubled([a, b, c]: [DVec2; 3]) -> f64 {
+    (b - a).perp_dot(c - a)
+}
+
+/// Cuts a counter-clockwise polygon by clipping the first ear again and again, and where there is none its first
+/// corner.
+///
+/// Corners that were found outside of a possible ear are not asked again until one of its own corners changes, which
+/// happens twice for each that is clipped: so there are at most 3 n² questions.
+fn ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
+    /// What is known about the triangle of a corner and its two neighbours.
+    #[derive(Clone, Copy)]
+    struct Known {
+        /// It is no ear because of its winding.
+        reflex: Option<bool>,
+        /// No corner before this one is in it.
+        asked: usize,
+    }
+    const NOTHING: Known = Known { reflex: None, asked: 0 };
+    let mut triangles = Vec::with_capacity(flat.len() - 2);
+    let mut left: Vec<usize> = (0..flat.len()).collect();
+    let mut known = vec![NOTHING; flat.len()];
+    let mut is_left = vec![true; flat.len()];
     while left.len() > 3 {
         let n = left.len();
         let around = |i: usize| [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
-        let is_ear = |&i: &usize| {
-            let ear = around(i);
-            let [a, b, c] = ear.map(|j| flat[j]);
-            let inside = |&j: &usize| !ear.contains(&j) && within(flat[j], [a, b, c]);
-            (b - a).perp_dot(c - b) > 0.0 && !left.iter().any(inside)
+        let mut is_ear = |&i: &usize| {
+            let known = &mut known[left[i]];
+            let ear = || around(i).map(|j| flat[j]);
+            let reflex = *known.reflex.get_or_insert_with(|| {
+                let [a, b, c] = ear();
+                // Also where a number is NaN.
+                !((b - a).perp_dot(c - b) > 0.0)
+            });
+            // Whatever was in it last may still be there.
+            if reflex || known.asked > 0 && is_left[known.asked - 1] {
+                return false;
+            }
+            let (own, [a, b, c]) = (around(i), ear());
+            let from = left.partition_point(|&j| j < known.asked);
+            let inside = left[from..].iter().find(|j| !own.contains(j) && within(flat[**j], [a, b, c]));
+            known.asked = inside.map_or(flat.len() + 1, |j| j + 1);
+            inside.is_none()
         };
-        let ear = (0..n).find(is_ear).unwrap_or(0);
-        triangles.push(around(ear).map(|j| corners[j]));
+        let ear = (0..n).find(&mut is_ear).unwrap_or(0);
+        triangles.push(around(ear));
+        let [before, gone, after] = around(ear);
+        is_left[gone] = false;
+        [known[before], known[after]] = [NOTHING; 2];
         left.remove(ear);
     }
-    triangles.push([left[0], left[1], left[2]].map(|j| corners[j]));
+    triangles.push([left[0], left[1], left[2]]);
+    triangles
 }
 
 /// Whether a point is in a counter-clockwise triangle or on its edge.

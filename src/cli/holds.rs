@@ -89,6 +89,7 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
         or_none(list(scene.materials.iter().map(|m| format!("{} ({})", m.name, kind(&m.kind))))),
     );
     facts.structure(&surfaces);
+    loaded.warnings.iter().for_each(|warning| facts.line("warning", warning));
     Ok(facts.0)
 }
 

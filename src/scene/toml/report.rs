@@ -1,6 +1,6 @@
 //! Errors and warnings while a file is read, and the nearest spelling of a name.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -60,10 +60,13 @@ pub(super) struct Reports<'t> {
     errors: Vec<Report>,
     unlisted: usize,
     warnings: Vec<Report>,
+    unlisted_warnings: usize,
     /// Where the files are that the text names.
     folder: PathBuf,
     /// Those that were read; a file that could not be is complained of once.
     meshes: HashMap<(PathBuf, Split), Result<Arc<MeshFile>, Reported>>,
+    /// Notes about them that were shown: a file that is split in two ways gives most of its notes twice.
+    noted: HashSet<(PathBuf, String)>,
     watch: Option<Watch<'t>>,
 }
 
@@ -74,8 +77,17 @@ impl<'t> Reports<'t> {
 
     /// For a text whose files are in `folder`.
     pub(super) fn beside(text: &'t str, folder: &Path, watch: Option<Watch<'t>>) -> Self {
-        let (folder, meshes) = (folder.into(), HashMap::new());
-        Self { text, errors: Vec::new(), unlisted: 0, warnings: Vec::new(), folder, meshes, watch }
+        Self {
+            text,
+            errors: Vec::new(),
+            unlisted: 0,
+            warnings: Vec::new(),
+            unlisted_warnings: 0,
+            folder: folder.into(),
+            meshes: HashMap::new(),
+            noted: HashSet::new(),
+            watch,
+        }
     }
 
     /// What is in a mesh file, read once for each way to split it.
@@ -99,8 +111,10 @@ impl<'t> Reports<'t> {
         let mesh = match mesh::read(&path, &key.1, &mut |bytes, of| watch(&path, bytes, of)) {
             Ok(mesh) => {
                 for note in &mesh.notes {
-                    let message = format!("{}: {note}", path.display());
-                    self.warn(Some(file.at), message, "the rest of it is rendered");
+                    if self.noted.insert((path.clone(), note.message.clone())) {
+                        let message = format!("{}: {note}", path.display());
+                        self.warn(Some(file.at), message, "the rest of it is rendered");
+                    }
                 }
                 Ok(Arc::new(mesh))
             }
@@ -152,6 +166,8 @@ impl<'t> Reports<'t> {
     pub(super) fn warn(&mut self, at: Option<usize>, message: impl Into<String>, help: &str) {
         if self.warnings.len() < MAX_ERRORS {
             self.warnings.push(Report { at, message: message.into(), help: Some(help.into()) });
+        } else {
+            self.unlisted_warnings += 1;
         }
     }
 
@@ -226,7 +242,12 @@ impl<'t> Reports<'t> {
     }
 
     pub(super) fn into_warnings(self, file: &Path) -> Vec<Diagnostic> {
-        locate(self.text, self.warnings, file)
+        let mut warnings = locate(self.text, self.warnings, file);
+        if self.unlisted_warnings > 0 {
+            let message = format!("there are {} more warnings", self.unlisted_warnings);
+            warnings.push(Diagnostic { file: file.into(), position: None, message, help: None });
+        }
+        warnings
     }
 }
 
@@ -364,5 +385,14 @@ mod tests {
         let errors = reports.into_errors("a.toml".as_ref());
         assert_eq!((errors.diagnostics().len(), errors.unlisted()), (MAX_ERRORS, 2));
         assert!(errors.to_string().ends_with("a.toml:1:1: wrong\nand 2 more errors"));
+    }
+
+    #[test]
+    fn a_flood_of_warnings_is_counted_too() {
+        let mut reports = Reports::new("");
+        (0..MAX_ERRORS + 2).for_each(|_| reports.warn(None, "odd", "look"));
+        let warnings = reports.into_warnings("a.toml".as_ref());
+        assert_eq!(warnings.len(), MAX_ERRORS + 1);
+        assert_eq!(warnings[MAX_ERRORS].to_string(), "a.toml: there are 2 more warnings");
     }
 }

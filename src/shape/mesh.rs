@@ -14,7 +14,7 @@ pub struct Mesh {
 }
 
 /// Coordinates as far out as this have squares and areas that fit 32 bits.
-const FARTHEST: f32 = 1e18;
+pub const FARTHEST: f32 = 1e18;
 
 /// The most triangles and vertices: they are numbered in 31 bits.
 pub const MOST: usize = 1 << 30;

@@ -15,7 +15,7 @@ mod triangle;
 
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use mesh::{MOST as MOST_TRIANGLES, Mesh, MeshError};
+pub use mesh::{FARTHEST, MOST as MOST_TRIANGLES, Mesh, MeshError};
 pub use plane::Plane;
 pub use quad::{Quad, QuadForm};
 pub use rare::Rare;

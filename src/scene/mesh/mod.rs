@@ -21,6 +21,7 @@ pub use source::{MeshFileError, Place};
 use self::parts::Parts;
 use self::source::{Read_, Source};
 use super::description::{Colour, MaterialKind};
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -104,26 +105,54 @@ pub fn parse(
     let mut parts = Parts::new(split);
     let mut materials = Vec::new();
     match extension.to_ascii_lowercase().as_str() {
-        "ply" => {
-            let part = parts.of("", "");
-            *parts.mesh(part) = ply::read(&mut source)?;
-        }
+        "ply" => ply::read(&mut source, &mut parts)?,
         "obj" => {
-            let libraries = obj::read(&mut source, &mut parts)?;
+            let names = obj::read(&mut source, &mut parts)?;
             if *split == Split::Materials {
-                for path in libraries.iter().flat_map(|line| libraries_beside(name, line)) {
-                    let (file, len) = open(&path)?;
-                    let mut watch = |_, _| {};
-                    let input = BufReader::new(file);
-                    mtl::read(&mut Source::new(&path, input, len, &mut watch), &mut parts, &mut materials)?;
-                }
+                materials = libraries(name, &names, &mut parts)?;
             }
         }
         "glb" => materials = gltf::read_binary(&mut source, &mut parts)?,
         "gltf" => materials = gltf::read_text(&mut source, &mut parts)?,
         _ => return Err(source.whole("a mesh file is a .ply, an .obj, a .glb or a .gltf")),
     }
+    if source.marked() {
+        parts.note(MARKED, None);
+    }
     parts.finish(materials).map_err(|error| source.whole(error))
+}
+
+/// What is said of a file that begins with a byte-order mark.
+const MARKED: &str = "the byte-order mark is skipped";
+
+/// The materials of the libraries that an OBJ file names; notes say which libraries and which materials are not there.
+fn libraries(name: &Path, names: &obj::Names, parts: &mut Parts<'_>) -> Read_<Vec<FileMaterial>> {
+    let mut materials = Vec::new();
+    for obj::Name { name: line, place } in &names.libraries {
+        for path in libraries_beside(name, line) {
+            let (file, len) = match open(&path) {
+                Ok(opened) => opened,
+                Err(error) => {
+                    parts.note(&format!("material library {error}"), place.clone());
+                    continue;
+                }
+            };
+            let mut watch = |_, _| {};
+            let mut source = Source::new(&path, BufReader::new(file), len, &mut watch);
+            mtl::read(&mut source, parts, &mut materials)?;
+            if source.marked() {
+                parts.note(MARKED, mtl::place(&source, 1));
+            }
+        }
+    }
+    let known: HashSet<_> = materials.iter().map(|material| material.name.as_str()).collect();
+    for obj::Name { name, place } in names.materials.iter().filter(|used| !known.contains(used.name.as_str()))
+    {
+        if !name.is_empty() {
+            parts.note("materials that are in no library are left to the scene", place.clone());
+        }
+    }
+    Ok(materials)
 }
 
 /// A file that another one names.

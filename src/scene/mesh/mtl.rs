@@ -1,9 +1,20 @@
 //! Wavefront MTL: colours, as matte, mirror and glass.
+//!
+//! The format describes how a program of 1990 shades, and exporters fill it in by habit. What is made of it:
+//!
+//! - **Glass** is what lets light through. Illumination models 4, 6, 7 and 9 say how transparency is rendered, not that
+//!   there is any: Maya writes model 4 for everything that it exports. It is glass if the material says so besides: by
+//!   an index `Ni` other than that of air, or by a filter `Tf` other than white, which Maya gives to what is opaque, and
+//!   black. With any model an opacity `d` below 0.5 is glass.
+//! - **Opacity** is `d` or, only where there is no `d`, 1 − `Tr`: exporters disagree which way round `Tr` is.
+//!   Between 0.5 and 1 it is taken for 1.
+//! - **A mirror** is what reflects by its `Ks`: models 3, 5 and 8, and any where `Kd` is black.
+//! - All else is **matte**, of colour `Kd`; 0.8 if there is none.
 
 use super::FileMaterial;
-use super::obj::{name_after, numbers};
+use super::obj::{name_after, numbers, uncomment};
 use super::parts::Parts;
-use super::source::{Read_, Source, number, shown, words};
+use super::source::{Place, Read_, Source, number, real, shown, words};
 use crate::scene::description::{Colour, MaterialKind};
 use std::io::BufRead;
 
@@ -11,44 +22,70 @@ use std::io::BufRead;
 #[derive(Clone)]
 struct Raw {
     name: String,
+    /// Where it begins.
+    place: Option<Place>,
     diffuse: Option<Colour>,
     specular: Colour,
     emission: Colour,
     /// Whether a texture says where it shines, often at a few places of many.
     has_emission_texture: bool,
-    filter: Colour,
+    filter: Option<Colour>,
     ior: Option<f64>,
-    opacity: f64,
+    opacity: Option<f64>,
+    transparency: Option<f64>,
     model: u32,
 }
 
 impl Raw {
-    fn new(name: String) -> Raw {
+    fn new(name: String, place: Option<Place>) -> Raw {
         Raw {
             name,
+            place,
             diffuse: None,
             specular: [0.0; 3],
             emission: [0.0; 3],
             has_emission_texture: false,
-            filter: [1.0; 3],
+            filter: None,
             ior: None,
-            opacity: 1.0,
+            opacity: None,
+            transparency: None,
             model: 2,
         }
     }
 
-    /// Models 4, 6, 7 and 9 are transparent, 3, 5 and 8 reflect; of the others what can be seen through is glass,
-    /// and what is black but for its highlight a mirror. The rest is matte.
-    fn material(self) -> FileMaterial {
-        let black = self.diffuse.is_some_and(|diffuse| diffuse.iter().all(|&c| c == 0.0));
+    /// The material by the rules above, and notes of what they leave out of it.
+    fn material(self, parts: &mut Parts<'_>) -> FileMaterial {
+        let black = self.diffuse.is_some_and(|diffuse| diffuse == [0.0; 3]);
         let shiny = self.specular.iter().any(|&c| c > 0.0);
+        let opacity = self.opacity.or(self.transparency.map(|tr| 1.0 - tr)).unwrap_or(1.0);
+        let refracts = self.ior.and_then(index).is_some();
+        let filters = self.filter.is_some_and(|filter| filter != [0.0; 3] && filter != [1.0; 3]);
+        let mut note = |message| parts.note(message, self.place.clone());
         let kind = match self.model {
-            4 | 6 | 7 | 9 => glass(self.ior, self.filter),
-            _ if self.opacity < 0.5 => glass(self.ior, self.filter),
-            3 | 5 | 8 if shiny => MaterialKind::Mirror { reflectance: self.specular },
+            4 | 6 | 7 | 9 if refracts || filters => glass(self.ior, self.filter.unwrap_or([1.0; 3])),
+            _ if opacity < 0.5 => {
+                if opacity > 0.0 {
+                    note("materials of an opacity below 0.5 are clear glass");
+                }
+                glass(self.ior, self.filter.unwrap_or([1.0; 3]))
+            }
+            3 | 5 | 8 if shiny => {
+                if !black {
+                    note("materials that reflect are perfect mirrors, without their diffuse colour");
+                }
+                MaterialKind::Mirror { reflectance: self.specular }
+            }
             _ if black && shiny => MaterialKind::Mirror { reflectance: self.specular },
-            _ => MaterialKind::Matte { reflectance: self.diffuse.unwrap_or([0.8; 3]) },
+            _ => {
+                if shiny && self.model > 1 {
+                    note("highlights (Ks) are left out of matte materials");
+                }
+                MaterialKind::Matte { reflectance: self.diffuse.unwrap_or([0.8; 3]) }
+            }
         };
+        if (0.5..1.0).contains(&opacity) && !matches!(kind, MaterialKind::Glass { .. }) {
+            note("materials of an opacity from 0.5 are opaque");
+        }
         let emission = if self.has_emission_texture { [0.0; 3] } else { self.emission };
         FileMaterial { name: self.name, kind, emission }
     }
@@ -56,8 +93,13 @@ impl Raw {
 
 /// Clear glass of a tint; 1.5 where the file gives no index, or that of air.
 pub(super) fn glass(ior: Option<f64>, transmittance: Colour) -> MaterialKind {
-    let ior = ior.filter(|&ior| ior != 1.0 && (1e-3..=1e3).contains(&ior)).unwrap_or(1.5);
+    let ior = ior.and_then(index).unwrap_or(1.5);
     MaterialKind::Glass { ior, reflectance: [1.0; 3], transmittance }
+}
+
+/// An index of refraction that is one, and not that of air.
+fn index(ior: f64) -> Option<f64> {
+    (ior != 1.0 && (1e-3..=1e3).contains(&ior)).then_some(ior)
 }
 
 /// A reflectance: what is outside of 0 to 1 is no fraction.
@@ -70,6 +112,12 @@ pub(super) fn radiance(c: [f64; 3]) -> Colour {
     c.map(|x| if x > 0.0 { x.min(f64::from(1_u32 << 30)) } else { 0.0 })
 }
 
+/// A line of a library, for a note about the mesh that it belongs to.
+pub(super) fn place<R>(source: &Source<'_, R>, line: u64) -> Option<Place> {
+    let name = source.name().file_name().unwrap_or_default().to_string_lossy();
+    Some(Place::Item(format!("line {line} of {name}")))
+}
+
 /// Reads an MTL file, and adds its materials.
 pub(super) fn read<R: BufRead>(
     source: &mut Source<'_, R>,
@@ -79,46 +127,73 @@ pub(super) fn read<R: BufRead>(
     let mut line = Vec::new();
     let mut open: Option<Raw> = None;
     while source.next_line(&mut line)? {
+        uncomment(&mut line);
         let mut given = words(&line);
         let Some(key) = given.next() else { continue };
+        let here = || place(source, source.lines());
         if key == b"newmtl" {
-            materials.extend(open.replace(Raw::new(name_after(&line))).map(Raw::material));
+            let done = open.replace(Raw::new(name_after(&line), here()));
+            materials.extend(done.map(|raw| raw.material(parts)));
             continue;
         }
-        let Some(raw) = &mut open else { continue };
+        let Some(raw) = &mut open else {
+            parts.note("statements before the first material are ignored", here());
+            continue;
+        };
         match key {
-            b"Kd" => raw.diffuse = Some(fraction(colour(source, given)?)),
-            b"Ks" => raw.specular = fraction(colour(source, given)?),
-            b"Ke" => raw.emission = radiance(colour(source, given)?),
-            b"Tf" => raw.filter = fraction(colour(source, given)?),
+            b"Kd" | b"Ks" | b"Ke" | b"Tf" => {
+                if [Some(&b"spectral"[..]), Some(b"xyz")].contains(&given.clone().next()) {
+                    parts.note("spectral curves and CIE colours are not read", here());
+                    continue;
+                }
+                let given = colour(source, given)?;
+                match key {
+                    b"Kd" => raw.diffuse = Some(fraction(given)),
+                    b"Ks" => raw.specular = fraction(given),
+                    b"Ke" => raw.emission = radiance(given),
+                    _ => raw.filter = Some(fraction(given)),
+                }
+            }
             b"Ni" => raw.ior = Some(f64::from(numbers::<_, 1>(source, given)?[0])),
             b"d" => {
                 // "d -halo 0.5" fades towards the rim.
                 let word = given.find(|word| *word != b"-halo").unwrap_or_default();
-                raw.opacity = value(source, word)?;
+                raw.opacity = Some(value(source, word)?);
             }
-            b"Tr" => raw.opacity = 1.0 - f64::from(numbers::<_, 1>(source, given)?[0]),
+            b"Tr" => raw.transparency = Some(f64::from(numbers::<_, 1>(source, given)?[0])),
             b"illum" => {
                 let word = given.next().unwrap_or_default();
                 raw.model = number(word)
                     .ok_or_else(|| source.on_line(format!("{} is no illumination model", shown(word))))?;
             }
+            b"Pr" | b"Pm" | b"Ps" | b"Pc" | b"Pcr" | b"aniso" => {
+                // Exporters write them all.
+                if given.next().and_then(real).is_some_and(|value: f64| value != 0.0) {
+                    parts.note(
+                        "roughness, metalness, sheen and coats (Pr, Pm, Ps, Pc, aniso) are not read",
+                        here(),
+                    );
+                }
+            }
+            b"bump" | b"disp" | b"decal" | b"refl" | b"norm" => parts.note("textures are not read", here()),
             _ if key.starts_with(b"map_") => {
                 raw.has_emission_texture |= key == b"map_Ke";
-                parts.note("textures are not read", source.line());
+                parts.note("textures are not read", here());
             }
-            _ => {}
+            // The colour under light from everywhere; how sharp highlights and reflections are; the brushing's direction.
+            b"Ka" | b"Ns" | b"sharpness" | b"anisor" => {}
+            _ => parts.note("statements that stride does not know are ignored", here()),
         }
     }
-    materials.extend(open.map(Raw::material));
+    materials.extend(open.map(|raw| raw.material(parts)));
     Ok(())
 }
 
 fn value<R: BufRead>(source: &Source<'_, R>, word: &[u8]) -> Read_<f64> {
-    number(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))
+    real(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))
 }
 
-/// Three numbers, or one for all. Spectral curves and CIE colours are no numbers.
+/// Three numbers, or one for all.
 fn colour<'w, R: BufRead>(
     source: &Source<'_, R>,
     words: impl Iterator<Item = &'w [u8]> + Clone,

@@ -37,10 +37,18 @@ pub(super) struct Notes(Vec<Note>);
 impl Notes {
     /// Counts one more of a kind, which is told by its message.
     pub(super) fn add(&mut self, message: &str, place: Option<Place>) {
-        if let Some(note) = self.0.iter_mut().find(|note| note.message == message) {
-            note.count += 1;
-        } else if self.0.len() < MOST_KINDS {
-            self.0.push(Note { message: message.to_owned(), count: 1, first: place });
+        self.add_several(message, 1, place);
+    }
+
+    /// Counts so many more of a kind, of which the first is in this place; none leave no note.
+    pub(super) fn add_several(&mut self, message: &str, count: u64, place: Option<Place>) {
+        match self.0.iter_mut().find(|note| note.message == message) {
+            Some(note) => note.count += count,
+            None => {
+                if count > 0 && self.0.len() < MOST_KINDS {
+                    self.0.push(Note { message: message.to_owned(), count, first: place });
+                }
+            }
         }
     }
 

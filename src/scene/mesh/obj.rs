@@ -1,9 +1,9 @@
 //! Wavefront OBJ: vertices, uv, normals, faces, and the names of groups and materials.
 
-use super::parts::Parts;
-use super::polygon::triangulate;
-use super::source::{LONGEST_LINE, Read_, Source, number, shown, words};
-use std::collections::HashMap;
+use super::parts::{self, Parts};
+use super::polygon;
+use super::source::{LONGEST_LINE, Place, Read_, Source, number, real, shown, words};
+use std::collections::{HashMap, HashSet};
 use std::io::BufRead;
 
 /// The columns of an OBJ file, each numbered by itself.
@@ -38,16 +38,41 @@ const LONGEST_CHAIN: usize = 64;
 /// The most vertices, of all parts.
 const MOST_VERTICES: usize = 1 << 30;
 
-/// Reads an OBJ file into its parts, and gives the names of its material libraries.
-pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read_<Vec<String>> {
+/// What is said of statements that draw no triangles.
+const CURVES: &str = "curves and free-form surfaces are left out";
+
+/// A name that a line gives to what follows, or of what it takes from elsewhere.
+#[derive(Default)]
+pub(super) struct Name {
+    pub(super) name: String,
+    /// The line.
+    pub(super) place: Option<Place>,
+}
+
+/// What an OBJ file names in others.
+#[derive(Default)]
+pub(super) struct Names {
+    /// Material libraries, each a line that may name several.
+    pub(super) libraries: Vec<Name>,
+    /// Materials, each where it is used first.
+    pub(super) materials: Vec<Name>,
+}
+
+/// Reads an OBJ file into its parts, and gives the names of what it takes from other files.
+///
+/// Smoothing groups, levels of detail and shadows change nothing here, and are passed over; of all else that is left
+/// out there is a note.
+pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read_<Names> {
     let mut columns = Columns::default();
     let mut vertices: Vec<Vertex> = Vec::new();
-    let mut libraries = Vec::new();
+    let mut names = Names::default();
+    let mut used = HashSet::new();
     let (mut line, mut more) = (Vec::new(), Vec::new());
-    let mut corners = Vec::new();
+    let (mut given_corners, mut corners) = (Vec::new(), Vec::new());
     let (mut group, mut material) = (String::new(), String::new());
     let mut part = None;
     while source.next_line(&mut line)? {
+        uncomment(&mut line);
         // A line that ends in a backslash goes on.
         while line.last() == Some(&b'\\') {
             line.pop();
@@ -59,45 +84,105 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                 return Err(source.too_long());
             }
             line.extend_from_slice(&more);
+            uncomment(&mut line);
         }
         let mut given = words(&line);
         match given.next() {
             Some(b"v") => {
+                // A weight may follow, which is of no use to a polygon's corner, or a colour.
+                if given.clone().nth(5).is_some() {
+                    parts.note("colours of vertices are not read", source.line());
+                }
                 columns.positions.push(numbers(source, given)?);
                 columns.last.push(0);
             }
-            Some(b"vn") => columns.normals.push(numbers(source, given)?),
+            Some(b"vn") => {
+                let normal = parts::normal(numbers(source, given)?);
+                if normal.is_none() {
+                    parts.note(parts::NO_NORMAL, source.line());
+                }
+                columns.normals.push(normal.unwrap_or_default());
+            }
             Some(b"vt") => {
                 // The second is optional.
                 let u = numbers::<_, 1>(source, given.clone())?;
-                let v = given.nth(1).and_then(number).unwrap_or(0.0);
-                columns.uv.push([u[0], v]);
+                let v = given.nth(1).and_then(real).unwrap_or(0.0);
+                let uv = parts::uv([u[0], v]);
+                if uv.is_none() {
+                    parts.note(parts::NO_UV, source.line());
+                }
+                columns.uv.push(uv.unwrap_or_default());
             }
-            Some(b"f") => {
+            // The second is from before version 3 of the format.
+            Some(b"f" | b"fo") => {
+                given_corners.clear();
+                for word in given {
+                    given_corners.push(corner(source, &columns, parts, word)?);
+                }
+                if given_corners.len() < 3 {
+                    parts.note("faces of fewer than three corners are left out", source.line());
+                    continue;
+                }
                 let part = *part.get_or_insert_with(|| parts.of(&group, &material));
                 corners.clear();
-                for word in given {
-                    let corner = corner(source, &columns, word)?;
+                for &corner in &given_corners {
                     corners.push(columns.vertex(&mut vertices, parts, part, corner));
                 }
                 if vertices.len() + columns.others.len() > MOST_VERTICES {
                     return Err(source.on_line("more vertices than stride can number (2³⁰)"));
                 }
-                let mesh = parts.mesh(part);
                 match corners[..] {
-                    [] | [_] | [_, _] => return Err(source.on_line("a face of fewer than three corners")),
-                    [a, b, c] => mesh.triangles.push([a, b, c]),
-                    ref polygon => triangulate(polygon, &mesh.positions, &mut mesh.triangles),
+                    [a, b, c] => {
+                        let mesh = parts.mesh(part);
+                        mesh.triangles.push([a, b, c]);
+                        if polygon::is_flat([a, b, c], &mesh.positions) {
+                            parts.note(parts::FLAT, source.line());
+                        }
+                    }
+                    ref corners => parts.polygon(part, corners, || source.line()),
                 }
             }
             Some(b"g" | b"o") => (group, part) = (name_after(&line), None),
-            Some(b"usemtl") => (material, part) = (name_after(&line), None),
-            Some(b"mtllib") => libraries.push(name_after(&line)),
-            // Smoothing, curves, comments.
-            _ => {}
+            Some(b"usemtl") => {
+                (material, part) = (name_after(&line), None);
+                if used.insert(material.clone()) {
+                    names.materials.push(Name { name: material.clone(), place: source.line() });
+                }
+            }
+            Some(b"mtllib") => names.libraries.push(Name { name: name_after(&line), place: source.line() }),
+            Some(b"p" | b"l") => parts.note("points and lines are left out", source.line()),
+            Some(b"curv" | b"curv2" | b"surf" | b"bzp" | b"bsp" | b"cdc" | b"cdp" | b"res") => {
+                parts.note(CURVES, source.line());
+            }
+            Some(b"usemap" | b"maplib") => parts.note("textures are not read", source.line()),
+            Some(b"call" | b"csh") => parts.note("calls of other files and programs are left out", source.line()),
+            Some(
+                // Of curves and surfaces: their points, kinds and limits.
+                b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv" | b"sp"
+                | b"end" | b"con" | b"ctech" | b"stech"
+                // How they look in other programs.
+                | b"s" | b"mg" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj",
+            )
+            | None => {}
+            Some(_) => parts.note("statements that stride does not know are ignored", source.line()),
         }
     }
-    Ok(libraries)
+    Ok(names)
+}
+
+/// Statements whose words are names, in which there may be a `#`.
+const OF_NAMES: [&[u8]; 12] = [
+    b"g", b"o", b"usemtl", b"mtllib", b"usemap", b"maplib", b"newmtl", b"bump", b"disp", b"decal", b"refl",
+    b"norm",
+];
+
+/// Takes a comment off a line, and a backslash at its end with it: comments do not go on in the next line.
+pub(super) fn uncomment(line: &mut Vec<u8>) {
+    let Some(comment) = line.iter().position(|&byte| byte == b'#') else { return };
+    let first = words(&line[..comment]).next();
+    if !first.is_some_and(|first| OF_NAMES.contains(&first) || first.starts_with(b"map_")) {
+        line.truncate(comment);
+    }
 }
 
 impl Columns {
@@ -152,33 +237,43 @@ pub(super) fn numbers<'w, R: BufRead, const N: usize>(
         let Some(word) = words.next() else {
             return Err(source.on_line(format!("fewer than {N} numbers")));
         };
-        *x = number(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))?;
+        *x = real(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))?;
     }
     Ok(numbers)
 }
 
-/// `7`, `7/2`, `7//3` or `7/2/3`; negative ones count back from the last so far.
-fn corner<R: BufRead>(source: &Source<'_, R>, columns: &Columns, word: &[u8]) -> Read_<Corner> {
+/// `7`, `7/2`, `7//3` or `7/2/3`; negative ones count back from the last so far. A uv or a normal that does not exist is
+/// none.
+fn corner<R: BufRead>(
+    source: &Source<'_, R>,
+    columns: &Columns,
+    parts: &mut Parts<'_>,
+    word: &[u8],
+) -> Read_<Corner> {
     let lengths = [columns.positions.len(), columns.uv.len(), columns.normals.len()];
     let mut indices = [0_u32; 3];
-    let mut parts = word.split(|&b| b == b'/');
+    let mut given = word.split(|&b| b == b'/');
     for (i, (index, len)) in indices.iter_mut().zip(lengths).enumerate() {
-        let part = parts.next().unwrap_or_default();
+        let part = given.next().unwrap_or_default();
         if part.is_empty() && i > 0 {
             continue;
         }
         let wrong = || source.on_line(format!("{} is no corner of a face", shown(word)));
         let given: i64 = number(part).ok_or_else(wrong)?;
         let from_one = if given < 0 { (len as i64 + 1).saturating_add(given) } else { given };
-        if from_one < 1 || from_one > len as i64 {
-            let what = ["vertices", "texture vertices", "normals"][i];
-            return Err(
-                source.on_line(format!("{} names number {given} of {len} {what} so far", shown(word)))
-            );
+        match (from_one >= 1 && from_one <= len as i64, i) {
+            (true, _) => *index = from_one as u32,
+            (false, 0) => {
+                let message = format!("{} names number {given} of {len} vertices so far", shown(word));
+                return Err(source.on_line(message));
+            }
+            (false, 1) => parts.note("corners whose uv is not in the file so far have none", source.line()),
+            (false, _) => {
+                parts.note("corners whose normal is not in the file so far have none", source.line())
+            }
         }
-        *index = from_one as u32;
     }
-    if parts.next().is_some() {
+    if given.next().is_some() {
         return Err(source.on_line(format!("{} is no corner of a face", shown(word))));
     }
     Ok((indices[0] - 1, indices[1], indices[2]))

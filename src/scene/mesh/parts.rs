@@ -1,9 +1,10 @@
 //! The parts of a file: what its groups and materials are called, and a mesh for each that is wanted apart.
 
-use super::notes::Notes;
+use super::notes::{Note, Notes};
+use super::polygon::{Cut, triangulate};
 use super::source::Place;
 use super::{FileMaterial, Mesh, MeshFile, Split};
-use crate::shape::MeshError;
+use crate::shape::{FARTHEST, MeshError};
 use std::collections::HashMap;
 
 /// Names that errors and warnings may list; a file may have a million.
@@ -103,19 +104,133 @@ impl<'a> Parts<'a> {
         self.notes.add(message, place);
     }
 
-    /// Checks all parts, and gives those in which there is something.
-    pub(super) fn finish(self, materials: Vec<FileMaterial>) -> Result<MeshFile, MeshError> {
+    /// Notes that it was so often, first in this place.
+    pub(super) fn note_several(&mut self, message: &str, count: u64, place: Option<Place>) {
+        self.notes.add_several(message, count, place);
+    }
+
+    /// Adds a face of more than three corners to a part, whose vertices are all there, and notes what is wrong with it.
+    pub(super) fn polygon(&mut self, part: usize, corners: &[u32], place: impl FnOnce() -> Option<Place>) {
+        let Mesh { positions, triangles, .. } = &mut self.parts[part].mesh;
+        match triangulate(corners, positions, triangles) {
+            Cut::Right => {}
+            Cut::Flat => self.note(FLAT, place()),
+            Cut::Crossed => self.note(
+                "faces whose outline crosses itself are cut into triangles of which some overlap",
+                place(),
+            ),
+        }
+    }
+
+    /// Checks all parts, and gives those in which there is something; or says why there is nothing, which what was
+    /// left out may explain.
+    pub(super) fn finish(mut self, materials: Vec<FileMaterial>) -> Result<MeshFile, String> {
         let mut some = false;
         let mut meshes = Vec::new();
-        for part in self.parts.into_iter().filter(|part| !part.mesh.triangles.is_empty()) {
-            part.mesh.check()?;
+        for mut part in self.parts.into_iter().filter(|part| !part.mesh.triangles.is_empty()) {
+            repair(&mut part.mesh, &mut self.notes, |vertex| match part.name.as_str() {
+                "" => format!("vertex {vertex}"),
+                name => format!("vertex {vertex} of {name:?}"),
+            });
+            if part.with_uv > 0 && part.mesh.uv.is_empty() {
+                self.notes.add("uv are left out where not all vertices have them", None);
+            }
+            let used = used(&mut part.mesh);
+            part.mesh.check().map_err(|error| error.to_string())?;
+            drop_unused(&mut part.mesh, &used);
             some |= part.mesh.has_area();
             meshes.push((part.name, std::sync::Arc::new(part.mesh)));
         }
-        match (meshes.is_empty(), some) {
-            (true, _) => Err(MeshError::Empty),
-            (false, false) => Err(MeshError::Flat),
-            _ => Ok(MeshFile { parts: meshes, materials, names: self.names, notes: self.notes.into_all() }),
+        let notes = self.notes.into_all();
+        let error = match (meshes.is_empty(), some) {
+            (true, _) => MeshError::Empty,
+            (false, false) => MeshError::Flat,
+            _ => return Ok(MeshFile { parts: meshes, materials, names: self.names, notes }),
+        };
+        let error = std::iter::once(error.to_string()).chain(notes.iter().map(Note::to_string));
+        Err(error.collect::<Vec<_>>().join("; "))
+    }
+}
+
+/// What is said of faces without area.
+pub(super) const FLAT: &str = "faces without area are never seen";
+
+/// A normal of a file, which may have any length but zero; none in place of numbers that are none.
+pub(super) fn normal(n: [f32; 3]) -> Option<[f32; 3]> {
+    let largest = n.iter().fold(0.0_f32, |largest, x| largest.max(x.abs()));
+    match n.iter().all(|x| x.is_finite()) {
+        true if largest > FARTHEST => Some(n.map(|x| x / largest)),
+        true => Some(n),
+        false => None,
+    }
+}
+
+/// What is said of normals that are none.
+pub(super) const NO_NORMAL: &str = "normals that are not numbers are left out, and shading is flat there";
+
+/// uv of a file; none in place of numbers that are none.
+pub(super) fn uv(uv: [f32; 2]) -> Option<[f32; 2]> {
+    uv.iter().all(|x| x.abs() <= FARTHEST).then_some(uv)
+}
+
+/// What is said of uv that are none.
+pub(super) const NO_UV: &str = "uv that are not numbers, or larger than 10¹⁸, are taken for 0";
+
+/// Puts zeros in place of normals and uv that are not numbers. `name` says how a vertex is called.
+fn repair(mesh: &mut Mesh, notes: &mut Notes, name: impl Fn(usize) -> String) {
+    for (i, n) in mesh.normals.iter_mut().enumerate() {
+        *n = normal(*n).unwrap_or_else(|| {
+            notes.add(NO_NORMAL, Some(Place::Item(name(i))));
+            [0.0; 3]
+        });
+    }
+    for (i, of_vertex) in mesh.uv.iter_mut().enumerate() {
+        *of_vertex = uv(*of_vertex).unwrap_or_else(|| {
+            notes.add(NO_UV, Some(Place::Item(name(i))));
+            [0.0; 2]
+        });
+    }
+}
+
+/// Which vertices are a triangle's; nothing if all are. The others may be where they like: their positions become zero.
+fn used(mesh: &mut Mesh) -> Vec<bool> {
+    let mut used = vec![false; mesh.positions.len()];
+    for &corner in mesh.triangles.iter().flatten() {
+        if let Some(used) = used.get_mut(corner as usize) {
+            *used = true;
         }
     }
+    for (position, used) in mesh.positions.iter_mut().zip(&used) {
+        if !used {
+            *position = [0.0; 3];
+        }
+    }
+    used
+}
+
+/// Takes vertices that are no triangle's out of a mesh that was checked.
+fn drop_unused(mesh: &mut Mesh, used: &[bool]) {
+    if used.iter().all(|&used| used) {
+        return;
+    }
+    let mut left = 0;
+    let numbers: Vec<u32> = used
+        .iter()
+        .map(|&used| {
+            let number = left;
+            left += u32::from(used);
+            number
+        })
+        .collect();
+    mesh.triangles.iter_mut().flatten().for_each(|corner| *corner = numbers[*corner as usize]);
+    retain(&mut mesh.positions, used);
+    retain(&mut mesh.normals, used);
+    retain(&mut mesh.uv, used);
+}
+
+/// Keeps what is used of a column.
+fn retain<T>(column: &mut Vec<T>, used: &[bool]) {
+    let mut used = used.iter();
+    column.retain(|_| used.next().copied().unwrap_or_default());
+    column.shrink_to_fit();
 }

@@ -1,8 +1,10 @@
 //! PLY (Turk 1994): text, and binary of either byte order.
+//!
+//! Triangles come from faces and from strips of triangles.
 
-use super::Mesh;
-use super::polygon::triangulate;
-use super::source::{Read_, Source, number, shown, words};
+use super::parts::{self, Parts};
+use super::polygon;
+use super::source::{Place, Read_, Source, number, real, shown, words};
 use std::io::BufRead;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,6 +88,8 @@ struct Property {
 #[derive(Clone, Debug)]
 struct Element {
     name: Vec<u8>,
+    /// Where it is declared.
+    place: Option<Place>,
     count: u64,
     properties: Vec<Property>,
 }
@@ -109,7 +113,7 @@ impl Element {
 /// The most elements, and properties of one: no honest file has more.
 const MOST_PROPERTIES: usize = 1000;
 
-fn header<R: BufRead>(source: &mut Source<'_, R>) -> Read_<(Encoding, Vec<Element>)> {
+fn header<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read_<(Encoding, Vec<Element>)> {
     let mut line = Vec::new();
     if !source.next_line(&mut line)? || words(&line).next() != Some(b"ply") {
         return Err(source.whole("this is no PLY file: it does not begin with \"ply\""));
@@ -120,8 +124,9 @@ fn header<R: BufRead>(source: &mut Source<'_, R>) -> Read_<(Encoding, Vec<Elemen
         if !source.next_line(&mut line)? {
             return Err(source.whole("the header does not end: \"end_header\" is missing"));
         }
-        let parts: Vec<&[u8]> = words(&line).take(6).collect();
-        match parts[..] {
+        let given: Vec<&[u8]> = words(&line).take(6).collect();
+        match given[..] {
+            [b"comment", b"TextureFile", ..] => parts.note("textures are not read", source.line()),
             [] | [b"comment" | b"obj_info", ..] => {}
             [b"end_header"] => break,
             [b"format", word, b"1.0"] => {
@@ -136,7 +141,8 @@ fn header<R: BufRead>(source: &mut Source<'_, R>) -> Read_<(Encoding, Vec<Elemen
                 let Some(count) = number(count) else {
                     return Err(source.on_line(format!("{} is no number of elements", shown(count))));
                 };
-                elements.push(Element { name: name.into(), count, properties: Vec::new() });
+                let (name, place) = (name.into(), source.line());
+                elements.push(Element { name, place, count, properties: Vec::new() });
             }
             [b"property", ref of @ .., name] if !of.is_empty() => {
                 let scalar = |word: &[u8]| {
@@ -167,14 +173,22 @@ fn header<R: BufRead>(source: &mut Source<'_, R>) -> Read_<(Encoding, Vec<Elemen
     }
 }
 
-/// The longest list: no honest polygon has more corners.
+/// The most corners of a face: no honest one has more. A strip may be as long as the file.
 const MOST_CORNERS: u64 = 1 << 20;
+
+/// Bytes of a list that are read at once; a multiple of every number's size.
+const PIECE: usize = 1 << 16;
 
 /// Reads elements one by one: their scalars, and one of their lists.
 struct Rows {
     encoding: Encoding,
     /// A line, or an element's bytes.
     buffer: Vec<u8>,
+    /// How much of the line was read.
+    read: usize,
+    /// Elements of text that do not have a line each, and where the first begins.
+    astray: u64,
+    first_astray: Option<Place>,
     /// One number for each property; a list's is its length.
     scalars: Vec<f64>,
     /// What is in the list that was asked for.
@@ -182,6 +196,11 @@ struct Rows {
 }
 
 impl Rows {
+    fn new(encoding: Encoding) -> Self {
+        let (buffer, scalars, list) = (Vec::new(), Vec::new(), Vec::new());
+        Rows { encoding, buffer, read: 0, astray: 0, first_astray: None, scalars, list }
+    }
+
     fn next<R: BufRead>(
         &mut self,
         source: &mut Source<'_, R>,
@@ -196,41 +215,81 @@ impl Rows {
         }
     }
 
+    /// Numbers are between blanks; that each element should have a line is no rule.
     fn next_text<R: BufRead>(
         &mut self,
         source: &mut Source<'_, R>,
         element: &Element,
         wanted: Option<usize>,
     ) -> Read_<()> {
-        loop {
-            if !source.next_line(&mut self.buffer)? {
-                return Err(source.whole("the file ends before its last element: it is cut off"));
-            }
-            if words(&self.buffer).next().is_some() {
-                break;
-            }
+        if element.properties.is_empty() {
+            return Ok(());
         }
-        let mut words = words(&self.buffer);
-        let mut next = || {
-            let Some(word) = words.next() else {
-                return Err(source.on_line("this line has fewer numbers than its element has properties"));
-            };
-            number::<f64>(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))
-        };
+        // The line begins with the end of another element.
+        let follows = self.skip_blanks();
+        let mut line = None;
         for (i, property) in element.properties.iter().enumerate() {
-            let value = next()?;
+            let value = self.number(source)?;
+            line = line.or(source.line());
             self.scalars.push(value);
             if property.length.is_some() {
-                // As many as the line has: a length that lies runs out of words.
+                // As many as the file has: a length that lies runs out of words.
                 for _ in 0..length(source, value)? {
-                    let value = next()?;
+                    let value = self.number(source)?;
                     if wanted == Some(i) {
                         self.list.push(value);
                     }
                 }
             }
         }
+        if follows || line != source.line() {
+            self.astray += 1;
+            self.first_astray = self.first_astray.take().or(line);
+        }
         Ok(())
+    }
+
+    /// Notes what is odd about the elements as a whole, and what follows the last one.
+    fn finish<R: BufRead>(&mut self, source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read_<()> {
+        let message = "elements that do not have a line of their own are read number by number";
+        parts.note_several(message, self.astray, self.first_astray.take());
+        let left_over = "what follows the last element is ignored";
+        if self.encoding != Encoding::Text {
+            parts.note_several(left_over, u64::from(source.left() > 0), source.byte());
+            return Ok(());
+        }
+        while !self.skip_blanks() {
+            self.read = 0;
+            if !source.next_line(&mut self.buffer)? {
+                return Ok(());
+            }
+        }
+        if self.astray > 0 {
+            return Err(source.on_line("there are more numbers than the elements of the header have"));
+        }
+        parts.note(left_over, source.line());
+        Ok(())
+    }
+
+    /// Passes over blanks in a line of text, and says whether anything follows them.
+    fn skip_blanks(&mut self) -> bool {
+        let blanks = self.buffer[self.read..].iter().take_while(|byte| byte.is_ascii_whitespace());
+        self.read += blanks.count();
+        self.read < self.buffer.len()
+    }
+
+    /// The next number in text.
+    fn number<R: BufRead>(&mut self, source: &mut Source<'_, R>) -> Read_<f64> {
+        while !self.skip_blanks() {
+            self.read = 0;
+            if !source.next_line(&mut self.buffer)? {
+                return Err(source.whole("the file ends before its last element: it is cut off"));
+            }
+        }
+        let rest = &self.buffer[self.read..];
+        let word = rest.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+        self.read += word.len();
+        real(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))
     }
 
     fn next_binary<R: BufRead>(
@@ -247,9 +306,6 @@ impl Rows {
             self.scalars.push(value);
             if property.length.is_some() {
                 let count = length(source, value)?;
-                if count > MOST_CORNERS {
-                    return Err(source.at_byte(format!("a list of {count} numbers")));
-                }
                 let size = property.scalar.size();
                 if count * size as u64 > source.left() {
                     return Err(source.at_byte(format!(
@@ -257,11 +313,16 @@ impl Rows {
                         source.left()
                     )));
                 }
-                self.buffer.resize(count as usize * size, 0);
-                source.exact(&mut self.buffer)?;
-                if wanted == Some(i) {
-                    let decode = |bytes| property.scalar.decode(bytes, self.encoding);
-                    self.list.extend(self.buffer.chunks_exact(size).map(decode));
+                // Piece by piece, for a list may be as long as the file.
+                let mut left = count as usize * size;
+                while left > 0 {
+                    self.buffer.resize(left.min(PIECE), 0);
+                    source.exact(&mut self.buffer)?;
+                    left -= self.buffer.len();
+                    if wanted == Some(i) {
+                        let decode = |bytes| property.scalar.decode(bytes, self.encoding);
+                        self.list.extend(self.buffer.chunks_exact(size).map(decode));
+                    }
                 }
             }
         }
@@ -277,9 +338,30 @@ fn length<R: BufRead>(source: &Source<'_, R>, value: f64) -> Read_<u64> {
     }
 }
 
+/// The faces that are no triangles: they wait until all vertices are there.
+#[derive(Default)]
+struct Polygons {
+    corners: Vec<u32>,
+    /// The number among all faces of each, and where its corners end; it has none if it is too small.
+    ends: Vec<(u64, usize)>,
+    /// Faces so far.
+    faces: u64,
+}
+
+impl Polygons {
+    /// The number among all faces of a triangle among those that are triangles.
+    fn number(&self, triangle: usize) -> u64 {
+        self.ends.iter().fold(triangle as u64, |face, (other, _)| face + u64::from(*other <= face))
+    }
+}
+
+fn face_place(face: u64) -> Option<Place> {
+    Some(Place::Item(format!("face {face} (counted from 0)")))
+}
+
 /// Reads a PLY file.
-pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>) -> Read_<Mesh> {
-    let (encoding, elements) = header(source)?;
+pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read_<()> {
+    let (encoding, elements) = header(source, parts)?;
     for element in &elements {
         // Checked before anything is set aside for them.
         let needed = u128::from(element.count) * u128::from(element.least_bytes(encoding));
@@ -294,34 +376,62 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>) -> Read_<Mesh> {
             )));
         }
     }
-    let mut mesh = Mesh::default();
-    // Polygons of more than three corners wait until all vertices are there.
-    let (mut polygons, mut ends) = (Vec::new(), Vec::new());
-    let mut rows = Rows { encoding, buffer: Vec::new(), scalars: Vec::new(), list: Vec::new() };
+    let part = parts.of("", "");
+    let (mut polygons, mut strips) = (Polygons::default(), Vec::new());
+    let mut rows = Rows::new(encoding);
     for element in &elements {
         match element.name.as_slice() {
-            b"vertex" => vertices(source, &mut rows, element, &mut mesh)?,
-            b"face" => faces(source, &mut rows, element, &mut mesh, &mut polygons, &mut ends)?,
-            _ => {
+            b"vertex" => vertices(source, &mut rows, element, parts, part)?,
+            b"face" => faces(source, &mut rows, element, parts, part, &mut polygons)?,
+            b"tristrips" => tristrips(source, &mut rows, element, &mut strips)?,
+            name => {
                 for _ in 0..element.count {
                     rows.next(source, element, None)?;
                 }
+                let message = match name {
+                    b"edge" => "points and lines are left out",
+                    _ => "elements that stride does not know are left out",
+                };
+                parts.note_several(message, element.count, element.place.clone());
             }
         }
     }
+    rows.finish(source, parts)?;
+    let mesh = parts.mesh(part);
+    let flat =
+        mesh.triangles.iter().enumerate().filter(|(_, corners)| polygon::is_flat(**corners, &mesh.positions));
+    let (first, count) = flat.fold((None, 0), |(first, count), (i, _)| (first.or(Some(i)), count + 1));
+    parts.note_several(parts::FLAT, count, first.and_then(|first| face_place(polygons.number(first))));
     let mut first = 0;
-    for end in ends {
-        triangulate(&polygons[first..end], &mesh.positions, &mut mesh.triangles);
+    for &(face, end) in &polygons.ends {
+        if end > first {
+            parts.polygon(part, &polygons.corners[first..end], || face_place(face));
+        }
         first = end;
     }
-    Ok(mesh)
+    parts.mesh(part).triangles.append(&mut strips);
+    Ok(())
+}
+
+/// Notes that an element has properties which are not read.
+fn unread(parts: &mut Parts<'_>, element: &Element, message: &str, which: fn(&[u8]) -> bool) {
+    if element.count > 0 && element.properties.iter().any(|property| which(&property.name)) {
+        parts.note_several(message, element.count, element.place.clone());
+    }
+}
+
+/// Whether a property is part of a colour.
+fn is_colour(name: &[u8]) -> bool {
+    let name = name.strip_prefix(b"diffuse_").unwrap_or(name);
+    [&b"red"[..], b"green", b"blue", b"r", b"g", b"b", b"material_index"].contains(&name)
 }
 
 fn vertices<R: BufRead>(
     source: &mut Source<'_, R>,
     rows: &mut Rows,
     element: &Element,
-    mesh: &mut Mesh,
+    parts: &mut Parts<'_>,
+    part: usize,
 ) -> Read_<()> {
     let find = |name: &[u8]| element.find(&[name]);
     let [Some(x), Some(y), Some(z)] = [find(b"x"), find(b"y"), find(b"z")] else {
@@ -333,19 +443,31 @@ fn vertices<R: BufRead>(
     };
     let u = element.find(&[b"u", b"s", b"texture_u", b"texture_s"]);
     let v = element.find(&[b"v", b"t", b"texture_v", b"texture_t"]);
+    unread(parts, element, "colours of vertices are not read", is_colour);
     let count = element.count as usize;
+    let before = parts.mesh(part).positions.len();
+    let mesh = parts.mesh(part);
     mesh.positions.reserve(count);
     mesh.normals.reserve(if normal.is_some() { count } else { 0 });
-    for _ in 0..count {
+    for vertex in before..before + count {
         rows.next(source, element, None)?;
         let get = |i: usize| rows.scalars[i] as f32;
+        let place = || Some(Place::Item(format!("vertex {vertex} (counted from 0)")));
+        let given_normal = normal.map(|n| n.map(get)).map(parts::normal);
+        let given_uv = u.zip(v).map(|(u, v)| parts::uv([get(u), get(v)]));
+        let mesh = parts.mesh(part);
         mesh.positions.push([get(x), get(y), get(z)]);
-        mesh.normals.extend(normal.map(|n| n.map(get)));
-        if let (Some(u), Some(v)) = (u, v) {
-            mesh.uv.push([get(u), get(v)]);
+        mesh.normals.extend(given_normal.map(Option::unwrap_or_default));
+        mesh.uv.extend(given_uv.map(Option::unwrap_or_default));
+        if given_normal == Some(None) {
+            parts.note(parts::NO_NORMAL, place());
+        }
+        if given_uv == Some(None) {
+            parts.note(parts::NO_UV, place());
         }
     }
     // An element of this name may come twice.
+    let mesh = parts.mesh(part);
     let vertices = mesh.positions.len();
     if [mesh.normals.len(), mesh.uv.len()].iter().any(|&n| n != 0 && n != vertices) {
         return Err(source.whole("some of its vertices have normals or uv, and some have none"));
@@ -353,42 +475,92 @@ fn vertices<R: BufRead>(
     Ok(())
 }
 
+/// A list of vertices; an element of which there is none needs none.
+fn list_of_vertices<R: BufRead>(
+    source: &Source<'_, R>,
+    element: &Element,
+    what: &str,
+) -> Read_<Option<usize>> {
+    let corners = element.find(&[b"vertex_indices", b"vertex_index"]);
+    let corners = corners.filter(|&i| element.properties[i].length.is_some());
+    match corners {
+        None if element.count > 0 => Err(source.whole(format!("its {what} have no list of vertex_indices"))),
+        corners => Ok(corners),
+    }
+}
+
+/// The vertex that a number stands for.
+fn index(i: f64) -> Option<u32> {
+    (i >= 0.0 && i < f64::from(u32::MAX) && i.fract() == 0.0).then_some(i as u32)
+}
+
 fn faces<R: BufRead>(
     source: &mut Source<'_, R>,
     rows: &mut Rows,
     element: &Element,
-    mesh: &mut Mesh,
-    polygons: &mut Vec<u32>,
-    ends: &mut Vec<usize>,
+    parts: &mut Parts<'_>,
+    part: usize,
+    polygons: &mut Polygons,
 ) -> Read_<()> {
-    let corners = element.find(&[b"vertex_indices", b"vertex_index"]);
-    let Some(corners) = corners.filter(|&i| element.properties[i].length.is_some()) else {
-        return Err(source.whole("its faces have no list of vertex_indices"));
-    };
+    let Some(corners) = list_of_vertices(source, element, "faces")? else { return Ok(()) };
+    unread(parts, element, "colours of faces are not read", is_colour);
+    unread(parts, element, "uv of faces' corners are not read", |name| name == b"texcoord");
     let smallest = match rows.encoding {
         Encoding::Text => 8,
         _ => 1 + 3 * element.properties[corners].scalar.size() as u64,
     };
-    mesh.triangles.reserve(element.count.min(source.left() / smallest) as usize);
-    for face in 0..element.count {
+    parts.mesh(part).triangles.reserve(element.count.min(source.left() / smallest) as usize);
+    for _ in 0..element.count {
+        let face = polygons.faces;
+        polygons.faces += 1;
         rows.next(source, element, Some(corners))?;
-        let index = |&i: &f64| {
-            let fits = i >= 0.0 && i < f64::from(u32::MAX) && i.fract() == 0.0;
-            fits.then_some(i as u32)
+        let index = |i: f64| {
+            let wrong = || source.whole(format!("face {face} (counted from 0) has {i} for a vertex"));
+            index(i).ok_or_else(wrong)
         };
-        let wrong = |i: f64| source.whole(format!("face {face} (counted from 0) has {i} for a vertex"));
         match rows.list[..] {
-            // A point or a line has no side to be seen.
-            [] | [_] | [_, _] => {}
-            [a, b, c] => {
-                let corner = |i: f64| index(&i).ok_or_else(|| wrong(i));
-                mesh.triangles.push([corner(a)?, corner(b)?, corner(c)?]);
+            [a, b, c] => parts.mesh(part).triangles.push([index(a)?, index(b)?, index(c)?]),
+            ref list if list.len() as u64 > MOST_CORNERS => {
+                let most = format!(
+                    "face {face} (counted from 0) has {} corners: no more than 2²⁰ are read",
+                    list.len()
+                );
+                return Err(source.whole(most));
             }
             ref list => {
-                for i in list {
-                    polygons.push(index(i).ok_or_else(|| wrong(*i))?);
+                if list.len() < 3 {
+                    parts.note("faces of fewer than three corners are left out", face_place(face));
+                } else {
+                    for &i in list {
+                        polygons.corners.push(index(i)?);
+                    }
                 }
-                ends.push(polygons.len());
+                polygons.ends.push((face, polygons.corners.len()));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Strips of triangles, each of which has the last two corners of the one before; every other one is wound the other
+/// way. In a list, −1 ends a strip.
+fn tristrips<R: BufRead>(
+    source: &mut Source<'_, R>,
+    rows: &mut Rows,
+    element: &Element,
+    triangles: &mut Vec<[u32; 3]>,
+) -> Read_<()> {
+    let Some(corners) = list_of_vertices(source, element, "strips of triangles")? else { return Ok(()) };
+    for list in 0..element.count {
+        rows.next(source, element, Some(corners))?;
+        for strip in rows.list.split(|&i| i == -1.0) {
+            let index = |i: f64| {
+                let wrong = || source.whole(format!("strip {list} (counted from 0) has {i} for a vertex"));
+                index(i).ok_or_else(wrong)
+            };
+            for (i, corners) in strip.windows(3).enumerate() {
+                let [a, b, c] = [index(corners[0])?, index(corners[1])?, index(corners[2])?];
+                triangles.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
             }
         }
     }

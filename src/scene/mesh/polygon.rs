@@ -68,6 +68,18 @@ pub(super) fn triangulate(corners: &[u32], positions: &[[f32; 3]], triangles: &m
     if once { Cut::Right } else { Cut::Crossed }
 }
 
+/// Whether a triangle that a file has as one has no area.
+pub(super) fn is_flat(corners: [u32; 3], positions: &[[f32; 3]]) -> bool {
+    match corners.map(|i| positions.get(i as usize)) {
+        [Some(a), Some(b), Some(c)] => {
+            let [a, b, c] = [a, b, c].map(|p| DVec3::from(p.map(f64::from)));
+            (b - a).cross(c - a) == DVec3::ZERO
+        }
+        // An error will name the corner that is none.
+        _ => false,
+    }
+}
+
 /// A polygon's corners as they are seen along its mean normal, counter-clockwise; nothing if it has none.
 fn flattened(points: &[DVec3]) -> Option<Vec<DVec2>> {
     let mut normal = DVec3::ZERO;

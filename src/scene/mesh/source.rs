@@ -71,9 +71,28 @@ pub(super) struct Source<'a, R> {
     offset: u64,
     /// Lines read so far.
     line: u64,
+    /// Whether lines end in a carriage return alone, as the first one does.
+    returns: bool,
+    /// Whether the file begins with a byte-order mark.
+    marked: bool,
     watch: Watch<'a>,
     /// The offset from which on it is told again.
     tell_at: u64,
+}
+
+/// What some editors put before text in UTF-8.
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
+/// Whether a file's first line is text of two bytes a character, with a byte-order mark or, without one, as Latin
+/// letters show it.
+fn is_utf_16(line: &[u8]) -> bool {
+    let latin =
+        |zeros: [u8; 2], letters: [u8; 2]| zeros == [0, 0] && letters.iter().all(|c| (1..128).contains(c));
+    match *line {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => true,
+        [a, b, c, d, ..] => latin([a, c], [b, d]) || latin([b, d], [a, c]),
+        _ => false,
+    }
 }
 
 /// How many bytes are read before a progress display hears of them.
@@ -81,19 +100,21 @@ const TELL_EVERY: u64 = 1 << 20;
 
 pub(super) type Read_<T> = Result<T, MeshFileError>;
 
+impl<'a, R> Source<'a, R> {
+    /// The file.
+    pub(super) fn name(&self) -> &'a Path {
+        self.name
+    }
+}
+
 impl<'a, R: BufRead> Source<'a, R> {
     pub(super) fn new(name: &'a Path, input: R, len: u64, watch: Watch<'a>) -> Self {
-        Source { name, input, len, offset: 0, line: 0, watch, tell_at: 0 }
+        Source { name, input, len, offset: 0, line: 0, returns: false, marked: false, watch, tell_at: 0 }
     }
 
     /// The length of the file.
     pub(super) fn len(&self) -> u64 {
         self.len
-    }
-
-    /// The file.
-    pub(super) fn name(&self) -> &'a Path {
-        self.name
     }
 
     fn passed(&mut self, bytes: usize) {
@@ -119,6 +140,16 @@ impl<'a, R: BufRead> Source<'a, R> {
         MeshFileError { place: Some(Place::Byte(self.offset)), ..self.whole(message) }
     }
 
+    /// The byte that comes next, for a note.
+    pub(super) fn byte(&self) -> Option<Place> {
+        Some(Place::Byte(self.offset))
+    }
+
+    /// How many lines were read.
+    pub(super) fn lines(&self) -> u64 {
+        self.line
+    }
+
     /// The line that was read last, for a note.
     pub(super) fn line(&self) -> Option<Place> {
         Some(Place::Line(self.line))
@@ -134,24 +165,75 @@ impl<'a, R: BufRead> Source<'a, R> {
     }
 
     /// Reads the next line, without its end, into `line`; false at the end of the file.
+    ///
+    /// A line ends in a line feed, in a carriage return, or in both. Where the first line ends in a carriage return
+    /// alone, all do, and a line feed is none of theirs: it may be the first byte of what follows a header.
     pub(super) fn next_line(&mut self, line: &mut Vec<u8>) -> Read_<bool> {
         line.clear();
-        let read = match self.input.by_ref().take(LONGEST_LINE as u64 + 1).read_until(b'\n', line) {
-            Ok(read) => read,
-            Err(error) => return Err(self.failed(&error)),
-        };
-        self.passed(read);
         self.line += 1;
-        if read > LONGEST_LINE {
-            return Err(self.too_long());
+        let mut read = 0;
+        loop {
+            let buffer = match self.input.fill_buf() {
+                Ok(buffer) => buffer,
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                Err(error) => return Err(self.failed(&error)),
+            };
+            let most = buffer.len().min(LONGEST_LINE + 1 - line.len());
+            let end = buffer[..most].iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+            line.extend_from_slice(&buffer[..end.unwrap_or(most)]);
+            let of_line = end.map_or(most, |end| end + 1);
+            let ended_by = end.map(|end| buffer[end]);
+            self.input.consume(of_line);
+            read += of_line;
+            match ended_by {
+                _ if line.len() > LONGEST_LINE => {
+                    self.passed(read);
+                    return Err(self.too_long());
+                }
+                Some(b'\r') if !self.returns => {
+                    let followed = self.peek()? == Some(b'\n');
+                    if followed {
+                        self.input.consume(1);
+                        read += 1;
+                    }
+                    self.returns = !followed && self.line == 1;
+                    break;
+                }
+                Some(_) => break,
+                // Nothing is left.
+                None if most == 0 => break,
+                None => {}
+            }
         }
-        if line.last() == Some(&b'\n') {
-            line.pop();
-        }
-        if line.last() == Some(&b'\r') {
-            line.pop();
+        self.passed(read);
+        if self.line == 1 {
+            if is_utf_16(line) {
+                return Err(self.whole(
+                    "this file is UTF-16, and text is read as UTF-8: save it as UTF-8, for example with iconv",
+                ));
+            }
+            if line.starts_with(BYTE_ORDER_MARK) {
+                line.drain(..BYTE_ORDER_MARK.len());
+                self.marked = true;
+            }
         }
         Ok(read > 0)
+    }
+
+    /// The next byte, if there is one.
+    fn peek(&mut self) -> Read_<Option<u8>> {
+        loop {
+            match self.input.fill_buf() {
+                Ok(buffer) => return Ok(buffer.first().copied()),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(self.failed(&error)),
+            }
+        }
+    }
+
+    /// Whether the file begins with a byte-order mark, which its first line came without.
+    pub(super) fn marked(&self) -> bool {
+        self.marked
     }
 
     /// The line that was read last, by itself or with those that it goes on, is longer than any may be.
@@ -205,4 +287,16 @@ pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
 /// A number in decimal.
 pub(super) fn number<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
     std::str::from_utf8(word).ok()?.parse().ok()
+}
+
+/// A real number in decimal, or NaN for a word by which C libraries show that there is none: `-nan(ind)`, `1.#QNAN`,
+/// `-1.#IND00`, `1.#INF`.
+pub(super) fn real<T: std::str::FromStr + From<f32>>(word: &[u8]) -> Option<T> {
+    number(word).or_else(|| {
+        let word = word.strip_prefix(b"-").unwrap_or(word);
+        let starts =
+            |with: &&[u8]| word.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with));
+        let none: [&[u8]; 5] = [b"nan(", b"1.#QNAN", b"1.#SNAN", b"1.#IND", b"1.#INF"];
+        none.iter().any(starts).then(|| T::from(f32::NAN))
+    })
 }

@@ -63,8 +63,19 @@ fn colours_are_matte_mirror_and_glass() {
     assert_eq!(kind("Kd 0.5 0.5 0.5\nKs 0.75 0.5 0.25\nillum 3"), mirror([0.75, 0.5, 0.25]));
     assert_eq!(kind("Kd 0 0 0\nKs 1 1 1"), mirror([1.0; 3]));
     assert_eq!(kind("illum 7\nNi 2.5\nTf 0.5 1 1"), glass(2.5, [0.5, 1.0, 1.0]));
-    // The index of air is no glass.
-    assert_eq!(kind("illum 4\nNi 1"), glass(1.5, [1.0; 3]));
+    // A model says how light comes through, not that it does: Maya gives this one to all that is opaque.
+    assert_eq!(kind("illum 4\nKd 0.8 0.2 0.2\nKa 0 0 0\nTf 1 1 1\nNi 1"), matte([0.8, 0.2, 0.2]));
+    assert_eq!(kind("illum 9\nKd 0.5"), matte([0.5; 3]));
+    assert_eq!(kind("illum 4\nTf 0 0 0\nNi 0"), matte([0.8; 3]));
+    assert_eq!(kind("illum 4\nNi 1.5\nd 1"), glass(1.5, [1.0; 3]));
+    assert_eq!(kind("illum 4\nNi 1\nTf 0.5 1 1"), glass(1.5, [0.5, 1.0, 1.0]));
+    assert_eq!(kind("illum 4\nNi 1\nd 0"), glass(1.5, [1.0; 3]));
+    // What it says with the usual one does not count: Blender gives an index to everything.
+    assert_eq!(kind("illum 2\nNi 1.45\nKd 0.5"), matte([0.5; 3]));
+    // Exporters disagree about what a Tr of 1 is.
+    for both in ["d 1\nTr 1", "Tr 1\nd 1"] {
+        assert_eq!(kind(both), matte([0.8; 3]));
+    }
     assert_eq!(kind("Tr 0.75"), glass(1.5, [1.0; 3]));
     assert_eq!(kind("d -halo 0.25"), glass(1.5, [1.0; 3]));
     assert_eq!(kind("Kd 1 1 1\nKe 2 3 4").1, [2.0, 3.0, 4.0]);
@@ -72,10 +83,50 @@ fn colours_are_matte_mirror_and_glass() {
     assert_eq!(kind("map_Ke lamp.png\nKe 2 3 4").1, [0.0; 3]);
     assert_eq!(kind("Ke 2 3 4\nmap_Ke lamp.png\nnewmtl b").1, [0.0; 3]);
     assert_eq!(kind("Ke 2 3 4\nmap_Kd wood.png\nnewmtl b\nmap_Ke lamp.png").1, [2.0, 3.0, 4.0]);
-    let noted = materials("newmtl Clear\nmap_Kd wood.png\n").unwrap();
+}
+
+#[test]
+fn what_materials_lose_is_told() {
+    let noted = |mtl: &str| {
+        let file = materials(&format!("newmtl Red Paint\nnewmtl Clear\n{mtl}")).unwrap();
+        file.notes.iter().map(Note::to_string).collect::<Vec<_>>()
+    };
+    assert_eq!(noted("Kd 1 0 0 # red\nKa 1 1 1\nNs 10\nsharpness 60\nillum 2\n"), [""; 0]);
+    for (mtl, note) in [
+        (
+            "map_Kd wood#1.png\nbump rough.png\n",
+            "textures are not read: 2, the first in line 3 of colours.mtl",
+        ),
+        ("d 0.75\n", "materials of an opacity from 0.5 are opaque: 1, in line 2 of colours.mtl"),
+        ("d 0.25\n", "materials of an opacity below 0.5 are clear glass: 1, in line 2 of colours.mtl"),
+        (
+            "Kd 1 1 1\nKs 1 1 1\nillum 3\n",
+            "materials that reflect are perfect mirrors, without their diffuse colour: 1, in line 2 of colours.mtl",
+        ),
+        (
+            "Kd 1 1 1\nKs 1 1 1\n",
+            "highlights (Ks) are left out of matte materials: 1, in line 2 of colours.mtl",
+        ),
+        (
+            "Kd spectral a.rfl\nKs xyz 1 1 1\n",
+            "spectral curves and CIE colours are not read: 2, the first in line 3 of colours.mtl",
+        ),
+        (
+            "Pr 0\nPm 0.5\n",
+            "roughness, metalness, sheen and coats (Pr, Pm, Ps, Pc, aniso) are not read: 1, in line 4 of colours.mtl",
+        ),
+        ("gloss 1\n", "statements that stride does not know are ignored: 1, in line 3 of colours.mtl"),
+    ] {
+        assert_eq!(noted(mtl), [note]);
+    }
+    let mark = materials("\u{feff}newmtl Red Paint\nKd 1 0 0\n").unwrap();
+    assert_eq!(mark.materials[0].name, "Red Paint");
     assert_eq!(
-        noted.notes.iter().map(Note::to_string).collect::<Vec<_>>(),
-        ["textures are not read: 1, in line 2"]
+        mark.notes.iter().map(Note::to_string).collect::<Vec<_>>(),
+        [
+            "the byte-order mark is skipped: 1, in line 1 of colours.mtl",
+            "materials that are in no library are left to the scene: 1, in line 9"
+        ]
     );
 }
 
@@ -86,18 +137,28 @@ fn a_line_may_name_several_libraries_or_one_with_blanks() {
     std::fs::write(&path, SQUARE.replacen("colours.mtl", "red.mtl  clear.mtl", 1)).unwrap();
     let write = |name: &str, mtl: &str| std::fs::write(folder.path().join(name), mtl).unwrap();
     let read = || {
-        let file = read(&path, &Split::Materials, &mut |_, _| {}).map_err(|error| error.to_string())?;
-        Ok::<_, String>(file.materials.into_iter().map(|material| material.name).collect::<Vec<_>>())
+        let file = read(&path, &Split::Materials, &mut |_, _| {}).unwrap();
+        let names: Vec<_> = file.materials.into_iter().map(|material| material.name).collect();
+        (names, file.notes.iter().map(Note::to_string).collect::<Vec<_>>())
     };
-    let error = read().unwrap_err();
-    assert!(error.contains("red.mtl  clear.mtl: there is no such file"), "{error}");
+    let missing = |name: &str| {
+        let path = folder.path().join(name);
+        format!("material library {}: there is no such file: 1, in line 1", path.display())
+    };
+    let left = "materials that are in no library are left to the scene";
+    assert_eq!(
+        read(),
+        (vec![], vec![missing("red.mtl  clear.mtl"), format!("{left}: 2, the first in line 7")])
+    );
     write("red.mtl", "newmtl Red Paint\n");
-    let error = read().unwrap_err();
-    assert!(error.contains("clear.mtl: there is no such file") && !error.contains("red.mtl"), "{error}");
+    assert_eq!(
+        read(),
+        (vec!["Red Paint".into()], vec![missing("clear.mtl"), format!("{left}: 1, in line 9")])
+    );
     write("clear.mtl", "newmtl Clear\n");
-    assert_eq!(read().unwrap(), ["Red Paint", "Clear"]);
+    assert_eq!(read(), (vec!["Red Paint".into(), "Clear".into()], vec![]));
     write("red.mtl  clear.mtl", "newmtl Both\n");
-    assert_eq!(read().unwrap(), ["Both"]);
+    assert_eq!(read().0, ["Both"]);
 }
 
 #[test]
@@ -112,10 +173,11 @@ fn wrong_libraries_are_told_where_and_why() {
             assert!(error.contains(word), "{error} lacks {word}");
         }
     }
-    let error = read_split("no/a.obj", SQUARE.as_bytes(), &Split::Materials).unwrap_err();
-    assert!(error.contains("no/colours.mtl: there is no such file"), "{error}");
-    // Who asks for no materials needs none.
-    assert!(read_split("no/a.obj", SQUARE.as_bytes(), &Split::Whole).is_ok());
+    // One that is missing costs no more than its colours, and nothing where they are not asked for.
+    let file = read_split("no/a.obj", SQUARE.as_bytes(), &Split::Materials).unwrap();
+    assert_eq!(counts(&file), [("Red Paint", 3, 2), ("Clear", 3, 1)]);
+    assert!(file.notes[0].message.contains("no/colours.mtl: there is no such file"), "{:?}", file.notes);
+    assert_eq!(read_split("no/a.obj", SQUARE.as_bytes(), &Split::Whole).unwrap().notes, []);
 }
 
 #[test]

@@ -1,0 +1,266 @@
+//! Text files as programs write them: what is odd about them is read as it is meant, and told.
+
+use super::*;
+
+/// A mesh, its notes, and twice its area if it lies in a plane of one height.
+fn noted(name: &str, bytes: &[u8]) -> (Arc<Mesh>, Vec<String>) {
+    let file = read_split(name, bytes, &Split::Whole).expect("a mesh");
+    (Arc::clone(&file.parts[0].1), file.notes.iter().map(Note::to_string).collect())
+}
+
+fn none() -> Vec<String> {
+    Vec::new()
+}
+
+/// The area of a mesh in the plane z = 0, and the same without signs.
+fn areas(mesh: &Mesh) -> [f32; 2] {
+    let each = |triangle: &[u32; 3]| area(&[*triangle], &mesh.positions) / 2.0;
+    [mesh.triangles.iter().map(each).sum(), mesh.triangles.iter().map(|t| each(t).abs()).sum()]
+}
+
+#[test]
+fn keyholes_and_spikes_have_the_area_of_their_inside() {
+    let keyhole =
+        "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\nf 1 2 3 4 1 5 6 7 8 5\n";
+    let spike = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 4 8 0\nv 0 4 0\nf 1 2 3 4 3 5\n";
+    for (text, right) in [(keyhole, 12.0), (spike, 16.0)] {
+        let (mesh, notes) = noted("a.obj", text.as_bytes());
+        assert_eq!((areas(&mesh), notes), ([right; 2], none()));
+    }
+    let crossed = "v 0 0 0\nv 4 3 0\nv 4 0 0\nv 0 4 0\nf 1 2 3 4\nf 1 2 4\nf 1 1 2 2\n";
+    assert_eq!(
+        noted("a.obj", crossed.as_bytes()).1,
+        [
+            "faces whose outline crosses itself are cut into triangles of which some overlap: 1, in line 5",
+            "faces without area are never seen: 1, in line 7"
+        ]
+    );
+}
+
+#[test]
+fn comments_do_not_go_on_but_statements_do() {
+    let text = "# exported from C:\\models\\\nv 0 0 0\nv 1 0 0 # right \\\nv 0 1 0\nv 5 5 5\ng a#b\nf 1 \\\n2 3# a face\n";
+    let file = read_split("a.obj", text.as_bytes(), &Split::Whole).unwrap();
+    assert_eq!(file.parts[0].1.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!((file.names, file.notes), (vec!["a#b".to_owned()], Vec::new()));
+}
+
+#[test]
+fn byte_order_marks_are_skipped() {
+    let (mesh, notes) = noted("a.obj", "\u{feff}v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n".as_bytes());
+    assert_eq!(mesh.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(notes, ["the byte-order mark is skipped"]);
+    let mut file = "\u{feff}".as_bytes().to_vec();
+    file.extend(ply("ascii"));
+    assert_eq!(read_bytes("a.ply", &file), read_bytes("a.ply", &ply("ascii")));
+}
+
+#[test]
+fn utf_16_is_refused_with_a_remedy() {
+    let text = "# a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let units: Vec<u16> = text.encode_utf16().collect();
+    let (little, big) =
+        (units.iter().flat_map(|u| u.to_le_bytes()), units.iter().flat_map(|u| u.to_be_bytes()));
+    let (little, big): (Vec<u8>, Vec<u8>) = (little.collect(), big.collect());
+    for (mark, bytes) in [(&b"\xff\xfe"[..], &little), (b"\xfe\xff", &big), (b"", &little), (b"", &big)] {
+        let error = read_bytes("a.obj", &[mark, bytes].concat()).unwrap_err();
+        assert!(error.contains("UTF-16") && error.contains("save it as UTF-8"), "{error}");
+    }
+}
+
+#[test]
+fn lines_end_as_on_any_machine() {
+    let right = read_bytes("a.obj", OBJ.as_bytes());
+    assert!(right.is_ok());
+    for end in ["\r", "\r\n"] {
+        assert_eq!(read_bytes("a.obj", OBJ.replace('\n', end).as_bytes()), right, "{end:?}");
+    }
+    // Copied once too often, each line has an empty one behind it.
+    let twice = OBJ.replace("\\\n", "").replace('\n', "\r\r\n");
+    assert_eq!(read_bytes("a.obj", twice.as_bytes()), right);
+    let wrong = read_bytes("a.obj", b"v 0 0 0\rv 1 0 0\rv x 0 0\r").unwrap_err();
+    assert!(wrong.contains("line 3"), "{wrong}");
+    // What follows a header may begin with a line feed: 10 vertices' worth of corners, the first coordinate of which
+    // has it for its lowest byte.
+    let header = |end: &str| {
+        let xyz = "property float x\nproperty float y\nproperty float z\n";
+        let face = "element face 1\nproperty list uchar uchar vertex_indices\nend_header\n";
+        format!("ply\nformat binary_little_endian 1.0\nelement vertex 3\n{xyz}{face}")
+            .replace('\n', end)
+            .into_bytes()
+    };
+    let x = f32::from_bits(0x3f80_000a);
+    let body: Vec<u8> =
+        [x, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+    for end in ["\n", "\r\n", "\r"] {
+        let file = [&header(end)[..], &body, &[3, 0, 1, 2]].concat();
+        let mesh = read_bytes("a.ply", &file).unwrap();
+        assert_eq!((mesh.positions[0], &mesh.triangles[..]), ([x, 0.0, 0.0], &[[0, 1, 2]][..]), "{end:?}");
+    }
+}
+
+#[test]
+fn numbers_that_are_none_cost_only_what_they_say() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for none in ["nan", "-nan(ind)", "1.#QNAN", "-1.#IND00", "inf", "1e60"] {
+        let text = format!(
+            "{vertices}vn 0 0 1\nvn 0 0 {none}\nvt {none} 0\nvt 1 1\nvt 0 {none}\nf 1/1/1 2/2/2 3/3/1\n"
+        );
+        let (mesh, notes) = noted("a.obj", text.as_bytes());
+        assert_eq!(mesh.uv, [[0.0, 0.0], [1.0, 1.0], [0.0, 0.0]], "{none}");
+        assert_eq!(mesh.normals, [[0.0, 0.0, 1.0], [0.0; 3], [0.0, 0.0, 1.0]], "{none}");
+        assert_eq!(
+            notes,
+            [
+                "normals that are not numbers are left out, and shading is flat there: 1, in line 5",
+                "uv that are not numbers, or larger than 10¹⁸, are taken for 0: 2, the first in line 6"
+            ]
+        );
+        // Where a vertex is must be known, if it is anyone's.
+        let error = read_bytes("a.obj", format!("{vertices}v 0 0 {none}\nf 1 2 4\n").as_bytes()).unwrap_err();
+        assert!(error.contains("position that is not a number"), "{error}");
+    }
+    let long = noted("a.obj", format!("{vertices}vn 0 -1e30 1e30\nf 1//1 2//1 3//1\n").as_bytes());
+    assert_eq!((long.0.normals[0], long.1), ([0.0, -1.0, 1.0], none()));
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        property float nx\nproperty float ny\nproperty float nz\nproperty float u\nproperty float v\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0 0 0 1 0 0\nnan 0 0 0 0 1 0 0\n1 0 0 0 nan 1 1 0\n0 1 0 0 0 1 inf 1\n3 0 2 3\n";
+    let (mesh, notes) = noted("a.ply", ply.as_bytes());
+    // The second vertex is no face's.
+    assert_eq!(mesh.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(
+        (&mesh.normals[1], &mesh.uv[2], &mesh.triangles[..]),
+        (&[0.0; 3], &[0.0; 2], &[[0, 1, 2]][..])
+    );
+    assert_eq!(
+        notes,
+        [
+            "normals that are not numbers are left out, and shading is flat there: 1, in vertex 2 (counted from 0)",
+            "uv that are not numbers, or larger than 10¹⁸, are taken for 0: 1, in vertex 3 (counted from 0)"
+        ]
+    );
+}
+
+#[test]
+fn corners_may_name_uv_and_normals_that_are_not_there() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/0/1 3/7/-2\nf 1//2 2 3\n";
+    let (mesh, notes) = noted("a.obj", text.as_bytes());
+    assert_eq!(mesh.triangles.len(), 2);
+    assert_eq!(mesh.normals[..3], [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0; 3]]);
+    assert_eq!(
+        notes,
+        [
+            "corners whose uv is not in the file so far have none: 2, the first in line 6",
+            "corners whose normal is not in the file so far have none: 2, the first in line 6",
+            "uv are left out where not all vertices have them"
+        ]
+    );
+}
+
+#[test]
+fn what_an_obj_file_has_besides_triangles_is_told() {
+    let text = "v 0 0 0\nv 1 0 0 1\nv 0 1 0 1 0.5 0\nf 1 2\nf 1 2 3\nfo 3 2 1\nl 1 2\np 1\ns 1\nlod 2\n\
+        cstype bezier\ndeg 3\ncurv 0 1 1 2 3\nparm u 0 1\nend\nsurf 0 1 0 1 1 2 3\nusemap a\ncall b.obj\nfrobnicate\n\
+        f 1\nf 1 1 2\n";
+    let (mesh, notes) = noted("a.obj", text.as_bytes());
+    assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 0], [0, 0, 1]]);
+    assert_eq!(
+        notes,
+        [
+            "colours of vertices are not read: 1, in line 3",
+            "faces of fewer than three corners are left out: 2, the first in line 4",
+            "points and lines are left out: 2, the first in line 7",
+            "curves and free-form surfaces are left out: 2, the first in line 13",
+            "textures are not read: 1, in line 17",
+            "calls of other files and programs are left out: 1, in line 18",
+            "statements that stride does not know are ignored: 1, in line 19",
+            "faces without area are never seen: 1, in line 21"
+        ]
+    );
+    let error = read_bytes("a.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n").unwrap_err();
+    assert!(
+        error.ends_with("there is no triangle in it; points and lines are left out: 1, in line 3"),
+        "{error}"
+    );
+}
+
+const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
+
+#[test]
+fn strips_are_triangles_of_one_winding() {
+    let header = |format: &str, lists: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 4\n{XYZ}element tristrips {lists}\nproperty list int int vertex_indices\nend_header\n"
+        )
+    };
+    let corners = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
+    let mut binary = header("binary_little_endian", "1").into_bytes();
+    binary.extend(corners.iter().flatten().flat_map(|x| x.to_le_bytes()));
+    binary.extend([5_i32, 0, 1, 2, 3, -1].iter().flat_map(|i| i.to_le_bytes()));
+    let (mesh, notes) = noted("a.ply", &binary);
+    assert_eq!((&mesh.triangles[..], areas(&mesh), notes), (&[[0, 1, 2], [2, 1, 3]][..], [1.0; 2], none()));
+    // −1 begins anew, with the winding too; several lists are several strips; what is repeated is no face.
+    let text = format!("{}0 0 0 1 0 0 0 1 0 1 1 0\n8 0 1 2 3 -1 0 1 2\n4 0 0 1 2\n", header("ascii", "2"));
+    let (mesh, notes) = noted("a.ply", text.as_bytes());
+    assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3], [0, 1, 2], [0, 0, 1], [1, 0, 2]]);
+    assert_eq!(
+        notes,
+        ["elements that do not have a line of their own are read number by number: 4, the first in line 10"]
+    );
+    let error = read_bytes("a.ply", text.replace("-1", "-2").as_bytes()).unwrap_err();
+    assert!(error.contains("strip 0") && error.contains("-2"), "{error}");
+}
+
+#[test]
+fn elements_of_text_are_split_at_blanks() {
+    let header = format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    );
+    let right = noted("a.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 2").as_bytes());
+    assert_eq!((&right.0.triangles[..], &right.1[..]), (&[[0, 1, 2]][..], &[][..]));
+    for (body, astray) in [
+        ("0 0\n0 1 0\n0\n0 1 0\n3 0 1 2\n", "2, the first in line 10"),
+        ("0 0 0 1 0 0 0 1 0\n3\n0 1 2\n", "3, the first in line 10"),
+        ("0\n0\n0\n\n1\n0\n0\n0\n1\n0\n3\n0\n1\n2\n", "4, the first in line 10"),
+        ("0 0 0 1 0 0 0 1 0 3 0 1 2", "3, the first in line 10"),
+    ] {
+        for end in ["\n", "\r"] {
+            let (mesh, notes) = noted("a.ply", format!("{header}{body}").replace('\n', end).as_bytes());
+            assert_eq!(*mesh, *right.0);
+            let note = "elements that do not have a line of their own are read number by number";
+            assert_eq!(notes, [format!("{note}: {astray}")], "{body:?}");
+        }
+    }
+    let more = noted("a.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n\nthe end\n").as_bytes());
+    assert_eq!(more.1, ["what follows the last element is ignored: 1, in line 15"]);
+    // Numbers that fit neither the lines nor the header.
+    let error = read_bytes("a.ply", format!("{header}0 0 0 9\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes());
+    assert!(error.as_ref().is_err_and(|e| e.contains("more numbers") || e.contains("length")), "{error:?}");
+}
+
+#[test]
+fn what_a_ply_file_has_besides_triangles_is_told() {
+    let text = format!(
+        "ply\nformat ascii 1.0\ncomment TextureFile wood.png\nelement vertex 4\n{XYZ}property uchar red\nproperty float quality\n\
+         element face 5\nproperty list uchar int vertex_index\nproperty list uchar float texcoord\nproperty uchar green\n\
+         element edge 2\nproperty int vertex1\nelement range_grid 1\nproperty int n\nend_header\n\
+         0 0 0 1 0\n1 0 0 1 0\n0 1 0 1 0\n1 1 0 1 0\n\
+         2 0 1 0 9\n4 0 1 3 2 0 9\n3 0 1 1 0 9\n0 0 9\n4 0 0 1 1 0 9\n1\n2\n3\n"
+    );
+    let (mesh, notes) = noted("a.ply", text.as_bytes());
+    assert_eq!(mesh.triangles.len(), 5);
+    assert_eq!(
+        notes,
+        [
+            "textures are not read: 1, in line 3",
+            "colours of vertices are not read: 4, the first in line 4",
+            "colours of faces are not read: 5, the first in line 10",
+            "uv of faces' corners are not read: 5, the first in line 10",
+            "faces of fewer than three corners are left out: 2, the first in face 0 (counted from 0)",
+            "points and lines are left out: 2, the first in line 14",
+            "elements that stride does not know are left out: 1, in line 16",
+            "faces without area are never seen: 2, the first in face 2 (counted from 0)"
+        ]
+    );
+}

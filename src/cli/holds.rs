@@ -151,6 +151,16 @@ fn or_none(text: String) -> String {
     if text.is_empty() { "none".into() } else { text }
 }
 
+/// The sum of the areas of a mesh's triangles.
+fn area(mesh: &mesh::Mesh) -> f64 {
+    let point = |i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
+    let twice = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(point);
+        (b - a).cross(c - a).length()
+    };
+    mesh.triangles.iter().map(twice).sum::<f64>() / 2.0
+}
+
 /// What is in a mesh file, as one that is placed where it lies.
 pub(super) fn of_mesh(path: &Path) -> Result<String, Failure> {
     let loading = Loading::stderr(false);
@@ -170,6 +180,7 @@ pub(super) fn of_mesh(path: &Path) -> Result<String, Failure> {
             ),
         );
         facts.bounds(Bounds::of(mesh.positions.iter().copied()));
+        facts.line("area", area(mesh));
         let has = [(!mesh.normals.is_empty(), "normals"), (!mesh.uv.is_empty(), "uv")];
         let has: Vec<_> = has.into_iter().filter_map(|(has, what)| has.then_some(what)).collect();
         facts.line(

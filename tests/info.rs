@@ -36,6 +36,7 @@ fn a_mesh_says_what_is_in_it() {
     for line in [
         "mesh        800 triangles, 441 vertices",
         "bounds      (0, 0, 0) to (20, 20, 0)",
+        "area        400",
         "vertices    positions alone",
         "parts       floor",
     ] {

@@ -116,12 +116,16 @@ def read_blender(path):
     elif suffix == ".ply":
         bpy.ops.wm.ply_import(filepath=path, merge_verts=False, **axes)
     else:
-        # Morphs and skins are taken at the first frame of no animation.
+        # Skins and morph targets are as they are without any animation.
+        from io_scene_gltf2.io.imp.gltf2_io_gltf import glTFImporter
+        if not hasattr(glTFImporter, "read_all"):
+            glTFImporter.read_all = glTFImporter.read
+
+            def read(importer):
+                importer.read_all()
+                importer.data.animations = None
+            glTFImporter.read = read
         bpy.ops.import_scene.gltf(filepath=path, merge_vertices=False, bone_heuristic="TEMPERANCE")
-        for ob in bpy.data.objects:
-            ob.animation_data_clear()
-            if ob.type == "MESH" and ob.data.shape_keys:
-                ob.data.shape_keys.animation_data_clear()
     shapes = {bone.custom_shape for ob in bpy.data.objects if ob.type == "ARMATURE" for bone in ob.pose.bones}
     depsgraph = bpy.context.evaluated_depsgraph_get()
 
@@ -343,9 +347,9 @@ def judge(path, ours, others):
     else:
         against = {name: differences(ours, found) for name, found in read.items()}
         equal = [name for name, differs in against.items() if not differs]
-        others_agree = [sum(not differences({**a, "area": sum(a["area"]) / 2}, b) for b in read.values() if "bounds" in a)
-                        for name, a in read.items() if name not in equal]
-        if equal and len(equal) >= max(others_agree, default=0):
+        unequal = [found for name, found in read.items() if name not in equal and "bounds" in found]
+        together = [sum(not differences({**a, "area": sum(a["area"]) / 2}, b) for b in unequal) for a in unequal]
+        if equal and len(equal) >= max(together, default=0):
             result["verdict"], result["why"] = "equal", " ".join(equal)
         elif reason := explain(path, ours, read):
             result["verdict"], result["why"] = "explained", reason

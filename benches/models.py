@@ -244,12 +244,31 @@ def differences(ours, theirs):
     return found
 
 
-# Why a file may be refused: part of the message, and the reason in the table. The first that fits counts.
-REFUSALS = []
+# Why a file may be refused: a part of the message, the reason in the table, and whether other readers may see triangles
+# in the file. The first that fits counts.
+REFUSALS = [
+    ("no triangle in it", "nothing in it has a surface: points, lines, splats, an empty scene", False),
+    ("vertices have no x, y and z", "nothing in it has a surface: points, lines, splats, an empty scene", False),
+    ("triangles are without area", "no triangle in it has an area", True),
+    ("draco|meshopt|spz|(?i:draco)", "its geometry is compressed", True),
+    ("cannot be understood without", "it requires an extension that changes the geometry, or an unknown one", True),
+    ("glTF version|version 1", "glTF 1.0, or no version", True),
+    ("more than one parent|its own", "against the specification: a node with two parents, or a loop", True),
+    ("there is no such file", "a file that it names is missing", False),
+    ("larger than 10|not finite", "a vertex is not finite", True),
+    ("vertices so far|names vertex|has vertex", "a face names a vertex that is not there", True),
+    ("is no number|no corner of a face", "a position or a face is no number", True),
+    ("cut off|ends before|ends in the middle|bytes follow|but only|fewer numbers|end_header", "a part of it is missing",
+     True),
+    ("scene [0-9]+ is shown", "the scene that it shows is missing", False),
+    ("JSON|does not begin with|missing field|invalid type|expected|unknown header|unknown type|out of range",
+     "it is damaged, or breaks the format's rules", False),
+]
 
 
-def refusal(message):
-    return next((reason for part, reason in REFUSALS if re.search(part, message)), None)
+def refusal(message, others):
+    seen = any(found.get("triangles") for found in others.values())
+    return next((reason for part, reason, may in REFUSALS if re.search(part, message) and (may or not seen)), None)
 
 
 def explain(path, ours, others):
@@ -342,7 +361,7 @@ def judge(path, ours, others):
     if "fault" in ours:
         result["why"] = ours["fault"]
     elif "refused" in ours:
-        reason = refusal(ours["refused"])
+        reason = refusal(ours["refused"], others)
         result["verdict"], result["why"] = ("refused", reason) if reason else ("unclear", ours["refused"])
     else:
         against = {name: differences(ours, found) for name, found in read.items()}

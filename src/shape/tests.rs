@@ -479,11 +479,11 @@ fn triangles_are_met_however_long_their_sides_are() {
         let target = DVec3::new(0.25, 0.25, 0.0) * size;
         for d in [DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8), DVec3::new(0.0, -0.8, -0.6)] {
             let ray = Ray { o: narrow(target - d * size), d: narrow(d) };
-            let met = Shears::new(&ray).meet(corners);
+            let met = Shears::new(&ray).meet(corners, true);
             assert!((f64::from(met.t) / size - 1.0).abs() < 1e-5, "10^{exponent}: {met:?}");
             assert!(met.weights.iter().all(|w| (w - 0.25).abs() < 1e-5), "10^{exponent}: {met:?}");
             let beside = Ray { o: narrow(target * 3.0 - d * size), d: narrow(d) };
-            assert_eq!(Shears::new(&beside).meet(corners).t, NOTHING, "10^{exponent}");
+            assert_eq!(Shears::new(&beside).meet(corners, true).t, NOTHING, "10^{exponent}");
         }
     }
 }

@@ -3,7 +3,8 @@
 //! The rounding is ours, the file the `image` crate's: it cuts mantissas off, which readers that add no half
 //! back (nearly all) see as a picture darkened by 0.2%, lets tiny values wrap around to huge ones, and asks
 //! the system's logarithm for the exponent. Values that are already what RGBE can hold pass through it
-//! unchanged.
+//! unchanged. Scan lines that are too long for run lengths are ours too: it takes one of 32768 pixels for one that has
+//! a place for its length, which is 15 bits long.
 
 use std::io::{self, Write};
 
@@ -17,10 +18,34 @@ const DARKEST: f32 = f32::from_bits((127 - 118) << 23);
 /// The largest value RGBE holds: 255/256 · 2¹²⁷.
 const BRIGHTEST: f32 = f32::from_bits((253 << 23) | (0xfe << 15));
 
+/// The longest scan line that can have run lengths: its length stands in 15 bits before it.
+const LONGEST_RUN_LENGTH_LINE: u32 = (1 << 15) - 1;
+
 /// Writes a picture's radiance, rounded to the nearest 256th of the power of two above the brightest channel.
 pub fn encode(picture: &Picture, out: &mut impl Write) -> io::Result<()> {
-    let pixels: Vec<_> = picture.rgb.iter().map(|&rgb| Rgb(nearest_rgbe(rgb))).collect();
+    let colours = picture.rgb.iter().map(|&rgb| nearest_rgbe(rgb));
+    if picture.width > LONGEST_RUN_LENGTH_LINE {
+        let Picture { width, height, .. } = picture;
+        // The crate's header, so that long lines have the bytes that it gives them.
+        write!(out, "#?RADIANCE\n# Rust HDR encoder\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n")?;
+        // The largest mantissa is at least 128, so that no pixel looks like the mark of a run.
+        return colours.map(rgbe).try_for_each(|pixel| out.write_all(&pixel));
+    }
+    let pixels: Vec<_> = colours.map(Rgb).collect();
     HdrEncoder::new(out).encode(&pixels, picture.width as usize, picture.height as usize).map_err(to_io)
+}
+
+/// The mantissas and the exponent of a colour that [`nearest_rgbe`] gave.
+fn rgbe(rgb: [f32; 3]) -> [u8; 4] {
+    let largest = rgb.into_iter().fold(0.0, f32::max);
+    if largest == 0.0 {
+        return [0; 4];
+    }
+    let exponent = largest.to_bits() >> 23;
+    let step = f32::from_bits(exponent << 23) / 128.0;
+    let [r, g, b] = rgb.map(|value| (value / step) as u8);
+    // Of floats 127 stands for 2⁰, of these 129 for values from 2⁰ on.
+    [r, g, b, (exponent + 2) as u8]
 }
 
 /// The nearest colour that RGBE can hold.
@@ -87,6 +112,40 @@ mod tests {
             let mut changed = read.clone();
             changed.rgb[0] = changed.rgb[0].map(|c| c * 1.02 + 0.1);
             assert!(!close(&picture, &changed));
+        }
+    }
+
+    /// A line of 32768 pixels has no room for its length in the mark of run lengths.
+    #[test]
+    fn lines_of_any_length_are_read_back() {
+        for (width, has_runs) in [(7, false), (8, true), (32767, true), (32768, false), (32769, false)] {
+            // A run of one colour first, then others.
+            let mut picture = speckle(width, 1);
+            picture.rgb[..width as usize / 2].fill([0.5, 0.25, 0.125]);
+            let file = bytes(Format::Hdr, &picture, 0.0);
+            let read = decode(&file);
+            assert_eq!((read.width, read.height), (width, 1));
+            let expected: Vec<_> = picture.rgb.iter().map(|&rgb| nearest_rgbe(rgb)).collect();
+            assert!(read.rgb == expected, "{width} pixels");
+            let header =
+                format!("#?RADIANCE\n# Rust HDR encoder\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X {width}\n");
+            let pixels = file.strip_prefix(header.as_bytes()).unwrap();
+            assert_eq!(pixels[..2] == [2, 2] && pixels[2] < 128, has_runs, "{width} pixels");
+            assert!(has_runs || pixels.len() == 4 * width as usize);
+            // Several lines, of which each begins anew.
+            let picture = speckle(width, 3);
+            let expected: Vec<_> = picture.rgb.iter().map(|&rgb| nearest_rgbe(rgb)).collect();
+            assert!(decode(&bytes(Format::Hdr, &picture, 0.0)).rgb == expected, "3 lines of {width} pixels");
+        }
+    }
+
+    #[test]
+    fn long_lines_have_the_pixels_of_short_ones() {
+        for rgb in [[0.0; 3], [DARKEST, 0.0, 0.0], [BRIGHTEST, 1e30, 0.0], [0.999, 0.3, 0.0], [1.0, 2.0, 3.0]]
+        {
+            let exact = nearest_rgbe(rgb);
+            let file = bytes(Format::Hdr, &Picture { width: 1, height: 1, rgb: vec![rgb] }, 0.0);
+            assert_eq!(rgbe(exact), file[file.len() - 4..], "{rgb:?}");
         }
     }
 

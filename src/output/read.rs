@@ -200,6 +200,23 @@ mod tests {
     }
 
     #[test]
+    fn hdr_lines_of_any_length_are_read() {
+        for width in [32767, 32768, 32769] {
+            let picture = speckle(width, 1);
+            let (_folder, path) = in_folder("a.hdr");
+            write_picture(&path, &picture, &PictureOptions::default()).unwrap();
+            let (_, read) = read_picture(&path).unwrap();
+            assert_eq!((read.width, read.height), (width, 1));
+            for (read, written) in read.rgb.iter().zip(&picture.rgb) {
+                let largest = written.iter().copied().fold(0.0, f32::max);
+                for channel in 0..3 {
+                    assert!((read[channel] - written[channel]).abs() <= largest / 256.0, "{width} pixels");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_png_is_made_linear() {
         let picture = speckle(9, 7);
         let (_folder, path) = in_folder("a.png");

@@ -49,7 +49,7 @@ cost() {
 error() {
     local scene=$1 spp=$2 size=$3
     if [ -n "$try" ]; then spp=4 size=24x18; fi
-    printf '\n%s at %s, %s samples a pixel: noise (√relMSE without the worst 0.5%%) against %s samples with the same filter\n' \
+    printf '\n%s at %s, %s samples a pixel: noise (√relMSE_scaled without the worst 0.5%%) against %s samples with the same filter\n' \
         "$scene" "$size" "$spp" "$converged"
     for film in "${films[@]}" "gaussian importance" "blackman-harris importance"; do
         read -r filter mode <<<"$film"

@@ -38,8 +38,8 @@ promise() {
 for film in "tent importance" "mitchell continuous"; do
     # shellcheck disable=SC2086
     {
-        promise cover $film 8192 0.05 0.02
+        promise cover $film 8192 0.2 0.1
         promise room $film 4096 0.2 0.1
-        promise smallpt $film 8192 0.2 0.1
+        promise smallpt $film 16384 0.2 0.1
     }
 done

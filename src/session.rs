@@ -22,8 +22,10 @@
 
 use crate::film::cryptomatte::Mattes;
 use crate::film::file::Head;
-use crate::film::noise::FIRST_MILESTONE;
-use crate::film::{Channel, Film, Layer, Layout, MemoryError, Milestone, Picture, Rectangle, ViewTransform};
+use crate::film::noise::{FIRST_MILESTONE, brightness};
+use crate::film::{
+    Channel, Film, Layer, Layout, MemoryError, Milestone, Picture, Rectangle, Reject, ViewTransform,
+};
 use crate::gpu;
 use crate::integrator::{Integrator, Paths};
 use crate::math::lanes::Level;
@@ -69,7 +71,7 @@ pub struct Settings {
     pub spp: u32,
     /// Stop at the first whole sample after this long.
     pub time: Option<Duration>,
-    /// Stop when the estimated error, √relMSE without the worst 0.5% of pixels, is this small.
+    /// Stop when the estimated error, √relMSE_scaled without the worst 0.5% of pixels, is this small.
     pub noise: Option<f64>,
     /// Spend samples where the error is, `spp` of them a pixel at most.
     pub adaptive: bool,
@@ -196,11 +198,15 @@ pub struct Noise {
     pub estimated: Option<f64>,
     /// Samples that every pixel has.
     pub spp: u32,
+    /// Whether the picture has no brightness that an error could be relative to.
+    pub is_black: bool,
 }
 
 impl Noise {
-    fn of(asked: f64, totals: &Totals) -> Noise {
-        Noise { asked, estimated: totals.noise.map(|[now, _]| now), spp: totals.spp }
+    fn of(asked: f64, outcome: &Outcome) -> Noise {
+        let Totals { noise, spp, .. } = outcome.totals;
+        let is_black = noise.is_none() && brightness(&outcome.film.picture().rgb) == 0.0;
+        Noise { asked, estimated: noise.map(|[now, _]| now), spp, is_black }
     }
 
     /// Whether it is as small as was asked for, as far as is known.
@@ -211,7 +217,7 @@ impl Noise {
 
 impl fmt::Display for Noise {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Noise { asked, estimated, spp } = *self;
+        let Noise { asked, estimated, spp, is_black } = *self;
         let least = 2 * FIRST_MILESTONE;
         match estimated {
             Some(now) if self.reached() => {
@@ -220,6 +226,10 @@ impl fmt::Display for Noise {
             Some(now) => write!(
                 f,
                 "the error that was asked for, {asked}, is not reached: it is {now:.5} by estimate at {spp} samples a pixel"
+            ),
+            None if is_black && spp >= least => write!(
+                f,
+                "whether the error that was asked for, {asked}, is reached is not known: errors are relative to the picture's brightness, and the picture is black"
             ),
             None => write!(
                 f,
@@ -327,7 +337,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
 /// What came of the goal of an error, if one was asked for. Those who want quiet are warned, too, where it was missed:
 /// the picture is not what was asked for.
 fn warn_of_noise(settings: &Settings, outcome: &Outcome) -> Option<Noise> {
-    let noise = settings.noise.map(|asked| Noise::of(asked, &outcome.totals))?;
+    let noise = settings.noise.map(|asked| Noise::of(asked, outcome))?;
     if !noise.reached() && outcome.totals.samples > 0 {
         let _ = writeln!(std::io::stderr(), "warning: {noise}");
     }
@@ -759,7 +769,7 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
         let note = if outcome.whole { ", and nothing is missing" } else { "" };
         writeln!(out, "warning: {lost}; the CPU went on{note}")?;
     }
-    if let Some(noise) = settings.goal().map(|asked| Noise::of(asked, &outcome.totals))
+    if let Some(noise) = settings.goal().map(|asked| Noise::of(asked, outcome))
         && (noise.reached() || settings.noise.is_none())
     {
         writeln!(out, "{noise}")?;

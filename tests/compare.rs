@@ -30,6 +30,24 @@ impl Folder {
     }
 }
 
+#[test]
+fn noise_is_relative_to_the_brightness_of_the_second_picture() {
+    let folder = Folder::new();
+    let figures = |scale: f32| {
+        let name = |which: &str| format!("{which}-{scale}.exr");
+        let a = folder.picture(&name("a"), 16, 16, scale);
+        let b = folder.picture(&name("b"), 16, 16, 1.25 * scale);
+        let found = json(&a, &b);
+        ["relmse", "relmse_scaled", "noise"].map(|figure| found[figure].as_f64().unwrap())
+    };
+    let [relmse, scaled, noise] = figures(1.0);
+    for scale in [2.0_f32.powi(-20), 2.0_f32.powi(12)] {
+        let found = figures(scale);
+        assert_eq!(found[1..], [scaled, noise], "{scale}");
+        assert_ne!(found[0], relmse, "{scale}");
+    }
+}
+
 fn compare(arguments: &[&Path]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_stride")).arg("compare").args(arguments).output().unwrap()
 }
@@ -61,7 +79,7 @@ fn equal_pictures_have_no_error_in_any_format() {
     for name in ["a.png", "a.exr", "a.hdr"] {
         let path = folder.picture(name, 8, 8, 1.0);
         let found = json(&path, &path);
-        for figure in ["mse", "relmse", "flip"] {
+        for figure in ["mse", "relmse", "relmse_scaled", "noise", "flip"] {
             assert_eq!(found[figure], 0.0, "{name} {figure}");
         }
         assert_eq!(found["flip_kind"], if name == "a.png" { "ldr" } else { "hdr" });
@@ -80,11 +98,22 @@ fn figures_are_those_of_the_definitions() {
     };
     close(&found["mse"], 0.25 / 3.0);
     close(&found["relmse"], 0.25 / 1.01 / 3.0);
+    // The brightness of b is a third, of all channels together.
+    close(&found["brightness"], 1.0 / 3.0);
+    let scaled = 0.25 / (1.0 + 0.01 / 9.0) / 3.0;
+    close(&found["relmse_scaled"], scaled);
+    close(&found["noise"], scaled.sqrt());
     close(&found["a"]["mean"][0], 1.5);
     close(&found["b"]["mean"][0], 1.0);
     // The second picture is what errors are relative to.
     close(&json(&b, &a)["relmse"], 0.25 / 2.26 / 3.0);
     assert!(found["flip"].as_f64().unwrap() > 0.0);
+    // Against black nothing is finite.
+    let black = folder.write("black.exr", &flat(0.0));
+    let found = json(&a, &black);
+    assert!(found["relmse_scaled"].is_null() && found["noise"].is_null() && found["relmse"].is_number());
+    let text = String::from_utf8(compare(&[&a, &black]).stdout).unwrap();
+    assert!(text.contains("relMSE_scaled      infinite"), "{text}");
 }
 
 #[test]
@@ -93,7 +122,18 @@ fn people_are_told_the_same() {
     let (a, b) = (folder.picture("a.png", 8, 8, 1.0), folder.picture("b.exr", 8, 8, 0.5));
     let output = compare(&[&a, &b]);
     let text = String::from_utf8(output.stdout).unwrap();
-    for word in ["mean A", "mean B", "MSE", "relMSE", "FLIP", "LDR-FLIP", "a.png", "b.exr"] {
+    for word in [
+        "mean A",
+        "mean B",
+        "MSE",
+        "relMSE ",
+        "relMSE_scaled ",
+        "noise",
+        "FLIP",
+        "LDR-FLIP",
+        "a.png",
+        "b.exr",
+    ] {
         assert!(text.contains(word), "{word:?} is not in\n{text}");
     }
     let hdr = compare(&[&b, &b]);

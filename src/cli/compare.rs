@@ -15,7 +15,7 @@ pub(super) struct CompareArguments {
     a: PathBuf,
     /// The picture to hold it against; relative errors are relative to this one
     b: PathBuf,
-    /// Print one JSON object
+    /// Print one JSON object, with null for figures that are infinite
     #[arg(long)]
     json: bool,
 }
@@ -39,26 +39,33 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
 fn words(a: &Path, b: &Path, found: &Comparison) -> String {
     let mut text = String::new();
     // Writing to a string can't fail.
-    let _ = writeln!(text, "{:<8}{:>13}{:>13}{:>13}", "", "red", "green", "blue");
+    let _ = writeln!(text, "{:<14}{:>13}{:>13}{:>13}", "", "red", "green", "blue");
     for (name, path, means) in [("mean A", a, found.means[0]), ("mean B", b, found.means[1])] {
         let [red, green, blue] = means.map(figure);
-        let _ = writeln!(text, "{name:<8}{red:>13}{green:>13}{blue:>13}   {}", path.display());
+        let _ = writeln!(text, "{name:<14}{red:>13}{green:>13}{blue:>13}   {}", path.display());
     }
-    let _ = writeln!(text, "{:<8}{:>13}", "MSE", figure(found.mse));
-    let _ = writeln!(text, "{:<8}{:>13}", "relMSE", figure(found.relative_mse));
+    let _ = writeln!(text, "{:<14}{:>13}", "MSE", figure(found.mse));
+    let _ = writeln!(text, "{:<14}{:>13}", "relMSE", figure(found.relative_mse));
     let _ = writeln!(
         text,
-        "{:<8}{:>13}   √relMSE without the worst 0.5% of pixels",
+        "{:<14}{:>13}   for a brightness of B of {}: its mean without the brightest 0.5% of pixels",
+        "relMSE_scaled",
+        figure(found.relative_mse_scaled),
+        figure(found.brightness)
+    );
+    let _ = writeln!(
+        text,
+        "{:<14}{:>13}   √relMSE_scaled without the worst 0.5% of pixels",
         "noise",
         figure(found.noise)
     );
     let _ = match found.flip {
         Flip::Ldr(mean) => {
-            writeln!(text, "{:<8}{:>13}   LDR-FLIP of the pictures clamped to 0…1", "FLIP", figure(mean))
+            writeln!(text, "{:<14}{:>13}   LDR-FLIP of the pictures clamped to 0…1", "FLIP", figure(mean))
         }
         Flip::Hdr(flip) => writeln!(
             text,
-            "{:<8}{:>13}   HDR-FLIP through ACES at {} exposures from {} to {}",
+            "{:<14}{:>13}   HDR-FLIP through ACES at {} exposures from {} to {}",
             "FLIP",
             figure(flip.mean),
             flip.exposures,
@@ -80,6 +87,8 @@ fn figure(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {
         "0".to_owned()
+    } else if size.is_infinite() {
+        "infinite".to_owned()
     } else if (1e-3..1e6).contains(&size) {
         let digits = 5 - size.log10().floor() as i32;
         format!("{value:.*}", digits.max(0) as usize)
@@ -111,6 +120,8 @@ fn json(arguments: &CompareArguments, [width, height]: [u32; 2], found: &Compari
         "compared_pixels": found.compared,
         "mse": found.mse,
         "relmse": found.relative_mse,
+        "relmse_scaled": found.relative_mse_scaled,
+        "brightness": found.brightness,
         "noise": found.noise,
         "flip": flip,
         "flip_kind": kind,
@@ -133,6 +144,7 @@ mod tests {
             (-0.5, "-0.500000"),
             (1.234_567e-7, "1.23457e-7"),
             (2e9, "2.00000e9"),
+            (f64::INFINITY, "infinite"),
         ] {
             assert_eq!(figure(value), text);
         }

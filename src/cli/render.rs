@@ -37,8 +37,9 @@ pub(super) struct RenderArguments {
     /// scene's samples nor those that a resumed film was begun for count then
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = duration)]
     time: Option<Duration>,
-    /// Stop when the estimated error, √relMSE without the worst 0.5% of pixels, is this small: 0.05 is a preview,
-    /// 0.01 is clean; or at --spp (and say so), like --time. Known from 16 samples a pixel on
+    /// Stop when the estimated error is this small: 0.05 is a preview, 0.01 is clean; or at --spp (and say so), like
+    /// --time. The error is what `stride compare` calls noise, and relative to the picture's own brightness: no unit
+    /// of length or radiance matters. It is known from 16 samples a pixel on, and never of a black picture
     #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = noise, conflicts_with = "range")]
     noise: Option<f64>,
     /// Spend samples where the error is, until it is that of --noise [default: 0.01] on the whole or pixels have --spp,

@@ -2,7 +2,7 @@
 
 use super::Picture;
 use super::flip::{hdr_flip, ldr_flip};
-use super::noise::root_mean_without_worst;
+use super::noise::{brightness, root_mean_without_worst};
 
 /// What [`compare`] finds. All figures are over the pixels that are finite in both pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +17,11 @@ pub struct Comparison {
     pub mse: f64,
     /// Mean of (a − b)² / (b² + 0.01) over pixels and channels: b is the reference.
     pub relative_mse: f64,
+    /// m, the [`brightness`] of b.
+    pub brightness: f64,
+    /// Mean of (a − b)² / (b² + 0.01·m²) over pixels and channels, which does not depend on the unit of radiance.
+    /// Infinite where b is black, so that m is 0, and a is not.
+    pub relative_mse_scaled: f64,
     /// The root of the same without the pixels of the largest errors: what `--noise` estimates.
     pub noise: f64,
     /// How different they look.
@@ -52,8 +57,12 @@ pub enum CompareError {
     NothingFinite,
 }
 
-/// Added to the square of the reference, so that what is nearly black does not count for everything.
+/// Added to the square of the reference, in units of the square of a brightness, so that what is nearly black does not
+/// count for everything.
 const RELATIVE_FLOOR: f64 = 0.01;
+
+/// The brightness that the floor of relMSE is in units of: pictures are taken to be about as bright as white.
+const WHITE: f64 = 1.0;
 
 /// Compares a picture with a reference of the same size.
 pub fn compare(a: &Picture, b: &Picture, kind: FlipKind) -> Result<Comparison, CompareError> {
@@ -64,18 +73,19 @@ pub fn compare(a: &Picture, b: &Picture, kind: FlipKind) -> Result<Comparison, C
     let finite = |rgb: &[f32; 3]| rgb.iter().all(|c| c.is_finite());
     let non_finite = [a, b].map(|picture| picture.rgb.iter().filter(|rgb| !finite(rgb)).count() as u64);
 
+    let pairs = || a.rgb.iter().zip(&b.rgb).filter(|(a, b)| finite(a) && finite(b));
+    let brightness = brightness(pairs().map(|(_, b)| b));
     let (mut compared, mut means) = (0u64, [[0.0; 3]; 2]);
     let (mut squares, mut relative, mut errors) = (0.0, 0.0, Vec::new());
-    for (a, b) in a.rgb.iter().zip(&b.rgb).filter(|(a, b)| finite(a) && finite(b)) {
+    for (a, b) in pairs() {
         compared += 1;
-        errors.push(relative_error(*a, *b, *b));
+        errors.push(relative_error(*a, *b, *b, brightness));
         for channel in 0..3 {
             let [a, b] = [a, b].map(|rgb| f64::from(rgb[channel]));
             means[0][channel] += a;
             means[1][channel] += b;
-            let square = (a - b) * (a - b);
-            squares += square;
-            relative += square / (b * b + RELATIVE_FLOOR);
+            squares += (a - b) * (a - b);
+            relative += relative_square(a, b, b, WHITE);
         }
     }
     if compared == 0 {
@@ -94,6 +104,8 @@ pub fn compare(a: &Picture, b: &Picture, kind: FlipKind) -> Result<Comparison, C
         means: means.map(|mean| mean.map(|sum| sum / pixels)),
         mse: squares / (3.0 * pixels),
         relative_mse: relative / (3.0 * pixels),
+        brightness,
+        relative_mse_scaled: errors.iter().sum::<f64>() / pixels,
         noise: root_mean_without_worst(errors),
         flip,
     })
@@ -115,11 +127,20 @@ fn blackened(a: &Picture, b: &Picture, finite: impl Fn(&[f32; 3]) -> bool) -> (P
     (a, b)
 }
 
-/// The squared error of a pixel relative to a radiance, the mean over its channels.
-pub(super) fn relative_error(a: [f32; 3], b: [f32; 3], relative_to: [f32; 3]) -> f64 {
+/// The squared error of a channel relative to a radiance in a picture of a brightness. Infinite where both of these are
+/// zero, unless there is no error.
+fn relative_square(a: f64, b: f64, relative_to: f64, brightness: f64) -> f64 {
+    if a == b {
+        return 0.0;
+    }
+    (a - b) * (a - b) / (relative_to * relative_to + RELATIVE_FLOOR * (brightness * brightness))
+}
+
+/// The squared error of a pixel relative to a radiance in a picture of a brightness, the mean over its channels.
+pub(super) fn relative_error(a: [f32; 3], b: [f32; 3], relative_to: [f32; 3], brightness: f64) -> f64 {
     let channel = |i: usize| {
         let [a, b, to] = [a, b, relative_to].map(|rgb| f64::from(rgb[i]));
-        (a - b) * (a - b) / (to * to + RELATIVE_FLOOR)
+        relative_square(a, b, to, brightness)
     };
     (channel(0) + channel(1) + channel(2)) / 3.0
 }
@@ -163,6 +184,39 @@ mod tests {
         assert_eq!(found.means, [[0.5, 0.25, 1.0], [0.25, 0.25, 0.5]]);
         assert!((found.mse - (0.25 + 1.0) / 6.0).abs() < 1e-12);
         assert!((found.relative_mse - (0.25 / 0.26 + 1.0 / 1.01) / 6.0).abs() < 1e-12);
+        // The mean of b is a third.
+        assert!((found.brightness - 1.0 / 3.0).abs() < 1e-12);
+        let floor = 0.01 / 9.0;
+        let scaled = (0.25 / (0.25 + floor) + 1.0 / (1.0 + floor)) / 6.0;
+        assert!((found.relative_mse_scaled - scaled).abs() < 1e-12);
+        assert!((found.noise - scaled.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_scaled_figures_do_not_depend_on_the_unit_of_radiance_and_the_others_do() {
+        let figures = |scale: f32| {
+            let pixel = |i: u32, c: f32| [i as f32 * c * scale, 0.5 * scale, 0.25 * scale];
+            let of = |c: f32| picture(&(0..600).map(|i| pixel(i, c)).collect::<Vec<_>>());
+            compare(&of(1.0 / 64.0), &of(1.0 / 60.0), FlipKind::Ldr).unwrap()
+        };
+        let one = figures(1.0);
+        for scale in [libm::exp2f(-30.0), libm::exp2f(-10.0), 1024.0] {
+            let found = figures(scale);
+            assert_eq!((found.relative_mse_scaled, found.noise), (one.relative_mse_scaled, one.noise));
+            assert_ne!(found.relative_mse, one.relative_mse);
+        }
+    }
+
+    #[test]
+    fn against_black_every_error_is_infinite() {
+        let (black, other) = (picture(&[[0.0; 3]; 8]), picture(&[[0.5, 0.0, 0.0]; 8]));
+        let found = compare(&other, &black, FlipKind::Ldr).unwrap();
+        assert_eq!(
+            (found.brightness, found.relative_mse_scaled, found.noise),
+            (0.0, f64::INFINITY, f64::INFINITY)
+        );
+        let found = compare(&black, &black, FlipKind::Ldr).unwrap();
+        assert_eq!((found.relative_mse_scaled, found.noise), (0.0, 0.0));
     }
 
     #[test]

@@ -5,14 +5,17 @@
 //! the mean. The spread of single samples would tell nothing about samples that are spread evenly (`sobol`);
 //! the halves of 2ᵏ such samples are as evenly spread as the whole, and tell a few per cent too much at most,
 //! because each is even where the other is not.
+//!
+//! Errors are relative to what is seen, and where that is nearly black to the [`brightness`] of the whole picture:
+//! neither the unit of length nor that of radiance decides where a render ends. Of a black picture no error is known.
 
 use super::Picture;
 use super::adaptive::Plan;
 use super::compare::relative_error;
 use std::sync::Arc;
 
-/// The share of pixels, those with the largest errors, that figures of noise leave out: a few that a rare
-/// path made far too bright would outweigh all others.
+/// The share of pixels, those with the largest errors or the brightest, that figures of noise leave out: a few that a
+/// rare path made far too bright would outweigh all others.
 pub const WORST: f64 = 0.005;
 
 /// The first number of samples whose picture is kept to hold a later one against.
@@ -35,7 +38,8 @@ impl Milestone {
     /// The one after `last` in the order of a render: at twice its samples.
     pub fn new(samples: u32, picture: Picture, last: Option<&Milestone>) -> Milestone {
         let half = last.filter(|last| last.samples == samples / 2);
-        let error = half.map(|half| root_mean_without_worst(errors(&half.picture, &picture)));
+        let errors = half.and_then(|half| errors(&half.picture, &picture));
+        let error = errors.map(root_mean_without_worst);
         Milestone { samples, error, picture: Arc::new(picture), plan: None }
     }
 
@@ -48,10 +52,11 @@ impl Milestone {
         asked: f64,
         most: u32,
     ) -> Milestone {
-        let Some(half) = last.filter(|last| last.samples == samples / 2) else {
+        let half = last.filter(|last| last.samples == samples / 2);
+        let Some((half, errors)) = half.and_then(|half| Some((half, errors(&half.picture, &picture)?)))
+        else {
             return Milestone::new(samples, picture, last);
         };
-        let errors = errors(&half.picture, &picture);
         let error = root_mean_without_worst(errors.clone());
         let (width, last) = (picture.width as usize, half.plan.as_deref());
         let plan = Plan::decide(width, errors, error, last, samples, [asked, f64::from(most)]);
@@ -93,38 +98,54 @@ impl Milestone {
 }
 
 /// Estimates of the squared relative error of each pixel of a picture, from the picture of the first half of its
-/// samples.
-fn errors(half: &Picture, whole: &Picture) -> Vec<f64> {
+/// samples; none of a picture without brightness, which tells nothing to hold an error against.
+fn errors(half: &Picture, whole: &Picture) -> Option<Vec<f64>> {
+    let brightness = brightness(&whole.rgb);
+    if brightness == 0.0 {
+        return None;
+    }
     // Of the difference of the halves, a half: that of one of them and the mean of both. Errors are relative to
     // what the eye sees around a pixel, because what noise makes of one pixel would weigh it by its own luck.
     let around = blurred(whole);
     let errors = half.rgb.iter().zip(&whole.rgb).zip(&around);
-    errors.map(|((half, whole), around)| relative_error(*half, *whole, *around)).collect()
+    Some(errors.map(|((half, whole), around)| relative_error(*half, *whole, *around, brightness)).collect())
 }
 
-/// The least of the [`WORST`] errors, which figures of noise leave out; infinity where none is.
-pub(super) fn bound_of_worst(errors: &[f64]) -> f64 {
-    let kept = kept(errors.len());
-    match kept < errors.len() {
-        true => *errors.to_vec().select_nth_unstable_by(kept, f64::total_cmp).1,
+/// What relative errors take as the brightness of a picture: the mean over its pixels and channels, without the
+/// [`WORST`] of the pixels, those whose channels have the largest sums. Zero where there is nothing else to see.
+pub fn brightness<'a>(rgb: impl IntoIterator<Item = &'a [f32; 3]>) -> f64 {
+    let of_pixel = |rgb: &[f32; 3]| rgb.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
+    mean_without_largest(rgb.into_iter().map(of_pixel).collect())
+}
+
+/// The least of the [`WORST`] values, which figures of noise leave out; infinity where none is.
+pub(super) fn bound_of_worst(values: &[f64]) -> f64 {
+    let kept = kept(values.len());
+    match kept < values.len() {
+        true => *values.to_vec().select_nth_unstable_by(kept, f64::total_cmp).1,
         false => f64::INFINITY,
     }
 }
 
-/// How many of so many errors are not among the [`WORST`].
+/// How many of so many values are not among the [`WORST`].
 fn kept(len: usize) -> usize {
     len - (len as f64 * WORST).floor() as usize
 }
 
-/// √ of the mean of relative squared errors without the [`WORST`] of them. What decides is the order in which
-/// they come, not the one in which some algorithm leaves them.
-pub fn root_mean_without_worst(mut errors: Vec<f64>) -> f64 {
-    let (kept, bound) = (kept(errors.len()), bound_of_worst(&errors));
+/// √ of the mean of relative squared errors without the [`WORST`] of them.
+pub fn root_mean_without_worst(errors: Vec<f64>) -> f64 {
+    mean_without_largest(errors).sqrt()
+}
+
+/// The mean of values without the [`WORST`] of them, the largest. It depends on the order in which they come, not on
+/// the one in which some algorithm leaves them.
+fn mean_without_largest(mut values: Vec<f64>) -> f64 {
+    let (kept, bound) = (kept(values.len()), bound_of_worst(&values));
     // As many as are needed of those that are as large as the smallest that is left out.
-    errors.retain(|&error| error < bound);
-    let as_large = kept - errors.len();
-    let sum = errors.iter().sum::<f64>() + if as_large > 0 { as_large as f64 * bound } else { 0.0 };
-    (sum / kept.max(1) as f64).sqrt()
+    values.retain(|&value| value < bound);
+    let as_large = kept - values.len();
+    let sum = values.iter().sum::<f64>() + if as_large > 0 { as_large as f64 * bound } else { 0.0 };
+    sum / kept.max(1) as f64
 }
 
 /// Means over 3×3 pixels; beyond the border lies what is on it.
@@ -170,10 +191,13 @@ mod tests {
 
     /// The true figure, against what is known.
     fn truth(picture: &Picture) -> f64 {
-        let errors = (0..).zip(&picture.rgb).map(|(pixel, rgb)| {
-            let exact = [level(pixel); 3];
-            relative_error(*rgb, exact, exact)
-        });
+        let exact: Vec<_> = (0..SIDE * SIDE).map(|pixel| [level(pixel); 3]).collect();
+        let brightness = brightness(&exact);
+        let errors = picture
+            .rgb
+            .iter()
+            .zip(&exact)
+            .map(|(rgb, exact)| relative_error(*rgb, *exact, *exact, brightness));
         root_mean_without_worst(errors.collect())
     }
 
@@ -193,6 +217,54 @@ mod tests {
             let half = Milestone::new(samples / 2, picture(seed, 0..samples / 2, level, 2.0 * spread), None);
             assert!(Milestone::new(samples, rough, Some(&half)).error.unwrap() > 1.9 * error);
         }
+    }
+
+    #[test]
+    fn the_unit_of_radiance_does_not_matter() {
+        // Powers of two, which change no other bit. The last is near the end of what a film holds.
+        let error = |scale: f32, floor: f32| {
+            let level = |pixel| scale * (floor + level(pixel));
+            let first = Milestone::new(8, picture(1, 0..8, level, scale), None);
+            Milestone::new(16, picture(1, 0..16, level, scale), Some(&first)).error.unwrap()
+        };
+        for scale in [-30, -20, 10, 29].map(|power| libm::exp2f(power as f32)) {
+            assert_eq!(error(scale, 0.0), error(1.0, 0.0), "{scale}");
+        }
+        // Negative control: a brighter picture with the same noise is another one.
+        assert!(error(1.0, 1.0) < 0.6 * error(1.0, 0.0), "{} {}", error(1.0, 1.0), error(1.0, 0.0));
+    }
+
+    #[test]
+    fn of_a_black_picture_no_error_is_known() {
+        let lit = |count: usize| {
+            let mut rgb = vec![[0.0; 3]; 1000];
+            rgb[..count].fill([1.0; 3]);
+            Picture { width: 100, height: 10, rgb }
+        };
+        // Half a per cent of the pixels do not count.
+        for (count, is_known) in [(0, false), (5, false), (6, true)] {
+            let first = Milestone::new(8, lit(count), None);
+            let next = Milestone::new(16, lit(count), Some(&first));
+            assert_eq!(
+                (next.error, next.end(0.01)),
+                if is_known { (Some(0.0), Some(16)) } else { (None, None) }
+            );
+            let adaptive = Milestone::adaptive(16, lit(count), Some(&first), 0.01, 1024);
+            assert_eq!((adaptive.error, adaptive.plan.is_some()), (next.error, is_known));
+        }
+    }
+
+    #[test]
+    fn brightness_is_the_mean_of_pixels_and_channels_without_the_brightest() {
+        let mut rgb: Vec<[f32; 3]> = (0..400).map(|i| [0.25, 0.5, (i % 4) as f32]).collect();
+        assert_eq!(brightness(&rgb[..100]), (0.25 + 0.5 + 1.5) / 3.0);
+        // Of 400 pixels two are left out: neither of 1000 in one channel, and one of the brightest others.
+        rgb[7] = [1000.0, 0.0, 0.0];
+        let sum = 400.0 * 0.75 + 600.0 - 0.75 - 3.0 - 0.75 - 3.0;
+        assert!((brightness(&rgb) - sum / 398.0 / 3.0).abs() < 1e-12, "{}", brightness(&rgb));
+        rgb.reverse();
+        assert!((brightness(&rgb) - sum / 398.0 / 3.0).abs() < 1e-12);
+        assert_eq!(brightness(&[]), 0.0);
     }
 
     #[test]

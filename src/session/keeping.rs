@@ -45,9 +45,9 @@ fn identity(settings: &Settings, device: &str) -> Identity {
     // Where samples go depends on where the render is to end.
     let identity = match settings.goal().filter(|_| settings.adaptive) {
         None => identity,
-        Some(noise) if settings.spp == u32::MAX => identity.with("adaptive", format_args!("error {noise}")),
+        Some(noise) if settings.spp == u32::MAX => identity.with("adaptive", format_args!("noise {noise}")),
         Some(noise) => {
-            identity.with("adaptive", format_args!("error {noise}, at most {} samples", settings.spp))
+            identity.with("adaptive", format_args!("noise {noise}, at most {} samples", settings.spp))
         }
     };
     match &settings.moved {

@@ -204,7 +204,7 @@ fn milestones_are_read_back_and_their_bits_are_sealed() {
 fn plans_are_read_back_and_their_bits_are_sealed() {
     let film = film(3, 2, 9, 12);
     let plain = head(3, 2);
-    let planned = Head { identity: plain.identity.clone().with("adaptive", "error 0.01"), ..plain.clone() };
+    let planned = Head { identity: plain.identity.clone().with("adaptive", "noise 0.01"), ..plain.clone() };
     let milestone = |plan: Option<Plan>| {
         let plan = plan.map(Arc::new);
         Milestone { samples: 8, error: Some(0.5), picture: Arc::new(film.picture()), plan }

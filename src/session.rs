@@ -319,6 +319,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     if own.is_aside {
         write_aside(settings, &head, &own)?;
     }
+    warn_of_faint(settings, &own.outcome);
     let noise = warn_of_noise(settings, &own.outcome);
     if settings.view != View::Quiet {
         // Standard error may be closed: these are courtesies.
@@ -332,6 +333,17 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let devices = devices.into_iter().map(|(name, workers)| (name, made(workers))).collect();
     let lost = lost.map(|lost| lost.to_string());
     Ok(Report { totals, noise, spp_range, whole, device, devices, lost, threads, build, picture })
+}
+
+/// Warns of radiance that is too small for the film, unless that was done on the way: those who want quiet, too, for
+/// the picture is not that of the scene.
+fn warn_of_faint(settings: &Settings, outcome: &Outcome) {
+    if !outcome.told_faint
+        && outcome.totals.samples > 0
+        && let Some(warning) = outcome.faint.warning(&outcome.film, settings.scene.has_light())
+    {
+        let _ = writeln!(std::io::stderr(), "warning: {warning}");
+    }
 }
 
 /// What came of the goal of an error, if one was asked for. Those who want quiet are warned, too, where it was missed:
@@ -395,6 +407,7 @@ fn tour(
                 let task = Task { settings: &settings, crew, head: &head, begun, dump: None, tev: None };
                 let view = render(task, Some(window), stop)?;
                 if !view.is_aside {
+                    warn_of_faint(&settings, &view.outcome);
                     warn_of_noise(&settings, &view.outcome);
                 }
                 if !view.is_aside && settings.view != View::Quiet {
@@ -477,6 +490,7 @@ fn render(
         });
         // Notes end with the last of those who write.
         let (identity, mattes, owned) = (&head.identity, &mattes, Arc::clone(&owners));
+        let faint_out = notes_out.clone();
         let pictures = keeping::Pictures { settings, identity, mattes, owners: owned, notes: notes_out };
         let painter = scope.spawn({
             let pictures = pictures.clone();
@@ -506,7 +520,8 @@ fn render(
             .with_checkpoints(settings.checkpoint)
             .with_stops(requests, ANSWERED_WITHIN)
             .with_overtime(deadline.and_then(|deadline| deadline.checked_add(GRACE)))
-            .going_on(settings.first);
+            .going_on(settings.first)
+            .with_notes(faint_out);
         if let Some(splatter) = splatter {
             accumulator = accumulator.with_splatter(splatter);
         }
@@ -789,6 +804,10 @@ fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io
     if let Some((traced, _)) = outcome.rejects.first() {
         let (x, y) = (traced.pixel % settings.region.film_width, traced.pixel / settings.region.film_width);
         writeln!(out, "  look at one: stride trace SCENE --pixel {x},{y} --sample {}", traced.sample)?;
+    }
+    if outcome.rejects.iter().any(|(_, reject)| *reject == Reject::TooBright) {
+        let remedy = "divide every emission, intensity and radiance of the scene by one number and raise its exposure, or, where point lights light it, measure lengths in a smaller unit";
+        writeln!(out, "  radiance above 2³⁰ does not fit a film: {remedy}")?;
     }
     for &spp in &outcome.unreached {
         let spp = spp - settings.first;

@@ -1,6 +1,7 @@
 //! The accumulator: sole owner of the film.
 
 use super::batch::{Payload, SampleBatch, Traced};
+use super::faint::Faint;
 use super::held::Held;
 use super::schedule::{Deal, Order, Schedule};
 use super::stride::{Region, Stride};
@@ -149,6 +150,10 @@ pub struct Outcome {
     pub unreached: Vec<u32>,
     /// Some of the samples that were left out.
     pub rejects: Vec<(Traced, Reject)>,
+    /// What was counted of the first samples.
+    pub faint: Faint,
+    /// Whether it was told on the way that radiance is too small for the film.
+    pub told_faint: bool,
 }
 
 impl Outcome {
@@ -165,6 +170,8 @@ impl Outcome {
         self.lost = self.lost.take().or_else(|| earlier.lost.clone());
         self.rejects.splice(0..0, earlier.rejects.iter().cloned());
         self.rejects.truncate(NAMED_REJECTS);
+        self.faint.merge(&earlier.faint);
+        self.told_faint |= earlier.told_faint;
     }
 }
 
@@ -203,6 +210,10 @@ pub struct Accumulator {
     planned: Option<Vec<Sender<Arc<Held>>>>,
     totals: Totals,
     rejects: Vec<(Traced, Reject)>,
+    faint: Faint,
+    /// Where it is told that radiance is too small for the film, until it is known whether it is.
+    notes: Option<Sender<String>>,
+    told_faint: bool,
     started: Instant,
     last_frame: Option<Instant>,
     frame_cost: Duration,
@@ -267,6 +278,9 @@ impl Accumulator {
             planned: None,
             totals: Totals::default(),
             rejects: Vec::new(),
+            faint: Faint::default(),
+            notes: None,
+            told_faint: false,
             started: Instant::now(),
             last_frame: None,
             frame_cost: Duration::ZERO,
@@ -307,6 +321,12 @@ impl Accumulator {
     /// Says when to stop even if no whole sample is done then.
     pub fn with_overtime(mut self, overtime: Option<Instant>) -> Accumulator {
         self.overtime = overtime;
+        self
+    }
+
+    /// Says where to tell, once every pixel has a sample, that radiance is too small for the film.
+    pub fn with_notes(mut self, notes: Sender<String>) -> Accumulator {
+        self.notes = Some(notes);
         self
     }
 
@@ -417,7 +437,7 @@ impl Accumulator {
         let spp = self.totals.spp;
         let whole = (0..self.region.len() as usize).all(|place| self.film.seen(place) == u64::from(spp));
         let unreached = self.gathering.iter().map(|g| g.barrier.end).collect();
-        let Accumulator { film, totals, milestone, made, owners, rejects, .. } = self;
+        let Accumulator { film, totals, milestone, made, owners, rejects, faint, told_faint, .. } = self;
         let overtime = overtime && !whole;
         Outcome {
             film,
@@ -432,6 +452,8 @@ impl Accumulator {
             owners,
             unreached,
             rejects,
+            faint,
+            told_faint,
         }
     }
 
@@ -533,8 +555,9 @@ impl Accumulator {
 
     fn take(&mut self, batch: SampleBatch) {
         let start = Instant::now();
-        let SampleBatch { worker, stride, payload, samples, paths, rays, rejects, completes } = batch;
+        let SampleBatch { worker, stride, payload, samples, paths, rays, rejects, faint, completes } = batch;
         self.totals.rays += rays;
+        self.faint.merge(&faint);
         self.totals.samples += paths;
         self.made[worker] += paths;
         for reject in rejects {
@@ -622,6 +645,7 @@ impl Accumulator {
     fn complete(&mut self, worker: usize, stride: Stride, end: u32) {
         self.schedule.complete(stride, end);
         self.totals.spp = self.schedule.completed().saturating_sub(self.first);
+        self.tell_faint();
         if self.splatter.is_some() {
             self.gather_whole();
         } else if let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) {
@@ -641,6 +665,19 @@ impl Accumulator {
         self.pass_gate();
         self.estimate();
         self.give_orders();
+    }
+
+    /// Tells that radiance is too small for the film, as soon as every pixel has a sample.
+    fn tell_faint(&mut self) {
+        if self.totals.spp == 0 {
+            return;
+        }
+        if let Some(notes) = self.notes.take()
+            && self.faint.is_most()
+        {
+            // What cannot be told now is told at the end.
+            self.told_faint = notes.try_send(format!("warning: {}", self.faint)).is_ok();
+        }
     }
 
     fn send_barrier(&mut self, barrier: Barrier) {

@@ -1,5 +1,6 @@
 //! What workers send.
 
+use super::faint::Faint;
 use super::stride::Stride;
 use crate::film::{Band, Made, PixelSums, Reject, WideSums};
 use crate::integrator::Sample;
@@ -21,6 +22,8 @@ pub struct SampleBatch {
     pub rays: u64,
     /// A few of the samples that were left out, with the reason.
     pub rejects: Vec<(Traced, Reject)>,
+    /// What is counted of the first sample of each pixel, by a worker that counts.
+    pub faint: Faint,
     /// With the last batch of an order: each pixel of the stride now has exactly this many samples.
     pub completes: Option<u32>,
 }
@@ -31,8 +34,8 @@ pub const NAMED_REJECTS: usize = 4;
 impl SampleBatch {
     /// A batch with nothing in it yet but for its payload.
     pub fn empty(worker: usize, stride: Stride, payload: Payload) -> SampleBatch {
-        let (samples, rejects) = (Vec::new(), Vec::new());
-        SampleBatch { worker, stride, payload, samples, paths: 0, rays: 0, rejects, completes: None }
+        let (samples, rejects, faint) = (Vec::new(), Vec::new(), Faint::default());
+        SampleBatch { worker, stride, payload, samples, paths: 0, rays: 0, rejects, faint, completes: None }
     }
 }
 

@@ -6,6 +6,7 @@
 
 pub mod accumulator;
 pub mod batch;
+pub mod faint;
 pub mod held;
 pub mod layers;
 pub mod schedule;
@@ -14,6 +15,7 @@ pub mod worker;
 
 pub use accumulator::{Accumulator, Barrier};
 pub use batch::{Payload, SampleBatch, Traced};
+pub use faint::Faint;
 pub use held::Held;
 pub use layers::{first_hit_layers, layer_samples};
 pub use schedule::{Deal, Order, Schedule};

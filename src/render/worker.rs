@@ -206,6 +206,9 @@ impl Worker<'_> {
         let stop = || !stop.is_empty();
         batch.rays += self.integrator.trace_until(self.level, &paths, &stop, &mut scratch.finished)?;
         batch.paths += paths.len() as u64;
+        if samples.start == 0 {
+            batch.faint.count(&scratch.finished);
+        }
         if self.sends_samples {
             batch.samples.extend(scratch.finished.iter().map(|f| f.sample));
         }

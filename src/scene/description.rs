@@ -30,6 +30,17 @@ pub struct Scene {
     pub environment: Colour,
 }
 
+impl Scene {
+    /// Whether anything in it shines.
+    pub fn has_light(&self) -> bool {
+        let shines = |colour: &Colour| colour.iter().any(|&channel| channel > 0.0);
+        self.entities.iter().any(|entity| shines(&entity.emission))
+            || self.lights.iter().any(|Light::Point { intensity, .. }| shines(intensity))
+            || shines(&self.environment)
+            || self.render.integrator == Integrator::Whitted && shines(&self.render.ambient)
+    }
+}
+
 /// The picture's shape and how samples become pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSettings {

@@ -194,15 +194,10 @@ fn link_entities(
 
 /// Warns of a scene that can only be black.
 fn warn_of_darkness(scene: &Scene, reports: &mut Reports<'_>) {
-    let shines = |colour: &Colour| colour.iter().any(|&channel| channel > 0.0);
-    let lit = scene.entities.iter().any(|entity| shines(&entity.emission))
-        || scene.lights.iter().any(|Light::Point { intensity, .. }| shines(intensity))
-        || shines(&scene.environment)
-        || scene.render.integrator == Integrator::Whitted && shines(&scene.render.ambient);
     if scene.entities.is_empty() {
         reports.warn(None, "there is nothing in this scene", "add [[entities]] with a shape and a material");
     }
-    if !lit {
+    if !scene.has_light() {
         let help = "give an entity an emission, or add [[lights]] or an [environment]";
         reports.warn(None, "there is no light in this scene: the picture will be black", help);
     }

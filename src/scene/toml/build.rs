@@ -23,6 +23,9 @@ use crate::scene::mesh::{FileMaterial, MeshFile, Split};
 const PARALLEL: f64 = 1e-6;
 
 type Read<T> = Result<T, Reported>;
+/// A normal whose length is one but for this much is one whose components were rounded to three digits.
+const UNIT_LENGTH: f64 = 1e-3;
+
 
 /// An entity whose material is still a name. Its parts are kept apart, so that a wrong shape does not hide a
 /// wrong material.
@@ -403,7 +406,25 @@ pub(super) fn entity(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
 pub(super) fn plane(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
     let normal = fields.get(&keys::NORMAL, reports);
     let distance = fields.get(&keys::PLANE_DISTANCE, reports);
-    Ok(RawShape::One(Shape::Plane { normal: normal?, distance: distance? }))
+    let (normal, distance) = (normal?, distance?);
+    let length = normal.length();
+    if distance != 0.0 && (length - 1.0).abs() > UNIT_LENGTH {
+        let at = fields.place_of(&keys::PLANE_DISTANCE);
+        let length = shown(length);
+        let message = format!("the normal's length is {length}, and distance is a length all the same");
+        let help =
+            format!("if X·normal = distance is meant with the normal as it is, divide both by {length}");
+        reports.warn(Some(at), message, &help);
+    }
+    Ok(RawShape::One(Shape::Plane { normal: unit(normal), distance }))
+}
+
+/// A length in four digits or so, for messages.
+fn shown(length: f64) -> String {
+    match (1e-2..1e6).contains(&length) {
+        true => format!("{length:.4}").trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => format!("{length:.3e}"),
+    }
 }
 
 pub(super) fn sphere(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {

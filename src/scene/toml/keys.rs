@@ -379,12 +379,15 @@ static TRANSFORM_TABLE: Table = Table {
     }"#,
 };
 
-pub(super) static NORMAL: Key<Direction> =
-    Key::required("normal", DIRECTION, "The direction the plane faces, of any length.");
+pub(super) static NORMAL: Key<NonZero> = Key::required(
+    "normal",
+    EDGE,
+    "The direction the plane faces. Its length does not matter: it is made one.",
+);
 pub(super) static PLANE_DISTANCE: Key<Number> = Key::required(
     "distance",
     COORDINATE,
-    "Signed distance of the plane from the origin along its normal: X·n = distance.",
+    "Signed distance of the plane from the origin along its normal, a length whatever the normal's: X·n = distance, where n is the normal over its length.",
 );
 pub(super) static CENTER: Key<Vector> = Key::required("center", POINT, "The centre of the sphere.");
 pub(super) static RADIUS: Key<Number> = Key::required("radius", LENGTH, "The radius of the sphere.");

@@ -6,6 +6,7 @@
 //! | [`diagnostic`] | errors and warnings with their places |
 //! | [`fingerprint`] | whether two scenes are the same, and what differs |
 //! | [`mesh`] | the readers of mesh files |
+//! | `open_glass` | glass that bounds no solid |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
 //!
 //! A [`Scene`] is what a file says, checked: every name is resolved to an index, every number is finite and
@@ -25,6 +26,7 @@ pub mod description;
 pub mod diagnostic;
 pub mod fingerprint;
 pub mod mesh;
+mod open_glass;
 pub mod toml;
 
 pub use description::*;

@@ -17,15 +17,16 @@ use crate::scene::description::{
     RenderSettings, Sampler, Scene, Shape, Tone, endless,
 };
 use crate::scene::mesh::{FileMaterial, MeshFile, Split};
+use crate::scene::open_glass::{Warning, open_glass};
 
 /// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would
 /// be noise.
 const PARALLEL: f64 = 1e-6;
 
-type Read<T> = Result<T, Reported>;
 /// A normal whose length is one but for this much is one whose components were rounded to three digits.
 const UNIT_LENGTH: f64 = 1e-3;
 
+type Read<T> = Result<T, Reported>;
 
 /// An entity whose material is still a name. Its parts are kept apart, so that a wrong shape does not hide a
 /// wrong material.
@@ -84,7 +85,7 @@ pub(super) fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<
     let mut of_files = OfFiles { first: raw_materials.len(), materials: Vec::new(), seen: HashMap::new() };
     let entities = raw_entities.and_then(|raw| link_entities(raw, &names, &mut of_files, reports));
     let mut resolved = materials::resolve(&raw_materials, &names, reports)?;
-    let (mut entities, mut used) = entities?;
+    let Linked { mut entities, places, mut used } = entities?;
 
     for entity in &mut entities {
         // Those of mesh files come after the scene's own.
@@ -108,7 +109,20 @@ pub(super) fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<
         environment: environment?,
     };
     warn_of_darkness(&scene, reports);
+    for Warning { first, message, help } in open_glass(&scene, quote) {
+        reports.warn(Some(places[first]), message, help);
+    }
     Ok(scene)
+}
+
+/// Entities whose materials are indices.
+#[derive(Default)]
+struct Linked {
+    entities: Vec<Entity>,
+    /// Where each names its material.
+    places: Vec<usize>,
+    /// The materials that are named.
+    used: Vec<usize>,
 }
 
 /// The materials of mesh files, numbered after the scene's own.
@@ -130,19 +144,18 @@ impl OfFiles {
     }
 }
 
-/// Resolves material names to indices in the order of the file, and gives the materials that are named. Parts of
-/// meshes become entities of their own.
+/// Resolves material names to indices in the order of the file. Parts of meshes become entities of their own.
 fn link_entities(
     raw: Vec<RawEntity>,
     materials: &materials::Names<'_>,
     of_files: &mut OfFiles,
     reports: &mut Reports<'_>,
-) -> Read<(Vec<Entity>, Vec<usize>)> {
+) -> Read<Linked> {
     let mut seen = HashMap::new();
-    let mut entities = Vec::with_capacity(raw.len());
-    let mut used = Vec::new();
+    let Linked { mut entities, mut places, mut used } = Linked::default();
     let mut outcome = Ok(());
     for (i, raw) in raw.into_iter().enumerate() {
+        let place = raw.material.as_ref().map_or(0, |name| name.at);
         let material = raw.material.and_then(|name| materials.find(&name, reports));
         if let Ok(Some(name)) = &raw.name
             && let Some(first) = seen.insert(name.value.clone(), i + 1)
@@ -185,6 +198,7 @@ fn link_entities(
                 let separator = if part.name.is_empty() { "" } else { ": " };
                 let name = format!("{name}{separator}{}", part.name);
                 entities.push(Entity { name, shape: part.shape, material, emission, flip_normal });
+                places.push(place);
             }
             linked
         };
@@ -192,7 +206,7 @@ fn link_entities(
             outcome = Err(reported);
         }
     }
-    outcome.map(|()| (entities, used))
+    outcome.map(|()| Linked { entities, places, used })
 }
 
 /// Warns of a scene that can only be black.

@@ -352,7 +352,7 @@ fn pictures_at_barriers_are_those_of_plain_renders() {
     assert!(bytes(dir.path(), "a-4.exr") != bytes(dir.path(), "a.exr"));
     // To an error, with pictures on the way, and gone on with.
     let noise =
-        ["--noise", "0.02", "--dump-at", "3,20", "-o", "n.exr", "--film", "n.film", "--stats", "n.json"];
+        ["--noise", "0.11", "--dump-at", "3,20", "-o", "n.exr", "--film", "n.film", "--stats", "n.json"];
     succeed(dir.path(), &render(&scene, &[&SMALL[..], &noise, &["--spp", "4000"]].concat()));
     let stats: serde_json::Value = serde_json::from_slice(&bytes(dir.path(), "n.json")).expect("JSON");
     let spp = stats["spp"].as_f64().expect("a number") as u64;
@@ -362,9 +362,9 @@ fn pictures_at_barriers_are_those_of_plain_renders() {
     assert!(bytes(dir.path(), "n.exr") == bytes(dir.path(), "plain.exr"));
     succeed(dir.path(), &render(&scene, &[&SMALL[..], &["--spp", "20", "-o", "plain.exr"]].concat()));
     assert!(bytes(dir.path(), "n-20.exr") == bytes(dir.path(), "plain.exr"));
-    let begun = ["--noise", "0.02", "--spp", &half, "-o", "h.exr", "--film", "h.film"];
+    let begun = ["--noise", "0.11", "--spp", &half, "-o", "h.exr", "--film", "h.film"];
     succeed(dir.path(), &render(&scene, &[&SMALL[..], &begun].concat()));
-    let rest = ["--noise", "0.02", "--spp", "4000", "--resume", "h.film", "-o", "h.exr", "--threads", "1"];
+    let rest = ["--noise", "0.11", "--spp", "4000", "--resume", "h.film", "-o", "h.exr", "--threads", "1"];
     succeed(dir.path(), &render(&scene, &[&SMALL[..], &rest].concat()));
     assert!(bytes(dir.path(), "h.exr") == bytes(dir.path(), "n.exr"));
 }

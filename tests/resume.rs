@@ -42,7 +42,7 @@ fn a_limit_of_time_or_error_does_not_end_at_what_a_film_was_begun_for() {
     let dir = folder();
     let begin = |name: &str| said(dir.path(), 0, &render(&["--spp", "4", "--film", name]));
     begin("a.film");
-    let go_on = ["--resume", "a.film", "--noise", "0.04", "--stats", "s.json"];
+    let go_on = ["--resume", "a.film", "--noise", "0.2", "--stats", "s.json"];
     said(dir.path(), 0, &render(&go_on));
     let spp = stats(dir.path())["spp"].as_f64().expect("a number");
     assert!(spp > 16.0, "{spp}");

@@ -33,8 +33,13 @@ pub fn integrator_in(scene: &Scene, finder: Finder) -> Box<dyn Integrator> {
 }
 
 /// Gives every sample of a scene's picture to `take`, with its pixel's index.
-pub fn for_each_sample(scene: &Scene, mut take: impl FnMut(usize, [f32; 3])) {
-    let integrator = integrator(scene);
+pub fn for_each_sample(scene: &Scene, take: impl FnMut(usize, [f32; 3])) {
+    for_each_sample_in(scene, Finder::Fastest, take);
+}
+
+/// The same, with the world that is asked for.
+pub fn for_each_sample_in(scene: &Scene, finder: Finder, mut take: impl FnMut(usize, [f32; 3])) {
+    let integrator = integrator_in(scene, finder);
     let region = Region::whole(scene.film.width, scene.film.height);
     let level = Level::from_environment().expect("a level that this processor has");
     let (mut pixels, mut finished): (Vec<_>, Vec<Finished>) = (Vec::new(), Vec::new());

@@ -28,10 +28,13 @@ const DIRECTION: Direction = Direction(EDGE);
 const FRACTION: Colour = Colour(Number::between(0.0, 1.0));
 // The film holds radiance up to 2³⁰ (design §2).
 const RADIANCE: Colour = Colour(Number::between(0.0, (1u32 << 30) as f64));
+// What gives the same radiance at any distance that there may be: neither a film nor a unit of length limits it.
+const INTENSITIES: Colour = Colour(Number::between(0.0, LONGEST * LONGEST));
 const FILTER_RADIUS: Number = Number::positive(1e-6, 16.0);
 const REFRACTION: Number = Number::positive(1e-3, 1e3);
 const FACTOR: Number = Number::between(-1e9, 1e9);
-const CHECKS: Number = Number::positive(1e-9, 1e9);
+// On planes their size is a length.
+const CHECKS: Number = Number::positive(SHORTEST, LONGEST);
 
 /// The whole file.
 pub(super) static SCENE: Block<Scene> = Block { table: &SCENE_TABLE, build: build::scene };
@@ -459,7 +462,7 @@ static POINT_LIGHT_TABLE: Table = Table::new("a point light", &[&POSITION, &INTE
 
 pub(super) static POSITION: Key<Vector> = Key::required("position", POINT, "Where the light is.");
 pub(super) static INTENSITY: Key<Colour> =
-    Key::required("intensity", RADIANCE, "Radiant intensity in W/sr, the same in every direction.");
+    Key::required("intensity", INTENSITIES, "Radiant intensity in W/sr, the same in every direction.");
 
 static ENVIRONMENT_TABLE: Table = Table::new("the environment", &[&ENVIRONMENT_RADIANCE]);
 

@@ -1,7 +1,7 @@
 //! Whether radiance is too small for a film, which keeps multiples of a quantum.
 
 use crate::film::Film;
-use crate::film::sums::QUANTUM;
+use crate::film::fixed::QUANTUM;
 use crate::integrator::Finished;
 use std::fmt;
 

@@ -19,11 +19,9 @@ pub(super) fn on_interrupt() -> Result<Receiver<Infallible>, ctrlc::Error> {
 /// The same, where requests that follow the first one within this time are the same one.
 fn on_interrupts_apart(apart: Duration) -> Result<Receiver<Infallible>, ctrlc::Error> {
     let (sender, receiver) = bounded::<Infallible>(0);
-    let mut open: Option<Sender<Infallible>> = Some(sender);
-    let mut first = None;
+    let mut requests = Requests { open: Some(sender), first: None, apart };
     ctrlc::set_handler(move || {
-        let since = first.get_or_insert_with(Instant::now).elapsed();
-        if open.take().is_none() && since > apart {
+        if requests.take(Instant::now()) {
             // Whoever is about to begin another file waits, for the little time that is left.
             let _none_begins = atomic::remove_unfinished();
             let _ = writeln!(std::io::stderr(), "stopped at once; nothing more is written");
@@ -34,12 +32,43 @@ fn on_interrupts_apart(apart: Duration) -> Result<Receiver<Infallible>, ctrlc::E
     Ok(receiver)
 }
 
+/// The requests to stop so far.
+struct Requests {
+    /// Closes with the first.
+    open: Option<Sender<Infallible>>,
+    first: Option<Instant>,
+    /// Requests that follow the first one within this time are the same one.
+    apart: Duration,
+}
+
+impl Requests {
+    /// Takes a request that comes at a moment; whether the program is to end at once.
+    fn take(&mut self, now: Instant) -> bool {
+        let first = *self.first.get_or_insert(now);
+        self.open.take().is_none() && now.duration_since(first) > self.apart
+    }
+}
+
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+    use crossbeam_channel::TryRecvError;
     use std::io::{BufRead, BufReader};
     use std::path::{Path, PathBuf};
     use std::process::{Child, Command, Stdio};
+
+    #[test]
+    fn the_first_request_stops_its_echoes_do_nothing_and_a_later_one_ends_at_once() {
+        let (sender, receiver) = bounded::<Infallible>(0);
+        let mut requests = Requests { open: Some(sender), first: None, apart: SAME_REQUEST };
+        assert_eq!(receiver.try_recv(), Err(TryRecvError::Empty));
+        let first = Instant::now();
+        assert!(!requests.take(first));
+        assert_eq!(receiver.try_recv(), Err(TryRecvError::Disconnected));
+        assert!(!requests.take(first));
+        assert!(!requests.take(first + SAME_REQUEST));
+        assert!(requests.take(first + SAME_REQUEST + Duration::from_nanos(1)));
+    }
 
     /// Where the program that is interrupted writes its file: set in that program only.
     const FOLDER: &str = "STRIDE_TEST_INTERRUPTED_IN";

@@ -90,12 +90,24 @@ impl Worker<'_> {
         stop: &Receiver<()>,
         batches: &Sender<SampleBatch>,
     ) {
+        self.run_by(&Instant::now, orders, updates, stop, batches);
+    }
+
+    /// The same by another clock: how many paths a block has, and how many blocks a batch, depends on what it says.
+    pub fn run_by(
+        &self,
+        clock: &dyn Fn() -> Instant,
+        orders: &Receiver<Order>,
+        updates: &Receiver<Arc<Held>>,
+        stop: &Receiver<()>,
+        batches: &Sender<SampleBatch>,
+    ) {
         let mut scratch = Scratch::new();
         let mut latest: Option<Arc<Held>> = None;
         for order in orders {
             latest = updates.try_iter().last().or(latest);
             let held = latest.as_deref().or(self.held).filter(|held| !held.is_behind(order));
-            if self.carry_out(order, held, &mut scratch, stop, batches).is_none() {
+            if self.carry_out(order, held, &mut scratch, clock, stop, batches).is_none() {
                 return;
             }
         }
@@ -107,15 +119,16 @@ impl Worker<'_> {
         order: Order,
         held: Option<&Held>,
         scratch: &mut Scratch,
+        clock: &dyn Fn() -> Instant,
         stop: &Receiver<()>,
         batches: &Sender<SampleBatch>,
     ) -> Option<()> {
         let slots = order.stride.len(self.region.len());
-        let mut since = Instant::now();
+        let mut since = clock();
         let (mut batch, mut last) = self.empty_batch(order.stride, 0..slots);
         let mut slot = 0;
         while slot < slots {
-            let start = Instant::now();
+            let start = clock();
             let traced;
             (slot, traced) = match held {
                 None => {
@@ -143,13 +156,14 @@ impl Worker<'_> {
                 let _ = batches.send(batch);
                 return None;
             }
-            scratch.adapt(start.elapsed());
+            let now = clock();
+            scratch.adapt(now.duration_since(start));
             let summed = matches!(&batch.payload, Payload::Sums { sums, .. } if sums.len() >= MOST_SLOTS);
             let long = summed || batch.samples.len() >= MOST_SAMPLES;
-            if slot < slots && (long || slot == last || since.elapsed() >= SEND_AFTER) {
+            if slot < slots && (long || slot == last || now.duration_since(since) >= SEND_AFTER) {
                 let (next, until) = self.empty_batch(order.stride, slot..slots);
                 batches.send(std::mem::replace(&mut batch, next)).ok()?;
-                (last, since) = (until, Instant::now());
+                (last, since) = (until, clock());
             }
         }
         batch.completes = Some(order.end);

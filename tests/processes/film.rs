@@ -30,9 +30,19 @@ fn more_workers_than_pixels_are_no_harm() {
 #[test]
 fn a_slow_worker_changes_nothing_but_the_time() {
     for slow in 0..3 {
+        // The slow one begins a block only when the others have begun three times what it has by then. They can: it holds
+        // two of 18 shares at most. Once it has come so far that they could not, it waits no more.
+        let (begun_out, begun) = unbounded();
+        let paths_begun = Mutex::new([0, 0]);
         let integrator = hooked(move |paths| {
-            if paths.pixels[0].index % 3 == slow {
-                std::thread::sleep(Duration::from_millis(20));
+            if this_worker() != slow {
+                begun_out.send(paths.len()).unwrap();
+                return;
+            }
+            let [own, others] = &mut *paths_begun.lock().unwrap();
+            *own += paths.len();
+            while *others < (3 * *own).min(12_000) {
+                *others += begun.recv_timeout(PATIENCE).expect("others that go on");
             }
         });
         let wiring = Wiring { workers: 3, dump_at: vec![3, 10], ..Wiring::default() };
@@ -78,8 +88,18 @@ fn pictures_at_barriers_are_those_of_shorter_renders() {
 #[test]
 fn a_lossless_sink_gets_every_sample_once_however_slow_it_is() {
     let integrator = common::integrator(&scene());
-    let sink_takes = Duration::from_millis(3);
-    let wiring = Wiring { workers: 3, sends_samples: true, sink_takes, ..Wiring::default() };
+    // It traces each sample again: all workers together are faster.
+    let again = common::integrator(&scene());
+    let sink = move |samples: &[Sample]| {
+        for sample in samples {
+            let mut finished = Vec::new();
+            let pixels = [WHOLE.pixel(sample.pixel)];
+            let paths = Paths { pixels: &pixels, first_sample: sample.sample, samples: 1 };
+            again.trace(level(), &paths, &mut finished);
+            assert_eq!(finished[0].sample, *sample);
+        }
+    };
+    let wiring = Wiring { workers: 3, sends_samples: true, sink: Box::new(sink), ..Wiring::default() };
     let Rendered { outcome, samples, .. } = wiring.render(&*integrator);
     let mut film = Film::new(WIDTH, HEIGHT).unwrap();
     let mut seen: Vec<(u32, u32)> = samples.iter().map(|s| (s.pixel, s.sample)).collect();

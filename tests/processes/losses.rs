@@ -27,20 +27,25 @@ fn what_a_lost_worker_leaves_is_made_by_the_others_and_the_film_is_the_same() {
     let expected = plain_film(&*common::integrator(&scene()), WHOLE, |_| 30);
     for (workers, times, blocks) in [(2, 1.0, 0), (2, 9.0, 7), (3, 40.0, 5), (4, 0.3, 3)] {
         for sends_samples in [false, true] {
-            // The last worker sends every block by itself, and fails in the middle of an order.
-            let (lost, begun) = (format!("worker {}", workers - 1), AtomicU32::new(0));
-            let name = lost.clone();
-            let integrator = hooked(move |_| {
-                if std::thread::current().name() == Some(&name) {
-                    std::thread::sleep(Duration::from_millis(51));
-                    assert!(begun.fetch_add(1, Ordering::Relaxed) < blocks, "the device is gone");
+            // The last worker sends every block by itself, and fails in the middle of an order. The others do not go on
+            // to the end before that: what they wait for closes then.
+            let (last, begun) = (workers - 1, AtomicU32::new(0));
+            let (works_out, works) = bounded::<Infallible>(0);
+            let works_out = Mutex::new(Some(works_out));
+            let integrator = hooked(move |paths| {
+                if this_worker() == last && begun.fetch_add(1, Ordering::Relaxed) >= blocks {
+                    works_out.lock().unwrap().take();
+                    panic!("the device is gone");
+                }
+                if this_worker() != last && paths.first_sample >= 10 {
+                    assert_eq!(works.recv_timeout(PATIENCE), Err(RecvTimeoutError::Disconnected));
                 }
             });
             let spare = Some(times);
             let wiring =
                 Wiring { workers, spp: 30, dump_at: vec![7, 20], sends_samples, spare, ..Wiring::default() };
             let Rendered { outcome, barriers, samples, .. } = wiring.render(&integrator);
-            assert_eq!(outcome.lost.as_ref().expect("a lost worker").worker, lost);
+            assert_eq!(outcome.lost.as_ref().expect("a lost worker").index, last);
             assert!(outcome.failure.is_none() && outcome.whole);
             assert_eq!((outcome.totals.samples, outcome.totals.spp), (1200 * 30, 30));
             assert_eq!(outcome.made.iter().sum::<u64>(), 1200 * 30);
@@ -62,13 +67,31 @@ fn what_a_lost_worker_leaves_is_made_by_the_others_and_the_film_is_the_same() {
 
 #[test]
 fn a_worker_that_is_lost_when_the_others_are_done_leaves_nothing_out() {
+    // Worker 1 is not done with the orders that it begins with, for two shares, when the sample sink has got all others.
+    let shares = Schedule::new(2, WHOLE.len(), 1, None, vec![]).with_faster(WHOLE.len(), 1.0).shares();
+    let others = WHOLE.len() as usize * (shares - 2) / shares;
+    let (others_out, others_work) = bounded::<Infallible>(0);
+    let (mut others_out, mut got) = (Some(others_out), 0);
+    let sink = move |samples: &[Sample]| {
+        got += samples.len();
+        if got == others {
+            others_out.take();
+        }
+    };
     let integrator = hooked(move |_| {
-        if std::thread::current().name() == Some("worker 1") {
-            std::thread::sleep(Duration::from_millis(300));
+        if this_worker() == 1 {
+            assert_eq!(others_work.recv_timeout(PATIENCE), Err(RecvTimeoutError::Disconnected));
             panic!("the device is gone");
         }
     });
-    let wiring = Wiring { workers: 2, spp: 1, spare: Some(1.0), ..Wiring::default() };
+    let wiring = Wiring {
+        workers: 2,
+        spp: 1,
+        spare: Some(1.0),
+        sends_samples: true,
+        sink: Box::new(sink),
+        ..Wiring::default()
+    };
     let outcome = wiring.render(&integrator).outcome;
     assert!(outcome.lost.is_some() && outcome.failure.is_none() && outcome.whole);
     assert!(outcome.film == plain_film(&*common::integrator(&scene()), WHOLE, |_| 1));

@@ -12,12 +12,12 @@ mod wiring;
 mod workers;
 
 use common::scenes::*;
-use crossbeam_channel::{Receiver, Sender, bounded};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded, never, unbounded};
 use rand::RngExt;
 use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use stride::camera::Camera;
 use stride::film::file::Head;
@@ -35,6 +35,9 @@ use stride::render::{
 use stride::sampling::Stream;
 use stride::scene::{Filter, Scene};
 use wiring::{Rendered, Wiring, is_a_prefix, plain_film, plain_film_from, plain_picture};
+
+/// After this long without a message a test fails instead of waiting longer. No passing test depends on it.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 const WIDTH: u32 = 40;
 const HEIGHT: u32 = 30;
@@ -81,6 +84,13 @@ impl<B: Fn(&Paths<'_>) + Send + Sync, A: Fn(&mut Sample) + Send + Sync> Integrat
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
         self.inner.explain(pixel, sample)
     }
+}
+
+/// The number in the name of the worker whose thread this is.
+fn this_worker() -> usize {
+    let thread = std::thread::current();
+    let number = thread.name().and_then(|name| name.strip_prefix("worker ")).and_then(|n| n.parse().ok());
+    number.expect("a worker's thread")
 }
 
 fn hooked(before: impl Fn(&Paths<'_>) + Send + Sync) -> impl Integrator {

@@ -178,14 +178,14 @@ fn a_viewer_elsewhere_that_takes_nothing_holds_up_nothing_and_still_finds_the_la
     let (ended_out, ended) = bounded(1);
     std::thread::scope(|scope| {
         scope.spawn(move || {
-            // Slow enough that there are many frames.
-            let integrator = hooked(|_| std::thread::sleep(Duration::from_millis(35)));
-            let wiring = Wiring { workers: 1, spp: 2, remote: Some(remote_out), ..Wiring::default() };
-            let rendered = wiring.render(&integrator);
-            assert!(rendered.snapshots.len() > 3, "{} frames", rendered.snapshots.len());
+            // It goes on until another viewer has got four pictures, and ends with a fifth.
+            let wiring = Wiring { spp: u32::MAX, stop_after: Some(4), ..Wiring::default() };
+            let wiring = Wiring { remote: Some(remote_out), ..wiring };
+            let rendered = wiring.render(&*common::integrator(&scene()));
+            assert!(rendered.snapshots.len() > 4, "{} frames", rendered.snapshots.len());
             ended_out.send(rendered.outcome.film.picture()).unwrap();
         });
-        let picture = ended.recv_timeout(Duration::from_secs(60));
+        let picture = ended.recv_timeout(PATIENCE);
         let waiting: Vec<Arc<Snapshot>> = remote.try_iter().collect();
         // Whoever waits for it would wait for ever.
         drop(remote);

@@ -2,6 +2,10 @@
 //! any process.
 
 use super::*;
+use std::cell::Cell;
+
+/// Looks at each delivery of samples.
+pub(super) type Sink = Box<dyn FnMut(&[Sample]) + Send>;
 
 /// How a render is wired.
 pub(super) struct Wiring {
@@ -20,11 +24,14 @@ pub(super) struct Wiring {
     pub(super) keeper: Option<FilmSink>,
     /// The error to end at, and the milestone that the film has.
     pub(super) noise: Option<(f64, Option<Milestone>)>,
-    /// How long the sample sink takes for each delivery.
-    pub(super) sink_takes: Duration,
+    /// What the sample sink does with each delivery.
+    pub(super) sink: Sink,
+    /// Asks to stop when the viewer has got so many pictures.
+    pub(super) stop_after: Option<usize>,
     /// Where a viewer elsewhere gets its pictures.
     pub(super) remote: Option<Sender<Arc<Snapshot>>>,
-    /// How much faster the last worker is held to be, where the others can do without it.
+    /// How much faster the last worker is held to be, where the others can do without it. By its clock each block takes
+    /// so long that it is sent by itself.
     pub(super) spare: Option<f64>,
 }
 
@@ -42,7 +49,8 @@ impl Default for Wiring {
             film: None,
             keeper: None,
             noise: None,
-            sink_takes: Duration::ZERO,
+            sink: Box::new(|_| {}),
+            stop_after: None,
             remote: None,
             spare: None,
         }
@@ -70,9 +78,10 @@ impl Wiring {
             Some(times) => schedule.with_faster(self.region.len(), times),
             None => schedule,
         };
-        let (never_sent, never) = bounded(1);
-        let stop = self.stop.unwrap_or(never);
-        let rendered = std::thread::scope(|scope| {
+        let (stop_out, viewer_stops) = bounded(0);
+        let mut stop_out = Some(stop_out);
+        let stop = self.stop.unwrap_or(viewer_stops);
+        std::thread::scope(|scope| {
             let (batches_out, batches) = bounded(2 * workers);
             let (failures_out, failures) = bounded(workers);
             let (mut orders, mut updates) = (Vec::new(), Vec::new());
@@ -90,11 +99,18 @@ impl Wiring {
                     splatter: None,
                     held: held.as_ref(),
                 };
+                let is_spare = self.spare.is_some() && index == workers - 1;
                 let (batches_out, failures_out) = (batches_out.clone(), failures_out.clone());
                 let thread = std::thread::Builder::new().name(format!("worker {index}"));
                 let work = move || {
+                    let (start, looks) = (Instant::now(), Cell::new(0));
+                    let slow = || {
+                        looks.set(looks.get() + 1);
+                        start + Duration::from_millis(51) * looks.get()
+                    };
+                    let clock: &dyn Fn() -> Instant = if is_spare { &slow } else { &Instant::now };
                     let run = std::panic::AssertUnwindSafe(|| {
-                        worker.run_with_updates(&orders_in, &updates_in, &batches_out);
+                        worker.run_by(clock, &orders_in, &updates_in, &never(), &batches_out);
                     });
                     if let Err(panic) = std::panic::catch_unwind(run) {
                         let message = panic.downcast_ref::<String>().cloned().unwrap_or_default();
@@ -109,16 +125,26 @@ impl Wiring {
             let (samples_out, samples) = bounded::<Vec<Sample>>(1);
             let (snapshots_out, snapshots) = bounded(1);
             let (progress_out, progress) = bounded(1);
-            let sink_takes = self.sink_takes;
+            let mut look = self.sink;
             let sink = scope.spawn(move || {
                 let mut all = Vec::new();
                 for delivery in samples {
+                    look(&delivery);
                     all.extend(delivery);
-                    std::thread::sleep(sink_takes);
                 }
                 all
             });
-            let viewer = scope.spawn(move || snapshots.iter().collect());
+            let (stop_after, stop_out) = (self.stop_after, &mut stop_out);
+            let viewer = scope.spawn(move || {
+                let mut all = Vec::new();
+                for snapshot in snapshots {
+                    all.push(snapshot);
+                    if stop_after == Some(all.len()) {
+                        *stop_out = None;
+                    }
+                }
+                all
+            });
             let teller = scope.spawn(move || progress.iter().collect());
             let (film_out, pieces) = bounded(1);
             if let Some(keeper) = &self.keeper {
@@ -151,9 +177,7 @@ impl Wiring {
                 snapshots: viewer.join().unwrap(),
                 progress: teller.join().unwrap(),
             }
-        });
-        drop(never_sent);
-        rendered
+        })
     }
 }
 

@@ -115,15 +115,22 @@ fn a_workers_batches_take_16_mib_at_most_however_quick_it_is() {
 
 #[test]
 fn a_worker_sends_at_least_every_tenth_of_a_second() {
-    // A block of 256 paths takes 15 ms, for which it is neither halved nor doubled: batches must come long before
-    // the order is done.
-    let integrator = hooked(|_| std::thread::sleep(Duration::from_millis(15)));
+    // A block of 256 paths takes 15 ms, for which it is neither halved nor doubled.
+    const BLOCK: Duration = Duration::from_millis(15);
+    let (blocks, start) = (AtomicU32::new(0), Instant::now());
+    let integrator = hooked(|_| {
+        blocks.fetch_add(1, Ordering::Relaxed);
+    });
+    let clock = || start + BLOCK * blocks.load(Ordering::Relaxed);
     let (orders_out, orders) = bounded(1);
     let (batches_out, batches) = bounded::<SampleBatch>(100);
     orders_out.send(Order { stride: Stride::ALL, first: 0, end: 8 }).unwrap();
     drop(orders_out);
-    lone_worker(&integrator).run(&orders, &batches_out);
+    lone_worker(&integrator).run_by(&clock, &orders, &never(), &never(), &batches_out);
     drop(batches_out);
-    // 1200 pixels · 8 samples are 38 blocks, at most six of which fit into 100 ms.
-    assert!(batches.len() >= 38 / 6, "only {} batches", batches.len());
+    // 1200 pixels · 8 samples are 38 blocks. After the fourth of a batch 60 ms have passed: it is sent, and not held back
+    // for a fifth although that would be in time, as the next block may take longer.
+    let paths: Vec<u64> = batches.iter().map(|batch| batch.paths).collect();
+    assert_eq!(paths, [&[4 * 256; 9][..], &[1200 * 8 - 9 * 4 * 256]].concat());
+    assert_eq!(blocks.load(Ordering::Relaxed), 38);
 }

@@ -365,8 +365,7 @@ impl Pictures<'_> {
 mod tests {
     use super::*;
     use crate::film::Statistics;
-    use crossbeam_channel::{bounded, unbounded};
-    use std::time::Duration;
+    use crossbeam_channel::{TrySendError, bounded, unbounded};
 
     fn request(finished: bool, replies: &Sender<String>) -> Request {
         let snapshot = Snapshot {
@@ -384,34 +383,53 @@ mod tests {
         Request::Save { snapshot: Arc::new(snapshot), view: ViewTransform::default(), reply: replies.clone() }
     }
 
+    // In which order threads come to the channels is theirs to choose: a hundred rounds show many orders.
     #[test]
     fn what_a_window_saves_never_replaces_the_end() {
+        for _ in 0..100 {
+            save_about_the_end();
+        }
+    }
+
+    fn save_about_the_end() {
+        // Nothing is taken from it that is not asked for: a request lies in it until the saver is free.
         let (requests_out, requests) = bounded(1);
         let (ending_out, ending) = bounded::<Ended>(0);
         let (replies_out, replies) = unbounded();
         // What happens to the files, in order.
         let (log_out, log) = unbounded();
+        let (go_out, go) = bounded(1);
         std::thread::scope(|scope| {
             let saves = log_out.clone();
             scope.spawn(move || {
                 serve_saves(&requests, &ending, |snapshot, _, whole| {
                     saves.send("save begins").unwrap();
-                    std::thread::sleep(Duration::from_millis(50));
+                    go.recv().unwrap();
                     saves.send(if whole { "save of the end" } else { "save" }).unwrap();
                     format!("{}", snapshot.finished)
                 });
             });
             requests_out.send(request(false, &replies_out)).unwrap();
             assert_eq!(log.recv().unwrap(), "save begins");
-            // A save is under way; another follows it, and the end comes meanwhile.
+            // A save is under way: whoever writes the end is not let past it.
             let (written_out, written) = bounded(0);
+            let Err(TrySendError::Full(written)) = ending_out.try_send(written) else {
+                panic!("the end is let past a save that is under way");
+            };
+            go_out.send(()).unwrap();
             ending_out.send(written).unwrap();
             log_out.send("end").unwrap();
+            // Requests that come while it is written wait.
             requests_out.send(request(false, &replies_out)).unwrap();
-            std::thread::sleep(Duration::from_millis(50));
+            for _ in 0..20 {
+                std::thread::yield_now();
+                let another = requests_out.try_send(request(true, &replies_out));
+                assert!(matches!(another, Err(TrySendError::Full(_))), "a request is served before the end");
+            }
             log_out.send("end is written").unwrap();
             drop(written_out);
             requests_out.send(request(true, &replies_out)).unwrap();
+            go_out.send(()).unwrap();
             drop(requests_out);
         });
         drop((log_out, replies_out));

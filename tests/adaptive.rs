@@ -3,11 +3,10 @@
 mod common;
 
 use common::tiles::{Replicates, welch};
-use rand::RngExt;
+use common::watched::{kill_at_any_moment, kill_at_every_moment};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
-use std::time::Duration;
 use stride::output::read_picture;
 use stride::sampling::Stream;
 
@@ -75,26 +74,15 @@ fn no_threads_kills_or_lanes_show() {
         assert!(status.expect("the program starts").success());
         same("a");
     }
+    let part = |more: &[&str]| {
+        let film = if dir.path().join("part.film").exists() { "--resume" } else { "--film" };
+        let common = [film, "part.film", "-o", "part.exr"];
+        command(dir.path(), &render(&room, "48x36", &[&GOAL[..], &common, more].concat()))
+    };
     let stream = &mut Stream::new(4, 0, 0);
-    let (mut killed, mut begun) = (0, 0);
-    for _ in 0..12 {
-        let begins = !dir.path().join("part.film").exists();
-        begun += i32::from(!begins);
-        let film = if begins { "--film" } else { "--resume" };
-        let more = [&GOAL[..], &[film, "part.film", "-o", "part.exr", "--checkpoint", "5ms"]].concat();
-        let mut child = command(dir.path(), &render(&room, "48x36", &more)).spawn().expect("it starts");
-        std::thread::sleep(Duration::from_micros(stream.random_range(10_000..150_000)));
-        killed += i32::from(child.try_wait().expect("a child").is_none());
-        child.kill().expect("it can be killed");
-        child.wait().expect("it ends");
-    }
-    println!("{killed} kills, {begun} times gone on");
-    let film = if dir.path().join("part.film").exists() { "--resume" } else { "--film" };
-    said(
-        dir.path(),
-        0,
-        &render(&room, "48x36", &[&GOAL[..], &[film, "part.film", "-o", "part.exr"]].concat()),
-    );
+    let killed = kill_at_any_moment(dir.path(), 12, 12, stream, |_| part(&["--checkpoint", "5ms"]));
+    let at_end = kill_at_every_moment(dir.path(), || part(&[]));
+    println!("{killed} kills on the way, {at_end} at the end");
     same("part");
     // Gone on with at its end, nothing is left to do.
     said(

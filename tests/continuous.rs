@@ -3,14 +3,14 @@
 mod common;
 
 use common::tiles::{Replicates, welch};
+use common::watched::{kill_at_any_moment, kill_at_every_moment, kills};
 use rand::RngExt;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
-use std::time::{Duration, Instant};
 use stride::film::Picture;
 use stride::film::noise::root_mean_without_worst;
-use stride::output::read_picture;
+use stride::output::{open_film, read_picture};
 use stride::sampling::Stream;
 
 fn cover() -> String {
@@ -124,19 +124,14 @@ fn threads_lanes_and_shards_in_any_order_give_the_same_files() {
     assert!(said.contains("its mode is continuous, not importance"), "{said}");
 }
 
-/// How often to kill, which a quick test does a few times: more with `STRIDE_KILLS=100`.
-fn kills() -> u32 {
-    std::env::var("STRIDE_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(6)
+#[test]
+fn killed_at_any_moment_and_gone_on_with_the_files_are_the_same() {
+    kill_and_go_on(&[], kills(6));
 }
 
 #[test]
-fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
-    kill_and_go_on(&[], kills());
-}
-
-#[test]
-fn killed_at_random_moments_a_film_keeps_its_variance() {
-    kill_and_go_on(&["--layers", "variance"], kills().div_ceil(2));
+fn killed_at_any_moment_a_film_keeps_its_variance() {
+    kill_and_go_on(&["--layers", "variance"], kills(6).div_ceil(2));
 }
 
 // Of 320×240 pixels a checkpoint takes three pieces, and what is added meanwhile lies before, behind or across them.
@@ -145,51 +140,26 @@ fn kill_and_go_on(layers: &[&str], kills: u32) {
     let common =
         ["--size", "320x240", "--filter", "lanczos", "--integrator", "path-naive", "--max-depth", "1"];
     let common = [&common[..], layers].concat();
-    let spp = ["--spp", "120"];
-    succeed(
-        dir.path(),
-        &render(&scene, &[&common[..], &spp, &["--film", "whole.film", "-o", "whole.exr"]].concat()),
-    );
+    let part = |spp: &str, threads: &str| {
+        let begins = !dir.path().join("part.film").exists();
+        let film = if begins { "--film" } else { "--resume" };
+        let more = [film, "part.film", "--spp", spp, "--threads", threads, "--checkpoint", "5ms"];
+        stride(dir.path(), &render(&scene, &[&common[..], &more, &["-o", "part.exr"]].concat()))
+    };
+    // Nobody waits for its end, so that no machine is too quick for the kills.
     let stream = &mut Stream::new(5, 0, 0);
-    let (mut killed, mut rounds) = (0, 0);
-    while killed < kills {
-        rounds += 1;
-        assert!(rounds <= kills, "only {killed} of {rounds} renders were killed before their end");
-        for name in ["part.film", "part.exr"] {
-            let _ = fs::remove_file(dir.path().join(name));
-        }
-        // One render, killed again and again.
-        loop {
-            let begins = !dir.path().join("part.film").exists();
-            let film: &[&str] = if begins { &["--film", "part.film"] } else { &["--resume", "part.film"] };
-            let threads = stream.random_range(1..=3).to_string();
-            let more = ["--threads", &threads, "--checkpoint", "5ms", "-o", "part.exr"];
-            let mut child = stride(dir.path(), &render(&scene, &[&common[..], &spp, film, &more].concat()))
-                .spawn()
-                .expect("the program starts");
-            let (start, moment) =
-                (Instant::now(), Duration::from_micros(stream.random_range(20_000..300_000)));
-            let ended = loop {
-                if let Some(status) = child.try_wait().expect("a child") {
-                    break Some(status);
-                }
-                if start.elapsed() >= moment && killed < kills {
-                    break None;
-                }
-                std::thread::sleep(Duration::from_micros(300));
-            };
-            if let Some(status) = ended {
-                assert!(status.success());
-                break;
-            }
-            child.kill().expect("it can be killed");
-            child.wait().expect("it ends");
-            killed += 1;
-        }
-        assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
-        assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
-    }
-    println!("{killed} kills in {rounds} renders");
+    let killed = kill_at_any_moment(dir.path(), kills, 60, stream, |stream| {
+        part("4000000000", &stream.random_range(1..=3).to_string())
+    });
+    assert_eq!(killed, kills, "a render without end has ended");
+    let film = open_film(&dir.path().join("part.film")).expect("a film").read().expect("a whole film");
+    let spp = &(film.seen_range()[1] + 1).to_string();
+    let at_end = kill_at_every_moment(dir.path(), || part(spp, "2"));
+    println!("{killed} kills on the way to {spp} samples, {at_end} at the end");
+    let whole = ["--spp", spp, "--film", "whole.film", "-o", "whole.exr"];
+    succeed(dir.path(), &render(&scene, &[&common[..], &whole].concat()));
+    assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
+    assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
 }
 
 /// The values of a channel of an EXR file beside colour.

@@ -1,11 +1,13 @@
 //! Film files as users meet them: renders that are killed and gone on with, shards, damage, and disks that fail.
 
+mod common;
+
+use common::watched::{Watched, kill_at_any_moment, kill_at_every_moment, kills};
 use rand::RngExt;
 use std::fs;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Output};
+use stride::output::open_film;
 use stride::sampling::Stream;
 
 fn cover() -> String {
@@ -51,67 +53,47 @@ fn bytes(folder: &Path, name: &str) -> Vec<u8> {
     fs::read(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// How often to do what a quick test does a few times: more with `STRIDE_KILLS=100`.
-fn kills() -> usize {
-    std::env::var("STRIDE_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(8)
+/// Names of the films that were being written when their render was killed.
+fn half_written(folder: &Path) -> Vec<String> {
+    let names = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name());
+    names.filter_map(|name| name.into_string().ok()).filter(|name| name.contains(".film-")).collect()
 }
 
 #[test]
-fn killed_at_random_moments_and_gone_on_with_the_files_are_the_same() {
+fn killed_at_any_moment_and_gone_on_with_the_files_are_the_same() {
     let dir = folder();
     let scene = cover();
-    let spp = &(1500 * kills().max(8)).to_string();
-    succeed(dir.path(), &render(&scene, &["--spp", spp, "--film", "whole.film", "-o", "whole.exr"]));
-    let stream = &mut Stream::new(u32::try_from(kills()).unwrap(), 0, 0);
-    let (mut killed, mut rounds) = (0, 0);
-    while killed < kills() {
-        rounds += 1;
-        assert!(rounds < 10 * kills(), "only {killed} of {rounds} renders were killed before their end");
-        for name in ["part.film", "part.exr"] {
-            let _ = fs::remove_file(dir.path().join(name));
-        }
-        // One render, killed again and again.
-        for attempt in 0.. {
-            assert!(attempt <= kills().max(100), "it does not come on");
-            let threads = stream.random_range(1..=3).to_string();
-            let begins = !dir.path().join("part.film").exists();
-            let film: &[&str] =
-                if begins { &["--film", "part.film", "--spp", spp] } else { &["--resume", "part.film"] };
-            let common = ["--threads", &threads, "--checkpoint", "10ms", "-o", "part.exr"];
-            let arguments = render(&scene, &[film, &common].concat());
-            let mut child = stride(dir.path(), &arguments).spawn().expect("the program starts");
-            let moment = Duration::from_micros(stream.random_range(5_000..400_000));
-            let start = Instant::now();
-            let ended = loop {
-                if let Some(status) = child.try_wait().expect("a child") {
-                    break Some(status);
-                }
-                if start.elapsed() >= moment && killed < kills() {
-                    break None;
-                }
-                std::thread::sleep(Duration::from_micros(300));
-            };
-            match ended {
-                Some(status) => {
-                    assert!(status.success());
-                    break;
-                }
-                None => {
-                    child.kill().expect("it can be killed");
-                    child.wait().expect("it ends");
-                    killed += 1;
-                }
-            }
-        }
-        assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
-        assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
-    }
-    println!("{killed} kills in {rounds} renders");
+    let part = |spp: &str, threads: &str| {
+        let begins = !dir.path().join("part.film").exists();
+        let film = if begins { "--film" } else { "--resume" };
+        let common = ["--spp", spp, "--threads", threads, "--checkpoint", "10ms", "-o", "part.exr"];
+        stride(dir.path(), &render(&scene, &[&[film, "part.film"][..], &common].concat()))
+    };
+    // Nobody waits for its end, so that no machine is too quick for the kills.
+    let (kills, mut within_writes) = (kills(8), 0);
+    let stream = &mut Stream::new(kills, 0, 0);
+    let killed = kill_at_any_moment(dir.path(), kills, 40, stream, |stream| {
+        within_writes += usize::from(!half_written(dir.path()).is_empty());
+        part("4000000000", &stream.random_range(1..=3).to_string())
+    });
+    assert_eq!(killed, kills, "a render without end has ended");
+    let film = open_film(&dir.path().join("part.film")).expect("a film").read().expect("a whole film");
+    let [_, most] = film.seen_range();
+    // Then it is to end soon, and is killed while it writes what there is at the end.
+    let spp = &(most + 1).to_string();
+    let at_end = kill_at_every_moment(dir.path(), || {
+        within_writes += usize::from(!half_written(dir.path()).is_empty());
+        part(spp, "2")
+    });
+    println!(
+        "{killed} kills on the way to {spp} samples, {at_end} at the end, {within_writes} within writes"
+    );
+    assert!(within_writes > 0, "no write was cut short");
     // What was begun when a render was killed has been swept up.
-    let mut left: Vec<_> =
-        fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    left.retain(|name| name.contains(".film-"));
-    assert!(left.len() <= 1, "{left:?}");
+    assert_eq!(half_written(dir.path()), [""; 0]);
+    succeed(dir.path(), &render(&scene, &["--spp", spp, "--film", "whole.film", "-o", "whole.exr"]));
+    assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
+    assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
     // Negative control: another seed's files are others.
     succeed(dir.path(), &render(&scene, &["--spp", spp, "--seed", "9", "--film", "n.film", "-o", "n.exr"]));
     assert!(bytes(dir.path(), "n.exr") != bytes(dir.path(), "whole.exr"));
@@ -134,23 +116,15 @@ fn a_render_to_an_error_that_is_killed_ends_at_the_same_sample() {
     };
     let whole_spp = spp(dir.path());
     assert!(whole_spp > 100.0 && whole_spp.fract() == 0.0);
+    let part = |more: &[&str]| {
+        let film = if dir.path().join("part.film").exists() { "--resume" } else { "--film" };
+        let common = [film, "part.film", "-o", "part.exr"];
+        stride(dir.path(), &render(&scene, &[&common[..], more, &noise].concat()))
+    };
     let stream = &mut Stream::new(3, 0, 0);
-    let mut killed = 0;
-    for _ in 0..8 {
-        let begins = !dir.path().join("part.film").exists();
-        let film: &[&str] = if begins { &["--film", "part.film"] } else { &["--resume", "part.film"] };
-        let common = ["--checkpoint", "5ms", "-o", "part.exr"];
-        let arguments = render(&scene, &[film, &common, &noise].concat());
-        let mut child = stride(dir.path(), &arguments).spawn().expect("the program starts");
-        std::thread::sleep(Duration::from_micros(stream.random_range(10_000..150_000)));
-        killed += i32::from(child.try_wait().expect("a child").is_none());
-        child.kill().expect("it can be killed");
-        child.wait().expect("it ends");
-    }
-    println!("{killed} kills");
-    let film = if dir.path().join("part.film").exists() { "--resume" } else { "--film" };
-    let last = [&[film, "part.film", "-o", "part.exr", "--threads", "1"][..], &noise].concat();
-    succeed(dir.path(), &render(&scene, &last));
+    let killed = kill_at_any_moment(dir.path(), 8, 12, stream, |_| part(&["--checkpoint", "5ms"]));
+    let at_end = kill_at_every_moment(dir.path(), || part(&["--threads", "1"]));
+    println!("{killed} kills on the way, {at_end} at the end");
     assert_eq!(spp(dir.path()), whole_spp);
     assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
     assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
@@ -167,21 +141,16 @@ fn a_render_to_an_error_that_is_killed_ends_at_the_same_sample() {
 }
 
 #[cfg(unix)]
-fn interrupt(child: &Child) {
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
-    assert!(kill.success());
-}
-
-#[cfg(unix)]
 #[test]
 fn interrupted_and_gone_on_with_to_more_samples_than_were_asked_for_at_first() {
     let dir = folder();
     let scene = cover();
     let first = ["--spp", "4000000", "--film", "a.film", "--checkpoint", "20ms", "-o", "a.exr"];
-    let child = stride(dir.path(), &render(&scene, &first)).spawn().expect("the program starts");
-    wait_for(&dir.path().join("a.film"));
-    interrupt(&child);
-    assert!(child.wait_with_output().expect("it ends").status.success());
+    let mut run = Watched::start(stride(dir.path(), &render(&scene, &first)), dir.path());
+    run.wait_for("a.film", Path::exists);
+    run.interrupt();
+    let (code, said) = run.end();
+    assert_eq!(code, Some(0), "{said}");
     let (told, _) = succeed(dir.path(), &["info", "a.film"]);
     assert!(told.contains("asked       0..4000000"), "{told}");
     let least: u32 = told
@@ -200,14 +169,6 @@ fn interrupted_and_gone_on_with_to_more_samples_than_were_asked_for_at_first() {
     let stats: serde_json::Value = serde_json::from_slice(&bytes(dir.path(), "d.json")).expect("JSON");
     assert_eq!(stats["samples"], stats["resumed_samples"]);
     assert_eq!(stats["spp"], f64::from(least + 700));
-}
-
-fn wait_for(path: &Path) {
-    let start = Instant::now();
-    while !path.exists() {
-        assert!(start.elapsed() < Duration::from_secs(60), "no {}", path.display());
-        std::thread::sleep(Duration::from_millis(2));
-    }
 }
 
 #[test]
@@ -465,47 +426,6 @@ fn a_damaged_film_is_never_read_as_good() {
     succeed(dir.path(), &["info", "a.film"]);
 }
 
-/// A render that is told of: lines of standard error come as they are written.
-#[cfg(unix)]
-struct Watched {
-    child: Child,
-    lines: std::sync::mpsc::Receiver<String>,
-    said: String,
-}
-
-#[cfg(unix)]
-impl Watched {
-    fn start(mut command: Command) -> Watched {
-        let mut child = command.stderr(Stdio::piped()).spawn().expect("the program starts");
-        let stderr = BufReader::new(child.stderr.take().expect("a pipe"));
-        let (sender, lines) = std::sync::mpsc::channel();
-        std::thread::spawn(move || {
-            stderr.lines().map_while(Result::ok).all(|line| sender.send(line).is_ok())
-        });
-        Watched { child, lines, said: String::new() }
-    }
-
-    /// Waits until a line with these words comes.
-    fn hear(&mut self, words: &str) {
-        let deadline = Instant::now() + Duration::from_secs(60);
-        loop {
-            let left = deadline.saturating_duration_since(Instant::now());
-            let Ok(line) = self.lines.recv_timeout(left) else { panic!("no {words:?} in: {}", self.said) };
-            self.said += &(line.clone() + "\n");
-            if line.contains(words) {
-                return;
-            }
-        }
-    }
-
-    fn end(mut self) -> (Option<i32>, String) {
-        interrupt(&self.child);
-        let code = self.child.wait().expect("it ends").code();
-        self.lines.iter().for_each(|line| self.said += &(line + "\n"));
-        (code, self.said)
-    }
-}
-
 #[cfg(unix)]
 const ENDLESS: [&str; 5] = ["--spp", "4000000000", "--checkpoint", "20ms", "-o"];
 
@@ -521,15 +441,17 @@ fn film_shows(dir: &Path, film: &str, picture: &str) {
 fn a_folder_that_vanishes_and_comes_back_loses_nothing() {
     let dir = folder();
     let scene = cover();
-    fs::create_dir(dir.path().join("out")).unwrap();
+    let out = dir.path().join("out");
+    fs::create_dir(&out).unwrap();
     let files = ["out/a.exr", "--dump-at", "2000", "--film", "out/a.film"];
-    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())));
-    wait_for(&dir.path().join("out/a.film"));
-    fs::rename(dir.path().join("out"), dir.path().join("away")).unwrap();
+    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())), &out);
+    run.wait_for("a.film", Path::exists);
+    fs::rename(&out, dir.path().join("away")).unwrap();
     run.hear("the film is tried again");
     run.hear("the picture is tried again");
-    fs::rename(dir.path().join("away"), dir.path().join("out")).unwrap();
+    fs::rename(dir.path().join("away"), &out).unwrap();
     run.hear("is written again");
+    run.interrupt();
     let (code, said) = run.end();
     assert_eq!(code, Some(0), "{said}");
     film_shows(dir.path(), "out/a.film", "out/a.exr");
@@ -543,12 +465,14 @@ fn a_folder_that_vanishes_and_comes_back_loses_nothing() {
 fn what_has_no_place_at_the_end_is_put_elsewhere() {
     let dir = folder();
     let scene = cover();
-    fs::create_dir(dir.path().join("out")).unwrap();
+    let out = dir.path().join("out");
+    fs::create_dir(&out).unwrap();
     let files = ["out/a.exr", "-o", "out/a.png", "--film", "out/a.film"];
-    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())));
-    wait_for(&dir.path().join("out/a.film"));
-    fs::rename(dir.path().join("out"), dir.path().join("away")).unwrap();
+    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())), &out);
+    run.wait_for("a.film", Path::exists);
+    fs::rename(&out, dir.path().join("away")).unwrap();
     run.hear("the film is tried again");
+    run.interrupt();
     let (code, said) = run.end();
     assert_eq!(code, Some(1));
     for words in
@@ -570,9 +494,10 @@ fn a_disk_without_room_for_the_film_still_takes_the_picture() {
     let mut command = Command::new("bash");
     command.args(["-c", "trap '' XFSZ; ulimit -f 40; exec \"$@\"", "bash", env!("CARGO_BIN_EXE_stride")]);
     command.args(arguments).current_dir(dir.path());
-    let mut run = Watched::start(command);
+    let mut run = Watched::start(command, dir.path());
     run.hear("the film is tried again");
     run.hear("the film is tried again");
+    run.interrupt();
     let (code, said) = run.end();
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("cannot write \"a.film\""), "{said}");
@@ -590,8 +515,8 @@ fn a_locked_folder_is_told_of_and_written_when_it_opens() {
     let out = dir.path().join("out");
     fs::create_dir(&out).unwrap();
     let files = ["out/a.exr", "--film", "out/a.film"];
-    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())));
-    wait_for(&out.join("a.film"));
+    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())), &out);
+    run.wait_for("a.film", Path::exists);
     fs::set_permissions(&out, fs::Permissions::from_mode(0o555)).unwrap();
     if fs::write(out.join("probe"), "").is_ok() {
         println!("skipped: this user may write into a read-only folder");
@@ -600,6 +525,7 @@ fn a_locked_folder_is_told_of_and_written_when_it_opens() {
         fs::set_permissions(&out, fs::Permissions::from_mode(0o755)).unwrap();
         run.hear("is written again");
     }
+    run.interrupt();
     let (code, said) = run.end();
     assert_eq!(code, Some(0), "{said}");
     film_shows(dir.path(), "out/a.film", "out/a.exr");

@@ -1,15 +1,18 @@
 //! GPU workers in the place of CPU workers: the same channels, the same accumulator.
 #![cfg(feature = "gpu")]
 
+mod common;
+
+use common::watched::Watched;
 use crossbeam_channel::bounded;
 use glam::DVec3;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
 use stride::camera::CameraSettings;
 use stride::film::{Film, film_offset};
 use stride::gpu::{self, GpuError, GpuWorker, Job};
+use stride::output::open_film;
 use stride::render::accumulator::{Inbox, Outbox, Outcome};
 use stride::render::{Accumulator, Region, Schedule};
 use stride::scene::{
@@ -224,22 +227,17 @@ fn an_interrupt_ends_a_gpu_render_with_what_there_is() {
             return;
         }
         let cover = format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"));
-        let mut child = Command::new(env!("CARGO_BIN_EXE_stride"))
+        let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+        command
             .args(["render", &cover, "--headless", "--spp", "4000000000", "--size", "64x48", "-o", "a.exr"])
             .args(["--samples", "a.npy", "--device", device])
-            .current_dir(dir.path())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the program starts");
+            .current_dir(dir.path());
+        let mut run = Watched::start(command, dir.path());
         // Until some samples are there: the dump has a header from the start.
-        let start = Instant::now();
-        while std::fs::metadata(dir.path().join("a.npy")).map_or(0, |m| m.len()) < 4096 {
-            assert!(start.elapsed() < Duration::from_secs(60), "no sample arrives");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
-        assert!(kill.success());
-        assert_eq!(child.wait().expect("it ends").code(), Some(0));
+        run.wait_for("a.npy", |dump| std::fs::metadata(dump).map_or(0, |file| file.len()) >= 4096);
+        run.interrupt();
+        let (code, said) = run.end();
+        assert_eq!(code, Some(0), "{said}");
         assert!(dir.path().join("a.exr").exists());
     }
 }
@@ -247,39 +245,35 @@ fn an_interrupt_ends_a_gpu_render_with_what_there_is() {
 #[test]
 fn a_gpu_render_that_is_killed_and_gone_on_with_is_the_same() {
     let dir = tempfile::tempdir().unwrap();
-    let whole = ["--spp", "600", "--film", "whole.film", "-o", "whole.exr"];
-    if program(dir.path(), "gpu", &whole).is_none() {
+    if program(dir.path(), "gpu", &["--spp", "1", "-o", "o.exr"]).is_none() {
         return;
     }
     let cover = format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"));
-    let render = |more: &[&str]| {
+    let render = |film: &str, spp: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
         command.args(["render", &cover, "--headless", "-q", "--size", "64x48", "--device", "gpu"]);
-        command.args(["--checkpoint", "10ms", "-o", "part.exr"]).args(more).current_dir(dir.path());
+        command.args(["--checkpoint", "10ms", "-o", "part.exr", film, "part.film", "--spp", spp]);
+        command.current_dir(dir.path());
         command
     };
-    let modified = || std::fs::metadata(dir.path().join("part.film")).and_then(|file| file.modified()).ok();
-    // Killed once when a film has just been written, and once more a while after.
-    for (more, later) in [(&["--film", "part.film", "--spp", "600"][..], 0), (&["--resume", "part.film"], 30)]
-    {
-        let before = modified();
-        let mut child = render(more).spawn().expect("the program starts");
-        let start = Instant::now();
-        while modified() == before && child.try_wait().expect("a child").is_none() {
-            assert!(start.elapsed() < Duration::from_secs(60), "no film is written");
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        std::thread::sleep(Duration::from_millis(later));
-        let ended = child.try_wait().expect("a child").is_some();
-        assert!(!ended || later > 0, "it ended before it could be killed");
-        child.kill().expect("it can be killed");
-        child.wait().expect("it ends");
+    // Killed once when a film has just been written, and again among the writes of later ones. Nobody waits for the end.
+    let endless = "4000000000";
+    let mut begun = Watched::start(render("--film", endless), dir.path());
+    begun.wait_for("part.film", Path::exists);
+    assert!(begun.kill_at_change(0).is_none(), "a render without end has ended");
+    for change in [7, 12] {
+        let mut more = Watched::start(render("--resume", endless), dir.path());
+        assert!(more.kill_at_change(change).is_none(), "a render without end has ended");
     }
-    assert!(render(&["--resume", "part.film"]).status().expect("the program starts").success());
+    let film = open_film(&dir.path().join("part.film")).expect("a film").read().expect("a whole film");
+    let most = film.seen_range()[1];
+    let [spp, less] = [most + 2, most + 1].map(|spp| spp.to_string());
+    assert!(render("--resume", &spp).status().expect("the program starts").success());
+    program(dir.path(), "gpu", &["--spp", &spp, "--film", "whole.film", "-o", "whole.exr"]);
     let bytes = |name: &str| std::fs::read(dir.path().join(name)).expect(name);
     assert!(bytes("part.exr") == bytes("whole.exr") && bytes("part.film") == bytes("whole.film"));
     // Negative control: a sample less makes other files.
-    program(dir.path(), "gpu", &["--spp", "599", "--film", "less.film", "-o", "less.exr"]);
+    program(dir.path(), "gpu", &["--spp", &less, "--film", "less.film", "-o", "less.exr"]);
     assert!(bytes("less.exr") != bytes("whole.exr") && bytes("less.film") != bytes("whole.film"));
 }
 

@@ -1,9 +1,12 @@
 //! The program as its users run it: files in, files out.
 
+mod common;
+
+use common::watched::{Watched, poll};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 fn cover() -> String {
@@ -179,23 +182,17 @@ fn the_owner_overlay_shows_every_nth_pixel_in_one_colour() {
 #[test]
 fn an_interrupt_writes_what_there_is_and_succeeds() {
     let dir = folder();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_stride"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+    command
         .args(["render", &cover(), "--headless", "--spp", "4000000000", "--size", "64x48", "-o", "a.exr"])
         .args(["--samples", "a.npy"])
-        .current_dir(dir.path())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the program starts");
+        .current_dir(dir.path());
+    let mut run = Watched::start(command, dir.path());
     // Until some samples are there: the dump has a header from the start.
-    let start = Instant::now();
-    while fs::metadata(dir.path().join("a.npy")).map_or(0, |m| m.len()) < 4096 {
-        assert!(start.elapsed() < Duration::from_secs(60), "no sample arrives");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
-    assert!(kill.success());
-    let status = child.wait().expect("it ends");
-    assert_eq!(status.code(), Some(0));
+    run.wait_for("a.npy", |dump| fs::metadata(dump).map_or(0, |file| file.len()) >= 4096);
+    run.interrupt();
+    let (code, said) = run.end();
+    assert_eq!(code, Some(0), "{said}");
     assert!(dir.path().join("a.exr").exists());
 }
 
@@ -203,41 +200,27 @@ fn an_interrupt_writes_what_there_is_and_succeeds() {
 #[test]
 fn a_second_interrupt_ends_at_once() {
     let dir = folder();
-    let many: String = (0..3000)
-        .map(|i| format!("[[entities]]\nshape = {{ type = \"sphere\", center = [{i}, 0, 0], radius = 1 }}\nmaterial = \"m\"\n"))
-        .collect();
-    // One block of whitted's glass branches takes seconds: the first interrupt has to wait for it.
-    let scene = format!(
-        "[render]\nintegrator = \"whitted\"\nmax_depth = 20\n[materials]\nm = {{ type = \"glass\", ior = 1.5 }}\n{many}"
-    );
-    fs::write(dir.path().join("slow.toml"), scene).expect("a writable folder");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_stride"))
-        .args([
-            "render",
-            "slow.toml",
-            "--headless",
-            "-q",
-            "--time",
-            "9999999999999999999s",
-            "--world",
-            "simple",
-        ])
-        .current_dir(dir.path())
-        .spawn()
-        .expect("the program starts");
-    std::thread::sleep(Duration::from_millis(1500));
-    let id = child.id().to_string();
-    let interrupt = || {
-        let kill = Command::new("kill").args(["-INT", &id]).status().expect("kill runs");
-        assert!(kill.success());
-    };
-    interrupt();
-    // Some send one request twice: this is no second one.
-    interrupt();
-    std::thread::sleep(Duration::from_millis(800));
-    assert_eq!(child.try_wait().expect("a child"), None, "it has ended at once");
-    interrupt();
-    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    let out = dir.path().join("out");
+    fs::create_dir(&out).expect("a writable folder");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+    command
+        .args(["render", &cover(), "--headless", "-q", "--spp", "4000000000", "--size", "64x48"])
+        .args(["-o", "out/a.exr", "--samples", "a.npy"])
+        .current_dir(dir.path());
+    let mut run = Watched::start(command, dir.path());
+    run.wait_for("a.npy", Path::exists);
+    // After the first interrupt the picture has no place: it is tried again for a while, which a second one ends.
+    fs::rename(&out, dir.path().join("away")).expect("a folder");
+    run.interrupt();
+    run.hear("trying again");
+    // Requests that follow the first one fast are the same one: `src/cli/stop.rs` tests how fast that is.
+    poll("the end", || {
+        run.interrupt();
+        run.has_ended()
+    });
+    let (code, said) = run.end();
+    assert_eq!(code, Some(130), "{said}");
+    assert!(said.contains("stopped at once; nothing more is written"), "{said}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ pub mod scenes;
 pub mod statistics;
 pub mod tiles;
 pub mod tracers;
+pub mod watched;
 
 use self::blocks::Estimate;
 use std::sync::Arc;

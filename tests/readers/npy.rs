@@ -1,8 +1,8 @@
 //! The sample dump, as NumPy sees it, also after the program that wrote it was killed.
 
+use super::common::watched::Watched;
 use super::{python_with, run};
 use std::process::Command;
-use std::time::{Duration, Instant};
 
 use stride::film::Identity;
 use stride::integrator::Sample;
@@ -66,9 +66,11 @@ print(len(a))
 fn a_killed_run_leaves_a_dump_that_loads() {
     let folder = tempfile::tempdir().unwrap();
     for (round, wait_for) in [3_000_000u64, 5_555_555, 8_000_001].into_iter().enumerate() {
-        let path = folder.path().join(format!("{round}.npy"));
+        let name = format!("{round}.npy");
+        let path = folder.path().join(&name);
         let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_stride"))
+        let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+        command
             .args([
                 "render",
                 scene,
@@ -81,16 +83,11 @@ fn a_killed_run_leaves_a_dump_that_loads() {
                 "--samples",
             ])
             .arg(&path)
-            .current_dir(folder.path())
-            .spawn()
-            .unwrap();
-        let start = Instant::now();
-        while std::fs::metadata(&path).map_or(0, |file| file.len()) < wait_for {
-            assert!(start.elapsed() < Duration::from_secs(60), "the child does not write");
-            std::thread::sleep(Duration::from_micros(50));
-        }
-        child.kill().unwrap();
-        child.wait().unwrap();
+            .current_dir(folder.path());
+        let mut child = Watched::start(command, folder.path());
+        child.wait_for(&name, |path| std::fs::metadata(path).map_or(0, |file| file.len()) >= wait_for);
+        // After the records or after their count in the header, whichever of the writes it is.
+        assert!(child.kill_at_change(round as u32).is_none());
 
         let file = std::fs::read(&path).unwrap();
         let header = String::from_utf8_lossy(&file[..192]).into_owned();

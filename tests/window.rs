@@ -2,11 +2,15 @@
 
 #![cfg(all(target_os = "linux", feature = "window"))]
 
+mod common;
+
+use common::watched::poll;
+use crossbeam_channel::{Receiver, unbounded};
 use std::fs;
-use std::io::Read;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use stride::output::{FilmFile, open_film};
 
 /// A process that ends when dropped, so that a failed test leaves none behind.
@@ -31,16 +35,21 @@ fn quiet(program: &str, arguments: &[&str]) -> Command {
     command
 }
 
-fn wait_for(what: &str, mut until: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !until() {
-        assert!(start.elapsed() < Duration::from_secs(60), "{what} does not happen");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+/// The lines of a process's standard output, as they come.
+fn lines(process: &mut Child) -> Receiver<String> {
+    let (sender, lines) = unbounded();
+    let stdout = BufReader::new(process.stdout.take().expect("a pipe"));
+    std::thread::spawn(move || stdout.lines().map_while(Result::ok).all(|line| sender.send(line).is_ok()));
+    lines
 }
 
-/// A display for a test, 0 to 2, or none where its programs are missing and that is allowed.
-fn display(test: u32) -> Option<Display> {
+/// The next of them.
+fn next_line(lines: &Receiver<String>) -> String {
+    lines.recv_timeout(Duration::from_secs(60)).expect("a line on standard output")
+}
+
+/// A display, or none where its programs are missing and that is allowed.
+fn display() -> Option<Display> {
     let there = |program| quiet(program, &["-version"]).status().is_ok();
     if !(there("Xvfb") && there("xdotool")) {
         assert!(
@@ -50,15 +59,15 @@ fn display(test: u32) -> Option<Display> {
         println!("skipped: no Xvfb or no xdotool");
         return None;
     }
-    // A number that no other run has, by that of this process, and no other test.
-    let number = 100 + std::process::id() % 15_000 * 3 + test;
-    let name = format!(":{number}");
-    // By itself it would start afresh whenever xdotool, its only client yet, leaves: a desktop's never does.
-    let server =
-        quiet("Xvfb", &[&name, "-noreset", "-screen", "0", "800x600x24"]).spawn().expect("Xvfb starts");
-    let display = Display { name, _server: Process(server) };
-    wait_for("the display's socket", || Path::new(&format!("/tmp/.X11-unix/X{number}")).exists());
-    Some(display)
+    // By itself it would start afresh whenever xdotool, its only client yet, leaves: a desktop's never does. It chooses a
+    // number that is free, and says which when it is ready.
+    let server = quiet("Xvfb", &["-displayfd", "1", "-noreset", "-screen", "0", "800x600x24"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("Xvfb starts");
+    let mut server = Process(server);
+    let number = next_line(&lines(&mut server.0));
+    Some(Display { name: format!(":{number}"), _server: server })
 }
 
 impl Display {
@@ -99,23 +108,23 @@ fn shows_saves_and_closes(display: &Display, device: &str) {
     let stride =
         show(display, folder.path(), &["--size", "160x120", "--spp", "4000000000", "--device", device]);
     let mut stride = Process(stride);
-    wait_for("a title that counts", || {
+    poll("a title that counts", || {
         assert_eq!(stride.0.try_wait().expect("a child"), None, "the program has ended without a window");
         display.title().contains("spp")
     });
     let picture = folder.path().join("scene.png");
     assert!(!picture.exists(), "nothing is written before it is asked for");
     display.point(20, 20);
-    wait_for("a saved picture", || {
+    poll("a saved picture", || {
         display.tool(&["key", "s"]);
         picture.exists()
     });
-    wait_for("a brighter picture", || {
+    poll("a brighter picture", || {
         display.tool(&["key", "plus"]);
         display.title().contains("EV")
     });
     fs::remove_file(&picture).expect("the picture is there");
-    wait_for("the end", || {
+    poll("the end", || {
         display.tool(&["key", "Escape"]);
         stride.0.try_wait().expect("a child").is_some()
     });
@@ -126,7 +135,7 @@ fn shows_saves_and_closes(display: &Display, device: &str) {
 
 #[test]
 fn the_window_shows_saves_and_closes_and_the_picture_is_written() {
-    let Some(display) = display(0) else { return };
+    let Some(display) = display() else { return };
     shows_saves_and_closes(&display, "cpu");
     if stride::gpu::adapters().is_empty() {
         assert!(
@@ -157,7 +166,7 @@ fn bits(path: PathBuf) -> Vec<[u32; 3]> {
 
 #[test]
 fn a_camera_that_is_moved_renders_anew_and_its_own_render_goes_on_where_it_was() {
-    let Some(display) = display(1) else { return };
+    let Some(display) = display() else { return };
     let spp = "4000";
     let film = tour(&display, &["--spp", spp]);
     assert_eq!(film.holding().to_string(), format!("0..{spp}"));
@@ -166,10 +175,20 @@ fn a_camera_that_is_moved_renders_anew_and_its_own_render_goes_on_where_it_was()
 // What was decided at milestones before the camera moved is what the render goes on by when it is back.
 #[test]
 fn a_render_that_goes_where_the_error_is_decides_the_same_when_its_camera_is_back() {
-    let Some(display) = display(2) else { return };
+    let Some(display) = display() else { return };
     let film = tour(&display, &["--adaptive", "--noise", "0.017"]);
     assert_eq!(film.head().identity.get("adaptive"), Some("noise 0.017"));
     assert!(film.holding().open().is_some(), "all pixels have the same: this decides nothing");
+}
+
+/// The next camera on standard output, as it stands in a scene file.
+fn printed_camera(lines: &Receiver<String>) -> String {
+    let mut camera = String::new();
+    while !camera.contains("vertical_fov") {
+        camera += &next_line(lines);
+        camera += "\n";
+    }
+    camera
 }
 
 /// Moves the camera while a render is on, and back again when that of the moved one is done; demands that both pictures
@@ -184,41 +203,53 @@ fn tour(display: &Display, asked: &[&str]) -> FilmFile {
     };
     let arguments = ["--size", "64x48", "-o", "a.exr", "--film", "a.film", "--layers", "samples"];
     let mut stride = Process(show(display, folder.path(), &[&arguments[..], asked].concat()));
-    wait_for("a title that counts", || {
+    let printed = lines(&mut stride.0);
+    let print = || {
+        display.tool(&["key", "k"]);
+        printed_camera(&printed)
+    };
+    poll("a title that counts", || {
         assert_eq!(stride.0.try_wait().expect("a child"), None, "the program has ended without a window");
         display.title().contains("spp")
     });
     display.point(150, 100);
-    wait_for("keys that are heard", || {
+    poll("keys that are heard", || {
         display.tool(&["key", "plus"]);
         display.title().contains("EV")
     });
     display.tool(&["key", "c"]);
-    wait_for("a mouse that moves the camera", || display.title().contains("the mouse moves the camera"));
-    // A drag, step by step as by a hand.
+    poll("a mouse that moves the camera", || display.title().contains("the mouse moves the camera"));
+    // A drag, step by step as by a hand: what is printed after the button is pressed comes when the program has seen the
+    // button, and each step has been seen when the camera is another.
     display.tool(&["mousedown", "1"]);
+    let mut camera = print();
+    let mut moves = |what: &str| {
+        let before = std::mem::replace(&mut camera, print());
+        poll(what, || {
+            camera = print();
+            camera != before
+        });
+    };
     for x in [160, 180, 200] {
-        std::thread::sleep(Duration::from_millis(100));
         display.point(x, 110);
+        moves("a turn of the camera");
     }
-    std::thread::sleep(Duration::from_millis(100));
     display.tool(&["mouseup", "1"]);
     display.tool(&["click", "4"]);
+    moves("a step of the camera");
     display.tool(&["key", "c"]);
-    wait_for("a view that is not steered any more", || display.title().contains("moved camera"));
-    display.tool(&["key", "k"]);
-    wait_for("the moved camera's render", || display.title().contains("done"));
-    wait_for("its picture", || !views().is_empty());
+    poll("a view that is not steered any more", || display.title().contains("moved camera"));
+    let camera = print();
+    poll("the moved camera's render", || display.title().contains("done"));
+    poll("its picture", || !views().is_empty());
     display.tool(&["key", "r"]);
-    wait_for("the scene's own camera", || !display.title().contains("moved camera"));
-    wait_for("its render's end", || display.title().contains("done"));
-    wait_for("the end", || {
+    poll("the scene's own camera", || !display.title().contains("moved camera"));
+    poll("its render's end", || display.title().contains("done"));
+    poll("the end", || {
         display.tool(&["key", "Escape"]);
         stride.0.try_wait().expect("a child").is_some()
     });
     assert_eq!(stride.0.wait().expect("a child").code(), Some(0));
-    let mut camera = String::new();
-    stride.0.stdout.take().expect("a pipe").read_to_string(&mut camera).expect("text");
 
     // The scene's own picture and film are as if nobody had looked elsewhere …
     let own = rendered(folder.path(), "scene.toml", "own.exr", asked);
@@ -227,10 +258,9 @@ fn tour(display: &Display, asked: &[&str]) -> FilmFile {
     let scene = fs::read_to_string(path("scene.toml")).expect("a scene");
     let (before, after) = scene.split_once("[camera]").expect("a camera");
     let (_, after) = after.split_once("\n[").expect("more than that");
-    let printed = camera.split("[camera]").nth(1).unwrap_or_else(|| panic!("no camera: {camera:?}"));
-    fs::write(path("moved.toml"), format!("{before}[camera]{printed}\n[{after}")).expect("a folder");
+    fs::write(path("moved.toml"), format!("{before}{camera}\n[{after}")).expect("a folder");
     let moved = rendered(folder.path(), "moved.toml", "moved.exr", asked);
-    assert!(bits(path(&views().pop().expect("a picture of it"))) == moved, "{printed}");
+    assert!(bits(path(&views().pop().expect("a picture of it"))) == moved, "{camera}");
     // Negative control: they are two pictures.
     assert!(own != moved);
     open_film(&path("a.film")).expect("a film")

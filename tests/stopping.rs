@@ -42,7 +42,7 @@ fn endless() -> [(&'static str, String); 3] {
     });
     let balls: String = balls.collect();
     [
-        ("path", room("integrator = \"path\", max_depth = \"unlimited\"", 2000, "")),
+        ("path", room("integrator = \"path\", max_depth = \"unlimited\"", 1500, "")),
         ("path-naive", room("integrator = \"path-naive\", max_depth = 10000", 1000, "")),
         ("whitted", room("integrator = \"whitted\", max_depth = 10000", 200, &balls)),
     ]

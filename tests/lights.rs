@@ -165,7 +165,7 @@ fn a_light_is_not_in_its_own_way_however_far_away_it_is() {
                     let seen = Seen::new(light.clone(), CENTRE + direction(stream) * distance);
                     for i in 0..10 {
                         let sample = seen.sample(draw(47, i));
-                        if !(sample.pdf > 0.0) {
+                        if sample.pdf <= 0.0 {
                             continue;
                         }
                         let given = f64::from(sample.weight().r);

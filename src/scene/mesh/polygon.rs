@@ -126,8 +126,8 @@ fn ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
             let ear = || around(i).map(|j| flat[j]);
             let reflex = *known.reflex.get_or_insert_with(|| {
                 let [a, b, c] = ear();
-                // Also where a number is NaN.
-                !((b - a).perp_dot(c - b) > 0.0)
+                let turn = (b - a).perp_dot(c - b);
+                turn <= 0.0 || turn.is_nan()
             });
             // Whatever was in it last may still be there.
             if reflex || known.asked > 0 && is_left[known.asked - 1] {

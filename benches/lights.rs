@@ -15,7 +15,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 use std::time::Instant;
 use stride::film::film_offset;
-use stride::integrator::{Finished, Integrator, NextEvent, PathTracer, Paths, Settings};
+use stride::integrator::{self, Finished, Integrator, NextEvent, Paths, Settings};
 use stride::math::lanes::Level;
 use stride::render::{Region, Stride};
 use stride::sampling::{Sobol, Stream};
@@ -74,18 +74,18 @@ fn pose(lamps: u32) -> String {
     text
 }
 
-fn tracer(scene: &Scene, seed: u32, evenly: bool, max_depth: u32) -> impl Integrator {
+fn tracer(scene: &Scene, seed: u32, evenly: bool, max_depth: u32) -> Box<dyn Integrator> {
     let (mut compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height);
     if evenly {
         compiled.lights.build_uniform_tree();
     }
     let settings = Settings { sampler: Sobol { seed }.into(), offset: film_offset(&scene.film), max_depth };
     let (scene, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, Finder::Bvh)));
-    PathTracer { transport: NextEvent::default(), scene, world, settings }
+    integrator::path(NextEvent::default(), scene, world, settings)
 }
 
 /// The picture, and how many seconds it took with all cores.
-fn render(scene: &Scene, tracer: &impl Integrator) -> (Vec<[f64; 3]>, f64) {
+fn render(scene: &Scene, tracer: &dyn Integrator) -> (Vec<[f64; 3]>, f64) {
     let region = Region::whole(scene.film.width, scene.film.height);
     let level = Level::available()[0];
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u32);
@@ -123,8 +123,8 @@ fn render(scene: &Scene, tracer: &impl Integrator) -> (Vec<[f64; 3]>, f64) {
 /// The light that comes from surfaces, and how many seconds the whole picture took: the same camera rays tell what is
 /// seen of the lamps themselves.
 fn render_lit(scene: &Scene, seed: u32, evenly: bool) -> (Vec<[f64; 3]>, f64) {
-    let (mut picture, seconds) = render(scene, &tracer(scene, seed, evenly, scene.render.max_depth));
-    let (lamps, _) = render(scene, &tracer(scene, seed, evenly, 0));
+    let (mut picture, seconds) = render(scene, &*tracer(scene, seed, evenly, scene.render.max_depth));
+    let (lamps, _) = render(scene, &*tracer(scene, seed, evenly, 0));
     for (all, seen) in picture.iter_mut().zip(lamps) {
         *all = [0, 1, 2].map(|c| all[c] - seen[c]);
     }

@@ -10,12 +10,12 @@ mod tracer;
 mod whitted;
 
 pub use first_hit::FirstHit;
-pub use naive::Naive;
+use naive::Naive;
 pub use next_event::{NextEvent, ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 pub use observe::{Event, Observer};
-pub use tracer::PathTracer;
 pub use whitted::Whitted;
 
+use self::tracer::PathTracer;
 use crate::camera::Camera;
 use crate::math::lanes::Level;
 use crate::math::{Float, Ray};
@@ -133,12 +133,26 @@ pub fn build(
     };
     let settings = Settings { sampler, offset, max_depth: render.max_depth };
     match render.integrator {
-        scene::Integrator::Path => {
-            Box::new(PathTracer { transport: NextEvent::default(), scene, world, settings })
-        }
-        scene::Integrator::PathNaive => Box::new(PathTracer { transport: Naive, scene, world, settings }),
+        scene::Integrator::Path => path(NextEvent::default(), scene, world, settings),
+        scene::Integrator::PathNaive => path_naive(scene, world, settings),
         scene::Integrator::Whitted => Box::new(Whitted { scene, world, settings, seed }),
     }
+}
+
+/// The integrator `path`. It is made here so that its kernels are compiled once, in the library, and not in every
+/// program that makes one.
+pub fn path(
+    transport: NextEvent,
+    scene: Arc<CompiledScene>,
+    world: Arc<World>,
+    settings: Settings,
+) -> Box<dyn Integrator> {
+    Box::new(PathTracer { transport, scene, world, settings })
+}
+
+/// The integrator `path-naive`: see [`path`].
+pub fn path_naive(scene: Arc<CompiledScene>, world: Arc<World>, settings: Settings) -> Box<dyn Integrator> {
+    Box::new(PathTracer { transport: Naive, scene, world, settings })
 }
 
 /// A film position for a path, in pixels from the top left, and the camera ray through it.

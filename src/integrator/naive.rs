@@ -10,7 +10,7 @@ use crate::shape::offset_origin;
 /// The path tracer of the report's §4.3: directions come from the BxDF alone, and lights are found by
 /// chance. Point lights, which no path can hit, are sampled directly.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Naive;
+pub(super) struct Naive;
 
 impl Transport for Naive {
     type Memory<F: Float> = ();

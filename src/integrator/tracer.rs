@@ -10,8 +10,7 @@ use crate::world::{CompiledScene, World};
 use std::sync::Arc;
 
 /// A path tracer: [`Naive`](super::Naive) or [`NextEvent`](super::NextEvent) transport through a world.
-#[allow(private_bounds, reason = "the two transports are all there are")]
-pub struct PathTracer<T> {
+pub(super) struct PathTracer<T> {
     /// How paths gather light.
     pub transport: T,
     /// The tables.

@@ -3,7 +3,7 @@
 use super::tiles::Replicates;
 use std::sync::Arc;
 use stride::film::film_offset;
-use stride::integrator::{Finished, Integrator, Naive, NextEvent, PathTracer, Paths, Settings};
+use stride::integrator::{self, Finished, Integrator, NextEvent, Paths, Settings};
 use stride::math::lanes::Level;
 use stride::render::Region;
 use stride::sampling::{Independent, Sobol};
@@ -39,10 +39,10 @@ pub fn tracer(method: Method, numbers: Numbers, scene: &Scene, seed: u32) -> Box
     let offset = film_offset(&scene.film);
     let settings = Settings { sampler, offset, max_depth: scene.render.max_depth };
     match method {
-        Method::PathNaive => Box::new(PathTracer { transport: Naive, scene: scene_tables, world, settings }),
+        Method::PathNaive => integrator::path_naive(scene_tables, world, settings),
         Method::Path | Method::PathWithoutRoulette => {
             let transport = NextEvent { roulette: method == Method::Path };
-            Box::new(PathTracer { transport, scene: scene_tables, world, settings })
+            integrator::path(transport, scene_tables, world, settings)
         }
     }
 }

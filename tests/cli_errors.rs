@@ -263,6 +263,7 @@ fn a_mesh_too_small_for_its_numbers_is_refused_and_a_tiny_one_is_not() {
         ("scale = 1e-30", 1),
         // The corners are one point there.
         ("scale = 1e-12, translate = [1, 0, 0]", 1),
+        ("scale = 1e-12, translate = [1, 1, 1]", 1),
     ] {
         let shape = format!("type = \"mesh\", file = \"a.obj\", transform = {{ {transform} }}");
         write("tiny.toml", &format!("{SCENE}[[entities]]\nshape = {{ {shape} }}\nmaterial = \"white\"\n"));

@@ -197,7 +197,7 @@ impl Blinds {
             let height = Blinds::APART * below as f64;
             let at = from.lerp(to, (height - from.z) / (to.z - from.z));
             let [x, y] = [at.x.abs() - 0.5 * Blinds::SIDES[0], at.y.abs() - 0.5 * Blinds::SIDES[1]];
-            if x.max(y).abs() < 2e-5 {
+            if x.max(y).abs() < 2e-4 {
                 return None;
             }
             hidden |= x.max(y) < 0.0;

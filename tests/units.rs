@@ -142,24 +142,26 @@ fn units_of_a_thousand_give_the_same_picture_within_rounding() {
             let mut scene = scene.clone();
             (scene.render.integrator, scene.render.samples) = (integrator, 16);
             let expected = samples(&scene, Finder::Bvh);
+            // Of the samples that are not black in both pictures.
             let close = |found: &[[f32; 3]]| {
+                let lit = found.iter().zip(&expected).filter(|(a, b)| a.iter().chain(*b).any(|&c| c > 0.0));
                 let close = |(a, b): &(&[f32; 3], &[f32; 3])| {
                     a.iter().zip(*b).all(|(a, b)| (a - b).abs() <= 1e-3 * b.abs().max(1e-3))
                 };
-                found.iter().zip(&expected).filter(close).count() as f64 / found.len() as f64
+                lit.clone().filter(close).count() as f64 / lit.count() as f64
             };
             for scale in [1e-3, 1e3, 1e6] {
                 // Rounding takes a few paths past another edge.
                 let found = samples(&scaled(&scene, scale), Finder::Bvh);
                 let (share, ratio) = (close(&found), mean(&found) / mean(&expected));
                 println!("{name}, {integrator}, times {scale}: {share} of the samples, {ratio} of the mean");
-                assert!(share > 0.95, "{name}, {integrator}, times {scale}: {share}");
+                assert!(share > 0.9, "{name}, {integrator}, times {scale}: {share}");
                 assert!((ratio - 1.0).abs() < 0.02, "{name}, {integrator}, times {scale}: {ratio}");
             }
             // Negative control.
             let mut other = scaled(&scene, 1e3);
             other.camera.eye.y += 50.0;
-            assert!(close(&samples(&other, Finder::Bvh)) < 0.95, "{name}, {integrator}");
+            assert!(close(&samples(&other, Finder::Bvh)) < 0.9, "{name}, {integrator}");
         }
     }
 }

@@ -66,13 +66,13 @@ fn the_work_at_a_vertex_does_not_grow_with_a_lamps_triangles() {
     let at = v(4.0, 0.5, 1.5);
     for n in [4, 16, 64] {
         assert!(20 * (n * n) as usize >= LEAST_TRIANGLES);
-        // From the camera, to the point light, and to the lamp.
+        // From the camera and, where that meets the floor, to the point light and to the lamp.
         let rays = rays(vec![ball(at, n, 1.0)]);
-        assert!((2.0..=3.0).contains(&rays), "{rays} rays a sample, {} triangles", 20 * n * n);
+        assert!((1.5..=3.0).contains(&rays), "{rays} rays a sample, {} triangles", 20 * n * n);
     }
     // Two lamps, two rays.
     let two = rays(vec![ball(at, 16, 1.0), ball(at + DVec3::X * 3.0, 16, 1.0)]);
-    assert!((2.5..=4.0).contains(&two), "{two}");
+    assert!((1.5..=4.0).contains(&two), "{two}");
     // Negative control: the same triangles in parts, each of which has too few to be one lamp.
     let whole = icosphere(at, 0.7, 16, false);
     let parts = whole

@@ -438,7 +438,7 @@ impl Accumulator {
         let whole = (0..self.region.len() as usize).all(|place| self.film.seen(place) == u64::from(spp));
         let unreached = self.gathering.iter().map(|g| g.barrier.end).collect();
         let Accumulator { film, totals, milestone, made, owners, rejects, faint, told_faint, .. } = self;
-        let overtime = overtime && !whole;
+        let overtime = overtime && (!whole || spp == 0);
         Outcome {
             film,
             totals,

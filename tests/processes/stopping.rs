@@ -110,7 +110,7 @@ fn films_written_on_the_way_hold_the_first_samples_of_each_pixel() {
 
 #[test]
 fn an_error_is_reached_at_the_same_sample_whoever_renders_and_however_often_it_stopped() {
-    let asked = 0.03;
+    let asked = 0.17;
     let integrator = common::integrator(&scene());
     let alone = Wiring { workers: 1, spp: 10_000, noise: Some((asked, None)), ..Wiring::default() };
     let alone = alone.render(&*integrator).outcome;

@@ -526,7 +526,8 @@ pub(super) fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<R
         return Err(reports.error(at, "the transform takes some of the mesh farther than 1e18"));
     }
     let parts = read.parts.iter().map(|(_, mesh)| &**mesh);
-    if size_in_place(parts, &transform) < keys::SMALLEST_MESH {
+    let [narrower, longest] = sizes_in_place(parts, &transform);
+    if longest < keys::SMALLEST_MESH || narrower == 0.0 {
         let at = fields.place_of(&keys::TRANSFORM);
         let message = "the mesh is smaller than 1e-15 where it stands, or than what 32-bit numbers tell apart there: nothing of it would be seen; give the transform a larger scale, or move the mesh nearer to the origin";
         return Err(reports.error(at, message));
@@ -549,8 +550,8 @@ pub(super) fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<R
     Ok(RawShape::Parts(read.parts.iter().map(part).collect()))
 }
 
-/// The longest side of the box around meshes where a transform takes them, in 32-bit numbers.
-fn size_in_place<'a>(meshes: impl Iterator<Item = &'a Mesh>, transform: &DAffine3) -> f64 {
+/// The two longest sides of the box around meshes where a transform takes them, in 32-bit numbers, the longest last.
+fn sizes_in_place<'a>(meshes: impl Iterator<Item = &'a Mesh>, transform: &DAffine3) -> [f64; 2] {
     let place = |p: &[f32; 3]| {
         let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
         DVec3::from(p.to_array().map(|x| f64::from(x as f32)))
@@ -558,7 +559,9 @@ fn size_in_place<'a>(meshes: impl Iterator<Item = &'a Mesh>, transform: &DAffine
     let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let around = |(low, high): (DVec3, DVec3), p: DVec3| (low.min(p), high.max(p));
     let (low, high) = meshes.flat_map(|mesh| &mesh.positions).map(place).fold(empty, around);
-    (high - low).max_element()
+    let mut sides = (high - low).to_array();
+    sides.sort_by(f64::total_cmp);
+    [sides[1], sides[2]]
 }
 
 /// That every part that is given a material is in the file.

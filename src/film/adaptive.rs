@@ -13,7 +13,7 @@
 //! errors are relative to, and by neighbours that went on because of it. And no pixel is taken to be much quieter than
 //! the picture is on the whole, however few of its neighbours have seen anything yet.
 
-use super::noise::bound_of_worst;
+use super::metrics::bound_of_worst;
 
 /// Pixels to each side whose samples tell how much a pixel's vary. The difference of two halves is one number, and far
 /// from the mean of many: with fewer than a hundred and more around it, what is won by following the error is lost to

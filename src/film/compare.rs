@@ -2,7 +2,7 @@
 
 use super::Picture;
 use super::flip::{hdr_flip, ldr_flip};
-use super::noise::{brightness, root_mean_without_worst};
+use super::metrics::{brightness, relative_error, relative_square, root_mean_without_worst};
 
 /// What [`compare`] finds. All figures are over the pixels that are finite in both pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,10 +56,6 @@ pub enum CompareError {
     #[error("no pixel is finite in both images")]
     NothingFinite,
 }
-
-/// Added to the square of the reference, in units of the square of a brightness, so that what is nearly black does not
-/// count for everything.
-const RELATIVE_FLOOR: f64 = 0.01;
 
 /// The brightness that the floor of relMSE is in units of: pictures are taken to be about as bright as white.
 const WHITE: f64 = 1.0;
@@ -125,24 +121,6 @@ fn blackened(a: &Picture, b: &Picture, finite: impl Fn(&[f32; 3]) -> bool) -> (P
         (*a, *b) = ([0.0; 3], [0.0; 3]);
     }
     (a, b)
-}
-
-/// The squared error of a channel relative to a radiance in a picture of a brightness. Infinite where both of these are
-/// zero, unless there is no error.
-fn relative_square(a: f64, b: f64, relative_to: f64, brightness: f64) -> f64 {
-    if a == b {
-        return 0.0;
-    }
-    (a - b) * (a - b) / (relative_to * relative_to + RELATIVE_FLOOR * (brightness * brightness))
-}
-
-/// The squared error of a pixel relative to a radiance in a picture of a brightness, the mean over its channels.
-pub(super) fn relative_error(a: [f32; 3], b: [f32; 3], relative_to: [f32; 3], brightness: f64) -> f64 {
-    let channel = |i: usize| {
-        let [a, b, to] = [a, b, relative_to].map(|rgb| f64::from(rgb[i]));
-        relative_square(a, b, to, brightness)
-    };
-    (channel(0) + channel(1) + channel(2)) / 3.0
 }
 
 /// The squared error of each pixel, the mean over its channels.

@@ -12,6 +12,7 @@ pub mod holding;
 pub mod identity;
 pub mod layers;
 mod layout;
+mod metrics;
 pub mod noise;
 pub mod picture;
 mod plane;

@@ -148,7 +148,21 @@ pub(super) fn build(items: &mut [Item], threads: usize) -> Vec<Split> {
 }
 
 /// The fewest things that are worth a thread.
-pub(super) const THREAD_PAYS_FROM: usize = 1 << 13;
+const THREAD_PAYS_FROM: usize = 1 << 13;
+
+/// Runs `work` on parts of a slice side by side, each with the index of its first value.
+pub(super) fn in_parts<T: Send>(all: &mut [T], threads: usize, work: impl Fn(usize, &mut [T]) + Sync) {
+    if threads < 2 || all.len() < THREAD_PAYS_FROM {
+        return work(0, all);
+    }
+    let size = all.len().div_ceil(threads);
+    std::thread::scope(|scope| {
+        for (i, part) in all.chunks_mut(size).enumerate() {
+            let work = &work;
+            scope.spawn(move || work(i * size, part));
+        }
+    });
+}
 
 fn grow(
     items: &mut [Item],

@@ -1,8 +1,6 @@
 //! Nodes of eight children, and what is in a leaf.
 
-use super::Contents;
-use super::build::{ALONE, Below, Item, LEAF, Split};
-use super::in_parts;
+use super::build::{ALONE, Below, Item, LEAF, Split, in_parts};
 use crate::math::{Bounds, Float, Ray, Vec3};
 use crate::shape::{BOUNDS_ERROR, Quad, QuadForm, Sphere, SphereForm};
 use crate::world::{FIRST_TRIANGLE, Simple, Triangles, pages};
@@ -226,6 +224,19 @@ pub(super) struct Nodes {
     pub(super) triangles: Vec<Eight>,
     /// Whether any triangle is a needle (see [`crate::shape::NEEDLE`]).
     pub(super) has_needles: bool,
+}
+
+/// What a box of the tree holds, for workers that keep it in another form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contents<'a> {
+    /// Nothing: there is no such box.
+    Nothing,
+    /// A node, by its number.
+    Node(usize),
+    /// Surfaces of one kind, numbered as in [`Hit::surface`](crate::world::Hit::surface).
+    Leaf(&'a [u32]),
+    /// A shared mesh where it stands, by its index in [`Instances`](crate::world::Instances).
+    Instance(usize),
 }
 
 /// Some of the things, as sorted.

@@ -1,12 +1,12 @@
 //! The tree against trying everything, to the bit, at every SIMD level.
 
+use super::Bvh;
 use super::build::{Below, Item, LEAF, MAX_DEPTH, Split, build};
-use super::*;
-use crate::math::Vec3;
-use crate::math::lanes::{Kernel, Level, dispatch};
+use crate::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
+use crate::math::{Bounds, Float, Mask, Ray, Uint, Vec3};
 use crate::sampling::Stream;
 use crate::shape::{Cylinder, Disk, Mesh, NOTHING, Plane, Quad, Rare, Sphere};
-use crate::world::{Finder, Triangles, World};
+use crate::world::{Finder, Instances, Simple, Treed, Triangles, World};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;
 use std::sync::Arc;

@@ -3,13 +3,13 @@
 //! Paths that bounce agree on little, so that a packet of their rays would visit the nodes of all of them with
 //! most lanes idle.
 
-use super::Bvh;
 use super::build::MAX_DEPTH;
 use super::node::{Child, Node, Nodes, Target, WIDTH};
+use super::tree::Bvh;
 use crate::math::lanes::{Kernel, MAX_LANES};
-use crate::math::{Float, Mask, Ray, Vec3};
+use crate::math::{Float, Mask, Ray, Uint, Vec3};
 use crate::shape::{BOUNDS_ERROR, NOTHING, Sheared};
-use crate::world::NO_INSTANCE;
+use crate::world::{Hit, NO_INSTANCE};
 
 /// Children that wait while a ray looks at nearer ones: seven at each level at most.
 const STACK: usize = (MAX_DEPTH * (WIDTH - 1)).next_power_of_two();
@@ -392,5 +392,54 @@ impl Kernel for Any<'_> {
             },
         );
         met
+    }
+}
+
+/// A number of each lane.
+#[inline(always)]
+fn column<F: Float>(x: F) -> [f32; MAX_LANES] {
+    let mut column = [0.0; MAX_LANES];
+    x.store(&mut column);
+    column
+}
+
+impl Bvh {
+    /// The first hit of each ray no farther than `t_max`; where there is none, a farther one or no hit. The hits of
+    /// lanes outside `asks` are unspecified.
+    #[inline(always)]
+    pub fn intersect_within<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F> {
+        let Some(tree) = &self.tree else { return Hit::none() };
+        let asks = asks & tree.reached(ray, t_max, self.share);
+        if !asks.any() {
+            return Hit::none();
+        }
+        let rays = Rays::new(ray, asks);
+        let found = F::outlined(Closest { world: self, tree, rays, t_max: column(t_max) });
+        let Found { t, surface, instance } = &found;
+        Hit { t: F::load(t), surface: F::Uint::load(surface), instance: F::Uint::load(instance) }
+    }
+
+    /// The lanes whose ray meets anything, as [`World::occluded`](crate::world::World::occluded) says.
+    #[inline(always)]
+    pub fn occluded<F: Float>(
+        &self,
+        ray: &Ray<F>,
+        limit: F,
+        asks: F::Mask,
+        past_triangles: F::Mask,
+    ) -> F::Mask {
+        let Some(tree) = &self.tree else { return F::Mask::splat(false) };
+        let asks = if self.is_of_meshes { asks & !past_triangles } else { asks };
+        if !asks.any() {
+            return asks;
+        }
+        let asks = asks & tree.reached(ray, limit, self.share);
+        if !asks.any() {
+            return asks;
+        }
+        let rays = Rays::new(ray, asks);
+        let past_triangles = past_triangles.bits();
+        let any = Any { world: self, tree, rays, t_max: column(limit), past_triangles };
+        F::Mask::from_bits(F::outlined(any))
     }
 }

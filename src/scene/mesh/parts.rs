@@ -1,10 +1,10 @@
 //! The parts of a file: what its groups and materials are called, and a mesh for each that is wanted apart.
 
+use super::file::{FileMaterial, MeshFile, Split};
 use super::notes::{Note, Notes};
 use super::polygon::{Cut, triangulate};
 use super::source::Place;
-use super::{FileMaterial, Mesh, MeshFile, Split};
-use crate::shape::{FARTHEST, MeshError};
+use crate::shape::{FARTHEST, Mesh, MeshError};
 use std::collections::HashMap;
 
 /// Names that errors and warnings may list; a file may have a million.

@@ -1,7 +1,7 @@
 //! The bytes of a mesh file, and the place in it.
 
-use super::Watch;
 use std::fmt;
+use std::fs::File;
 use std::io::{BufRead, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
@@ -61,6 +61,9 @@ impl std::error::Error for MeshFileError {}
 
 /// The longest line of text, the longest word of which is no longer. A polygon of a thousand corners fits.
 pub(super) const LONGEST_LINE: usize = 1 << 20;
+
+/// What a progress display hears: bytes read so far, and how many there are.
+pub type Watch<'a> = &'a mut dyn FnMut(u64, u64);
 
 /// A file that is read from front to back.
 pub(super) struct Source<'a, R> {
@@ -271,6 +274,29 @@ impl<R: BufRead> Source<'_, R> {
     pub(super) fn at_line(&self, line: usize, message: impl ToString) -> MeshFileError {
         MeshFileError { place: Some(Place::Line(line as u64)), ..self.whole(message) }
     }
+}
+
+/// Opens a file, and says how long it is.
+pub(super) fn open(path: &Path) -> Read_<(File, u64)> {
+    let fail = |message: String| Err(MeshFileError { file: path.into(), place: None, message });
+    let unreadable = |error: &std::io::Error| match error.kind() {
+        ErrorKind::NotFound => fail("there is no such file".into()),
+        ErrorKind::PermissionDenied => fail("you have no permission to read this file".into()),
+        _ => fail(format!("cannot be read: {error}")),
+    };
+    match std::fs::metadata(path) {
+        Ok(metadata) if !metadata.is_file() => fail("this is not a file".into()),
+        Err(error) => unreadable(&error),
+        Ok(metadata) => match File::open(path) {
+            Ok(file) => Ok((file, metadata.len())),
+            Err(error) => unreadable(&error),
+        },
+    }
+}
+
+/// A file that another one names.
+pub(super) fn beside(file: &Path, name: &str) -> PathBuf {
+    file.parent().unwrap_or(Path::new("")).join(name)
 }
 
 /// A word as messages show it.

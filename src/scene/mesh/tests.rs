@@ -2,7 +2,9 @@
 
 use super::*;
 use crate::sampling::Stream;
+use crate::scene::description::MaterialKind;
 use rand::RngExt;
+use std::sync::Arc;
 
 mod gltf;
 mod limits;

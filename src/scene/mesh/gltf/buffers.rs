@@ -6,7 +6,7 @@ use super::Room;
 use super::accessors::{Floats, Indices, size};
 use super::document::{Accessor, Document, Sparse};
 use super::extensions::compressed;
-use crate::scene::mesh::{beside, open};
+use crate::scene::mesh::source::{beside, open};
 use crate::shape::MOST_TRIANGLES;
 use data_encoding::{BASE64, BASE64_NOPAD};
 use percent_encoding::percent_decode_str;

@@ -6,7 +6,6 @@
 
 use super::device::Device;
 use super::layout::{Field, structures};
-use super::tables::Tables;
 use crate::gpu::GpuError;
 use bytemuck::Pod;
 use std::fmt::Write;
@@ -50,16 +49,14 @@ impl Paging {
         Ok(Paging { pages: words.div_ceil(1 << bits) as u32, bits })
     }
 
-    /// For a device.
-    pub(super) fn on(device: &Device, tables: &Tables) -> Result<Paging, GpuError> {
+    /// Cuts a heap of so many words for a device.
+    pub(super) fn on(device: &Device, words: usize) -> Result<Paging, GpuError> {
         let info = device.description();
-        Paging::of(tables.words(), info.max_binding, device.table_buffers()).map_err(|limit| {
-            GpuError::TooLarge {
-                what: "the scene's tables",
-                needed: (tables.words() * WORD) as u64,
-                adapter: info.name.clone(),
-                limit,
-            }
+        Paging::of(words, info.max_binding, device.table_buffers()).map_err(|limit| GpuError::TooLarge {
+            what: "the scene's tables",
+            needed: (words * WORD) as u64,
+            adapter: info.name.clone(),
+            limit,
         })
     }
 

@@ -9,6 +9,7 @@ mod program;
 mod readback;
 mod tables;
 mod tree;
+mod variant;
 mod worker;
 
 #[cfg(test)]

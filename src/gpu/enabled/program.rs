@@ -2,7 +2,7 @@
 
 use super::device::Device;
 use super::heap::FIRST_PAGE;
-use super::layout::{self, Plan, Variant};
+use super::variant::{self, Plan, Variant};
 use crate::gpu::GpuError;
 use crate::scene::RenderSettings;
 
@@ -38,7 +38,7 @@ const WORKGROUP_SIZE: u32 = 64;
 
 /// The library of functions, without an entry point.
 pub(super) fn library(variant: Variant) -> String {
-    let mut text = layout::text(variant);
+    let mut text = variant::text(variant);
     for source in SOURCES {
         text.push_str(source);
     }

@@ -1,7 +1,7 @@
 //! The worker itself: orders in, dispatches out, batches back.
 
 use super::device::Device;
-use super::layout::{Plan, SlotSums};
+use super::layout::SlotSums;
 use super::pace::{
     FIRST_BRIGHT, MOST_BRIGHT, MOST_SAMPLES, MOST_SLOTS, Pace, Remaining, Run, Task, next_part,
 };
@@ -9,6 +9,7 @@ use super::pipeline::{Brings, DispatchBuffers, Pipeline, Room, Submission};
 use super::program::{Program, Shape};
 use super::readback;
 use super::tables::Tables;
+use super::variant::Plan;
 use crate::film::{Band, Made, Reject, Splatter};
 use crate::gpu::{GpuError, Job};
 use crate::render::batch::NAMED_REJECTS;

@@ -1,8 +1,9 @@
 //! The WGSL as naga reads it, against the host's layouts. No GPU is asked.
 
 use super::super::heap::Paging;
-use super::super::layout::{Plan, Variant, structures};
+use super::super::layout::structures;
 use super::super::program::{self, MAIN};
+use super::super::variant::{Plan, Variant};
 use crate::scene::{Integrator, Sampler};
 use wgpu::naga;
 

@@ -21,8 +21,8 @@ mod tiles;
 
 use super::device::Device;
 use super::heap::Paging;
-use super::layout::Plan;
 use super::program::{Program, Shape};
+use super::variant::Plan;
 use super::worker::GpuWorker;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu::{GpuError, Job};

@@ -5,9 +5,10 @@
 
 use super::tiles::{Replicates, Verdict, welch};
 use super::{Device, GpuWorker, Prepared, Program, SIMPLE, Shape, carry_out, device, scenes};
-use crate::gpu::enabled::layout::Plan;
+
 use crate::gpu::enabled::program;
 use crate::gpu::enabled::tables::Tables;
+use crate::gpu::enabled::variant::Plan;
 use crate::integrator::Paths;
 use crate::math::lanes::Level;
 use crate::render::{Order, Payload, Stride};

@@ -1,10 +1,11 @@
 //! Function by function: the WGSL against the CPU's scalar code, over thousands of inputs.
 
 use super::super::heap;
-use super::super::layout::{Branch, Light, LightNode, Material, Plan, Scene, Surface, Variant};
+use super::super::layout::{Branch, Light, LightNode, Material, Scene, Surface};
 use super::super::program::library;
 use super::super::tables::{Tables, Weights, light_tables, material, surface};
 use super::super::tree::Tree;
+use super::super::variant::{Plan, Variant};
 use super::{Device, device};
 use crate::film::sums::{MAX_RADIANCE, PixelSums, check};
 use crate::light::{AreaLight, LightTable, PointLight};

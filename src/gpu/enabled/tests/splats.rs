@@ -1,10 +1,11 @@
 //! Samples that the device puts on all pixels around them: the sums that the CPU makes of them, to the bit.
 
-use super::super::layout::{Plan, SampleWords};
+use super::super::layout::SampleWords;
 use super::super::pace::{MOST_BRIGHT, Pace, Task};
 use super::super::pipeline::{Brings, Pipeline, Room};
 use super::super::program;
 use super::super::tables::Tables;
+use super::super::variant::Plan;
 use super::{Device, GpuWorker, Prepared, Program, Shape, carry_out, device, scenes};
 use crate::film::sums::{MAX_COUNT, MAX_SUMMED};
 use crate::film::{Band, Film, Layout, Made, Splatter, Weights};

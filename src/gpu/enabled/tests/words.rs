@@ -1,9 +1,9 @@
 //! The same bits from run to run, and exact sums of whatever a film takes.
 
-use super::super::layout::Plan;
 use super::super::pace::Pace;
 use super::super::program;
 use super::super::tables::Tables;
+use super::super::variant::Plan;
 use super::{Device, GpuWorker, Prepared, Program, Shape, Total, carry_out, device, scenes, totals};
 use crate::film::Film;
 use crate::film::sums::{PixelSums, Reject, check};

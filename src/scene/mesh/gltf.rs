@@ -8,29 +8,33 @@ mod accessors;
 mod buffers;
 mod document;
 mod extensions;
+mod fault;
 mod material;
 mod morph;
 mod place;
 mod primitive;
+mod room;
 mod skin;
 
 use self::buffers::Buffers;
 use self::document::Document;
+use self::fault::{Fault, item};
 use self::primitive::Pose;
+use self::room::Room;
 use self::skin::Skins;
 use super::FileMaterial;
 use super::MeshFileError;
 use super::parts::Parts;
 use super::source::{Place, Read_, Source};
-use crate::shape::MOST_TRIANGLES;
-use glam::DVec3;
 use std::collections::BTreeSet;
-use std::fmt;
 use std::io::BufRead;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
 const JSON: u32 = u32::from_le_bytes(*b"JSON");
 const BINARY: u32 = u32::from_le_bytes(*b"BIN\0");
+
+/// What a primitive counts for besides its vertices and triangles, and its names: time, though it be empty.
+const PRIMITIVE: u64 = 256;
 
 /// Reads a `.glb`, and gives its materials.
 pub(super) fn read_binary<R: BufRead>(
@@ -98,32 +102,6 @@ fn read<R: BufRead>(
         place: Some(Place::Item(fault.place)),
         ..source.whole(fault.message)
     })
-}
-
-/// An error in a document, with its place.
-struct Fault {
-    place: String,
-    message: String,
-}
-
-impl Fault {
-    fn at(place: fmt::Arguments<'_>, message: impl ToString) -> Fault {
-        Fault { place: place.to_string(), message: message.to_string() }
-    }
-
-    /// The same error, found while another item was read.
-    fn of(self, place: fmt::Arguments<'_>) -> Fault {
-        Fault { place: format!("{place}: {}", self.place), ..self }
-    }
-}
-
-/// The place of an item, for a note.
-fn item(place: fmt::Arguments<'_>) -> Option<Place> {
-    Some(Place::Item(place.to_string()))
-}
-
-fn wide(v: [f32; 3]) -> DVec3 {
-    DVec3::from(v.map(f64::from))
 }
 
 fn read_document(
@@ -200,54 +178,4 @@ fn read_document(
     let used = document.materials.iter().enumerate().filter(|&(i, _)| is_used[i]);
     used.for_each(|(i, material)| material.note(i, parts));
     Ok(names.into_iter().zip(&document.materials).map(|(name, of)| of.read(name)).collect())
-}
-
-/// How much more may be made of a file: nodes and copies may repeat a mesh, but not a million times.
-struct Room {
-    vertices: usize,
-    triangles: usize,
-    repeats: u64,
-}
-
-/// How many times the length of a file, and of those beside it that it names, the vertices and triangles may take that are made of it, in bytes.
-const MOST_REPEATS: u64 = 64;
-
-/// What a primitive counts for besides its vertices and triangles, and its names: time, though it be empty.
-const PRIMITIVE: u64 = 256;
-
-impl Room {
-    fn new<R: BufRead>(source: &Source<'_, R>) -> Room {
-        // A small file may repeat more.
-        let bytes = source.len().max(1 << 16).saturating_mul(MOST_REPEATS);
-        Room { vertices: MOST_TRIANGLES, triangles: MOST_TRIANGLES, repeats: bytes }
-    }
-
-    /// Makes room for what comes of a file beside.
-    fn add_file(&mut self, len: u64) {
-        self.repeats = self.repeats.saturating_add(len.saturating_mul(MOST_REPEATS));
-    }
-
-    /// The cost, in bytes, of sparse vectors, each of which replaces another.
-    fn replacing(vectors: usize) -> u64 {
-        16 * vectors as u64
-    }
-
-    /// Takes room for vertices, triangles, and as much as so many bytes.
-    fn take(&mut self, vertices: usize, triangles: usize, more: u64) -> Result<(), String> {
-        let bytes = 32 * vertices as u64 + 12 * triangles as u64 + more;
-        match (
-            self.vertices.checked_sub(vertices),
-            self.triangles.checked_sub(triangles),
-            self.repeats.checked_sub(bytes),
-        ) {
-            (Some(vertices), Some(triangles), Some(repeats)) => {
-                *self = Room { vertices, triangles, repeats };
-                Ok(())
-            }
-            _ => Err(format!(
-                "with it, the file's nodes and copies repeat its meshes to more than {MOST_REPEATS} times its size; \
-                 let entities of the scene place them"
-            )),
-        }
-    }
 }

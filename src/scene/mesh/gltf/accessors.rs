@@ -1,7 +1,7 @@
 //! What accessors say that bytes are. All of them are known to be there, and nothing is decoded before there is room
 //! for it.
 
-use super::buffers::View;
+use std::rc::Rc;
 
 /// The types of components.
 const I8: u32 = 5120;
@@ -19,6 +19,14 @@ pub(super) fn size(component: u32) -> Result<u64, String> {
         U32 | F32 => Ok(4),
         other => Err(format!("has components of the unknown type {other}")),
     }
+}
+
+/// Some components that stand at equal distances in a buffer.
+pub(super) struct View {
+    pub(super) bytes: Rc<Vec<u8>>,
+    pub(super) first: usize,
+    pub(super) stride: usize,
+    pub(super) count: usize,
 }
 
 /// Vectors of `N` floats.

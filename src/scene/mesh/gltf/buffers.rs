@@ -2,10 +2,10 @@
 //!
 //! Every range is checked against the bytes that are there before anything is set aside for it.
 
-use super::Room;
-use super::accessors::{Floats, Indices, size};
+use super::accessors::{Floats, Indices, View, size};
 use super::document::{Accessor, Document, Sparse};
 use super::extensions::compressed;
+use super::room::Room;
 use crate::scene::mesh::source::{beside, open};
 use crate::shape::MOST_TRIANGLES;
 use data_encoding::{BASE64, BASE64_NOPAD};
@@ -22,14 +22,6 @@ pub(super) struct Buffers<'a> {
     binary: Option<Rc<Vec<u8>>>,
     loaded: Vec<Option<Rc<Vec<u8>>>>,
     pub(super) room: Room,
-}
-
-/// Some components that stand at equal distances in a buffer.
-pub(super) struct View {
-    pub(super) bytes: Rc<Vec<u8>>,
-    pub(super) first: usize,
-    pub(super) stride: usize,
-    pub(super) count: usize,
 }
 
 impl<'a> Buffers<'a> {

@@ -3,7 +3,7 @@
 //! A required extension is an error only if it may change the triangles. This module handles the lists of extensions
 //! that a document uses and requires; notes about single materials, nodes and primitives are added by their readers.
 
-use super::{Fault, item};
+use super::fault::{Fault, item};
 use crate::scene::mesh::parts::Parts;
 
 /// The subject of an extension.

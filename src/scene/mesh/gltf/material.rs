@@ -1,6 +1,7 @@
 //! Conversion of glTF materials to matte, mirror and glass, with notes about each approximation.
 
-use super::{extensions, item};
+use super::extensions;
+use super::fault::item;
 use crate::scene::description::MaterialKind;
 use crate::scene::mesh::FileMaterial;
 use crate::scene::mesh::mtl::{fraction, glass, radiance};

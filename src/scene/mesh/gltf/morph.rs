@@ -1,10 +1,9 @@
 //! Morph targets at their default weights.
 
-use super::Room;
 use super::accessors::Floats;
 use super::buffers::Buffers;
 use super::document::{Document, Primitive};
-use super::wide;
+use super::room::Room;
 use glam::DVec3;
 
 /// Offsets of the vertices of a primitive.
@@ -54,4 +53,9 @@ pub(super) fn offsets(
 
 fn make_room(room: &mut Room, moved: &Floats<3>) -> Result<(), String> {
     room.take(0, 0, VERTEX * moved.count() as u64 + Room::replacing(moved.replacing()))
+}
+
+/// A vector in 64 bits.
+pub(super) fn wide(v: [f32; 3]) -> DVec3 {
+    DVec3::from(v.map(f64::from))
 }

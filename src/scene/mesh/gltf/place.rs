@@ -2,7 +2,8 @@
 
 use super::buffers::Buffers;
 use super::document::{Document, Node};
-use super::{Fault, Room, item};
+use super::fault::{Fault, item};
+use super::room::Room;
 use crate::scene::mesh::parts::Parts;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use std::collections::HashMap;

@@ -1,10 +1,10 @@
 //! Skins in their rest pose.
 
-use super::Fault;
-use super::Room;
 use super::buffers::Buffers;
 use super::document::{Document, Primitive, Skin};
+use super::fault::Fault;
 use super::place::Rest;
+use super::room::Room;
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use std::collections::HashMap;
 use std::rc::Rc;

@@ -1,0 +1,52 @@
+//! The limits of what is made of a glTF document.
+
+use crate::scene::mesh::source::Source;
+use crate::shape::MOST_TRIANGLES;
+use std::io::BufRead;
+
+/// How much more may be made of a file: nodes and copies may repeat a mesh, but not a million times.
+pub(super) struct Room {
+    vertices: usize,
+    triangles: usize,
+    repeats: u64,
+}
+
+/// How many times the length of a file, and of those beside it that it names, the vertices and triangles may take that are made of it, in bytes.
+const MOST_REPEATS: u64 = 64;
+
+impl Room {
+    pub(super) fn new<R: BufRead>(source: &Source<'_, R>) -> Room {
+        // A small file may repeat more.
+        let bytes = source.len().max(1 << 16).saturating_mul(MOST_REPEATS);
+        Room { vertices: MOST_TRIANGLES, triangles: MOST_TRIANGLES, repeats: bytes }
+    }
+
+    /// Makes room for what comes of a file beside.
+    pub(super) fn add_file(&mut self, len: u64) {
+        self.repeats = self.repeats.saturating_add(len.saturating_mul(MOST_REPEATS));
+    }
+
+    /// The cost, in bytes, of sparse vectors, each of which replaces another.
+    pub(super) fn replacing(vectors: usize) -> u64 {
+        16 * vectors as u64
+    }
+
+    /// Takes room for vertices, triangles, and as much as so many bytes.
+    pub(super) fn take(&mut self, vertices: usize, triangles: usize, more: u64) -> Result<(), String> {
+        let bytes = 32 * vertices as u64 + 12 * triangles as u64 + more;
+        match (
+            self.vertices.checked_sub(vertices),
+            self.triangles.checked_sub(triangles),
+            self.repeats.checked_sub(bytes),
+        ) {
+            (Some(vertices), Some(triangles), Some(repeats)) => {
+                *self = Room { vertices, triangles, repeats };
+                Ok(())
+            }
+            _ => Err(format!(
+                "with it, the file's nodes and copies repeat its meshes to more than {MOST_REPEATS} times its size; \
+                 let entities of the scene place them"
+            )),
+        }
+    }
+}

@@ -22,270 +22,38 @@
 
 use crate::film::cryptomatte::Mattes;
 use crate::film::file::Head;
-use crate::film::noise::{FIRST_MILESTONE, brightness};
-use crate::film::{
-    Channel, Film, Layer, Layout, MemoryError, Milestone, Picture, Rectangle, Reject, ViewTransform,
-};
-use crate::gpu;
+use crate::film::{Film, Milestone, Picture, ViewTransform};
 use crate::integrator::{Integrator, Paths};
-use crate::math::lanes::Level;
 use crate::output::window::orbit::Orbit;
 use crate::output::window::{self, Feed, Left, Window, WindowOptions};
-use crate::output::{FilmError, OutputError, Progress, Reporter, SampleDump, Tev, TevError, tev};
-use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, Unanswered, WorkerFailure};
+use crate::output::{SampleDump, Tev, tev};
+use crate::render::accumulator::{Inbox, Outbox, Outcome, Unanswered};
 use crate::render::schedule::GRACE;
-use crate::render::{Accumulator, Barrier, Held, Region, Schedule, first_hit_layers, layer_samples};
-use crate::scene::{FilmMode, Fingerprint, Scene};
-use crate::world::Finder;
+use crate::render::{Accumulator, Barrier, Held, Region, Schedule};
+use crate::scene::Scene;
 use crew::Crew;
-use crossbeam_channel::{Receiver, bounded, select};
+use crossbeam_channel::{Receiver, bounded};
 use keeping::Written;
+use layers::{layers, preview};
 use std::convert::Infallible;
-use std::fmt;
-use std::io::Write;
-use std::num::NonZeroUsize;
 use std::ops::Range;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use terminal::{show_notes, show_progress, tell, warn_of_faint, warn_of_noise};
 
 mod crew;
+mod error;
 mod keeping;
+mod layers;
+mod report;
+mod settings;
+mod terminal;
+
+pub use error::SessionError;
+pub use report::{Noise, Report};
+pub use settings::{ADAPTIVE_NOISE, DeviceChoice, Settings, View};
 
 pub(crate) use keeping::{NOTES, facts};
-
-/// Everything that a render is asked for, checked.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// What the window and the progress call it.
-    pub name: String,
-    /// The scene, with whatever the command line changed in it.
-    pub scene: Arc<Scene>,
-    /// The part of the film that is rendered.
-    pub region: Region,
-    /// The part of that which becomes the picture: around it are pixels whose samples reach into it.
-    pub shown: Rectangle,
-    /// The index of each pixel's first sample.
-    pub first: u32,
-    /// Samples a pixel, unless the time is up before.
-    pub spp: u32,
-    /// Stop at the first whole sample after this long.
-    pub time: Option<Duration>,
-    /// Stop when the estimated error, √relMSE_scaled without the worst 0.5% of pixels, is this small.
-    pub noise: Option<f64>,
-    /// Spend samples where the error is, `spp` of them a pixel at most.
-    pub adaptive: bool,
-    /// CPU workers.
-    pub threads: NonZeroUsize,
-    /// Which lanes they use.
-    pub level: Level,
-    /// What finds the surfaces that rays meet, on the CPU.
-    pub finder: Finder,
-    /// Who renders.
-    pub device: DeviceChoice,
-    /// Picture files.
-    pub outputs: Vec<PathBuf>,
-    /// Sample counts to write numbered pictures at.
-    pub dump_at: Vec<u32>,
-    /// Layers that EXR files get beside colour, at the end.
-    pub layers: Vec<Layer>,
-    /// Keep what a variance takes where samples are weighed, which costs memory and time.
-    pub spreads: bool,
-    /// Where every sample goes, if anywhere.
-    pub samples: Option<PathBuf>,
-    /// A film file to write, for going on and merging, if any.
-    pub film: Option<PathBuf>,
-    /// How often it is written while the render runs.
-    pub checkpoint: Duration,
-    /// The film file of a run that this one goes on with.
-    pub resume: Option<PathBuf>,
-    /// What tells the scene from others, where films or pictures are to say so.
-    pub fingerprint: Option<Fingerprint>,
-    /// Show which worker owns each pixel instead of what it saw: in the pictures, which then have to be PNG
-    /// files, and at first in the window.
-    pub overlay: bool,
-    /// What people see of it.
-    pub view: View,
-    /// The camera as it stands in a scene file, where it is not the scene's own: it was moved in the window.
-    pub moved: Option<String>,
-    /// The host and port of a tev that shows it, too.
-    pub tev: Option<String>,
-}
-
-impl Settings {
-    /// What the film's words are.
-    pub fn layout(&self) -> Layout {
-        let (Region { width, height, .. }, shown) = (self.region, self.shown);
-        let weighted = self.scene.film.mode() == FilmMode::Continuous;
-        Layout { width, height, weighted, spreads: weighted && self.spreads, shown }
-    }
-
-    /// The part of the film that becomes the picture.
-    pub fn picture_region(&self) -> Region {
-        let (Region { film_width, x, y, .. }, shown) = (self.region, self.shown);
-        Region { film_width, x: x + shown.x, y: y + shown.y, width: shown.width, height: shown.height }
-    }
-
-    /// The indices of each pixel's samples.
-    pub fn range(&self) -> Range<u32> {
-        self.first..self.first.saturating_add(self.spp)
-    }
-
-    /// The error at which the render ends, if it does at one.
-    pub fn goal(&self) -> Option<f64> {
-        self.noise.or(self.adaptive.then_some(ADAPTIVE_NOISE))
-    }
-}
-
-/// The error that adaptive sampling ends at unless another is asked for.
-pub const ADAPTIVE_NOISE: f64 = 0.01;
-
-/// Who renders.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum DeviceChoice {
-    /// The CPU.
-    Cpu,
-    /// A GPU, of this name if one is given.
-    Gpu(Option<String>),
-    /// The CPU and a GPU, likewise.
-    All(Option<String>),
-}
-
-/// What people see of a render.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum View {
-    /// A window, or an error without a display.
-    Window,
-    /// A window where there is a display, progress elsewhere.
-    WindowIfPossible,
-    /// Progress on the terminal.
-    Progress,
-    /// Nothing.
-    Quiet,
-}
-
-/// What a render came to.
-#[derive(Clone, Debug)]
-pub struct Report {
-    /// The figures.
-    pub totals: Totals,
-    /// What became of the error that was asked for.
-    pub noise: Option<Noise>,
-    /// The fewest and the most samples that a pixel has.
-    pub spp_range: [u64; 2],
-    /// Whether every pixel has the same number of samples.
-    pub whole: bool,
-    /// What rendered.
-    pub device: String,
-    /// Each device, and how many samples it made.
-    pub devices: Vec<(String, u64)>,
-    /// What became of a device that was lost on the way.
-    pub lost: Option<String>,
-    /// Threads that rendered.
-    pub threads: usize,
-    /// Time to compile the scene.
-    pub build: Duration,
-    /// The picture.
-    pub picture: Picture,
-}
-
-/// What became of an error that a render was to end at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// The error that was asked for.
-    pub asked: f64,
-    /// The error by estimate, where there were samples enough for one.
-    pub estimated: Option<f64>,
-    /// Samples that every pixel has.
-    pub spp: u32,
-    /// Whether the picture has no brightness that an error could be relative to.
-    pub is_black: bool,
-}
-
-impl Noise {
-    fn of(asked: f64, outcome: &Outcome) -> Noise {
-        let Totals { noise, spp, .. } = outcome.totals;
-        let is_black = noise.is_none() && brightness(&outcome.film.picture().rgb) == 0.0;
-        Noise { asked, estimated: noise.map(|[now, _]| now), spp, is_black }
-    }
-
-    /// Whether it is as small as was asked for, as far as is known.
-    pub fn reached(&self) -> bool {
-        self.estimated.is_some_and(|estimated| estimated <= self.asked)
-    }
-}
-
-impl fmt::Display for Noise {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Noise { asked, estimated, spp, is_black } = *self;
-        let least = 2 * FIRST_MILESTONE;
-        match estimated {
-            Some(now) if self.reached() => {
-                write!(f, "the error is {now:.5} by estimate; {asked} was asked for")
-            }
-            Some(now) => write!(
-                f,
-                "the error that was asked for, {asked}, is not reached: it is {now:.5} by estimate at {spp} samples a pixel"
-            ),
-            None if is_black && spp >= least => write!(
-                f,
-                "whether the error that was asked for, {asked}, is reached is not known: errors are relative to the picture's brightness, and the picture is black"
-            ),
-            None => write!(
-                f,
-                "whether the error that was asked for, {asked}, is reached is not known: an estimate takes {least} samples a pixel, and the render ended at {spp}"
-            ),
-        }
-    }
-}
-
-/// Why a render failed. Whatever was rendered has been written all the same.
-#[derive(Debug, thiserror::Error)]
-pub enum SessionError {
-    /// The film is too large.
-    #[error(transparent)]
-    Memory(#[from] MemoryError),
-    /// There is no window.
-    #[error(transparent)]
-    Window(#[from] window::WindowError),
-    /// There is no tev.
-    #[error(transparent)]
-    Tev(#[from] TevError),
-    /// The GPU can't do it.
-    #[error(transparent)]
-    Gpu(#[from] gpu::GpuError),
-    /// A file can't be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// A film can't be read.
-    #[error(transparent)]
-    Film(#[from] FilmError),
-    /// A film is not one of this render.
-    #[error("cannot go on with {path:?}: {reason}")]
-    Resume {
-        /// The film.
-        path: PathBuf,
-        /// Why not.
-        reason: String,
-    },
-    /// The device that a render was begun on is gone, and there is another.
-    #[error("the render was begun on {begun}, and now there is {found}: it can't be gone on with here")]
-    OtherDevice {
-        /// What it was begun on.
-        begun: String,
-        /// What is there.
-        found: String,
-    },
-    /// A worker failed.
-    #[error("{0}; {1}")]
-    Worker(WorkerFailure, String),
-    /// A worker did not stop when it was asked to.
-    #[error("{0}; {1}")]
-    Unanswered(String, String),
-    /// A process failed that should not.
-    #[error("the {0} failed; this is a bug in stride: please report it with the scene and the command")]
-    Process(&'static str),
-}
 
 /// Renders. Closing `stop` ends the render with what there is.
 ///
@@ -333,27 +101,6 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     let devices = devices.into_iter().map(|(name, workers)| (name, made(workers))).collect();
     let lost = lost.map(|lost| lost.to_string());
     Ok(Report { totals, noise, spp_range, whole, device, devices, lost, threads, build, picture })
-}
-
-/// Warns of radiance that is too small for the film, unless that was done on the way: those who want quiet, too, for
-/// the picture is not that of the scene.
-fn warn_of_faint(settings: &Settings, outcome: &Outcome) {
-    if !outcome.told_faint
-        && outcome.totals.samples > 0
-        && let Some(warning) = outcome.faint.warning(&outcome.film, settings.scene.has_light())
-    {
-        let _ = writeln!(std::io::stderr(), "warning: {warning}");
-    }
-}
-
-/// What came of the goal of an error, if one was asked for. Those who want quiet are warned, too, where it was missed:
-/// the picture is not what was asked for.
-fn warn_of_noise(settings: &Settings, outcome: &Outcome) -> Option<Noise> {
-    let noise = settings.noise.map(|asked| Noise::of(asked, outcome))?;
-    if !noise.reached() && outcome.totals.samples > 0 {
-        let _ = writeln!(std::io::stderr(), "warning: {noise}");
-    }
-    Some(noise)
 }
 
 /// A film to begin or go on with, its last milestone, and how long it was rendered before.
@@ -625,44 +372,6 @@ fn write_aside(settings: &Settings, head: &Head, own: &Rendered) -> Result<(), S
     Ok(written?)
 }
 
-/// Samples of a pixel that the window's layers are means of.
-const PREVIEW: u32 = 2;
-
-/// The layers that first hits tell, for the window; without mattes, whose values are ids and no colours.
-fn preview(settings: &Settings, integrator: &dyn Integrator, mattes: &Mattes) -> Vec<Channel> {
-    let shows = |layer: &Layer| layer.names(mattes).is_none();
-    let layers: Vec<Layer> = settings.layers.iter().copied().filter(shows).collect();
-    let samples = settings.first..settings.first.saturating_add(PREVIEW);
-    let (level, region) = (settings.level, settings.picture_region());
-    first_hit_layers(integrator, level, region, samples, 1, &layers, mattes)
-}
-
-/// The layers that are wanted, of what the render came to.
-fn layers(
-    settings: &Settings,
-    layer_integrator: Option<&dyn Integrator>,
-    mattes: &Mattes,
-    outcome: &Outcome,
-) -> Vec<Channel> {
-    let mut channels: Vec<Channel> =
-        settings.layers.iter().flat_map(|layer| layer.channels_of_film(&outcome.film)).collect();
-    if let Some(integrator) = layer_integrator {
-        let samples = layer_samples(outcome.totals.spp);
-        let (first, threads) = (settings.first, settings.threads.get());
-        let (level, region) = (settings.level, settings.picture_region());
-        channels.extend(first_hit_layers(
-            integrator,
-            level,
-            region,
-            first..first.saturating_add(samples),
-            threads,
-            &settings.layers,
-            mattes,
-        ));
-    }
-    channels
-}
-
 /// The outcome, or the first thing that went wrong.
 fn combine(
     finished: Result<(Outcome, Picture, Written, bool), SessionError>,
@@ -758,108 +467,4 @@ fn distance(settings: &Settings, integrator: Option<&dyn Integrator>) -> f64 {
     let seen = hits.first().filter(|hit| hit.met).map(|hit| f64::from(hit.depth));
     let origin = -camera.eye.dot(camera.forward);
     seen.into_iter().chain([origin]).find(|&distance| distance > 0.0).unwrap_or(1.0)
-}
-
-/// Says where the pictures are, and what a user would not expect: samples that were left out and how to look at
-/// one of them, pictures that were not reached, nothing at all.
-fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io::Result<()> {
-    let files = settings.outputs.iter().chain(&settings.film).chain(&settings.samples);
-    let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
-    if outcome.totals.samples > 0 && !names.is_empty() {
-        let spp = outcome.totals.spp;
-        let early = settings.time.is_none() && settings.goal().is_none() && spp < settings.spp;
-        let note = match outcome.film.seen_range() {
-            _ if early => format!(" (stopped early, before {} spp)", settings.spp),
-            [least, most] if outcome.overtime => format!(
-                " (the time was up long before the next sample of every pixel was done: pixels have {least} to {most} samples)"
-            ),
-            _ => String::new(),
-        };
-        writeln!(out, "wrote {}{note}", names.join(", "))?;
-    }
-    if let Some(camera) = settings.moved.as_ref().filter(|_| outcome.totals.samples > 0) {
-        writeln!(out, "seen from\n{}", camera.trim_end())?;
-    }
-    if let Some(lost) = &outcome.lost {
-        let note = if outcome.whole { ", and nothing is missing" } else { "" };
-        writeln!(out, "warning: {lost}; the CPU went on{note}")?;
-    }
-    if let Some(noise) = settings.goal().map(|asked| Noise::of(asked, outcome))
-        && (noise.reached() || settings.noise.is_none())
-    {
-        writeln!(out, "{noise}")?;
-    }
-    if settings.adaptive && outcome.totals.samples > 0 {
-        let ([least, most], len) = (outcome.film.seen_range(), f64::from(settings.region.len()));
-        let mean = outcome.totals.samples as f64 / len;
-        writeln!(out, "pixels have {least} to {most} samples, {mean:.1} on average")?;
-    }
-    let rejected = outcome.totals.rejected;
-    if rejected > 0 {
-        writeln!(out, "{rejected} {} left out:", if rejected == 1 { "sample was" } else { "samples were" })?;
-    }
-    for (traced, reject) in &outcome.rejects {
-        writeln!(out, "  pixel {} sample {}: {reject}", traced.pixel, traced.sample)?;
-    }
-    if let Some((traced, _)) = outcome.rejects.first() {
-        let (x, y) = (traced.pixel % settings.region.film_width, traced.pixel / settings.region.film_width);
-        writeln!(out, "  look at one: stride trace SCENE --pixel {x},{y} --sample {}", traced.sample)?;
-    }
-    if outcome.rejects.iter().any(|(_, reject)| *reject == Reject::TooBright) {
-        let remedy = "divide every emission, intensity and radiance of the scene by one number and raise its exposure, or, where point lights light it, measure lengths in a smaller unit";
-        writeln!(out, "  radiance above 2³⁰ does not fit a film: {remedy}")?;
-    }
-    for &spp in &outcome.unreached {
-        let spp = spp - settings.first;
-        writeln!(out, "the render ended before {spp} samples a pixel: there is no picture of them")?;
-    }
-    if outcome.totals.samples == 0 {
-        writeln!(out, "nothing was rendered yet: no picture is written")?;
-    }
-    Ok(())
-}
-
-fn show_progress(settings: &Settings, totals: &Receiver<Totals>, notes: &Receiver<String>) {
-    let mut reporter = Reporter::stderr(settings.view == View::Quiet);
-    let mut last = Totals::default();
-    loop {
-        select! {
-            recv(totals) -> totals => match totals {
-                Ok(totals) => {
-                    reporter.update(&progress(settings, &totals));
-                    last = totals;
-                }
-                Err(_) => break,
-            },
-            recv(notes) -> note => match note {
-                // Also for those who want quiet: a note is of what went wrong.
-                Ok(note) if settings.view == View::Quiet => show_note(&note),
-                Ok(note) => reporter.note(&note),
-                Err(_) => break,
-            },
-        }
-    }
-    reporter.finish(&progress(settings, &last));
-    show_notes(notes);
-}
-
-fn show_notes(notes: &Receiver<String>) {
-    notes.iter().for_each(|note| show_note(&note));
-}
-
-fn show_note(note: &str) {
-    let _ = writeln!(std::io::stderr(), "{note}");
-}
-
-fn progress(settings: &Settings, totals: &Totals) -> Progress {
-    let len = f64::from(settings.region.len());
-    Progress {
-        spp_done: totals.samples as f64 / len,
-        spp_before: totals.before as f64 / len,
-        spp_target: (settings.spp < u32::MAX).then_some(settings.spp),
-        seconds: totals.elapsed.as_secs_f64(),
-        samples: totals.made(),
-        time_limit: settings.time.map(|time| time.as_secs_f64()),
-        noise: totals.noise,
-    }
 }

@@ -1,6 +1,7 @@
 //! Those who render: CPU workers, a GPU worker, or both.
 
-use super::{DeviceChoice, SessionError, Settings, View};
+use super::error::SessionError;
+use super::settings::{DeviceChoice, Settings, View};
 use crate::camera::Camera;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;

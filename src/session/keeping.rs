@@ -1,6 +1,7 @@
 //! What a render leaves behind: pictures, and a film to go on with.
 
-use super::{SessionError, Settings};
+use super::error::SessionError;
+use super::settings::Settings;
 use crate::film::cryptomatte::{Mattes, Names};
 use crate::film::file::{FilmFileError, Head, Piece};
 use crate::film::{Channel, Film, Holding, Identity, Layer, Milestone, Picture, Snapshot, ViewTransform};

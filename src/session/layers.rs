@@ -1,0 +1,46 @@
+//! The layers of a render: those of the film, and those that first hits tell.
+
+use super::settings::Settings;
+use crate::film::cryptomatte::Mattes;
+use crate::film::{Channel, Layer};
+use crate::integrator::Integrator;
+use crate::render::accumulator::Outcome;
+use crate::render::{first_hit_layers, layer_samples};
+
+/// Samples of a pixel that the window's layers are means of.
+const PREVIEW: u32 = 2;
+
+/// The layers that first hits tell, for the window; without mattes, whose values are ids and no colours.
+pub(super) fn preview(settings: &Settings, integrator: &dyn Integrator, mattes: &Mattes) -> Vec<Channel> {
+    let shows = |layer: &Layer| layer.names(mattes).is_none();
+    let layers: Vec<Layer> = settings.layers.iter().copied().filter(shows).collect();
+    let samples = settings.first..settings.first.saturating_add(PREVIEW);
+    let (level, region) = (settings.level, settings.picture_region());
+    first_hit_layers(integrator, level, region, samples, 1, &layers, mattes)
+}
+
+/// The layers that are wanted, of what the render came to.
+pub(super) fn layers(
+    settings: &Settings,
+    layer_integrator: Option<&dyn Integrator>,
+    mattes: &Mattes,
+    outcome: &Outcome,
+) -> Vec<Channel> {
+    let mut channels: Vec<Channel> =
+        settings.layers.iter().flat_map(|layer| layer.channels_of_film(&outcome.film)).collect();
+    if let Some(integrator) = layer_integrator {
+        let samples = layer_samples(outcome.totals.spp);
+        let (first, threads) = (settings.first, settings.threads.get());
+        let (level, region) = (settings.level, settings.picture_region());
+        channels.extend(first_hit_layers(
+            integrator,
+            level,
+            region,
+            first..first.saturating_add(samples),
+            threads,
+            &settings.layers,
+            mattes,
+        ));
+    }
+    channels
+}

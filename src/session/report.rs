@@ -1,0 +1,82 @@
+//! What a render came to.
+
+use crate::film::Picture;
+use crate::film::noise::{FIRST_MILESTONE, brightness};
+use crate::render::accumulator::{Outcome, Totals};
+use std::fmt;
+use std::time::Duration;
+
+/// What a render came to.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// The figures.
+    pub totals: Totals,
+    /// What became of the error that was asked for.
+    pub noise: Option<Noise>,
+    /// The fewest and the most samples that a pixel has.
+    pub spp_range: [u64; 2],
+    /// Whether every pixel has the same number of samples.
+    pub whole: bool,
+    /// What rendered.
+    pub device: String,
+    /// Each device, and how many samples it made.
+    pub devices: Vec<(String, u64)>,
+    /// What became of a device that was lost on the way.
+    pub lost: Option<String>,
+    /// Threads that rendered.
+    pub threads: usize,
+    /// Time to compile the scene.
+    pub build: Duration,
+    /// The picture.
+    pub picture: Picture,
+}
+
+/// What became of an error that a render was to end at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// The error that was asked for.
+    pub asked: f64,
+    /// The error by estimate, where there were samples enough for one.
+    pub estimated: Option<f64>,
+    /// Samples that every pixel has.
+    pub spp: u32,
+    /// Whether the picture has no brightness that an error could be relative to.
+    pub is_black: bool,
+}
+
+impl Noise {
+    pub(super) fn of(asked: f64, outcome: &Outcome) -> Noise {
+        let Totals { noise, spp, .. } = outcome.totals;
+        let is_black = noise.is_none() && brightness(&outcome.film.picture().rgb) == 0.0;
+        Noise { asked, estimated: noise.map(|[now, _]| now), spp, is_black }
+    }
+
+    /// Whether it is as small as was asked for, as far as is known.
+    pub fn reached(&self) -> bool {
+        self.estimated.is_some_and(|estimated| estimated <= self.asked)
+    }
+}
+
+impl fmt::Display for Noise {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Noise { asked, estimated, spp, is_black } = *self;
+        let least = 2 * FIRST_MILESTONE;
+        match estimated {
+            Some(now) if self.reached() => {
+                write!(f, "the error is {now:.5} by estimate; {asked} was asked for")
+            }
+            Some(now) => write!(
+                f,
+                "the error that was asked for, {asked}, is not reached: it is {now:.5} by estimate at {spp} samples a pixel"
+            ),
+            None if is_black && spp >= least => write!(
+                f,
+                "whether the error that was asked for, {asked}, is reached is not known: errors are relative to the picture's brightness, and the picture is black"
+            ),
+            None => write!(
+                f,
+                "whether the error that was asked for, {asked}, is reached is not known: an estimate takes {least} samples a pixel, and the render ended at {spp}"
+            ),
+        }
+    }
+}

@@ -1,9 +1,12 @@
-//! Material names to indices: checkerboards come after the materials they name, and none contains itself.
+//! The keys of materials, and what is made of them: names become indices, checkerboards come after the materials that
+//! they name, and none contains itself.
 
 use std::collections::HashMap;
 
-use super::form::{Named, Placed};
-use super::report::{Reported, Reports, list, nearest, quote, shorten};
+use super::limits::{LONGEST, SHORTEST};
+use super::report::{Placed, Read, Reported, Reports, list, nearest, quote, shorten};
+use super::table::{At, Fields, Key, Named, OneOf, Table, Variant};
+use super::value::{self, Number, Pair, Word};
 use crate::scene::description::{Colour, Material, MaterialKind};
 
 /// Checkerboards inside checkerboards inside …: the GPU follows them with a bounded loop.
@@ -30,6 +33,85 @@ pub(super) enum Raw {
     },
     #[cfg(feature = "broken-material")]
     Broken,
+}
+
+const FRACTION: value::Colour = value::Colour(Number::between(0.0, 1.0));
+const REFRACTION: Number = Number::positive(1e-3, 1e3);
+
+// On planes their size is a length.
+const CHECKS: Number = Number::positive(SHORTEST, LONGEST);
+pub(super) const MATERIAL: OneOf<Raw> = OneOf {
+    what: "material",
+    variants: &[
+        Variant::new("matte", &MATTE_TABLE, matte),
+        Variant::new("mirror", &MIRROR_TABLE, mirror),
+        Variant::new("glass", &GLASS_TABLE, glass),
+        Variant::new("checkerboard", &CHECKERBOARD_TABLE, checkerboard),
+        #[cfg(feature = "broken-material")]
+        Variant { tag: "broken", table: &BROKEN_TABLE, build: broken, hidden: true },
+    ],
+};
+
+static MATTE_TABLE: Table = Table::new("a matte material", &[&REFLECTANCE]);
+static MIRROR_TABLE: Table = Table::new("a mirror", &[&REFLECTANCE]);
+static GLASS_TABLE: Table = Table::new("a glass", &[&IOR, &GLASS_REFLECTANCE, &TRANSMITTANCE]);
+static CHECKERBOARD_TABLE: Table = Table::new("a checkerboard", &[&EVEN, &ODD, &CHECKS_PER_UNIT]);
+
+#[cfg(feature = "broken-material")]
+static BROKEN_TABLE: Table = Table::new("a broken material", &[]);
+
+static REFLECTANCE: Key<value::Colour> = Key::required(
+    "reflectance",
+    FRACTION,
+    "The fraction of light that is reflected: red, green, blue, each 0 to 1.",
+);
+static IOR: Key<Number> = Key::required(
+    "ior",
+    REFRACTION,
+    "Index of refraction of the inside over the outside: 1.5 for glass in air, 1.33 for water.",
+);
+static GLASS_REFLECTANCE: Key<value::Colour> =
+    Key::default("reflectance", FRACTION, "[1, 1, 1]", "Tint of what is reflected.");
+static TRANSMITTANCE: Key<value::Colour> =
+    Key::default("transmittance", FRACTION, "[1, 1, 1]", "Tint of what is transmitted.");
+static EVEN: Key<At<Word>> = Key::required(
+    "even",
+    At(Word),
+    "The name of the material where the numbers of the check along u and along v have an even sum.",
+);
+static ODD: Key<At<Word>> = Key::required("odd", At(Word), "The name of the material elsewhere.");
+static CHECKS_PER_UNIT: Key<Pair> = Key::default(
+    "checks_per_unit",
+    Pair(CHECKS),
+    "1",
+    "Checks for each unit of uv: one number, or one along u and one along v. A plane's uv are lengths in it.",
+);
+
+fn matte(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
+    Ok(Raw::Matte { reflectance: fields.get(&REFLECTANCE, reports)? })
+}
+
+fn mirror(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
+    Ok(Raw::Mirror { reflectance: fields.get(&REFLECTANCE, reports)? })
+}
+
+fn glass(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
+    let ior = fields.get(&IOR, reports);
+    let reflectance = fields.get(&GLASS_REFLECTANCE, reports);
+    let transmittance = fields.get(&TRANSMITTANCE, reports);
+    Ok(Raw::Glass { ior: ior?, reflectance: reflectance?, transmittance: transmittance? })
+}
+
+fn checkerboard(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
+    let even = fields.get(&EVEN, reports);
+    let odd = fields.get(&ODD, reports);
+    let checks_per_unit = fields.get(&CHECKS_PER_UNIT, reports);
+    Ok(Raw::Checkerboard { even, odd, checks_per_unit })
+}
+
+#[cfg(feature = "broken-material")]
+fn broken(_: &Fields<'_, '_>, _: &mut Reports<'_>) -> Read<Raw> {
+    Ok(Raw::Broken)
 }
 
 /// The file's materials, in its order.

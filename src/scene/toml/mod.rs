@@ -2,13 +2,16 @@
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `keys` | every key of the format, in one table: the reader and the JSON Schema both follow it |
-//! | `form` | the shapes that values come in: tables, lists, one-of-several |
-//! | `value` | the values themselves: numbers, vectors, words |
-//! | `build` | from values to a [`Scene`]: what no single key can check |
-//! | `materials` | names to indices, checkerboards after what they name |
 //! | `report` | errors and warnings, and the nearest spelling |
+//! | `form` | what a value may be |
+//! | `value` | the values themselves: numbers, vectors, words |
+//! | `table` | the shapes that values come in: tables, lists, one-of-several |
+//! | `limits` | the limits of values that several tables have in common |
+//! | `film`, `camera`, `render`, `materials`, `shape`, `entity`, `light` | the keys of a table, and what is made of them |
+//! | `scene` | the tables of a file, and the [`Scene`] that is made of them |
 //! | `schema` | the JSON Schema |
+//!
+//! The reader and the JSON Schema both follow the tables of keys: name, form, default and description.
 //!
 //! Reading goes on after an error, so that all errors of a file are shown at once. A value that could not be
 //! read is a `report::Reported`, which only reporting an error can make: no error path yields a scene.
@@ -25,12 +28,19 @@ use super::fingerprint::Sources;
 use form::{Form, Value};
 use report::Reports;
 
-mod build;
+mod camera;
+mod entity;
+mod film;
 mod form;
-mod keys;
+mod light;
+mod limits;
 mod materials;
+mod render;
 mod report;
+mod scene;
 mod schema;
+mod shape;
+mod table;
 mod value;
 
 pub use report::Watch;
@@ -74,10 +84,11 @@ fn parse_watched<'a>(
 ) -> Result<Loaded, SceneErrors> {
     let (document, syntax_errors) = parse_toml(text);
     let document = Value::new(0..0, DeValue::Table(document));
-    let mut reports = Reports::beside(text, file_name.parent().unwrap_or(Path::new("")), watch);
+    let mut reports =
+        Reports::beside(text, file_name.parent().unwrap_or(Path::new("")), scene::header_of, watch);
     // What a parser makes of text that is not TOML is a guess; errors in a guess would mislead.
     let scene = match reports.syntax_errors(&syntax_errors) {
-        Ok(()) => keys::SCENE.read("scene", &document, &mut reports),
+        Ok(()) => scene::SCENE.read("scene", &document, &mut reports),
         Err(reported) => Err(reported),
     };
     let loaded = match scene {

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use ::toml::de::Error as SyntaxError;
 
-use super::form::Placed;
 use crate::scene::diagnostic::{Cursor, Diagnostic, Position, SceneErrors};
 use crate::scene::fingerprint::Sources;
 use crate::scene::mesh::{self, MeshFile, Split};
@@ -47,12 +46,25 @@ pub type Watch<'a> = &'a mut dyn FnMut(&Path, u64, u64);
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reported(());
 
+/// What is read, or that an error has been reported.
+pub(super) type Read<T> = Result<T, Reported>;
+
+/// A value with its place in the file.
+#[derive(Clone, Debug)]
+pub(super) struct Placed<T> {
+    pub(super) at: usize,
+    pub(super) value: T,
+}
+
 /// A message about the byte `at` of the text.
 struct Report {
     at: Option<usize>,
     message: String,
     help: Option<String>,
 }
+
+/// Finds the header under which a key belongs.
+pub(super) type HeaderOf = fn(&str) -> Option<&'static str>;
 
 /// All that has been said about a text so far.
 pub(super) struct Reports<'t> {
@@ -67,16 +79,23 @@ pub(super) struct Reports<'t> {
     meshes: HashMap<(PathBuf, Split), Result<Arc<MeshFile>, Reported>>,
     /// Notes about them that were shown: a file that is split in two ways gives most of its notes twice.
     noted: HashSet<(PathBuf, String)>,
+    /// The header under which a key belongs that stands in the wrong place.
+    header_of: HeaderOf,
     watch: Option<Watch<'t>>,
 }
 
 impl<'t> Reports<'t> {
     pub(super) fn new(text: &'t str) -> Self {
-        Self::beside(text, Path::new(""), None)
+        Self::beside(text, Path::new(""), |_| None, None)
     }
 
     /// For a text whose files are in `folder`.
-    pub(super) fn beside(text: &'t str, folder: &Path, watch: Option<Watch<'t>>) -> Self {
+    pub(super) fn beside(
+        text: &'t str,
+        folder: &Path,
+        header_of: HeaderOf,
+        watch: Option<Watch<'t>>,
+    ) -> Self {
         Self {
             text,
             errors: Vec::new(),
@@ -86,6 +105,7 @@ impl<'t> Reports<'t> {
             folder: folder.into(),
             meshes: HashMap::new(),
             noted: HashSet::new(),
+            header_of,
             watch,
         }
     }
@@ -135,6 +155,11 @@ impl<'t> Reports<'t> {
         }
         sources.sort_by(|a, b| a.0.cmp(&b.0));
         Sources(sources)
+    }
+
+    /// The header under which a key belongs that stands in the wrong place, if there is one.
+    pub(super) fn header_of(&self, key: &str) -> Option<&'static str> {
+        (self.header_of)(key)
     }
 
     pub(super) fn has_errors(&self) -> bool {
@@ -249,6 +274,12 @@ impl<'t> Reports<'t> {
         }
         warnings
     }
+}
+
+/// Reads one word as a file would have it, outside any file.
+pub(super) fn word<T>(read: impl FnOnce(&mut Reports<'_>) -> Read<T>, text: &str) -> Result<T, String> {
+    let mut reports = Reports::new(text);
+    read(&mut reports).map_err(|_| reports.into_text())
 }
 
 /// Sorts reports by place; those about the whole file come first.

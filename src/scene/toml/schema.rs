@@ -3,14 +3,14 @@
 use serde_json::{Value, json};
 
 use super::form::Form;
-use super::keys;
+use super::scene::SCENE;
 
 /// The JSON Schema (draft 2020-12) of scene files; `docs/scene.schema.json` holds it for editors.
 ///
 /// It says all that concerns one value or the presence of keys. What ties values together (names, parallel
 /// vectors, cycles) only the reader checks. JSON Schema takes 640.0 for an integer, the reader does not.
 pub fn schema() -> Value {
-    let mut schema = keys::SCENE.schema();
+    let mut schema = SCENE.schema();
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
     schema["title"] = "stride scene".into();
     schema["description"] = json!(

@@ -1,0 +1,154 @@
+//! The keys of entities, and what is made of them: parts of meshes become entities of their own.
+
+use std::collections::HashMap;
+
+use super::limits::RADIANCE;
+use super::materials::Names;
+use super::report::{Placed, Read, Reports, quote};
+use super::shape::{RawMaterial, RawPart, RawShape, SHAPES};
+use super::table::{At, Fields, Key, OneOf, Table};
+use super::value::{self, Flag, Word};
+use crate::scene::description::{Colour, Entity, Material};
+use crate::scene::mesh::FileMaterial;
+
+/// An entity whose material is still a name. Its parts are kept apart, so that a wrong shape does not hide a
+/// wrong material.
+pub(super) struct RawEntity {
+    name: Read<Option<Placed<String>>>,
+    shape: Read<RawShape>,
+    material: Read<Placed<String>>,
+    emission: Read<Colour>,
+    flip_normal: Read<bool>,
+}
+
+pub(super) static ENTITY_TABLE: Table =
+    Table::new("an entity", &[&NAME, &SHAPE, &ENTITY_MATERIAL, &EMISSION, &FLIP_NORMAL]);
+
+static NAME: Key<At<Word>> = Key::optional("name", At(Word), "What messages call the entity.");
+static SHAPE: Key<OneOf<RawShape>> = Key::required("shape", SHAPES, "The entity's form and place.");
+static ENTITY_MATERIAL: Key<At<Word>> = Key::required(
+    "material",
+    At(Word),
+    "The name of the entity's material; of a mesh, that of parts for which its materials name no other.",
+);
+static EMISSION: Key<value::Colour> = Key::default(
+    "emission",
+    RADIANCE,
+    "[0, 0, 0]",
+    "Radiance that leaves the outward side, in W/(m² sr): red, green, blue.",
+);
+static FLIP_NORMAL: Key<Flag> = Key::default(
+    "flip_normal",
+    Flag,
+    "false",
+    "Turns the outward side: a plane's n, a sphere's outside, a quad's u × v, a disk's normal, away from a cylinder's axis, a box's outside, a triangle's counter-clockwise side.",
+);
+
+pub(super) fn entity(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawEntity> {
+    Ok(RawEntity {
+        name: fields.find(&NAME, reports),
+        shape: fields.get(&SHAPE, reports),
+        material: fields.get(&ENTITY_MATERIAL, reports),
+        emission: fields.get(&EMISSION, reports),
+        flip_normal: fields.get(&FLIP_NORMAL, reports),
+    })
+}
+
+/// Entities whose materials are indices.
+#[derive(Default)]
+pub(super) struct Linked {
+    pub(super) entities: Vec<Entity>,
+    /// Where each names its material.
+    pub(super) places: Vec<usize>,
+    /// The materials that are named.
+    pub(super) used: Vec<usize>,
+}
+
+/// The materials of mesh files, numbered after the scene's own.
+pub(super) struct OfFiles {
+    first: usize,
+    pub(super) materials: Vec<Material>,
+    seen: HashMap<(String, String), usize>,
+}
+
+impl OfFiles {
+    /// None yet, after so many of the scene's own.
+    pub(super) fn after(first: usize) -> OfFiles {
+        OfFiles { first, materials: Vec::new(), seen: HashMap::new() }
+    }
+
+    /// The index of a material of the file at a path.
+    fn index(&mut self, path: String, material: FileMaterial) -> usize {
+        let next = self.first + self.materials.len();
+        let FileMaterial { name, kind, .. } = material;
+        *self.seen.entry((path, name)).or_insert_with_key(|(path, name)| {
+            self.materials.push(Material { name: format!("{path}: {name}"), kind });
+            next
+        })
+    }
+}
+
+/// Resolves material names to indices in the order of the file. Parts of meshes become entities of their own.
+pub(super) fn link_entities(
+    raw: Vec<RawEntity>,
+    materials: &Names<'_>,
+    of_files: &mut OfFiles,
+    reports: &mut Reports<'_>,
+) -> Read<Linked> {
+    let mut seen = HashMap::new();
+    let Linked { mut entities, mut places, mut used } = Linked::default();
+    let mut outcome = Ok(());
+    for (i, raw) in raw.into_iter().enumerate() {
+        let place = raw.material.as_ref().map_or(0, |name| name.at);
+        let material = raw.material.and_then(|name| materials.find(&name, reports));
+        if let Ok(Some(name)) = &raw.name
+            && let Some(first) = seen.insert(name.value.clone(), i + 1)
+        {
+            // Legal: nothing refers to an entity by name but messages, which would be ambiguous.
+            let message = format!("entity {} has the name of entity {first}, {}", i + 1, quote(&name.value));
+            reports.warn(Some(name.at), message, "messages will not tell them apart");
+        }
+        let link = || {
+            let (shape, material) = (raw.shape?, material?);
+            let name = raw.name?.map_or_else(|| format!("entity {}", i + 1), |name| name.value);
+            let (emission, flip_normal) = (raw.emission?, raw.flip_normal?);
+            let parts = match shape {
+                RawShape::One(shape) => {
+                    vec![RawPart { name: String::new(), shape, material: RawMaterial::Entity }]
+                }
+                RawShape::Parts(parts) => parts,
+            };
+            used.push(material);
+            let mut linked = Ok(());
+            for part in parts {
+                let (material, emission) = match part.material {
+                    RawMaterial::Entity => (material, emission),
+                    RawMaterial::Named(name) => match materials.find(&name, reports) {
+                        Ok(material) => (material, emission),
+                        Err(reported) => {
+                            linked = Err(reported);
+                            continue;
+                        }
+                    },
+                    RawMaterial::OfFile(path, material) => {
+                        let dark = material.emission == [0.0; 3];
+                        let emission = if dark { emission } else { material.emission };
+                        (of_files.index(path, material), emission)
+                    }
+                };
+                if material < of_files.first {
+                    used.push(material);
+                }
+                let separator = if part.name.is_empty() { "" } else { ": " };
+                let name = format!("{name}{separator}{}", part.name);
+                entities.push(Entity { name, shape: part.shape, material, emission, flip_normal });
+                places.push(place);
+            }
+            linked
+        };
+        if let Err(reported) = link() {
+            outcome = Err(reported);
+        }
+    }
+    outcome.map(|()| Linked { entities, places, used })
+}

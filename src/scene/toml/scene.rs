@@ -1,0 +1,124 @@
+//! The tables of a scene file, and the scene that is made of them: what no single table can check.
+
+use super::entity::{self, Linked, OfFiles, RawEntity, link_entities};
+use super::materials::{self, Raw};
+use super::report::{Read, Reports, quote};
+use super::table::{Block, Fields, Key, ListOf, MapOf, OneOf, Table};
+use super::{camera, film, light, render};
+use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
+use crate::scene::open_glass::{Warning, open_glass};
+
+/// The whole file.
+pub(super) static SCENE: Block<Scene> = Block { table: &SCENE_TABLE, build: scene };
+
+static SCENE_TABLE: Table =
+    Table::new("a scene file", &[&FILM, &CAMERA, &RENDER, &MATERIALS, &ENTITIES, &LIGHTS, &ENVIRONMENT]);
+
+static FILM: Key<Block<FilmSettings>> = Key::default(
+    "film",
+    Block { table: &film::FILM_TABLE, build: film::film },
+    "{}",
+    "The picture's shape and how samples become pixels.",
+);
+static CAMERA: Key<Block<CameraSettings>> = Key::default(
+    "camera",
+    Block { table: &camera::CAMERA_TABLE, build: camera::camera },
+    "{}",
+    "Where the picture is taken from.",
+);
+static RENDER: Key<Block<RenderSettings>> = Key::default(
+    "render",
+    Block { table: &render::RENDER_TABLE, build: render::render },
+    "{}",
+    "How light is followed.",
+);
+static MATERIALS: Key<MapOf<OneOf<Raw>>> = Key::default(
+    "materials",
+    MapOf(materials::MATERIAL),
+    "{}",
+    "What surfaces do with light, each under its name.",
+);
+static ENTITIES: Key<ListOf<Block<RawEntity>>> = Key::default(
+    "entities",
+    ListOf(Block { table: &entity::ENTITY_TABLE, build: entity::entity }),
+    "[]",
+    "The surfaces of the scene.",
+);
+static LIGHTS: Key<ListOf<OneOf<Light>>> =
+    Key::default("lights", ListOf(light::LIGHT), "[]", "The lights that are not surfaces.");
+static ENVIRONMENT: Key<Block<[f64; 3]>> = Key::default(
+    "environment",
+    Block { table: &light::ENVIRONMENT_TABLE, build: light::environment },
+    "{}",
+    "What a ray that leaves the scene sees.",
+);
+
+/// Where a key that stands in the wrong place may belong.
+static HEADERS: &[(&str, &Table)] = &[
+    ("[film]", &film::FILM_TABLE),
+    ("[camera]", &camera::CAMERA_TABLE),
+    ("[render]", &render::RENDER_TABLE),
+    ("[[entities]]", &entity::ENTITY_TABLE),
+    ("[environment]", &light::ENVIRONMENT_TABLE),
+];
+
+/// The header under which a key belongs that stands in the wrong place.
+pub(super) fn header_of(key: &str) -> Option<&'static str> {
+    let of_key = HEADERS.iter().find(|(_, table)| table.names().any(|name| name == key));
+    of_key.map(|(header, _)| *header)
+}
+
+fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
+    let film = fields.get(&FILM, reports);
+    let camera = fields.get(&CAMERA, reports);
+    let render = fields.get(&RENDER, reports);
+    let raw_materials = fields.get(&MATERIALS, reports);
+    let raw_entities = fields.get(&ENTITIES, reports);
+    let lights = fields.get(&LIGHTS, reports);
+    let environment = fields.get(&ENVIRONMENT, reports);
+
+    let raw_materials = raw_materials?;
+    let names = materials::Names::new(&raw_materials);
+    let mut of_files = OfFiles::after(raw_materials.len());
+    let entities = raw_entities.and_then(|raw| link_entities(raw, &names, &mut of_files, reports));
+    let mut resolved = materials::resolve(&raw_materials, &names, reports)?;
+    let Linked { mut entities, places, mut used } = entities?;
+
+    for entity in &mut entities {
+        // Those of mesh files come after the scene's own.
+        entity.material = match resolved.index_of.get(entity.material) {
+            Some(&index) => index,
+            None => entity.material,
+        };
+    }
+    let mut used_in_order = vec![false; raw_materials.len()];
+    used.drain(..).for_each(|material| used_in_order[resolved.index_of[material]] = true);
+    materials::warn_of_unused(&raw_materials, &resolved, used_in_order, reports);
+    resolved.materials.extend(of_files.materials);
+
+    let scene = Scene {
+        film: film?,
+        camera: camera?,
+        render: render?,
+        materials: resolved.materials,
+        entities,
+        lights: lights?,
+        environment: environment?,
+    };
+    warn_of_darkness(&scene, reports);
+    for Warning { first, message, help } in open_glass(&scene, quote) {
+        reports.warn(Some(places[first]), message, help);
+    }
+    Ok(scene)
+}
+
+/// Warns of a scene that can only be black.
+fn warn_of_darkness(scene: &Scene, reports: &mut Reports<'_>) {
+    if scene.entities.is_empty() {
+        reports.warn(None, "there is nothing in this scene", "add [[entities]] with a shape and a material");
+    }
+    if !scene.has_light() {
+        let help = "give an entity an emission, or add [[lights]] or an [environment]";
+        reports.warn(None, "there is no light in this scene: the picture will be black", help);
+    }
+}

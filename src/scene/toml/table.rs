@@ -1,0 +1,502 @@
+//! The shapes that values come in: tables, lists, one-of-several.
+
+use std::collections::BTreeMap;
+
+use ::toml::de::{DeTable, DeValue};
+use serde_json::{Value as Json, json};
+
+use super::form::{Form, Value};
+use super::report::{self, Placed, Reported, Reports, quote};
+use super::value;
+
+/// What it means that a key is absent.
+enum Absent {
+    /// An error.
+    Wrong,
+    /// Nothing in itself; whoever reads the table decides.
+    Fine,
+    /// The same as this TOML value.
+    Means(&'static str),
+}
+
+/// A key of a table, the form of its value, and what it is about.
+pub(super) struct Key<F> {
+    name: &'static str,
+    about: &'static str,
+    form: F,
+    absent: Absent,
+}
+
+impl<F> Key<F> {
+    /// A key without which there is no sense.
+    pub(super) const fn required(name: &'static str, form: F, about: &'static str) -> Self {
+        Self { name, about, form, absent: Absent::Wrong }
+    }
+
+    /// A key that may be absent.
+    pub(super) const fn optional(name: &'static str, form: F, about: &'static str) -> Self {
+        Self { name, about, form, absent: Absent::Fine }
+    }
+
+    /// A key whose absence means `default`, in TOML.
+    pub(super) const fn default(
+        name: &'static str,
+        form: F,
+        default: &'static str,
+        about: &'static str,
+    ) -> Self {
+        Self { name, about, form, absent: Absent::Means(default) }
+    }
+}
+
+/// A [`Key`] of any form, for the list that a [`Table`] keeps.
+pub(super) trait AnyKey: Sync {
+    fn name(&self) -> &'static str;
+    fn is_required(&self) -> bool;
+    /// The schema of the value, with description and default.
+    fn schema(&self) -> Json;
+}
+
+impl<F: Form> AnyKey for Key<F> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn is_required(&self) -> bool {
+        matches!(self.absent, Absent::Wrong)
+    }
+
+    fn schema(&self) -> Json {
+        let mut schema = self.form.schema();
+        schema["description"] = self.about.into();
+        if let Absent::Means(text) = self.absent
+            && let Ok(default) = DeValue::parse(text)
+        {
+            schema["default"] = value::to_json(default.get_ref());
+        }
+        schema
+    }
+}
+
+fn read_default<F: Form>(
+    key: &Key<F>,
+    text: &str,
+    at: usize,
+    reports: &mut Reports<'_>,
+) -> Result<F::Output, Reported> {
+    match DeValue::parse(text) {
+        Ok(value) => key.form.read(key.name, &value, reports),
+        Err(error) => Err(reports.error(at, format!("the default of {}: {}", key.name, error.message()))),
+    }
+}
+
+/// The keys of a table.
+pub(super) struct Table {
+    /// What the table describes, with an article: "the film", "a sphere".
+    pub(super) what: &'static str,
+    /// What there may be in it.
+    pub(super) keys: &'static [&'static dyn AnyKey],
+    /// JSON Schema keywords for what concerns several keys, as a JSON object.
+    pub(super) rules: &'static str,
+}
+
+impl Table {
+    pub(super) const fn new(what: &'static str, keys: &'static [&'static dyn AnyKey]) -> Self {
+        Self { what, keys, rules: "{}" }
+    }
+
+    pub(super) fn names(&self) -> impl Iterator<Item = &'static str> + Clone {
+        self.keys.iter().map(|key| key.name())
+    }
+
+    /// The schema of a table with these keys, and with `tag` as its `type` if there is one.
+    fn schema(&self, tag: Option<&str>) -> Json {
+        let mut properties = BTreeMap::new();
+        let mut required: Vec<&str> = Vec::new();
+        if let Some(tag) = tag {
+            properties.insert("type", json!({ "const": tag }));
+            required.push("type");
+        }
+        for key in self.keys {
+            properties.insert(key.name(), key.schema());
+            if key.is_required() {
+                required.push(key.name());
+            }
+        }
+        let mut schema = json!({ "type": "object", "properties": properties, "additionalProperties": false });
+        if !required.is_empty() {
+            schema["required"] = required.into();
+        }
+        if let Ok(Json::Object(rules)) = serde_json::from_str(self.rules)
+            && let Json::Object(schema) = &mut schema
+        {
+            schema.extend(rules);
+        }
+        schema
+    }
+}
+
+/// A table that is being read.
+pub(super) struct Fields<'d, 't> {
+    /// Where the table begins.
+    at: usize,
+    what: &'static str,
+    table: &'d DeTable<'t>,
+    /// Keys that the file seems to have misspelt, which has been said.
+    misspelt: Vec<(&'static str, Reported)>,
+}
+
+impl<'d, 't> Fields<'d, 't> {
+    /// Checks that `value` is a table with known keys only.
+    fn open(
+        table: &Table,
+        tag: Option<&'static str>,
+        key: &str,
+        value: &'d Value<'t>,
+        reports: &mut Reports<'_>,
+    ) -> Result<Self, Reported> {
+        let entries = expect_table(key, table.what, value, reports)?;
+        let known = tag.into_iter().chain(table.names());
+        let mut misspelt = Vec::new();
+        for (name, _) in entries {
+            if !known.clone().any(|known| known == name.get_ref()) {
+                let message = format!("unknown key {} in {}", quote(name.get_ref()), table.what);
+                let help = |reports: &Reports<'_>| unknown_key_help(name.get_ref(), &known, reports);
+                let reported = reports.error_with(name.span().start, message, help);
+                misspelt
+                    .extend(report::nearest(name.get_ref(), known.clone()).map(|meant| (meant, reported)));
+            }
+        }
+        Ok(Self { at: value.span().start, what: table.what, table: entries, misspelt })
+    }
+
+    /// The value of `key`, or its default; an error if there is neither.
+    pub(super) fn get<F: Form>(
+        &self,
+        key: &Key<F>,
+        reports: &mut Reports<'_>,
+    ) -> Result<F::Output, Reported> {
+        match (self.find(key, reports)?, &key.absent) {
+            (Some(value), _) => Ok(value),
+            (None, Absent::Means(text)) => read_default(key, text, self.at, reports),
+            (None, _) => Err(match self.misspelt.iter().find(|(name, _)| *name == key.name) {
+                // It lacks only because it is misspelt.
+                Some((_, reported)) => *reported,
+                None => reports.error(self.at, format!("missing key {} in {}", quote(key.name), self.what)),
+            }),
+        }
+    }
+
+    /// The value of `key` if the file gives one.
+    pub(super) fn find<F: Form>(
+        &self,
+        key: &Key<F>,
+        reports: &mut Reports<'_>,
+    ) -> Result<Option<F::Output>, Reported> {
+        self.table.get(key.name).map(|value| key.form.read(key.name, value, reports)).transpose()
+    }
+
+    /// Whether the file gives a value for `key`.
+    pub(super) fn has<F>(&self, key: &Key<F>) -> bool {
+        self.table.contains_key(key.name)
+    }
+
+    /// Where the value of `key` stands, or the table if the file gives none.
+    pub(super) fn place_of<F>(&self, key: &Key<F>) -> usize {
+        self.table.get(key.name).map_or(self.at, |value| value.span().start)
+    }
+}
+
+fn expect_table<'d, 't>(
+    key: &str,
+    what: &str,
+    value: &'d Value<'t>,
+    reports: &mut Reports<'_>,
+) -> Result<&'d DeTable<'t>, Reported> {
+    match value.get_ref() {
+        DeValue::Table(table) => Ok(table),
+        other => {
+            let message = format!("{key} must be a table that describes {what}, not {}", value::kind(other));
+            Err(reports.error(value.span().start, message))
+        }
+    }
+}
+
+fn unknown_key_help<'c>(
+    name: &str,
+    known: &(impl Iterator<Item = &'c str> + Clone),
+    reports: &Reports<'_>,
+) -> Option<String> {
+    if report::nearest(name, known.clone()).is_none()
+        && let Some(header) = reports.header_of(name)
+    {
+        return Some(format!("{} belongs under {header}", quote(name)));
+    }
+    report::instead(name, known.clone())
+}
+
+/// A table that becomes one value.
+pub(super) struct Block<T> {
+    pub(super) table: &'static Table,
+    pub(super) build: Build<T>,
+}
+
+/// Makes a value from a table whose keys are known.
+pub(super) type Build<T> = fn(&Fields<'_, '_>, &mut Reports<'_>) -> Result<T, Reported>;
+
+impl<T> Form for Block<T> {
+    type Output = T;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        let fields = Fields::open(self.table, None, key, value, reports)?;
+        (self.build)(&fields, reports)
+    }
+
+    fn schema(&self) -> Json {
+        self.table.schema(None)
+    }
+}
+
+/// One of the tables that a `type` key tells apart.
+pub(super) struct Variant<T: 'static> {
+    pub(super) tag: &'static str,
+    pub(super) table: &'static Table,
+    pub(super) build: Build<T>,
+    /// Left out of lists and of the schema.
+    pub(super) hidden: bool,
+}
+
+impl<T> Variant<T> {
+    pub(super) const fn new(tag: &'static str, table: &'static Table, build: Build<T>) -> Self {
+        Self { tag, table, build, hidden: false }
+    }
+}
+
+/// A table whose `type` says which keys it has.
+pub(super) struct OneOf<T: 'static> {
+    /// What all of them are, without an article: "material".
+    pub(super) what: &'static str,
+    pub(super) variants: &'static [Variant<T>],
+}
+
+impl<T> OneOf<T> {
+    fn tags(&self) -> impl Iterator<Item = &'static str> + Clone {
+        self.variants.iter().filter(|variant| !variant.hidden).map(|variant| variant.tag)
+    }
+
+    /// Whether one of them has a key of this name.
+    fn is_key(&self, name: &str) -> bool {
+        self.variants.iter().any(|variant| variant.table.names().any(|known| known == name))
+    }
+
+    fn pick(&self, tag: &str, at: usize, reports: &mut Reports<'_>) -> Result<&'static Variant<T>, Reported> {
+        match self.variants.iter().find(|variant| variant.tag == tag) {
+            Some(variant) => Ok(variant),
+            None => {
+                let what = format!("{} type", self.what);
+                Err(value::unknown_word(&what, tag, self.tags(), at, reports))
+            }
+        }
+    }
+}
+
+impl<T> Form for OneOf<T> {
+    type Output = T;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        let table = expect_table(key, &format!("a {}", self.what), value, reports)?;
+        let Some(tag) = table.get("type") else {
+            let is_like_it =
+                |name: &str| !self.is_key(name) && report::nearest(name, ["type"].into_iter()).is_some();
+            if let Some((name, _)) = table.iter().find(|(name, _)| is_like_it(name.get_ref())) {
+                let message = format!("unknown key {} in {key}", quote(name.get_ref()));
+                let help = report::instead(name.get_ref(), ["type"].into_iter());
+                return Err(reports.error_with(name.span().start, message, |_| help));
+            }
+            let message = format!("missing key \"type\" in {key}");
+            let types = || report::list(self.tags()).map(|all| format!("a {} is one of {all}", self.what));
+            return Err(reports.error_with(value.span().start, message, |_| types()));
+        };
+        let word = value::Word.read("type", tag, reports)?;
+        let variant = self.pick(&word, tag.span().start, reports)?;
+        let fields = Fields::open(variant.table, Some("type"), key, value, reports)?;
+        (variant.build)(&fields, reports)
+    }
+
+    fn schema(&self) -> Json {
+        let variants = self.variants.iter().filter(|variant| !variant.hidden);
+        json!({ "oneOf": variants.map(|variant| variant.table.schema(Some(variant.tag))).collect::<Vec<_>>() })
+    }
+}
+
+/// Either a `type` alone, as a word, or a table with a `type`.
+pub(super) struct WordOr<T: 'static>(pub(super) OneOf<T>);
+
+impl<T> WordOr<T> {
+    /// Reads the word alone.
+    pub(super) fn read_word(&self, word: &str, at: usize, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        let variant = self.0.pick(word, at, reports)?;
+        let (what, misspelt) = (variant.table.what, Vec::new());
+        let fields = Fields { at, what, table: &DeTable::new(), misspelt };
+        (variant.build)(&fields, reports)
+    }
+}
+
+impl<T> Form for WordOr<T> {
+    type Output = T;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        match value.get_ref() {
+            DeValue::String(word) => self.read_word(word, value.span().start, reports),
+            DeValue::Table(_) => self.0.read(key, value, reports),
+            other => {
+                let message = format!("{key} must be a string or a table, not {}", value::kind(other));
+                let help = report::list(self.0.tags()).map(|all| format!("valid here: {all}"));
+                Err(reports.error_with(value.span().start, message, |_| help))
+            }
+        }
+    }
+
+    fn schema(&self) -> Json {
+        let words: Vec<&str> = self.0.tags().collect();
+        json!({ "anyOf": [{ "enum": words }, self.0.schema()] })
+    }
+}
+
+/// An array of tables: `[[entities]]`.
+pub(super) struct ListOf<F>(pub(super) F);
+
+impl<F: Form> Form for ListOf<F> {
+    type Output = Vec<F::Output>;
+
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        reports: &mut Reports<'_>,
+    ) -> Result<Self::Output, Reported> {
+        let DeValue::Array(items) = value.get_ref() else {
+            let message = format!("{key} must be an array of tables, not {}", value::kind(value.get_ref()));
+            let help = format!("begin each with [[{key}]]");
+            return Err(reports.error_with(value.span().start, message, |_| Some(help)));
+        };
+        // All are read, so that all errors are seen, before the first failure counts.
+        let read: Vec<_> = items.iter().map(|item| self.0.read(key, item, reports)).collect();
+        read.into_iter().collect()
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "array", "items": self.0.schema() })
+    }
+}
+
+/// A value under a name that the file chooses.
+#[derive(Clone, Debug)]
+pub(super) struct Named<T> {
+    pub(super) name: String,
+    /// Where the name stands.
+    pub(super) at: usize,
+    pub(super) value: T,
+}
+
+/// A table of values under names that the file chooses: `[materials.white]`.
+pub(super) struct MapOf<F>(pub(super) F);
+
+impl<F: Form> Form for MapOf<F> {
+    /// In the order of the file. A name counts as given even if its value is wrong, so that those who use the
+    /// name are not blamed.
+    type Output = Vec<Named<Result<F::Output, Reported>>>;
+
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        reports: &mut Reports<'_>,
+    ) -> Result<Self::Output, Reported> {
+        let DeValue::Table(table) = value.get_ref() else {
+            let message = format!("{key} must be a table of names, not {}", value::kind(value.get_ref()));
+            let help = format!("begin each with [{key}.NAME]");
+            return Err(reports.error_with(value.span().start, message, |_| Some(help)));
+        };
+        let mut entries: Vec<_> = table
+            .iter()
+            .map(|(name, value)| Named {
+                name: name.get_ref().to_string(),
+                at: name.span().start,
+                value: self.0.read(&format!("{key}.{}", report::shorten(name.get_ref())), value, reports),
+            })
+            .collect();
+        entries.sort_by_key(|entry| entry.at);
+        Ok(entries)
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "object", "additionalProperties": self.0.schema() })
+    }
+}
+
+/// A word, or a table of values under names that the file chooses.
+pub(super) struct WordOrMap<T, F: Form> {
+    pub(super) word: &'static str,
+    /// What the word stands for.
+    pub(super) means: T,
+    pub(super) value: F,
+    /// What becomes of a table, in the order of the file.
+    pub(super) map: fn(Vec<Named<F::Output>>) -> T,
+}
+
+impl<T: Clone + Sync, F: Form> Form for WordOrMap<T, F> {
+    type Output = T;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        let table = match value.get_ref() {
+            DeValue::String(word) if *word == self.word => return Ok(self.means.clone()),
+            DeValue::Table(table) => table,
+            other => {
+                let given = match other {
+                    DeValue::String(word) => quote(word),
+                    other => value::kind(other).to_owned(),
+                };
+                let message = format!("{key} must be {} or a table of names, not {given}", quote(self.word));
+                return Err(reports.error(value.span().start, message));
+            }
+        };
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(name, _)| name.span().start);
+        let read = entries.into_iter().map(|(name, value)| {
+            let key = format!("{key}.{}", report::shorten(name.get_ref()));
+            let value = self.value.read(&key, value, reports)?;
+            Ok(Named { name: name.get_ref().to_string(), at: name.span().start, value })
+        });
+        // All are read, so that all errors are seen, before the first failure counts.
+        let read: Vec<_> = read.collect();
+        Ok((self.map)(read.into_iter().collect::<Result<_, _>>()?))
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "anyOf": [
+            { "const": self.word },
+            { "type": "object", "additionalProperties": self.value.schema() },
+        ] })
+    }
+}
+
+/// Keeps the place of a value.
+pub(super) struct At<F>(pub(super) F);
+
+impl<F: Form> Form for At<F> {
+    type Output = Placed<F::Output>;
+
+    fn read(
+        &self,
+        key: &str,
+        value: &Value<'_>,
+        reports: &mut Reports<'_>,
+    ) -> Result<Self::Output, Reported> {
+        Ok(Placed { at: value.span().start, value: self.0.read(key, value, reports)? })
+    }
+
+    fn schema(&self) -> Json {
+        self.0.schema()
+    }
+}

@@ -1,6 +1,7 @@
 //! Lights: how to sample a direction towards one, and which one to ask.
 
 mod bounds;
+mod cone;
 mod cylinder;
 mod lamps;
 mod point;

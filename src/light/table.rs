@@ -1,6 +1,7 @@
 //! Every light that can be sampled, as tables from which each lane can look up another one.
 
 use super::bounds::LightBounds;
+use super::cone::Cone;
 use super::cylinder::Seen;
 use super::lamps::{self, Lamp, MeshLamp};
 use super::point::{self, PointLight};
@@ -9,7 +10,7 @@ use super::{LightSample, LightTree};
 use crate::math::{Float, Frame, Mask, Rgb, Uint, Vec3, trig};
 use crate::sampling::warp;
 use crate::shape::{Cylinder, Disk, POSITION_ERROR, Quad, Shape, Sides, Sphere};
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::f32::consts::PI;
 use std::ops::Range;
 
 /// The numbers of [`LightRow::kind`]: a point.
@@ -567,40 +568,6 @@ impl LightTable {
             target: on_light + normal * off,
             radiance: emission.only(shines),
             pdf: pdf.only(shines),
-        }
-    }
-}
-
-/// The cone of directions in which a point sees a sphere.
-struct Cone<F: Float> {
-    /// Direction to the centre, of length one.
-    axis: Vec3<F>,
-    /// Distance to the centre.
-    distance: F,
-    /// 1 − cos of half the opening angle.
-    versine: F,
-    /// Density of a uniform direction within, by solid angle.
-    pdf: F,
-    /// Whether the point is outside the sphere; if not, nothing else here means anything.
-    outside: F::Mask,
-}
-
-impl<F: Float> Cone<F> {
-    #[inline(always)]
-    fn new(to_centre: Vec3<F>, radius: F) -> Self {
-        let distance2 = to_centre.dot(to_centre);
-        let distance = distance2.sqrt();
-        let sin2 = radius * radius / distance2;
-        let outside = sin2.lt(F::splat(1.0));
-        let cos = (-sin2 + 1.0).max(F::zero()).sqrt();
-        // 1 − cos without cancellation, for a sphere that is far away.
-        let versine = sin2 / (cos + 1.0);
-        Cone {
-            axis: to_centre * (F::splat(1.0) / distance),
-            distance,
-            versine,
-            pdf: F::splat(0.5 * FRAC_1_PI) / versine,
-            outside,
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::batch::{Payload, SampleBatch, Traced};
 use super::faint::Faint;
 use super::held::Held;
+use super::outcome::NAMED_REJECTS;
 use super::schedule::{Deal, Order, Schedule};
 use super::stride::{Region, Stride};
 use crate::film::file::Piece;
@@ -11,10 +12,11 @@ use crate::film::{Film, Milestone, Picture, Reject, Snapshot, Splatter, Statisti
 use crate::integrator::Sample;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError, at, never, select};
 use std::collections::VecDeque;
-use std::convert::Infallible;
-use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+pub use super::channels::{Barrier, Inbox, MOST_UPDATES, Outbox};
+pub use super::outcome::{Outcome, Totals, Unanswered, WorkerFailure};
 
 /// Snapshots come at most this often.
 const FRAME: Duration = Duration::from_millis(33);
@@ -27,153 +29,6 @@ const STATISTICS: Duration = Duration::from_secs(1);
 
 /// Making snapshots takes at most one part in this many of the time.
 const SNAPSHOT_SHARE: u32 = 20;
-
-/// How often workers may hear of what changes their orders: at each power of two of samples, and when a worker is
-/// lost.
-pub const MOST_UPDATES: usize = u32::BITS as usize + 1;
-
-/// How many rejected samples are remembered by name.
-const NAMED_REJECTS: usize = 8;
-
-/// A worker could not go on.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{worker} failed: {message}")]
-pub struct WorkerFailure {
-    /// Its number.
-    pub index: usize,
-    /// Which worker, as a user knows it.
-    pub worker: String,
-    /// What it said.
-    pub message: String,
-}
-
-/// A worker that did not end when it was asked to.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unanswered {
-    /// Its number.
-    pub worker: usize,
-    /// The order that it held, and the slots of it whose samples had not come, if it held any.
-    pub order: Option<(Order, Range<u32>)>,
-}
-
-/// A picture of which every pixel has exactly the same number of samples.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Barrier {
-    /// One past the index of each pixel's last sample.
-    pub end: u32,
-    /// The picture.
-    pub picture: Picture,
-}
-
-/// How far a render is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Totals {
-    /// Samples in the film, and those left out.
-    pub samples: u64,
-    /// How many of them were there before this run.
-    pub before: u64,
-    /// Samples left out.
-    pub rejected: u64,
-    /// Rays traced.
-    pub rays: u64,
-    /// Time from the first order to the last batch.
-    pub elapsed: Duration,
-    /// Time that adding took, without waiting for sinks.
-    pub adding: Duration,
-    /// Samples that every pixel has.
-    pub spp: u32,
-    /// What the error is by estimate, and what is asked for, where the render is to end at an error.
-    pub noise: Option<[f64; 2]>,
-}
-
-impl Totals {
-    /// Samples that this run made.
-    pub fn made(&self) -> u64 {
-        self.samples - self.before
-    }
-}
-
-/// The channels that the accumulator listens to.
-pub struct Inbox {
-    /// What workers send.
-    pub batches: Receiver<SampleBatch>,
-    /// Workers that failed.
-    pub failures: Receiver<WorkerFailure>,
-    /// Closing this channel asks to stop.
-    pub stop: Receiver<Infallible>,
-}
-
-/// The channels that the accumulator talks to. A closed one is no longer served.
-pub struct Outbox {
-    /// Work for each worker; closing one tells the worker that there is no more.
-    pub orders: Vec<Option<Sender<Order>>>,
-    /// Every sample, without loss. The render stops when this sink goes away.
-    pub samples: Option<Sender<Vec<Sample>>>,
-    /// Pictures at the barriers that were asked for.
-    pub barriers: Option<Sender<Barrier>>,
-    /// The film's words, in pieces, for a file that the render can be gone on with. Pieces that make a film are
-    /// taken as they are sent: each pixel counts its own samples.
-    pub film: Option<Sender<Piece>>,
-    /// Views of the unfinished picture, which may be dropped, except for the last. The render stops when
-    /// the viewer goes away.
-    pub snapshots: Option<Sender<Arc<Snapshot>>>,
-    /// The same for a viewer elsewhere, without which the render goes on. It is not waited for, however slow: it has
-    /// room for one snapshot more than the one that others are dropped for, the last.
-    pub remote: Option<Sender<Arc<Snapshot>>>,
-    /// How far it is, which may be dropped.
-    pub progress: Option<Sender<Totals>>,
-}
-
-/// What is left when all is done.
-pub struct Outcome {
-    /// The film.
-    pub film: Film,
-    /// The figures.
-    pub totals: Totals,
-    /// The last milestone, where the render was to end at an error.
-    pub milestone: Option<Milestone>,
-    /// Whether every pixel has [`Totals::spp`] samples and no other.
-    pub whole: bool,
-    /// The worker that failed, if one did.
-    pub failure: Option<WorkerFailure>,
-    /// A worker that was lost, and whose work the others took over.
-    pub lost: Option<WorkerFailure>,
-    /// The workers that did not answer the request to stop.
-    pub unanswered: Vec<Unanswered>,
-    /// Whether the time was up, and it would have taken too long to come to a whole sample.
-    pub overtime: bool,
-    /// Samples that each worker made.
-    pub made: Vec<u64>,
-    /// The worker that owns each pixel in the end, if anybody was told.
-    pub owners: Option<Arc<Vec<u32>>>,
-    /// The ends of pictures that were asked for and not reached.
-    pub unreached: Vec<u32>,
-    /// Some of the samples that were left out.
-    pub rejects: Vec<(Traced, Reject)>,
-    /// What was counted of the first samples.
-    pub faint: Faint,
-    /// Whether it was told on the way that radiance is too small for the film.
-    pub told_faint: bool,
-}
-
-impl Outcome {
-    /// Counts what was done before, by a render that this one has gone on with; it may have had a worker more, or one
-    /// less.
-    pub fn follow(&mut self, earlier: &Outcome) {
-        let totals = &mut self.totals;
-        totals.before = earlier.totals.before;
-        totals.rays += earlier.totals.rays;
-        totals.elapsed += earlier.totals.elapsed;
-        totals.adding += earlier.totals.adding;
-        self.made.resize(self.made.len().max(earlier.made.len()), 0);
-        self.made.iter_mut().zip(&earlier.made).for_each(|(made, before)| *made += before);
-        self.lost = self.lost.take().or_else(|| earlier.lost.clone());
-        self.rejects.splice(0..0, earlier.rejects.iter().cloned());
-        self.rejects.truncate(NAMED_REJECTS);
-        self.faint.merge(&earlier.faint);
-        self.told_faint |= earlier.told_faint;
-    }
-}
 
 /// The process that adds everything up.
 pub struct Accumulator {

@@ -6,9 +6,11 @@
 
 pub mod accumulator;
 pub mod batch;
+mod channels;
 pub mod faint;
 pub mod held;
 pub mod layers;
+mod outcome;
 pub mod schedule;
 pub mod stride;
 pub mod worker;

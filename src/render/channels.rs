@@ -1,0 +1,55 @@
+//! The channels of the accumulator.
+
+use super::batch::SampleBatch;
+use super::outcome::{Totals, WorkerFailure};
+use super::schedule::Order;
+use crate::film::file::Piece;
+use crate::film::{Picture, Snapshot};
+use crate::integrator::Sample;
+use crossbeam_channel::{Receiver, Sender};
+use std::convert::Infallible;
+use std::sync::Arc;
+
+/// The channels that the accumulator listens to.
+pub struct Inbox {
+    /// What workers send.
+    pub batches: Receiver<SampleBatch>,
+    /// Workers that failed.
+    pub failures: Receiver<WorkerFailure>,
+    /// Closing this channel asks to stop.
+    pub stop: Receiver<Infallible>,
+}
+
+/// The channels that the accumulator talks to. A closed one is no longer served.
+pub struct Outbox {
+    /// Work for each worker; closing one tells the worker that there is no more.
+    pub orders: Vec<Option<Sender<Order>>>,
+    /// Every sample, without loss. The render stops when this sink goes away.
+    pub samples: Option<Sender<Vec<Sample>>>,
+    /// Pictures at the barriers that were asked for.
+    pub barriers: Option<Sender<Barrier>>,
+    /// The film's words, in pieces, for a file that the render can be gone on with. Pieces that make a film are
+    /// taken as they are sent: each pixel counts its own samples.
+    pub film: Option<Sender<Piece>>,
+    /// Views of the unfinished picture, which may be dropped, except for the last. The render stops when
+    /// the viewer goes away.
+    pub snapshots: Option<Sender<Arc<Snapshot>>>,
+    /// The same for a viewer elsewhere, without which the render goes on. It is not waited for, however slow: it has
+    /// room for one snapshot more than the one that others are dropped for, the last.
+    pub remote: Option<Sender<Arc<Snapshot>>>,
+    /// How far it is, which may be dropped.
+    pub progress: Option<Sender<Totals>>,
+}
+
+/// A picture of which every pixel has exactly the same number of samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Barrier {
+    /// One past the index of each pixel's last sample.
+    pub end: u32,
+    /// The picture.
+    pub picture: Picture,
+}
+
+/// How often workers may hear of what changes their orders: at each power of two of samples, and when a worker is
+/// lost.
+pub const MOST_UPDATES: usize = u32::BITS as usize + 1;

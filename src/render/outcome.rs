@@ -1,0 +1,112 @@
+//! What a render comes to: figures on the way, the outcome, and failures of workers.
+
+use super::batch::Traced;
+use super::faint::Faint;
+use super::schedule::Order;
+use crate::film::{Film, Milestone, Reject};
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Samples in the film, and those left out.
+    pub samples: u64,
+    /// How many of them were there before this run.
+    pub before: u64,
+    /// Samples left out.
+    pub rejected: u64,
+    /// Rays traced.
+    pub rays: u64,
+    /// Time from the first order to the last batch.
+    pub elapsed: Duration,
+    /// Time that adding took, without waiting for sinks.
+    pub adding: Duration,
+    /// Samples that every pixel has.
+    pub spp: u32,
+    /// What the error is by estimate, and what is asked for, where the render is to end at an error.
+    pub noise: Option<[f64; 2]>,
+}
+
+impl Totals {
+    /// Samples that this run made.
+    pub fn made(&self) -> u64 {
+        self.samples - self.before
+    }
+}
+
+/// What is left when all is done.
+pub struct Outcome {
+    /// The film.
+    pub film: Film,
+    /// The figures.
+    pub totals: Totals,
+    /// The last milestone, where the render was to end at an error.
+    pub milestone: Option<Milestone>,
+    /// Whether every pixel has [`Totals::spp`] samples and no other.
+    pub whole: bool,
+    /// The worker that failed, if one did.
+    pub failure: Option<WorkerFailure>,
+    /// A worker that was lost, and whose work the others took over.
+    pub lost: Option<WorkerFailure>,
+    /// The workers that did not answer the request to stop.
+    pub unanswered: Vec<Unanswered>,
+    /// Whether the time was up, and it would have taken too long to come to a whole sample.
+    pub overtime: bool,
+    /// Samples that each worker made.
+    pub made: Vec<u64>,
+    /// The worker that owns each pixel in the end, if anybody was told.
+    pub owners: Option<Arc<Vec<u32>>>,
+    /// The ends of pictures that were asked for and not reached.
+    pub unreached: Vec<u32>,
+    /// Some of the samples that were left out.
+    pub rejects: Vec<(Traced, Reject)>,
+    /// What was counted of the first samples.
+    pub faint: Faint,
+    /// Whether it was told on the way that radiance is too small for the film.
+    pub told_faint: bool,
+}
+
+impl Outcome {
+    /// Counts what was done before, by a render that this one has gone on with; it may have had a worker more, or one
+    /// less.
+    pub fn follow(&mut self, earlier: &Outcome) {
+        let totals = &mut self.totals;
+        totals.before = earlier.totals.before;
+        totals.rays += earlier.totals.rays;
+        totals.elapsed += earlier.totals.elapsed;
+        totals.adding += earlier.totals.adding;
+        self.made.resize(self.made.len().max(earlier.made.len()), 0);
+        self.made.iter_mut().zip(&earlier.made).for_each(|(made, before)| *made += before);
+        self.lost = self.lost.take().or_else(|| earlier.lost.clone());
+        self.rejects.splice(0..0, earlier.rejects.iter().cloned());
+        self.rejects.truncate(NAMED_REJECTS);
+        self.faint.merge(&earlier.faint);
+        self.told_faint |= earlier.told_faint;
+    }
+}
+
+/// A worker could not go on.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{worker} failed: {message}")]
+pub struct WorkerFailure {
+    /// Its number.
+    pub index: usize,
+    /// Which worker, as a user knows it.
+    pub worker: String,
+    /// What it said.
+    pub message: String,
+}
+
+/// A worker that did not end when it was asked to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unanswered {
+    /// Its number.
+    pub worker: usize,
+    /// The order that it held, and the slots of it whose samples had not come, if it held any.
+    pub order: Option<(Order, Range<u32>)>,
+}
+
+/// How many rejected samples are remembered by name.
+pub(super) const NAMED_REJECTS: usize = 8;

@@ -1,7 +1,7 @@
 //! What camera rays meet first, for the layers of a picture that compositors and denoisers read.
 
-use super::Paths;
 use super::lanes::View;
+use super::paths::Paths;
 use super::queue::{Queue, Start};
 use crate::material::Bxdf;
 use crate::math::lanes::{Kernel, MAX_LANES};

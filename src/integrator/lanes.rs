@@ -1,8 +1,8 @@
 //! Many paths at once: lanes that each follow one, and take up the next when it ends.
 
 use super::observe::{Event, Observer, first, ray_event, rgb, vec3};
+use super::paths::{Finished, Paths, Sample, Settings};
 use super::queue::{Queue, Start};
-use super::{Finished, Paths, Sample, Settings};
 use crate::material::Bsdf;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3};

@@ -1,6 +1,6 @@
 //! Paths that have left the camera and wait for a lane.
 
-use super::{Paths, Settings, camera_ray};
+use super::paths::{Paths, Settings, camera_ray};
 use crate::camera::Camera;
 use crate::math::lanes::MAX_LANES;
 use crate::math::{Float, Mask, Ray, Uint, Vec3};

@@ -1,15 +1,16 @@
 //! The integrators whose paths run in lanes.
 
+use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
 use super::lanes::{TracePaths, Transport, View};
 use super::observe::{Event, Observer};
-use super::{Finished, Integrator, Paths, Pixel, Sample, Settings};
+use super::paths::{Finished, Paths, Pixel, Sample, Settings};
 use crate::camera::Camera;
 use crate::math::lanes::{Level, dispatch};
 use crate::world::{CompiledScene, World};
 use std::sync::Arc;
 
-/// A path tracer: [`Naive`](super::Naive) or [`NextEvent`](super::NextEvent) transport through a world.
+/// A path tracer: [`Naive`](super::naive::Naive) or [`NextEvent`](super::NextEvent) transport through a world.
 pub(super) struct PathTracer<T> {
     /// How paths gather light.
     pub transport: T,

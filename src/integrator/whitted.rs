@@ -1,9 +1,10 @@
 //! Ray tracing as in the report's chapter 2.
 
+use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
 use super::lanes::View;
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
-use super::{Finished, Integrator, Paths, Pixel, Sample, Settings, camera_ray};
+use super::paths::{Finished, Paths, Pixel, Sample, Settings, camera_ray};
 use crate::camera::Camera;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::scalar::Wrapping;

@@ -1,0 +1,91 @@
+//! Paths to trace and what they find, for all integrators.
+
+use crate::camera::Camera;
+use crate::math::{Float, Ray, Uint};
+use crate::sampling::warp::FilmOffset;
+use crate::sampling::{Block, PathId, Sampler};
+
+/// One sample: where it fell on the film and what it saw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Sample {
+    /// The pixel it was made for: its index on the full film, row-major from the top left.
+    pub pixel: u32,
+    /// Its index among the pixel's samples.
+    pub sample: u32,
+    /// Film position in pixels from the film's left edge.
+    pub x: f32,
+    /// Film position in pixels from the film's top edge.
+    pub y: f32,
+    /// Radiance in W·m⁻²·sr⁻¹, linear Rec. 709.
+    pub radiance: [f32; 3],
+}
+
+/// A pixel of the film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pixel {
+    /// Index on the full film, row-major from the top left.
+    pub index: u32,
+    /// Column, from the left.
+    pub x: u32,
+    /// Row, from the top.
+    pub y: u32,
+}
+
+/// Paths to trace: the same sample indices for each of some pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Paths<'a> {
+    /// The pixels.
+    pub pixels: &'a [Pixel],
+    /// The first sample index.
+    pub first_sample: u32,
+    /// How many samples each pixel gets.
+    pub samples: u32,
+}
+
+impl Paths<'_> {
+    /// How many paths these are.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.pixels.len() * self.samples as usize
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A finished path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finished {
+    /// Which of the [`Paths::pixels`] it was for.
+    pub slot: u32,
+    /// What it found.
+    pub sample: Sample,
+}
+
+/// What all integrators know of the film and of chance.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// The source of random numbers.
+    pub sampler: Sampler,
+    /// How samples are spread around a pixel's centre.
+    pub offset: FilmOffset,
+    /// The largest number of bounces; [`crate::scene::UNLIMITED`] with an integrator whose paths end all the same.
+    pub max_depth: u32,
+}
+
+/// A film position for a path, in pixels from the top left, and the camera ray through it.
+#[inline(always)]
+pub(super) fn camera_ray<F: Float>(
+    settings: &Settings,
+    camera: &Camera,
+    path: PathId<F>,
+    centre: [F; 2],
+) -> (F, F, Ray<F>) {
+    let [u, v, lens_u, lens_v] = settings.sampler.draw(path, Block::CAMERA.at::<F>(Uint::splat(0)));
+    let x = centre[0] + settings.offset.sample(u);
+    let y = centre[1] + settings.offset.sample(v);
+    (x, y, camera.ray(x, y, [lens_u, lens_v]))
+}

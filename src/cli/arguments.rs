@@ -1,7 +1,7 @@
 //! Arguments that several commands share, and the words they are written in.
 
+use super::failure::{Failure, usage};
 use super::loading::Loading;
-use super::{Failure, usage};
 use crate::film::{Film, Layout};
 use crate::render::Region;
 use crate::scene::{self, FilmMode, Filter, Integrator, Sampler, Scene, Sources};

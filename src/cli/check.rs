@@ -1,6 +1,8 @@
 //! `stride check`: what is wrong with a scene file.
 
-use super::{Failure, arguments::shown, print};
+use super::arguments::shown;
+use super::failure::Failure;
+use super::print::print;
 use crate::scene;
 use std::path::PathBuf;
 

@@ -1,6 +1,7 @@
 //! `stride compare`: how far apart two pictures are.
 
-use super::{Failure, print};
+use super::failure::Failure;
+use super::print::print;
 use crate::film::compare::{Comparison, Flip, FlipKind, compare};
 use crate::output::human;
 use crate::output::{Format, read_picture};

@@ -1,8 +1,8 @@
 //! `stride develop`: a picture from samples that were dumped.
 
 use super::arguments::{self, range};
+use super::failure::{Failure, usage};
 use super::render::{self, Layers};
-use super::{Failure, usage};
 use crate::film::develop::Developer;
 use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Splatter, ViewTransform, Weights};
 use crate::math::lanes::Level;

@@ -1,6 +1,6 @@
 //! `stride info` of scenes and meshes: what is in them, and what they take to be rendered.
 
-use super::Failure;
+use super::failure::Failure;
 use super::loading::Loading;
 use crate::math::Bounds;
 use crate::scene::mesh::{self, MeshFile, Split};

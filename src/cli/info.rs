@@ -1,7 +1,9 @@
 //! `stride info`: what is in a file, or what there is to render with.
 
 use super::arguments::range;
-use super::{Failure, devices, holds, print, usage};
+use super::failure::{Failure, usage};
+use super::print::print;
+use super::{devices, holds};
 use crate::film::{Identity, Ranges};
 use crate::output::{FilmError, Format, exr, npy, open_film, read_picture};
 use std::fmt::Write;

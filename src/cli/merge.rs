@@ -1,7 +1,7 @@
 //! `stride merge`: films of disjoint samples add up to one, exactly.
 
+use super::failure::{Failure, usage};
 use super::render::Layers;
-use super::{Failure, usage};
 use crate::film::file::Head;
 use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Ranges, ViewTransform};
 use crate::output::{

@@ -6,17 +6,19 @@ mod check;
 mod compare;
 mod develop;
 mod devices;
+mod failure;
 mod holds;
 mod info;
 mod loading;
 mod merge;
+mod print;
 mod render;
 mod stats;
 mod stop;
 mod trace;
 
-use crate::output::OutputError;
 use clap::{Parser, Subcommand};
+use failure::Failure;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -48,31 +50,6 @@ enum Command {
     Info(info::InfoArguments),
 }
 
-/// Why a command ends without success.
-#[derive(Debug)]
-enum Failure {
-    /// The command line asks for something that can't be: exit code 2.
-    Usage(anyhow::Error),
-    /// It went wrong on the way: exit code 1.
-    Failed(anyhow::Error),
-}
-
-impl<E: Into<anyhow::Error>> From<E> for Failure {
-    fn from(error: E) -> Failure {
-        let error = error.into();
-        // A name that tells no format is the command line's fault, whatever the command and the option.
-        match error.downcast_ref() {
-            Some(OutputError::UnknownFormat { .. }) => Failure::Usage(error),
-            _ => Failure::Failed(error),
-        }
-    }
-}
-
-/// A failure of the command line itself.
-fn usage(message: impl std::fmt::Display) -> Failure {
-    Failure::Usage(anyhow::anyhow!("{message}"))
-}
-
 /// Runs the program: 0 done, 1 failed, 2 bad usage.
 pub fn main() -> ExitCode {
     // clap itself exits with 2 for what it can't parse, and with 0 for --help and --version.
@@ -95,11 +72,4 @@ pub fn main() -> ExitCode {
     // Standard error may be closed: then the exit code has to say it all.
     let _ = writeln!(std::io::stderr(), "error: {error:#}");
     ExitCode::from(code)
-}
-
-/// Writes to standard output; a closed pipe is an error like any other, not a panic.
-fn print(text: &str) -> anyhow::Result<()> {
-    use anyhow::Context;
-    let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).context("standard output can't be written")
 }

@@ -1,8 +1,9 @@
 //! `stride render`: arguments → checked settings → session → exit code.
 
 use super::arguments::{SceneArguments, crop, duration, range, region};
+use super::failure::{Failure, usage};
 use super::stats::Stats;
-use super::{Failure, stop, usage};
+use super::stop;
 use crate::film::{Layer, Weights};
 use crate::math::lanes::Level;
 use crate::output::{self, atomic};

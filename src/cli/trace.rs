@@ -1,7 +1,8 @@
 //! `stride trace`: one path, bounce by bounce.
 
 use super::arguments::SceneArguments;
-use super::{Failure, print, usage};
+use super::failure::{Failure, usage};
+use super::print::print;
 use crate::film::{film_offset, sums};
 use crate::integrator::{self, Event, Pixel};
 use crate::scene::Scene;

@@ -1,7 +1,8 @@
 //! `stride bench depth`: what a bounce more costs (report table 6.2).
 
+use super::measurement::{Bench, CommonArguments, Times, repeats, threads_or_cores};
 use super::table::{Cell, Table, significant};
-use super::{Bench, CommonArguments, Failure, Times, repeats, threads_or_cores, usage};
+use crate::cli::failure::{Failure, usage};
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
 use crate::session::View;
 

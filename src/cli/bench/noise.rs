@@ -6,8 +6,9 @@
 //! samples has an error of its own: what is measured at n independent samples is √(1 + n/R) times the true error, at
 //! most 1.6% too much at the default R of 32 n.
 
+use super::measurement::{Bench, CommonArguments, counted, threads_or_cores};
 use super::table::{Cell, Table, significant};
-use super::{Bench, CommonArguments, Failure, counted, threads_or_cores, usage};
+use crate::cli::failure::{Failure, usage};
 use crate::film::compare::{mean_without_worst, squared_errors};
 use crate::film::noise::WORST;
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};

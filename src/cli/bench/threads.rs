@@ -1,7 +1,8 @@
 //! `stride bench threads`: does a thread more take its share of the time (report table 6.1)?
 
+use super::measurement::{Bench, CommonArguments, Times, counted, repeats};
 use super::table::{Cell, Table, significant};
-use super::{Bench, CommonArguments, Failure, Times, counted, repeats, usage};
+use crate::cli::failure::{Failure, usage};
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
 use crate::session::View;
 use std::num::NonZeroUsize;

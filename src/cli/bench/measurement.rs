@@ -1,0 +1,256 @@
+//! What measurements have in common: a scene, renders of it, and places for the results.
+
+use super::table::Table;
+use crate::cli::arguments::SceneArguments;
+use crate::cli::failure::{Failure, usage};
+use crate::cli::print::print;
+use crate::cli::stop;
+use crate::film::Layout;
+use crate::math::lanes::Level;
+use crate::output::atomic::{check_place, write_atomically};
+use crate::output::plot::Chart;
+use crate::render::Region;
+use crate::scene::{Integrator, Sampler, Scene, UNLIMITED};
+use crate::session::{self, DeviceChoice, Report, Settings, View};
+use crate::world::Finder;
+use crossbeam_channel::Receiver;
+use std::convert::Infallible;
+use std::io::Write;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// What all of them are asked for.
+#[derive(Debug, clap::Args)]
+pub(super) struct CommonArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// Samples a pixel
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    pub(super) spp: u32,
+    /// Write the table as comma-separated values, with a header row
+    #[arg(long, value_name = "FILE")]
+    pub(super) csv: Option<PathBuf>,
+    /// Write a chart
+    #[arg(long, value_name = "FILE.svg")]
+    pub(super) plot: Option<PathBuf>,
+    /// Print the table and errors, nothing else
+    #[arg(short, long)]
+    pub(super) quiet: bool,
+}
+
+/// Where measurements are made: a scene, a way to render it, and places for the results.
+pub(super) struct Bench<'a> {
+    pub(super) arguments: &'a CommonArguments,
+    pub(super) scene: Scene,
+    pub(super) level: Level,
+    pub(super) stop: Receiver<Infallible>,
+}
+
+impl<'a> Bench<'a> {
+    /// Reads the scene and finds out whether the results can be written, before anything is measured.
+    pub(super) fn open(arguments: &'a CommonArguments) -> Result<Bench<'a>, Failure> {
+        let level = Level::from_environment().map_err(usage)?;
+        if let Some(path) = &arguments.plot {
+            check_plot(path)?;
+            if arguments.csv.as_ref() == Some(path) {
+                return Err(usage(format!("--csv and --plot are both {}", path.display())));
+            }
+        }
+        let scene = arguments.scene.load(arguments.quiet)?;
+        for path in [&arguments.csv, &arguments.plot].into_iter().flatten() {
+            check_place(path)?;
+        }
+        let stop =
+            stop::on_interrupt().map_err(|error| anyhow::anyhow!("Ctrl-C can't be caught: {error}"))?;
+        Ok(Bench { arguments, scene, level, stop })
+    }
+
+    /// Renders a variant of the scene; none if Ctrl-C came before the end. What was left out is said, because
+    /// the figures are then those of another picture.
+    pub(super) fn render(
+        &self,
+        scene: Scene,
+        spp: u32,
+        threads: NonZeroUsize,
+        view: View,
+    ) -> Result<Option<Report>, Failure> {
+        let region = Region::whole(scene.film.width, scene.film.height);
+        let settings = Settings {
+            name: self.arguments.scene.name(),
+            scene: Arc::new(scene),
+            region,
+            shown: Layout::plain(region.width, region.height).shown,
+            first: 0,
+            spp,
+            time: None,
+            noise: None,
+            adaptive: false,
+            threads,
+            level: self.level,
+            finder: Finder::Fastest,
+            device: DeviceChoice::Cpu,
+            outputs: Vec::new(),
+            dump_at: Vec::new(),
+            layers: Vec::new(),
+            spreads: false,
+            samples: None,
+            film: None,
+            checkpoint: Duration::MAX,
+            resume: None,
+            fingerprint: None,
+            overlay: false,
+            view: if self.arguments.quiet { View::Quiet } else { view },
+            moved: None,
+            tev: None,
+        };
+        let report = session::run(&settings, &self.stop)?;
+        if report.totals.rejected > 0 {
+            self.say(&format!("warning: {} samples were left out", report.totals.rejected));
+        }
+        Ok((report.whole && report.totals.spp == spp).then_some(report))
+    }
+
+    /// Renders a little, so that what is measured next finds processor and memory awake.
+    pub(super) fn warm_up(&self, threads: NonZeroUsize) -> Result<(), Failure> {
+        self.say("warming up");
+        self.render(self.scene.clone(), (self.arguments.spp / 8).max(1), threads, View::Quiet).map(drop)
+    }
+
+    /// A line for whoever waits.
+    pub(super) fn say(&self, line: &str) {
+        if !self.arguments.quiet {
+            let _ = writeln!(std::io::stderr(), "{line}");
+        }
+    }
+
+    /// Prints the table and writes the files: all of them, even if one fails.
+    pub(super) fn publish(
+        &self,
+        circumstances: &str,
+        table: &Table,
+        remarks: &str,
+        chart: &Chart,
+    ) -> Result<(), Failure> {
+        if table.is_empty() {
+            return Err(anyhow::anyhow!("stopped before the first measurement was done").into());
+        }
+        let printed = print(&format!("{circumstances}\n\n{table}{remarks}"));
+        let write = |path: &Option<PathBuf>, text: &str| match path {
+            Some(path) => write_atomically(path, |out| out.write_all(text.as_bytes())),
+            None => Ok(()),
+        };
+        let csv = write(&self.arguments.csv, &table.csv());
+        let plot = write(&self.arguments.plot, &chart.svg());
+        printed?;
+        csv?;
+        Ok(plot?)
+    }
+
+    /// What was rendered, in the words of a chart's subtitle.
+    pub(super) fn circumstances(&self, more: &[String]) -> String {
+        let Scene { film, render, .. } = &self.scene;
+        let integrator = match render.integrator {
+            Integrator::Whitted => "whitted",
+            Integrator::Path => "path",
+            Integrator::PathNaive => "path-naive",
+        };
+        let sampler = match render.sampler {
+            Sampler::Independent => "independent",
+            Sampler::Sobol => "sobol",
+        };
+        let mut words = vec![
+            self.arguments.scene.name(),
+            format!("{}×{} pixels", film.width, film.height),
+            integrator.to_owned(),
+            sampler.to_owned(),
+        ];
+        words.extend_from_slice(more);
+        words.join(" · ")
+    }
+
+    pub(super) fn depth(&self) -> String {
+        match self.scene.render.max_depth {
+            UNLIMITED => "depth unlimited".to_owned(),
+            depth => format!("depth {depth}"),
+        }
+    }
+
+    pub(super) fn spp(&self) -> String {
+        counted(self.arguments.spp.into(), "sample a pixel", "samples a pixel")
+    }
+}
+
+/// A chart is refused any name that says it is something else.
+fn check_plot(path: &Path) -> Result<(), Failure> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg")) {
+        return Ok(());
+    }
+    Err(usage(format!("--plot {}: charts are SVG; choose a name that ends in .svg", path.display())))
+}
+
+/// As many threads as the machine has cores, or as were asked for.
+pub(super) fn threads_or_cores(threads: Option<u16>) -> NonZeroUsize {
+    let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    threads.and_then(|threads| NonZeroUsize::new(threads.into())).unwrap_or_else(cores)
+}
+
+/// "1 thread", "2 threads".
+pub(super) fn counted(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// Times of one setting, in seconds.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Times(pub(super) Vec<f64>);
+
+impl Times {
+    /// The middle one, or the mean of the two in the middle. Other programs can only make a run slower, and
+    /// seldom more than half of them.
+    pub(super) fn median(&self) -> f64 {
+        let mut sorted = self.0.clone();
+        sorted.sort_by(f64::total_cmp);
+        let middle = sorted.len() / 2;
+        if sorted.len() % 2 == 1 { sorted[middle] } else { (sorted[middle - 1] + sorted[middle]) / 2.0 }
+    }
+
+    pub(super) fn fastest(&self) -> f64 {
+        self.0.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    pub(super) fn slowest(&self) -> f64 {
+        self.0.iter().copied().fold(0.0, f64::max)
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+/// "median of 3, whiskers from the fastest to the slowest"; nothing for one run alone.
+pub(super) fn repeats(repeat: u16) -> Option<String> {
+    (repeat > 1).then(|| format!("median of {repeat}, whiskers: fastest and slowest"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        assert_eq!(Times(vec![3.0, 1.0, 2.0]).median(), 2.0);
+        assert_eq!(Times(vec![4.0, 1.0, 2.0, 3.0]).median(), 2.5);
+        assert_eq!(Times(vec![7.0]).median(), 7.0);
+        let times = Times(vec![3.0, 1.0, 2.0]);
+        assert_eq!((times.fastest(), times.slowest()), (1.0, 3.0));
+    }
+
+    #[test]
+    fn charts_are_svg() {
+        assert!(check_plot(Path::new("a/b.SVG")).is_ok());
+        for bad in ["a.png", "svg", "a", "a.svg.gz"] {
+            assert!(matches!(check_plot(Path::new(bad)), Err(Failure::Usage(_))), "{bad}");
+        }
+    }
+}

@@ -382,11 +382,19 @@ fn paths(tokens: &[String], module: &[String]) -> Vec<Named> {
                 continue;
             }
             i += 1;
+        } else if is_part(tokens, i) {
+            i = tree(tokens, i, module, passes_on, &mut found);
         } else {
             i += 1;
         }
     }
     found
+}
+
+/// Whether a path begins here with the name of a module that the tokens declare: `noise::least()`.
+fn is_part(tokens: &[String], i: usize) -> bool {
+    let is_path = tokens.get(i + 1).is_some_and(|next| next == "::") && (i == 0 || tokens[i - 1] != "::");
+    is_path && tokens.windows(3).any(|some| some[0] == "mod" && some[1] == tokens[i] && some[2] == ";")
 }
 
 /// A tree of names behind a path; returns where it ends.
@@ -488,6 +496,9 @@ fn circles_are_found_in_all_the_ways_that_they_can_be_written() {
     assert_eq!(circles(&third)[0].len(), 3);
     let uses = ("film/mod.rs", "mod a; use a::A; pub struct B(A);");
     assert_eq!(circles(&[uses, ("film/a.rs", "use super::B;")]).len(), 1);
+    let calls = ("film/mod.rs", "mod a; pub struct B; fn f() { a::g() }");
+    assert_eq!(circles(&[calls, ("film/a.rs", "use super::B;")]).len(), 1);
+    assert_eq!(circles(&[calls, ("film/a.rs", "use super::super::math::B;")]).len(), 0);
     assert_eq!(
         circles(&[("film/mod.rs", "mod a; pub use a::A; pub struct B;"), ("film/a.rs", "use super::B;")])
             .len(),

@@ -14,7 +14,7 @@
 use super::FileMaterial;
 use super::obj::{name_after, numbers, uncomment};
 use super::parts::Parts;
-use super::source::{Place, Read_, Source, number, real, shown, words};
+use super::source::{Place, Read_, Source, number, number_or_nan, shown, words};
 use crate::scene::description::{Colour, MaterialKind};
 use std::io::BufRead;
 
@@ -168,7 +168,7 @@ pub(super) fn read<R: BufRead>(
             }
             b"Pr" | b"Pm" | b"Ps" | b"Pc" | b"Pcr" | b"aniso" => {
                 // Exporters write them all.
-                if given.next().and_then(real).is_some_and(|value: f64| value != 0.0) {
+                if given.next().and_then(number_or_nan).is_some_and(|value: f64| value != 0.0) {
                     parts.note(
                         "roughness, metalness, sheen and coats (Pr, Pm, Ps, Pc, aniso) are not read",
                         here(),
@@ -190,7 +190,7 @@ pub(super) fn read<R: BufRead>(
 }
 
 fn value<R: BufRead>(source: &Source<'_, R>, word: &[u8]) -> Read_<f64> {
-    real(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))
+    number_or_nan(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))
 }
 
 /// Three numbers, or one for all.

@@ -2,7 +2,7 @@
 
 use super::parts::{self, Parts};
 use super::polygon;
-use super::source::{LONGEST_LINE, Place, Read_, Source, number, real, shown, words};
+use super::source::{LONGEST_LINE, Place, Read_, Source, number, number_or_nan, shown, words};
 use std::collections::{HashMap, HashSet};
 use std::io::BufRead;
 
@@ -106,7 +106,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
             Some(b"vt") => {
                 // The second is optional.
                 let u = numbers::<_, 1>(source, given.clone())?;
-                let v = given.nth(1).and_then(real).unwrap_or(0.0);
+                let v = given.nth(1).and_then(number_or_nan).unwrap_or(0.0);
                 let uv = parts::uv([u[0], v]);
                 if uv.is_none() {
                     parts.note(parts::NO_UV, source.line());
@@ -171,7 +171,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
 }
 
 /// Statements whose words are names, in which there may be a `#`.
-const OF_NAMES: [&[u8]; 12] = [
+const NAMING_STATEMENTS: [&[u8]; 12] = [
     b"g", b"o", b"usemtl", b"mtllib", b"usemap", b"maplib", b"newmtl", b"bump", b"disp", b"decal", b"refl",
     b"norm",
 ];
@@ -180,7 +180,7 @@ const OF_NAMES: [&[u8]; 12] = [
 pub(super) fn uncomment(line: &mut Vec<u8>) {
     let Some(comment) = line.iter().position(|&byte| byte == b'#') else { return };
     let first = words(&line[..comment]).next();
-    if !first.is_some_and(|first| OF_NAMES.contains(&first) || first.starts_with(b"map_")) {
+    if !first.is_some_and(|first| NAMING_STATEMENTS.contains(&first) || first.starts_with(b"map_")) {
         line.truncate(comment);
     }
 }
@@ -237,7 +237,7 @@ pub(super) fn numbers<'w, R: BufRead, const N: usize>(
         let Some(word) = words.next() else {
             return Err(source.on_line(format!("fewer than {N} numbers")));
         };
-        *x = real(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))?;
+        *x = number_or_nan(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))?;
     }
     Ok(numbers)
 }

@@ -113,7 +113,7 @@ impl<'a> Parts<'a> {
     pub(super) fn polygon(&mut self, part: usize, corners: &[u32], place: impl FnOnce() -> Option<Place>) {
         let Mesh { positions, triangles, .. } = &mut self.parts[part].mesh;
         match triangulate(corners, positions, triangles) {
-            Cut::Right => {}
+            Cut::Exact => {}
             Cut::Flat => self.note(FLAT, place()),
             Cut::Crossed => self.note(
                 "faces whose outline crosses itself are cut into triangles of which some overlap",

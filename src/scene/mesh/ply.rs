@@ -4,7 +4,7 @@
 
 use super::parts::{self, Parts};
 use super::polygon;
-use super::source::{Place, Read_, Source, number, real, shown, words};
+use super::source::{Place, Read_, Source, number, number_or_nan, shown, words};
 use std::io::BufRead;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -289,7 +289,7 @@ impl Rows {
         let rest = &self.buffer[self.read..];
         let word = rest.split(u8::is_ascii_whitespace).next().unwrap_or_default();
         self.read += word.len();
-        real(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))
+        number_or_nan(word).ok_or_else(|| source.on_line(format!("{} is no number", shown(word))))
     }
 
     fn next_binary<R: BufRead>(

@@ -27,7 +27,7 @@ const TOUCHING: f64 = 4.0 * f32::EPSILON as f64;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cut {
     /// The triangles cover its inside, and nothing else.
-    Right,
+    Exact,
     /// There is nothing to cover: all corners are on one line.
     Flat,
     /// Its outline crosses itself, and some triangles lie outside of it.
@@ -45,7 +45,7 @@ pub(super) fn triangulate(corners: &[u32], positions: &[[f32; 3]], triangles: &m
     let fan = || (2..corners.len()).map(|i| [0, i - 1, i]);
     let Some(points) = points.filter(|points| points.len() > 3) else {
         triangles.extend(fan().map(name));
-        return Cut::Right;
+        return Cut::Exact;
     };
     let Some(flat) = flattened(&points) else {
         triangles.extend(fan().map(name));
@@ -59,13 +59,13 @@ pub(super) fn triangulate(corners: &[u32], positions: &[[f32; 3]], triangles: &m
     let first = if points.len() <= MOST_EARS { ears(&flat) } else { fan().collect() };
     if turned_over(&first) <= TURNED_OVER * total {
         triangles.extend(first.into_iter().map(name));
-        return Cut::Right;
+        return Cut::Exact;
     }
     let size = points.iter().fold(0.0_f64, |size, p| size.max(p.abs().max_element()));
     let inside = constrained::triangulate(&flat, corners, size * TOUCHING);
     let once = inside.as_ref().is_some_and(|inside| inside.once);
     triangles.extend(inside.map_or(first, |inside| inside.triangles).into_iter().map(name));
-    if once { Cut::Right } else { Cut::Crossed }
+    if once { Cut::Exact } else { Cut::Crossed }
 }
 
 /// Whether a triangle that a file has as one has no area.

@@ -75,7 +75,7 @@ pub(super) struct Source<'a, R> {
     /// Lines read so far.
     line: u64,
     /// Whether lines end in a carriage return alone, as the first one does.
-    returns: bool,
+    ends_in_cr: bool,
     /// Whether the file begins with a byte-order mark.
     marked: bool,
     watch: Watch<'a>,
@@ -112,7 +112,7 @@ impl<'a, R> Source<'a, R> {
 
 impl<'a, R: BufRead> Source<'a, R> {
     pub(super) fn new(name: &'a Path, input: R, len: u64, watch: Watch<'a>) -> Self {
-        Source { name, input, len, offset: 0, line: 0, returns: false, marked: false, watch, tell_at: 0 }
+        Source { name, input, len, offset: 0, line: 0, ends_in_cr: false, marked: false, watch, tell_at: 0 }
     }
 
     /// The length of the file.
@@ -193,13 +193,13 @@ impl<'a, R: BufRead> Source<'a, R> {
                     self.passed(read);
                     return Err(self.too_long());
                 }
-                Some(b'\r') if !self.returns => {
+                Some(b'\r') if !self.ends_in_cr => {
                     let followed = self.peek()? == Some(b'\n');
                     if followed {
                         self.input.consume(1);
                         read += 1;
                     }
-                    self.returns = !followed && self.line == 1;
+                    self.ends_in_cr = !followed && self.line == 1;
                     break;
                 }
                 Some(_) => break,
@@ -317,7 +317,7 @@ pub(super) fn number<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
 
 /// A real number in decimal, or NaN for a word by which C libraries show that there is none: `-nan(ind)`, `1.#QNAN`,
 /// `-1.#IND00`, `1.#INF`.
-pub(super) fn real<T: std::str::FromStr + From<f32>>(word: &[u8]) -> Option<T> {
+pub(super) fn number_or_nan<T: std::str::FromStr + From<f32>>(word: &[u8]) -> Option<T> {
     number(word).or_else(|| {
         let word = word.strip_prefix(b"-").unwrap_or(word);
         let starts =

@@ -8,7 +8,7 @@ use crate::scene::mesh::parts::Parts;
 
 /// The subject of an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ExtensionKind {
     /// The extension is read; or it is a compression, which is an error only where it has no fallback.
     Read,
     /// Textures, which are not read.
@@ -27,94 +27,94 @@ pub(super) enum Kind {
 
 /// Extensions by name: those of Khronos (ratified and candidate), those with the prefix EXT, and common vendor
 /// extensions.
-const KINDS: [(&str, Kind); 68] = [
-    ("ADOBE_materials_clearcoat_specular", Kind::Materials),
-    ("ADOBE_materials_clearcoat_tint", Kind::Materials),
-    ("ADOBE_materials_thin_transparency", Kind::Materials),
+const KINDS: [(&str, ExtensionKind); 68] = [
+    ("ADOBE_materials_clearcoat_specular", ExtensionKind::Materials),
+    ("ADOBE_materials_clearcoat_tint", ExtensionKind::Materials),
+    ("ADOBE_materials_thin_transparency", ExtensionKind::Materials),
     // Its initial state is that of the nodes.
-    ("AGI_articulations", Kind::Nothing),
-    ("AGI_stk_metadata", Kind::Nothing),
+    ("AGI_articulations", ExtensionKind::Nothing),
+    ("AGI_stk_metadata", ExtensionKind::Nothing),
     // Edges to draw as lines.
-    ("CESIUM_primitive_outline", Kind::Nothing),
+    ("CESIUM_primitive_outline", ExtensionKind::Nothing),
     // A translation of the whole model.
-    ("CESIUM_RTC", Kind::Geometry),
-    ("EXT_feature_metadata", Kind::Nothing),
-    ("EXT_instance_features", Kind::Nothing),
-    ("EXT_lights_ies", Kind::Lights),
-    ("EXT_lights_image_based", Kind::Lights),
-    ("EXT_materials_bump", Kind::Materials),
-    ("EXT_mesh_features", Kind::Nothing),
-    ("EXT_mesh_gpu_instancing", Kind::Read),
+    ("CESIUM_RTC", ExtensionKind::Geometry),
+    ("EXT_feature_metadata", ExtensionKind::Nothing),
+    ("EXT_instance_features", ExtensionKind::Nothing),
+    ("EXT_lights_ies", ExtensionKind::Lights),
+    ("EXT_lights_image_based", ExtensionKind::Lights),
+    ("EXT_materials_bump", ExtensionKind::Materials),
+    ("EXT_mesh_features", ExtensionKind::Nothing),
+    ("EXT_mesh_gpu_instancing", ExtensionKind::Read),
     // Topology of the same triangles.
-    ("EXT_mesh_manifold", Kind::Nothing),
-    ("EXT_mesh_primitive_edge_visibility", Kind::Nothing),
-    ("EXT_mesh_primitive_restart", Kind::Geometry),
-    ("EXT_meshopt_compression", Kind::Read),
-    ("EXT_primitive_voxels", Kind::Geometry),
-    ("EXT_property_attributes", Kind::Nothing),
-    ("EXT_property_tables", Kind::Nothing),
-    ("EXT_structural_metadata", Kind::Nothing),
-    ("EXT_texture_avif", Kind::Textures),
-    ("EXT_texture_webp", Kind::Textures),
-    ("FB_geometry_metadata", Kind::Nothing),
-    ("GODOT_single_root", Kind::Nothing),
-    ("GRIFFEL_bim_data", Kind::Nothing),
+    ("EXT_mesh_manifold", ExtensionKind::Nothing),
+    ("EXT_mesh_primitive_edge_visibility", ExtensionKind::Nothing),
+    ("EXT_mesh_primitive_restart", ExtensionKind::Geometry),
+    ("EXT_meshopt_compression", ExtensionKind::Read),
+    ("EXT_primitive_voxels", ExtensionKind::Geometry),
+    ("EXT_property_attributes", ExtensionKind::Nothing),
+    ("EXT_property_tables", ExtensionKind::Nothing),
+    ("EXT_structural_metadata", ExtensionKind::Nothing),
+    ("EXT_texture_avif", ExtensionKind::Textures),
+    ("EXT_texture_webp", ExtensionKind::Textures),
+    ("FB_geometry_metadata", ExtensionKind::Nothing),
+    ("GODOT_single_root", ExtensionKind::Nothing),
+    ("GRIFFEL_bim_data", ExtensionKind::Nothing),
     // Positions of 64 bits.
-    ("KHR_accessor_float64", Kind::Geometry),
-    ("KHR_animation_pointer", Kind::Nothing),
-    ("KHR_audio_emitter", Kind::Nothing),
+    ("KHR_accessor_float64", ExtensionKind::Geometry),
+    ("KHR_animation_pointer", ExtensionKind::Nothing),
+    ("KHR_audio_emitter", ExtensionKind::Nothing),
     // Shapes to collide with, and bodies made of them.
-    ("KHR_collision_shapes", Kind::Nothing),
-    ("KHR_draco_mesh_compression", Kind::Read),
-    ("KHR_gaussian_splatting", Kind::Geometry),
-    ("KHR_implicit_shapes", Kind::Nothing),
-    ("KHR_interactivity", Kind::Nothing),
-    ("KHR_lights_punctual", Kind::Lights),
-    ("KHR_materials_emissive_strength", Kind::Read),
-    ("KHR_materials_ior", Kind::Read),
-    ("KHR_materials_transmission", Kind::Read),
-    ("KHR_mesh_primitive_restart", Kind::Geometry),
-    ("KHR_mesh_quantization", Kind::Read),
-    ("KHR_meshopt_compression", Kind::Read),
-    ("KHR_node_hoverability", Kind::Nothing),
-    ("KHR_node_selectability", Kind::Nothing),
-    ("KHR_node_visibility", Kind::Read),
-    ("KHR_physics_rigid_bodies", Kind::Nothing),
-    ("KHR_rigid_bodies", Kind::Nothing),
-    ("KHR_techniques_webgl", Kind::Materials),
-    ("KHR_xmp", Kind::Nothing),
-    ("KHR_xmp_json_ld", Kind::Nothing),
-    ("MOZ_hubs_components", Kind::Nothing),
+    ("KHR_collision_shapes", ExtensionKind::Nothing),
+    ("KHR_draco_mesh_compression", ExtensionKind::Read),
+    ("KHR_gaussian_splatting", ExtensionKind::Geometry),
+    ("KHR_implicit_shapes", ExtensionKind::Nothing),
+    ("KHR_interactivity", ExtensionKind::Nothing),
+    ("KHR_lights_punctual", ExtensionKind::Lights),
+    ("KHR_materials_emissive_strength", ExtensionKind::Read),
+    ("KHR_materials_ior", ExtensionKind::Read),
+    ("KHR_materials_transmission", ExtensionKind::Read),
+    ("KHR_mesh_primitive_restart", ExtensionKind::Geometry),
+    ("KHR_mesh_quantization", ExtensionKind::Read),
+    ("KHR_meshopt_compression", ExtensionKind::Read),
+    ("KHR_node_hoverability", ExtensionKind::Nothing),
+    ("KHR_node_selectability", ExtensionKind::Nothing),
+    ("KHR_node_visibility", ExtensionKind::Read),
+    ("KHR_physics_rigid_bodies", ExtensionKind::Nothing),
+    ("KHR_rigid_bodies", ExtensionKind::Nothing),
+    ("KHR_techniques_webgl", ExtensionKind::Materials),
+    ("KHR_xmp", ExtensionKind::Nothing),
+    ("KHR_xmp_json_ld", ExtensionKind::Nothing),
+    ("MOZ_hubs_components", ExtensionKind::Nothing),
     // Coarser levels of detail; the nodes have the finest.
-    ("MSFT_lod", Kind::Nothing),
-    ("MSFT_audio_emitter", Kind::Nothing),
-    ("MSFT_packing_normalRoughnessMetallic", Kind::Textures),
-    ("MSFT_packing_occlusionRoughnessMetallic", Kind::Textures),
-    ("OMI_audio_emitter", Kind::Nothing),
-    ("OMI_collider", Kind::Nothing),
-    ("OMI_link", Kind::Nothing),
-    ("OMI_physics_body", Kind::Nothing),
-    ("OMI_physics_shape", Kind::Nothing),
-    ("OMI_seat", Kind::Nothing),
-    ("OMI_spawn_point", Kind::Nothing),
+    ("MSFT_lod", ExtensionKind::Nothing),
+    ("MSFT_audio_emitter", ExtensionKind::Nothing),
+    ("MSFT_packing_normalRoughnessMetallic", ExtensionKind::Textures),
+    ("MSFT_packing_occlusionRoughnessMetallic", ExtensionKind::Textures),
+    ("OMI_audio_emitter", ExtensionKind::Nothing),
+    ("OMI_collider", ExtensionKind::Nothing),
+    ("OMI_link", ExtensionKind::Nothing),
+    ("OMI_physics_body", ExtensionKind::Nothing),
+    ("OMI_physics_shape", ExtensionKind::Nothing),
+    ("OMI_seat", ExtensionKind::Nothing),
+    ("OMI_spawn_point", ExtensionKind::Nothing),
     // Metadata and motion of avatars.
-    ("VRM", Kind::Nothing),
-    ("VRMC_node_constraint", Kind::Nothing),
-    ("VRMC_springBone", Kind::Nothing),
-    ("VRMC_vrm", Kind::Nothing),
-    ("VRMC_vrm_animation", Kind::Nothing),
-    ("WEB3D_quantized_attributes", Kind::Geometry),
+    ("VRM", ExtensionKind::Nothing),
+    ("VRMC_node_constraint", ExtensionKind::Nothing),
+    ("VRMC_springBone", ExtensionKind::Nothing),
+    ("VRMC_vrm", ExtensionKind::Nothing),
+    ("VRMC_vrm_animation", ExtensionKind::Nothing),
+    ("WEB3D_quantized_attributes", ExtensionKind::Geometry),
 ];
 
 /// The kind of an extension: by the table, or by the word after the vendor's prefix (`KHR_materials_sheen`,
 /// `MSFT_texture_dds`).
-pub(super) fn kind(name: &str) -> Kind {
+pub(super) fn kind(name: &str) -> ExtensionKind {
     if let Some((_, kind)) = KINDS.iter().find(|(known, _)| *known == name) {
         return *kind;
     }
     let about = name.split_once('_').map_or("", |(_, rest)| rest);
-    let families = [("materials_", Kind::Materials), ("texture_", Kind::Textures), ("lights_", Kind::Lights)];
-    families.iter().find(|(word, _)| about.starts_with(word)).map_or(Kind::Unknown, |(_, kind)| *kind)
+    let families = [("materials_", ExtensionKind::Materials), ("texture_", ExtensionKind::Textures), ("lights_", ExtensionKind::Lights)];
+    families.iter().find(|(word, _)| about.starts_with(word)).map_or(ExtensionKind::Unknown, |(_, kind)| *kind)
 }
 
 /// A name in quotation marks, shortened if it is long.
@@ -127,12 +127,12 @@ fn quoted(name: &str) -> String {
 pub(super) fn check(used: &[String], required: &[String], parts: &mut Parts<'_>) -> Result<(), Fault> {
     for (i, name) in required.iter().enumerate() {
         let about = match kind(name) {
-            Kind::Read => continue,
-            Kind::Textures => "for textures",
-            Kind::Materials => "for materials",
-            Kind::Lights => "for lights",
-            Kind::Nothing => "which does not change the picture at rest",
-            Kind::Geometry | Kind::Unknown => {
+            ExtensionKind::Read => continue,
+            ExtensionKind::Textures => "for textures",
+            ExtensionKind::Materials => "for materials",
+            ExtensionKind::Lights => "for lights",
+            ExtensionKind::Nothing => "which does not change the picture at rest",
+            ExtensionKind::Geometry | ExtensionKind::Unknown => {
                 return Err(Fault::at(
                     format_args!("extensionsRequired[{i}]"),
                     format!(
@@ -146,7 +146,7 @@ pub(super) fn check(used: &[String], required: &[String], parts: &mut Parts<'_>)
         parts.note(&message, item(format_args!("extensionsRequired[{i}]")));
     }
     for (i, name) in used.iter().enumerate() {
-        if matches!(kind(name), Kind::Geometry | Kind::Unknown) {
+        if matches!(kind(name), ExtensionKind::Geometry | ExtensionKind::Unknown) {
             let message =
                 format!("the extension {}, which may change the triangles, is not read", quoted(name));
             parts.note(&message, item(format_args!("extensionsUsed[{i}]")));
@@ -176,17 +176,17 @@ mod tests {
 
     #[test]
     fn prefixes_classify_textures_materials_and_lights() {
-        assert_eq!(kind("KHR_texture_transform"), Kind::Textures);
-        assert_eq!(kind("KHR_texture_basisu"), Kind::Textures);
-        assert_eq!(kind("MSFT_texture_dds"), Kind::Textures);
-        assert_eq!(kind("KHR_materials_variants"), Kind::Materials);
-        assert_eq!(kind("VRMC_materials_mtoon"), Kind::Materials);
-        assert_eq!(kind("KHR_materials_ior"), Kind::Read);
-        assert_eq!(kind("KHR_lights_punctual"), Kind::Lights);
-        assert_eq!(kind("KHR_xmp_json_ld"), Kind::Nothing);
-        assert_eq!(kind("KHR_gaussian_splatting"), Kind::Geometry);
+        assert_eq!(kind("KHR_texture_transform"), ExtensionKind::Textures);
+        assert_eq!(kind("KHR_texture_basisu"), ExtensionKind::Textures);
+        assert_eq!(kind("MSFT_texture_dds"), ExtensionKind::Textures);
+        assert_eq!(kind("KHR_materials_variants"), ExtensionKind::Materials);
+        assert_eq!(kind("VRMC_materials_mtoon"), ExtensionKind::Materials);
+        assert_eq!(kind("KHR_materials_ior"), ExtensionKind::Read);
+        assert_eq!(kind("KHR_lights_punctual"), ExtensionKind::Lights);
+        assert_eq!(kind("KHR_xmp_json_ld"), ExtensionKind::Nothing);
+        assert_eq!(kind("KHR_gaussian_splatting"), ExtensionKind::Geometry);
         for name in ["", "KHR", "KHR_displaced_materials_", "EXT_nurbs", "texture_a", "KHR_"] {
-            assert_eq!(kind(name), Kind::Unknown, "{name}");
+            assert_eq!(kind(name), ExtensionKind::Unknown, "{name}");
         }
     }
 }

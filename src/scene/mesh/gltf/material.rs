@@ -95,7 +95,7 @@ impl Extensions {
         ];
         let layers = layers.into_iter().filter(|(_, layer)| layer.shows()).map(|(name, _)| name);
         let others = self.others.keys().map(String::as_str);
-        layers.chain(others.filter(|name| extensions::kind(name) != extensions::Kind::Nothing))
+        layers.chain(others.filter(|name| extensions::kind(name) != extensions::ExtensionKind::Nothing))
     }
 }
 

@@ -62,7 +62,7 @@ impl Polygon {
         let (cut, triangles) = self.cut();
         let [missed, turned] = self.errors(&triangles);
         assert!(
-            cut == Cut::Right && missed < 1e-5 && turned < 1e-5,
+            cut == Cut::Exact && missed < 1e-5 && turned < 1e-5,
             "{cut:?}: {missed} missed, {turned} turned over"
         );
     }

@@ -19,14 +19,13 @@ mod skin;
 use self::buffers::Buffers;
 use self::document::Document;
 use self::fault::{Fault, item};
-use self::primitive::Pose;
+use self::primitive::{Counts, Pose};
 use self::room::Room;
 use self::skin::Skins;
 use super::FileMaterial;
 use super::MeshFileError;
 use super::parts::Parts;
 use super::source::{Place, Read_, Source};
-use std::collections::BTreeSet;
 use std::io::BufRead;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
@@ -159,11 +158,12 @@ fn read_document(
                 let length = group.len() + material.len();
                 buffers.room.take(0, 0, PRIMITIVE + length as u64).map_err(wrong)?;
                 let part = parts.of(group, material);
-                let mut messages = BTreeSet::new();
-                primitive::add(document, buffers, primitive, &pose, (&mut *parts, part), &mut messages)
+                let mut counts = Counts::new();
+                primitive::add(document, buffers, primitive, &pose, (&mut *parts, part), &mut counts)
                     .map_err(wrong)?;
-                for message in messages.iter().filter(|_| !is_noted[mesh]) {
-                    parts.note(message, item(format_args!("meshes[{mesh}].primitives[{i}]")));
+                for (message, &count) in counts.iter().filter(|_| !is_noted[mesh]) {
+                    let place = item(format_args!("meshes[{mesh}].primitives[{i}]"));
+                    parts.note_several(message, count, place);
                 }
             }
             is_noted[mesh] = true;

@@ -91,7 +91,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
             Some(b"v") => {
                 // A weight may follow, which is of no use to a polygon's corner, or a colour.
                 if given.clone().nth(5).is_some() {
-                    parts.note("colours of vertices are not read", source.line());
+                    parts.note(parts::VERTEX_COLOURS, source.line());
                 }
                 columns.positions.push(numbers(source, given)?);
                 columns.last.push(0);

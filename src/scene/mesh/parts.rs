@@ -152,8 +152,11 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// What is said of faces without area.
+/// The note about faces without area.
 pub(super) const FLAT: &str = "faces without area are never seen";
+
+/// The note about colours of vertices, which counts vertices.
+pub(super) const VERTEX_COLOURS: &str = "colours of vertices are not read";
 
 /// A normal of a file, which may have any length but zero; none in place of numbers that are none.
 pub(super) fn normal(n: [f32; 3]) -> Option<[f32; 3]> {
@@ -165,7 +168,7 @@ pub(super) fn normal(n: [f32; 3]) -> Option<[f32; 3]> {
     }
 }
 
-/// What is said of normals that are none.
+/// The note about normals that are not numbers; it counts vertices, or lines that give normals.
 pub(super) const NO_NORMAL: &str = "normals that are not numbers are left out, and shading is flat there";
 
 /// uv of a file; none in place of numbers that are none.
@@ -173,7 +176,7 @@ pub(super) fn uv(uv: [f32; 2]) -> Option<[f32; 2]> {
     uv.iter().all(|x| x.abs() <= FARTHEST).then_some(uv)
 }
 
-/// What is said of uv that are none.
+/// The note about uv that are not numbers; it counts vertices, or lines that give uv.
 pub(super) const NO_UV: &str = "uv that are not numbers, or larger than 10¹⁸, are taken for 0";
 
 /// Puts zeros in place of normals and uv that are not numbers. `name` says how a vertex is called.

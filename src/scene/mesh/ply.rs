@@ -443,7 +443,7 @@ fn vertices<R: BufRead>(
     };
     let u = element.find(&[b"u", b"s", b"texture_u", b"texture_s"]);
     let v = element.find(&[b"v", b"t", b"texture_v", b"texture_t"]);
-    unread(parts, element, "colours of vertices are not read", is_colour);
+    unread(parts, element, parts::VERTEX_COLOURS, is_colour);
     let count = element.count as usize;
     let before = parts.mesh(part).positions.len();
     let mesh = parts.mesh(part);

@@ -113,8 +113,15 @@ pub(super) fn kind(name: &str) -> ExtensionKind {
         return *kind;
     }
     let about = name.split_once('_').map_or("", |(_, rest)| rest);
-    let families = [("materials_", ExtensionKind::Materials), ("texture_", ExtensionKind::Textures), ("lights_", ExtensionKind::Lights)];
-    families.iter().find(|(word, _)| about.starts_with(word)).map_or(ExtensionKind::Unknown, |(_, kind)| *kind)
+    let families = [
+        ("materials_", ExtensionKind::Materials),
+        ("texture_", ExtensionKind::Textures),
+        ("lights_", ExtensionKind::Lights),
+    ];
+    families
+        .iter()
+        .find(|(word, _)| about.starts_with(word))
+        .map_or(ExtensionKind::Unknown, |(_, kind)| *kind)
 }
 
 /// A name in quotation marks, shortened if it is long.

@@ -7,10 +7,10 @@ use super::extensions::compressed;
 use super::morph::{self, wide};
 use super::room::Room;
 use super::skin::{Repair, Skinned};
-use crate::scene::mesh::parts::Parts;
+use crate::scene::mesh::parts::{self, Parts};
 use crate::shape::{Mesh, MeshError};
 use glam::{DAffine3, DVec3};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 /// The modes of primitives.
@@ -19,9 +19,13 @@ const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
 
-/// Notes about repaired normals and uv.
-const NO_NORMAL: &str = "normals that are not numbers are left out, and shading is flat there";
-const NO_UV: &str = "uv that are not numbers are taken for 0";
+/// The numbers of things in a primitive that are not read or repaired, by the message about them, which names the things.
+pub(super) type Counts = BTreeMap<&'static str, u64>;
+
+/// Counts one more thing of a message.
+fn add_one(counts: &mut Counts, message: &'static str) {
+    *counts.entry(message).or_default() += 1;
+}
 
 /// The pose of a mesh.
 #[derive(Clone)]
@@ -34,18 +38,18 @@ pub(super) struct Pose<'p> {
     pub(super) joints: Option<Rc<Vec<DAffine3>>>,
 }
 
-/// Adds a primitive's triangles to a part, and a message for each kind of thing in it that is not read or repaired.
+/// Adds a primitive's triangles to a part, and counts the things in it that are not read or repaired.
 pub(super) fn add(
     document: &Document,
     buffers: &mut Buffers<'_>,
     primitive: &Primitive,
     pose: &Pose<'_>,
-    (parts, part): (&mut Parts<'_>, usize),
-    messages: &mut BTreeSet<&'static str>,
+    (to, part): (&mut Parts<'_>, usize),
+    counts: &mut Counts,
 ) -> Result<(), String> {
     let mode = primitive.mode.unwrap_or(TRIANGLES);
     if LINES_AND_POINTS.contains(&mode) {
-        messages.insert("points and lines are left out");
+        add_one(counts, "primitives of points or lines are left out");
         return Ok(());
     }
     if ![TRIANGLES, STRIP, FAN].contains(&mode) {
@@ -53,16 +57,13 @@ pub(super) fn add(
     }
     let attribute = |name: &str| primitive.attributes.get(name).copied();
     let Some(position) = attribute("POSITION") else {
-        messages.insert("primitives without positions are left out");
+        add_one(counts, "primitives without positions are left out");
         return Ok(());
     };
     if primitive.extensions.draco.is_some()
         && [Some(position), primitive.indices].iter().flatten().any(|&of| is_elsewhere(document, of))
     {
         return Err(compressed("KHR_draco_mesh_compression"));
-    }
-    if attribute("COLOR_0").is_some() {
-        messages.insert("colours of vertices are not read");
     }
     if primitive.targets.is_empty() && is_elsewhere(document, position) {
         return Err(format!("accessor {position} has no buffer view: all positions would be 0"));
@@ -72,6 +73,9 @@ pub(super) fn add(
     let normals = attribute("NORMAL").map(|a| buffers.floats::<3>(document, a)).transpose()?;
     let uv = attribute("TEXCOORD_0").map(|a| buffers.floats::<2>(document, a)).transpose()?;
     let vertices = positions.count();
+    if attribute("COLOR_0").is_some() {
+        counts.insert(parts::VERTEX_COLOURS, vertices as u64);
+    }
     if normals.as_ref().is_some_and(|n| n.count() != vertices)
         || uv.as_ref().is_some_and(|uv| uv.count() != vertices)
     {
@@ -84,7 +88,7 @@ pub(super) fn add(
         _ => corners.saturating_sub(2),
     };
     if mode == TRIANGLES && corners % 3 != 0 || mode != TRIANGLES && count == 0 && corners > 0 {
-        messages.insert("incomplete triangles are left out");
+        add_one(counts, "incomplete triangles are left out");
     }
     let replacing = Room::replacing(positions.replacing())
         + Room::replacing(normals.as_ref().map_or(0, |n| n.replacing()))
@@ -103,7 +107,10 @@ pub(super) fn add(
         return Err(format!("it has vertex {index}, but there are only {vertices} (counted from 0)"));
     }
     if primitive.targets.len() != pose.weights.len() && !pose.weights.is_empty() {
-        messages.insert("morph weights do not match the number of targets, and missing ones are 0");
+        add_one(
+            counts,
+            "primitives have more or fewer morph targets than weights, and missing weights are 0",
+        );
     }
     let morph = morph::offsets(document, buffers, primitive, pose.weights, vertices)?;
     let skinned = match &pose.joints {
@@ -111,7 +118,7 @@ pub(super) fn add(
         Some(joints) => {
             let skinned = Skinned::of(document, buffers, primitive, vertices, Rc::clone(joints))?;
             if skinned.is_none() {
-                messages.insert("primitives of skinned meshes without joints are placed by their node");
+                add_one(counts, "primitives of skinned meshes without joints are placed by their node");
             }
             skinned
         }
@@ -127,7 +134,7 @@ pub(super) fn add(
             None => None,
             Some(skinned) => {
                 let (to_world, repair) = skinned.carries(i)?;
-                messages.extend(repair.map(Repair::message));
+                repair.into_iter().for_each(|repair| add_one(counts, repair.message()));
                 Some(Carrier::of(&to_world))
             }
         };
@@ -145,23 +152,22 @@ pub(super) fn add(
             let own = plus(normals[i], &morph.normals);
             let normal = (carrier.turned * own).normalize_or_zero();
             if !own.is_finite() {
-                messages.insert(NO_NORMAL);
+                add_one(counts, parts::NO_NORMAL);
             } else if normal == DVec3::ZERO {
-                messages.insert("normals of length 0 are left out, and shading is flat there");
+                add_one(counts, "normals of length 0 are left out, and shading is flat there");
             }
             narrow(normal)
         });
         let uv = uv.as_ref().map(|uv| {
-            let is_number = uv[i].iter().all(|x| x.is_finite());
-            if !is_number {
-                messages.insert(NO_UV);
-            }
-            if is_number { uv[i] } else { [0.0; 2] }
+            parts::uv(uv[i]).unwrap_or_else(|| {
+                add_one(counts, parts::NO_UV);
+                [0.0; 2]
+            })
         });
-        first.get_or_insert(parts.vertex(part, position, normal, uv));
+        first.get_or_insert(to.vertex(part, position, normal, uv));
     }
     let first = first.unwrap_or_default();
-    let Mesh { positions, triangles, .. } = parts.mesh(part);
+    let Mesh { positions, triangles, .. } = to.mesh(part);
     // Vertices that no triangle uses need no finite position.
     if !all_finite {
         let is_finite = |&index: &u32| positions[(first + index) as usize].iter().all(|x| x.is_finite());
@@ -207,7 +213,7 @@ impl Carrier {
     }
 }
 
-/// Whether an accessor has no data in the file: all of its elements are zero.
+/// True if an accessor has no data in the file: all of its elements are zero.
 fn is_elsewhere(document: &Document, accessor: usize) -> bool {
     let accessor = document.accessors.get(accessor);
     accessor.is_some_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())

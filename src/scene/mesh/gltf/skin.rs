@@ -104,8 +104,8 @@ pub(super) enum Repair {
 impl Repair {
     pub(super) fn message(self) -> &'static str {
         match self {
-            Repair::Scaled => "skin weights whose sum is not 1 are scaled",
-            Repair::Cleaned => "skin weights that are negative or not numbers are replaced by 0",
+            Repair::Scaled => "vertices whose skin weights do not add up to 1 have them scaled",
+            Repair::Cleaned => "vertices with skin weights that are negative or not numbers have 0 for these",
             Repair::Replaced => "vertices whose skin weights are all 0 follow their first joint",
         }
     }

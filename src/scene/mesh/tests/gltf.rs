@@ -277,7 +277,7 @@ fn parts_have_the_materials_of_the_file() {
     assert_eq!(
         file.notes.iter().map(Note::to_string).collect::<Vec<_>>(),
         [
-            "points and lines are left out: 1, in meshes[1].primitives[1]",
+            "primitives of points or lines are left out: 1, in meshes[1].primitives[1]",
             "rough metals become perfect mirrors: 1, in materials[0]",
             "textures are not read: 1, in materials[1]",
             "rough glass becomes perfectly smooth: 1, in materials[1]",

@@ -31,7 +31,7 @@ fn morph_targets_are_applied_by_their_default_weights() {
     assert_eq!(growing.notes(), [""; 0]);
     growing.json["nodes"][0]["weights"] = json!([0.5]);
     assert_eq!(growing.positions(), [a, b, [0.0, 2.0, 0.0]]);
-    let note = "morph weights do not match the number of targets, and missing ones are 0: 1, \
+    let note = "primitives have more or fewer morph targets than weights, and missing weights are 0: 1, \
                 in meshes[0].primitives[0]";
     assert_eq!(growing.notes(), [note]);
 }
@@ -179,10 +179,16 @@ fn skin_weights_are_repaired_with_a_note() {
         (growing.positions()[2], growing.notes())
     };
     for (weights, note) in [
-        ([4.0, 0.0, 0.0, 0.0], "skin weights whose sum is not 1 are scaled"),
-        ([0.25, 0.0, 0.0, 0.0], "skin weights whose sum is not 1 are scaled"),
-        ([1.0, 0.0, -3.0, 0.0], "skin weights that are negative or not numbers are replaced by 0"),
-        ([1.0, f32::NAN, 0.0, 0.0], "skin weights that are negative or not numbers are replaced by 0"),
+        ([4.0, 0.0, 0.0, 0.0], "vertices whose skin weights do not add up to 1 have them scaled"),
+        ([0.25, 0.0, 0.0, 0.0], "vertices whose skin weights do not add up to 1 have them scaled"),
+        (
+            [1.0, 0.0, -3.0, 0.0],
+            "vertices with skin weights that are negative or not numbers have 0 for these",
+        ),
+        (
+            [1.0, f32::NAN, 0.0, 0.0],
+            "vertices with skin weights that are negative or not numbers have 0 for these",
+        ),
         ([0.0; 4], "vertices whose skin weights are all 0 follow their first joint"),
     ] {
         let (position, notes) = with(weights);

@@ -50,6 +50,29 @@ fn a_mesh_says_what_is_in_it() {
 }
 
 #[test]
+fn bounds_are_those_of_the_triangles() {
+    let folder = tempfile::tempdir().unwrap();
+    let vertices = "v 100 -100 1e30\nv 0 0 0\nv 1 0 0\nv nan 0 0\nv 0 2 0\nv -5 -5 -5\n";
+    fs::write(folder.path().join("a.obj"), format!("{vertices}f 2 3 5\n")).unwrap();
+    let told = info(folder.path(), "a.obj").unwrap();
+    for line in ["mesh        1 triangle, 3 vertices", "bounds      (0, 0, 0) to (1, 2, 0)"] {
+        assert!(told.lines().any(|l| l == line), "{told} lacks {line:?}");
+    }
+}
+
+/// Files with the features of Khronos' samples `SimpleMorph` and `SimpleSkin`, and with their bounds.
+#[test]
+fn bounds_are_those_of_the_pose() {
+    let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
+    for (file, bounds) in
+        [("07-morph.gltf", "(0, 0, 0) to (1, 1.5, 0)"), ("07-skin.gltf", "(-0.5, 0, 0) to (0.5, 2, 0)")]
+    {
+        let told = info(&seeds, file).unwrap();
+        assert!(told.contains(&format!("bounds      {bounds}\n")), "{file}: {told}");
+    }
+}
+
+#[test]
 fn instances_are_counted_and_held_by_the_bounds() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("grid.obj"), grid(60)).unwrap();

@@ -47,7 +47,7 @@ enum PartMaterials {
 /// A normal whose length is one but for this much is one whose components were rounded to three digits.
 const UNIT_LENGTH: f64 = 1e-3;
 
-// The size of a mesh whose triangles, a thousandth of that, still have areas that fit.
+// The smallest longest side of the box around a whole mesh. The areas of triangles a thousandth as long still fit.
 const SMALLEST_MESH: f64 = 1e-15;
 const FACTOR: Number = Number::between(-1e9, 1e9);
 pub(super) const SHAPES: OneOf<RawShape> = OneOf {

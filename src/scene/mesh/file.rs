@@ -1,11 +1,11 @@
-//! What is asked of a mesh file, and what was read.
+//! The request to a reader of mesh files, and its answer.
 
 use super::notes::Note;
 use crate::scene::description::{Colour, MaterialKind};
 use crate::shape::Mesh;
 use std::sync::Arc;
 
-/// What of a file is to be a mesh by itself.
+/// The parts of a file that are to be meshes by themselves.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Split {
     /// All of it.
@@ -17,7 +17,7 @@ pub enum Split {
     Named(Vec<String>),
 }
 
-/// What was read.
+/// The contents of a mesh file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshFile {
     /// The parts in which there is something, each with the name of its group or material; without one where the
@@ -27,7 +27,7 @@ pub struct MeshFile {
     pub materials: Vec<FileMaterial>,
     /// The names of the first groups and materials in it.
     pub names: Vec<String>,
-    /// What was left out, repaired or approximated.
+    /// Notes of everything that was left out, repaired or approximated.
     pub notes: Vec<Note>,
 }
 
@@ -36,7 +36,7 @@ pub struct MeshFile {
 pub struct FileMaterial {
     /// Its name in the file.
     pub name: String,
-    /// What it does with light.
+    /// The kind of its surface.
     pub kind: MaterialKind,
     /// Radiance that it emits.
     pub emission: Colour,

@@ -16,14 +16,14 @@ use glam::{DVec2, DVec3};
 /// are a fan or go to [`constrained`].
 const MOST_EARS: usize = 4096;
 
-/// What share of a polygon's area triangles may cover that are turned over; so much is taken for rounding errors.
+/// The share of a polygon's area that triangles which are turned over may cover; so much is taken for rounding errors.
 const TURNED_OVER: f64 = 1e-6;
 
-/// How far corners may lie off a side that they touch, for each unit of the polygon's largest coordinate, which is kept
+/// The distance by which corners may lie off a side that they touch, for each unit of the polygon's largest coordinate, which is kept
 /// in 24 bits.
 const TOUCHING: f64 = 4.0 * f32::EPSILON as f64;
 
-/// How well a polygon could be cut.
+/// The quality of a cut of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cut {
     /// The triangles cover its inside, and nothing else.
@@ -68,7 +68,7 @@ pub(super) fn triangulate(corners: &[u32], positions: &[[f32; 3]], triangles: &m
     if once { Cut::Exact } else { Cut::Crossed }
 }
 
-/// Whether a triangle that a file has as one has no area.
+/// True if a triangle that a file has as one has no area.
 pub(super) fn is_flat(corners: [u32; 3], positions: &[[f32; 3]]) -> bool {
     match corners.map(|i| positions.get(i as usize)) {
         [Some(a), Some(b), Some(c)] => {
@@ -105,7 +105,7 @@ fn doubled([a, b, c]: [DVec2; 3]) -> f64 {
 /// Corners that were found outside of a possible ear are not asked again until one of its own corners changes, which
 /// happens twice for each that is clipped: so there are at most 3 n² questions.
 fn ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
-    /// What is known about the triangle of a corner and its two neighbours.
+    /// The facts about the triangle of a corner and its two neighbours.
     #[derive(Clone, Copy)]
     struct Known {
         /// It is no ear because of its winding.
@@ -150,7 +150,7 @@ fn ears(flat: &[DVec2]) -> Vec<[usize; 3]> {
     triangles
 }
 
-/// Whether a point is in a counter-clockwise triangle or on its edge.
+/// True if a point is in a counter-clockwise triangle or on its edge.
 fn within(p: DVec2, [a, b, c]: [DVec2; 3]) -> bool {
     [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| (to - from).perp_dot(p - from) >= 0.0)
 }

@@ -1,4 +1,4 @@
-//! What accessors say that bytes are. All of them are known to be there, and nothing is decoded before there is room
+//! The meaning of bytes by their accessors. All bytes are known to be there, and nothing is decoded before there is room
 //! for it.
 
 use std::rc::Rc;
@@ -11,7 +11,7 @@ const U16: u32 = 5123;
 const U32: u32 = 5125;
 const F32: u32 = 5126;
 
-/// How many bytes a component takes.
+/// The number of bytes that a component takes.
 pub(super) fn size(component: u32) -> Result<u64, String> {
     match component {
         I8 | U8 => Ok(1),
@@ -34,9 +34,9 @@ pub(super) struct Floats<const N: usize> {
     pub(super) view: View,
     pub(super) component: u32,
     pub(super) normalized: bool,
-    /// Whether the accessor has no buffer view: all vectors that are not replaced are zero.
+    /// True if the accessor has no buffer view: all vectors that are not replaced are zero.
     pub(super) is_zero: bool,
-    /// Which are replaced, and by what.
+    /// The places of those that are replaced, and the vectors that replace them.
     pub(super) sparse: Option<(Indices, View)>,
 }
 
@@ -45,7 +45,7 @@ impl<const N: usize> Floats<N> {
         self.view.count
     }
 
-    /// How many replace others, which may be more than there are.
+    /// The number of replacements, which may exceed the number of vectors.
     pub(super) fn replacing(&self) -> usize {
         self.sparse.as_ref().map_or(0, |(places, _)| places.count())
     }

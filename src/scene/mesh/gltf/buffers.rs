@@ -18,7 +18,7 @@ use std::rc::Rc;
 pub(super) struct Buffers<'a> {
     /// The document's own file.
     file: &'a Path,
-    /// What a `.glb` has behind its JSON: the first buffer.
+    /// The binary chunk of a `.glb`: the first buffer.
     binary: Option<Rc<Vec<u8>>>,
     loaded: Vec<Option<Rc<Vec<u8>>>>,
     pub(super) room: Room,
@@ -150,7 +150,7 @@ impl<'a> Buffers<'a> {
         Ok(View { bytes, first, stride: stride as usize, count: count as usize })
     }
 
-    /// Whether a buffer has no bytes: it stands for the uncompressed form of another.
+    /// True if a buffer has no bytes: it stands for the uncompressed form of another.
     fn is_elsewhere(&self, document: &Document, index: usize) -> bool {
         document.buffers.get(index).is_some_and(|buffer| {
             let is_chunk = index == 0 && self.binary.is_some() && buffer.extensions.compression().is_none();

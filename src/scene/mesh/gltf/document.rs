@@ -1,6 +1,6 @@
-//! What of a glTF document's JSON is read, under the names of its specification.
+//! The parts of a glTF document's JSON that are read, under the names of its specification.
 //!
-//! What the specification requires is required, so that no element is much larger in memory than in the file;
+//! Fields that the specification requires are required, so that no element is much larger in memory than in the file;
 //! those of which it requires nothing may not be too many. Elements that are only counted keep no content.
 
 use super::material::Material;
@@ -60,8 +60,8 @@ fn few<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Resul
 }
 
 impl Document {
-    /// What each material is called: its name, or its number where it has none. The first of a name has it to
-    /// itself; to the others, whom glTF lets have the same, a number is added that makes none of the file's names.
+    /// The name of each material, or its number where it has none. The first material of a name keeps it; to the names
+    /// of the others, for which glTF allows the same, a number is added that makes none of the file's names.
     pub(super) fn material_names(&self) -> Vec<String> {
         // Whether the first has it yet, and the last number that was added.
         let mut given: HashMap<&str, (bool, usize)> =

@@ -4,14 +4,14 @@ use crate::scene::mesh::source::Source;
 use crate::shape::MOST_TRIANGLES;
 use std::io::BufRead;
 
-/// How much more may be made of a file: nodes and copies may repeat a mesh, but not a million times.
+/// The room that is left for what is made of a file: nodes and copies may repeat a mesh, but not a million times.
 pub(super) struct Room {
     vertices: usize,
     triangles: usize,
     repeats: u64,
 }
 
-/// How many times the length of a file, and of those beside it that it names, the vertices and triangles may take that are made of it, in bytes.
+/// The most bytes that the vertices and triangles of a file may take, for each byte of it and of the files that it names.
 const MOST_REPEATS: u64 = 64;
 
 impl Room {

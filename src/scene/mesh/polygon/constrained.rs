@@ -9,15 +9,16 @@ use glam::DVec2;
 use spade::handles::{FixedDirectedEdgeHandle, FixedUndirectedEdgeHandle, FixedVertexHandle};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation, mitigate_underflow};
 
-/// What a polygon was cut into.
+/// The triangles that a polygon was cut into.
 pub(super) struct Inside {
     /// Corners, by their numbers in the polygon.
     pub(super) triangles: Vec<[usize; 3]>,
-    /// Whether the outline goes round everything once or not at all.
+    /// True if the outline goes round everything once or not at all.
     pub(super) once: bool,
 }
 
-/// How often sides are bent to meet the corners that they touch but for rounding, before the polygon is given up.
+/// The number of times that sides are bent to meet the corners that they touch but for rounding, before the polygon is
+/// given up.
 const MOST_ROUNDS: usize = 8;
 
 /// Corners in one place that are looked at for the one on whose side a triangle lies.
@@ -248,7 +249,7 @@ impl<'a> Outline<'a> {
         })
     }
 
-    /// Whether a point is between the two sides of a corner, on the left of them.
+    /// True if a point is between the two sides of a corner, on the left of them.
     fn faces(&self, corner: usize, point: DVec2) -> bool {
         let [before, at, after] = [self.before[corner], corner, self.after[corner]].map(|i| self.flat[i]);
         let left_of = |from: DVec2, to: DVec2| (to - from).perp_dot(point - from) > 0.0;

@@ -41,7 +41,7 @@ impl Polygon {
         (cut, triangles)
     }
 
-    /// What of the polygon's area triangles miss, and what those take up that are turned over, as shares of it.
+    /// The area of the polygon that triangles miss, and the area of those that are turned over, as shares of it.
     fn errors(&self, triangles: &[[u32; 3]]) -> [f64; 2] {
         let normal = self.doubled().normalize();
         let area = |&corners: &[u32; 3]| {

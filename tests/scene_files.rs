@@ -375,6 +375,34 @@ fn parts_of_meshes_have_materials_of_their_own() {
 }
 
 #[test]
+fn materials_of_a_file_that_the_scene_replaces_give_no_warning() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let gltf = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0,"camera":0}],
+        "meshes":[{"name":"leaf","primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+        "materials":[{"alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.5],"roughnessFactor":0}}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,
+        "uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+    fs::write(folder.path().join("leaf.gltf"), gltf).expect("written");
+    let scene = folder.path().join("leaf.toml");
+    let warnings = |materials: &str| {
+        let text = format!(
+            "entities = [{{ shape = {{ type = \"mesh\", file = \"leaf.gltf\"{materials} }}, material = \"a\" }}]\n\
+             materials.a = {{ type = \"matte\", reflectance = [1, 1, 1] }}\nenvironment.radiance = [1, 1, 1]\n"
+        );
+        fs::write(&scene, text).expect("written");
+        let loaded = load(&scene).expect("a scene");
+        let kinds = loaded.warnings.iter().filter_map(|warning| warning.message.split("leaf.gltf: ").nth(1));
+        kinds.map(|kind| kind.split(':').next().unwrap_or_default().to_owned()).collect::<Vec<_>>()
+    };
+    let camera = "cameras are left out";
+    assert_eq!(warnings(""), [camera]);
+    assert_eq!(warnings(", materials = { leaf = \"a\" }"), [camera]);
+    let alpha = "alpha is not read";
+    assert_eq!(warnings(", materials = \"file\""), [camera, alpha]);
+}
+
+#[test]
 fn long_files_tell_how_far_they_have_been_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let long = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{}", "# nothing\n".repeat(400_000));

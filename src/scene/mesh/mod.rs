@@ -1,6 +1,6 @@
 //! Readers of mesh files, one file per format.
 //!
-//! They read a file once, from front to back, and keep nothing but the mesh. What a header promises is believed
+//! They read a file once, from front to back, and keep nothing but the mesh. The promises of a header are believed
 //! only as far as the file is long.
 
 mod file;
@@ -57,14 +57,8 @@ pub fn parse(
         "gltf" => materials = gltf::read_text(&mut source, &mut parts)?,
         _ => return Err(source.whole("a mesh file is a .ply, an .obj, a .glb or a .gltf")),
     }
-    if source.marked() {
-        parts.note(MARKED, None);
-    }
     parts.finish(materials).map_err(|error| source.whole(error))
 }
-
-/// What is said of a file that begins with a byte-order mark.
-const MARKED: &str = "the byte-order mark is skipped";
 
 /// The materials of the libraries that an OBJ file names; notes say which libraries and which materials are not there.
 fn libraries(name: &Path, names: &obj::Names, parts: &mut Parts<'_>) -> Read_<Vec<FileMaterial>> {
@@ -74,25 +68,27 @@ fn libraries(name: &Path, names: &obj::Names, parts: &mut Parts<'_>) -> Read_<Ve
             let (file, len) = match open(&path) {
                 Ok(opened) => opened,
                 Err(error) => {
-                    parts.note(&format!("material library {error}"), place.clone());
+                    let line = place.as_ref().map(Place::to_string).unwrap_or_default();
+                    let place = Place::Item(format!("{line}: {error}"));
+                    parts
+                        .note_of_material("material libraries that cannot be read are left out", Some(place));
                     continue;
                 }
             };
             let mut watch = |_, _| {};
             let mut source = Source::new(&path, BufReader::new(file), len, &mut watch);
             mtl::read(&mut source, parts, &mut materials)?;
-            if source.marked() {
-                parts.note(MARKED, mtl::place(&source, 1));
-            }
         }
     }
     let known: HashSet<_> = materials.iter().map(|material| material.name.as_str()).collect();
     for obj::Name { name, place } in names.materials.iter().filter(|used| !known.contains(used.name.as_str()))
     {
         if !name.is_empty() {
-            parts.note("materials that are in no library are left to the scene", place.clone());
+            parts.note_of_material("materials that are in no library are left to the scene", place.clone());
         }
     }
+    let again = (materials.len() - known.len()) as u64;
+    parts.note_several("materials of a name that an earlier one has are not used", again, None);
     Ok(materials)
 }
 

@@ -1,14 +1,14 @@
 //! Wavefront MTL: colours, as matte, mirror and glass.
 //!
-//! The format describes how a program of 1990 shades, and exporters fill it in by habit. What is made of it:
+//! The format describes how a program of 1990 shades, and exporters fill it in by habit. Its materials become these:
 //!
-//! - **Glass** is what lets light through. Illumination models 4, 6, 7 and 9 say how transparency is rendered, not that
+//! - **Glass** lets light through. Illumination models 4, 6, 7 and 9 say how transparency is rendered, not that
 //!   there is any: Maya writes model 4 for everything that it exports. It is glass if the material says so besides: by
 //!   an index `Ni` other than that of air, or by a filter `Tf` other than white, which Maya gives to what is opaque, and
 //!   black. With any model an opacity `d` below 0.5 is glass.
 //! - **Opacity** is `d` or, only where there is no `d`, 1 − `Tr`: exporters disagree which way round `Tr` is.
 //!   Between 0.5 and 1 it is taken for 1.
-//! - **A mirror** is what reflects by its `Ks`: models 3, 5 and 8, and any where `Kd` is black.
+//! - **Mirrors** reflect by their `Ks`: models 3, 5 and 8, and any where `Kd` is black.
 //! - All else is **matte**, of colour `Kd`; 0.8 if there is none.
 
 use super::FileMaterial;
@@ -18,16 +18,16 @@ use super::source::{Place, Read_, Source, number, number_or_nan, shown, words};
 use crate::scene::description::{Colour, MaterialKind};
 use std::io::BufRead;
 
-/// What a material of the file says.
+/// A material as the statements of the file give it.
 #[derive(Clone)]
 struct Raw {
     name: String,
-    /// Where it begins.
+    /// The line where it begins.
     place: Option<Place>,
     diffuse: Option<Colour>,
     specular: Colour,
     emission: Colour,
-    /// Whether a texture says where it shines, often at a few places of many.
+    /// True if a texture gives the places that emit, which are often few.
     has_emission_texture: bool,
     filter: Option<Colour>,
     ior: Option<f64>,
@@ -60,9 +60,14 @@ impl Raw {
         let opacity = self.opacity.or(self.transparency.map(|tr| 1.0 - tr)).unwrap_or(1.0);
         let refracts = self.ior.and_then(index).is_some();
         let filters = self.filter.is_some_and(|filter| filter != [0.0; 3] && filter != [1.0; 3]);
-        let mut note = |message| parts.note(message, self.place.clone());
+        let mut note = |message| parts.note_of_material(message, self.place.clone());
         let kind = match self.model {
-            4 | 6 | 7 | 9 if refracts || filters => glass(self.ior, self.filter.unwrap_or([1.0; 3])),
+            4 | 6 | 7 | 9 if refracts || filters => {
+                if self.diffuse.is_some() && !black {
+                    note("materials that refract are clear glass, without their diffuse colour");
+                }
+                glass(self.ior, self.filter.unwrap_or([1.0; 3]))
+            }
             _ if opacity < 0.5 => {
                 if opacity > 0.0 {
                     note("materials of an opacity below 0.5 are clear glass");
@@ -75,16 +80,28 @@ impl Raw {
                 }
                 MaterialKind::Mirror { reflectance: self.specular }
             }
-            _ if black && shiny => MaterialKind::Mirror { reflectance: self.specular },
+            _ if black && shiny => {
+                note("black materials with highlights (Ks) are perfect mirrors");
+                MaterialKind::Mirror { reflectance: self.specular }
+            }
             _ => {
                 if shiny && self.model > 1 {
                     note("highlights (Ks) are left out of matte materials");
+                }
+                if matches!(self.model, 4 | 6 | 7 | 9) {
+                    note("materials of a transparent illum (4, 6, 7, 9) that let no light through are matte");
                 }
                 MaterialKind::Matte { reflectance: self.diffuse.unwrap_or([0.8; 3]) }
             }
         };
         if (0.5..1.0).contains(&opacity) && !matches!(kind, MaterialKind::Glass { .. }) {
             note("materials of an opacity from 0.5 are opaque");
+        }
+        if matches!(kind, MaterialKind::Glass { .. }) && !refracts {
+            note("glass whose index of refraction (Ni) is missing, 1 or out of range gets 1.5");
+        }
+        if self.has_emission_texture {
+            note(DARK);
         }
         let emission = if self.has_emission_texture { [0.0; 3] } else { self.emission };
         FileMaterial { name: self.name, kind, emission }
@@ -118,6 +135,12 @@ pub(super) fn place<R>(source: &Source<'_, R>, line: u64) -> Option<Place> {
     Some(Place::Item(format!("line {line} of {name}")))
 }
 
+/// The note about materials whose emission is in a texture.
+pub(super) const DARK: &str = "materials that emit by a texture do not emit";
+
+/// The note about emissions that a film does not hold.
+pub(super) const CLAMPED_EMISSION: &str = "emissions below 0 or above 2³⁰ are clamped";
+
 /// Reads an MTL file, and adds its materials.
 pub(super) fn read<R: BufRead>(
     source: &mut Source<'_, R>,
@@ -137,16 +160,26 @@ pub(super) fn read<R: BufRead>(
             continue;
         }
         let Some(raw) = &mut open else {
-            parts.note("statements before the first material are ignored", here());
+            parts.note_of_material("statements before the first material are ignored", here());
             continue;
         };
         match key {
             b"Kd" | b"Ks" | b"Ke" | b"Tf" => {
                 if [Some(&b"spectral"[..]), Some(b"xyz")].contains(&given.clone().next()) {
-                    parts.note("spectral curves and CIE colours are not read", here());
+                    parts.note_of_material("spectral curves and CIE colours are not read", here());
                     continue;
                 }
                 let given = colour(source, given)?;
+                match key {
+                    b"Ke" if radiance(given) != given => parts.note_of_material(CLAMPED_EMISSION, here()),
+                    b"Kd" | b"Ks" | b"Tf" if fraction(given) != given => {
+                        parts.note_of_material(
+                            "colours (Kd, Ks, Tf) out of the range from 0 to 1 are clamped",
+                            here(),
+                        );
+                    }
+                    _ => {}
+                }
                 match key {
                     b"Kd" => raw.diffuse = Some(fraction(given)),
                     b"Ks" => raw.specular = fraction(given),
@@ -169,20 +202,22 @@ pub(super) fn read<R: BufRead>(
             b"Pr" | b"Pm" | b"Ps" | b"Pc" | b"Pcr" | b"aniso" => {
                 // Exporters write them all.
                 if given.next().and_then(number_or_nan).is_some_and(|value: f64| value != 0.0) {
-                    parts.note(
+                    parts.note_of_material(
                         "roughness, metalness, sheen and coats (Pr, Pm, Ps, Pc, aniso) are not read",
                         here(),
                     );
                 }
             }
-            b"bump" | b"disp" | b"decal" | b"refl" | b"norm" => parts.note("textures are not read", here()),
+            b"bump" | b"disp" | b"decal" | b"refl" | b"norm" => {
+                parts.note_of_material("textures are not read", here())
+            }
             _ if key.starts_with(b"map_") => {
                 raw.has_emission_texture |= key == b"map_Ke";
-                parts.note("textures are not read", here());
+                parts.note_of_material("textures are not read", here());
             }
             // The colour under light from everywhere; how sharp highlights and reflections are; the brushing's direction.
             b"Ka" | b"Ns" | b"sharpness" | b"anisor" => {}
-            _ => parts.note("statements that stride does not know are ignored", here()),
+            _ => parts.note_of_material("statements that stride does not know are ignored", here()),
         }
     }
     materials.extend(open.map(|raw| raw.material(parts)));

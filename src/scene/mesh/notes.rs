@@ -1,18 +1,22 @@
 //! Notes of what a reader left out, repaired or approximated.
 
 use super::source::Place;
+use std::collections::HashSet;
 use std::fmt;
+use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 
 /// One kind of thing that a reader left out, repaired or approximated. It displays as
 /// `faces of fewer than three corners are left out: 3, the first in line 12`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// What was found, in the plural, and what became of it.
+    /// The things that were found, in the plural, and the treatment of them. The count is that of these things.
     pub message: String,
-    /// How often it was found.
+    /// The number of these things.
     pub count: u64,
-    /// Where it was found first; absent if it concerns the file as a whole.
+    /// Its first place; absent if it concerns the file as a whole.
     pub first: Option<Place>,
+    /// True if it concerns a material of the file, and nothing where the scene gives the mesh another material.
+    pub is_of_material: bool,
 }
 
 impl fmt::Display for Note {
@@ -27,12 +31,16 @@ impl fmt::Display for Note {
     }
 }
 
-/// Kinds of notes that are kept; messages that quote a file could otherwise be without end.
+/// The most kinds of notes that are kept; messages that quote a file could otherwise be without end.
 const MOST_KINDS: usize = 100;
 
 /// The notes about a file, one for each kind.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Notes(Vec<Note>);
+pub(super) struct Notes {
+    kept: Vec<Note>,
+    /// Hashes of the messages of further kinds.
+    further: HashSet<u64>,
+}
 
 impl Notes {
     /// Counts one more of a kind, which is told by its message.
@@ -42,19 +50,35 @@ impl Notes {
 
     /// Counts so many more of a kind, of which the first is in this place; none leave no note.
     pub(super) fn add_several(&mut self, message: &str, count: u64, place: Option<Place>) {
-        match self.0.iter_mut().find(|note| note.message == message) {
-            Some(note) => note.count += count,
-            None => {
-                if count > 0 && self.0.len() < MOST_KINDS {
-                    self.0.push(Note { message: message.to_owned(), count, first: place });
-                }
-            }
+        if count == 0 {
+            return;
+        }
+        if let Some(note) = self.kept.iter_mut().find(|note| note.message == message) {
+            note.count += count;
+        } else if self.kept.len() < MOST_KINDS {
+            self.kept.push(Note { message: message.to_owned(), count, first: place, is_of_material: false });
+        } else {
+            self.further.insert(BuildHasherDefault::<DefaultHasher>::default().hash_one(message));
         }
     }
 
-    /// All of them, in the order in which their kinds were first found.
+    /// Counts one more of a kind that concerns a material of the file.
+    pub(super) fn add_of_material(&mut self, message: &str, place: Option<Place>) {
+        self.add(message, place);
+        if let Some(note) = self.kept.iter_mut().find(|note| note.message == message) {
+            note.is_of_material = true;
+        }
+    }
+
+    /// All of them, in the order in which their kinds were first found; the last one counts the kinds that are not kept.
     pub(super) fn into_all(self) -> Vec<Note> {
-        self.0
+        let mut all = self.kept;
+        let count = self.further.len() as u64;
+        if count > 0 {
+            let message = format!("further kinds of notes: {count}");
+            all.push(Note { message, count: 1, first: None, is_of_material: false });
+        }
+        all
     }
 }
 
@@ -81,9 +105,13 @@ mod tests {
     }
 
     #[test]
-    fn kinds_without_end_are_not_kept() {
+    fn kinds_that_are_not_kept_are_counted() {
         let mut notes = Notes::default();
-        (0..10 * MOST_KINDS).for_each(|i| notes.add(&format!("kind {i}"), None));
-        assert_eq!(notes.into_all().len(), MOST_KINDS);
+        for i in (0..MOST_KINDS + 7).chain(0..MOST_KINDS + 5) {
+            notes.add(&format!("kind {i}"), None);
+        }
+        let all = notes.into_all();
+        assert_eq!((all.len(), all[MOST_KINDS - 1].to_string()), (MOST_KINDS + 1, "kind 99: 2".into()));
+        assert_eq!(all[MOST_KINDS].to_string(), "further kinds of notes: 7");
     }
 }

@@ -38,7 +38,7 @@ const LONGEST_CHAIN: usize = 64;
 /// The most vertices, of all parts.
 const MOST_VERTICES: usize = 1 << 30;
 
-/// What is said of statements that draw no triangles.
+/// The note about statements that draw curves.
 const CURVES: &str = "curves and free-form surfaces are left out";
 
 /// A name that a line gives to what follows, or of what it takes from elsewhere.
@@ -49,7 +49,7 @@ pub(super) struct Name {
     pub(super) place: Option<Place>,
 }
 
-/// What an OBJ file names in others.
+/// The names in an OBJ file of things in other files.
 #[derive(Default)]
 pub(super) struct Names {
     /// Material libraries, each a line that may name several.
@@ -60,8 +60,8 @@ pub(super) struct Names {
 
 /// Reads an OBJ file into its parts, and gives the names of what it takes from other files.
 ///
-/// Smoothing groups, levels of detail and shadows change nothing here, and are passed over; of all else that is left
-/// out there is a note.
+/// Levels of detail and shadows change nothing here, and are passed over. There is a note about everything else that is
+/// left out.
 pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read_<Names> {
     let mut columns = Columns::default();
     let mut vertices: Vec<Vertex> = Vec::new();
@@ -71,6 +71,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
     let (mut given_corners, mut corners) = (Vec::new(), Vec::new());
     let (mut group, mut material) = (String::new(), String::new());
     let mut part = None;
+    let mut is_smooth = false;
     while source.next_line(&mut line)? {
         uncomment(&mut line);
         // A line that ends in a backslash goes on.
@@ -106,7 +107,11 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
             Some(b"vt") => {
                 // The second is optional.
                 let u = numbers::<_, 1>(source, given.clone())?;
-                let v = given.nth(1).and_then(number_or_nan).unwrap_or(0.0);
+                let v = given.nth(1).map_or(Some(0.0), number_or_nan);
+                if v.is_none() {
+                    parts.note("lines of uv whose second word is no number have 0 for it", source.line());
+                }
+                let v = v.unwrap_or_default();
                 let uv = parts::uv([u[0], v]);
                 if uv.is_none() {
                     parts.note(parts::NO_UV, source.line());
@@ -122,6 +127,12 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                 if given_corners.len() < 3 {
                     parts.note("faces of fewer than three corners are left out", source.line());
                     continue;
+                }
+                if is_smooth && given_corners.iter().any(|&(_, _, normal)| normal == 0) {
+                    parts.note(
+                        "faces of smoothing groups are flat at corners that have no normal",
+                        source.line(),
+                    );
                 }
                 let part = *part.get_or_insert_with(|| parts.of(&group, &material));
                 corners.clear();
@@ -142,6 +153,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                     ref corners => parts.polygon(part, corners, || source.line()),
                 }
             }
+            Some(b"s") => is_smooth = !matches!(given.next(), None | Some(b"off" | b"0")),
             Some(b"g" | b"o") => (group, part) = (name_after(&line), None),
             Some(b"usemtl") => {
                 (material, part) = (name_after(&line), None);
@@ -161,7 +173,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
                 b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv" | b"sp"
                 | b"end" | b"con" | b"ctech" | b"stech"
                 // How they look in other programs.
-                | b"s" | b"mg" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj",
+                | b"mg" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj",
             )
             | None => {}
             Some(_) => parts.note("statements that stride does not know are ignored", source.line()),
@@ -170,19 +182,24 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
     Ok(names)
 }
 
-/// Statements whose words are names, in which there may be a `#`.
+/// Statements whose words are names, in which there may be a `#` that follows no blank.
 const NAMING_STATEMENTS: [&[u8]; 12] = [
     b"g", b"o", b"usemtl", b"mtllib", b"usemap", b"maplib", b"newmtl", b"bump", b"disp", b"decal", b"refl",
     b"norm",
 ];
 
 /// Takes a comment off a line, and a backslash at its end with it: comments do not go on in the next line.
+///
+/// A `#` begins a comment after a blank, and elsewhere unless it is part of a name or of a number such as `1.#QNAN`.
 pub(super) fn uncomment(line: &mut Vec<u8>) {
-    let Some(comment) = line.iter().position(|&byte| byte == b'#') else { return };
-    let first = words(&line[..comment]).next();
-    if !first.is_some_and(|first| NAMING_STATEMENTS.contains(&first) || first.starts_with(b"map_")) {
-        line.truncate(comment);
-    }
+    let first = words(line).next().unwrap_or_default();
+    let has_names = NAMING_STATEMENTS.contains(&first) || first.starts_with(b"map_");
+    let begins = |at: usize| match at.checked_sub(1).map(|before| line[before]) {
+        None => true,
+        Some(before) => before.is_ascii_whitespace() || !has_names && before != b'.',
+    };
+    let comment = (0..line.len()).find(|&at| line[at] == b'#' && begins(at));
+    comment.into_iter().for_each(|comment| line.truncate(comment));
 }
 
 impl Columns {
@@ -220,7 +237,7 @@ impl Columns {
     }
 }
 
-/// What follows the first word of a line: a name may have blanks in it.
+/// The words after the first one of a line: a name may have blanks in it.
 pub(super) fn name_after(line: &[u8]) -> String {
     let line = line.trim_ascii();
     let first = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());

@@ -15,7 +15,7 @@ const MOST_NAMES: usize = 100;
 struct Part {
     name: String,
     mesh: Mesh,
-    /// How many vertices came with a normal, and with uv.
+    /// The numbers of vertices that came with a normal, and with uv.
     with_normal: usize,
     with_uv: usize,
 }
@@ -104,7 +104,12 @@ impl<'a> Parts<'a> {
         self.notes.add(message, place);
     }
 
-    /// Notes that it was so often, first in this place.
+    /// Notes that something about a material of the file was left out, repaired or approximated.
+    pub(super) fn note_of_material(&mut self, message: &str, place: Option<Place>) {
+        self.notes.add_of_material(message, place);
+    }
+
+    /// Notes several things of a kind, the first of which is in this place.
     pub(super) fn note_several(&mut self, message: &str, count: u64, place: Option<Place>) {
         self.notes.add_several(message, count, place);
     }
@@ -195,7 +200,7 @@ fn repair(mesh: &mut Mesh, notes: &mut Notes, name: impl Fn(usize) -> String) {
     }
 }
 
-/// Which vertices are a triangle's; nothing if all are. The others may be where they like: their positions become zero.
+/// For each vertex, true if a triangle uses it. The positions of the others, which may be no numbers, become zero.
 fn used(mesh: &mut Mesh) -> Vec<bool> {
     let mut used = vec![false; mesh.positions.len()];
     for &corner in mesh.triangles.iter().flatten() {

@@ -80,6 +80,8 @@ impl Scalar {
 #[derive(Clone, Debug)]
 struct Property {
     name: Vec<u8>,
+    /// The line that declares it.
+    place: Option<Place>,
     /// The type of a list's length, if it is a list.
     length: Option<Scalar>,
     scalar: Scalar,
@@ -88,7 +90,7 @@ struct Property {
 #[derive(Clone, Debug)]
 struct Element {
     name: Vec<u8>,
-    /// Where it is declared.
+    /// The line that declares it.
     place: Option<Place>,
     count: u64,
     properties: Vec<Property>,
@@ -156,7 +158,8 @@ fn header<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read
                 let Some(element) = elements.last_mut() else {
                     return Err(source.on_line("a property before the first element"));
                 };
-                element.properties.push(Property { name: name.into(), length, scalar });
+                let (name, place) = (name.into(), source.line());
+                element.properties.push(Property { name, place, length, scalar });
                 if element.properties.len() > MOST_PROPERTIES {
                     return Err(source.on_line("an element of more than 1,000 properties"));
                 }
@@ -184,14 +187,14 @@ struct Rows {
     encoding: Encoding,
     /// A line, or an element's bytes.
     buffer: Vec<u8>,
-    /// How much of the line was read.
+    /// The number of bytes of the line that were read.
     read: usize,
     /// Elements of text that do not have a line each, and where the first begins.
     astray: u64,
     first_astray: Option<Place>,
     /// One number for each property; a list's is its length.
     scalars: Vec<f64>,
-    /// What is in the list that was asked for.
+    /// The elements of the list that was asked for.
     list: Vec<f64>,
 }
 
@@ -376,6 +379,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
             )));
         }
     }
+    note_unknown(parts, &elements);
     let part = parts.of("", "");
     let (mut polygons, mut strips) = (Polygons::default(), Vec::new());
     let mut rows = Rows::new(encoding);
@@ -413,6 +417,50 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
     Ok(())
 }
 
+/// The most properties that the note about unknown ones names.
+const MOST_NAMED: usize = 5;
+
+/// Notes properties of which stride does not know the use: those that are neither read nor the subject of another note.
+fn note_unknown(parts: &mut Parts<'_>, elements: &[Element]) {
+    let mut unknown = Vec::new();
+    for element in elements.iter().filter(|element| element.count > 0) {
+        for (i, property) in element.properties.iter().enumerate() {
+            let name = property.name.as_slice();
+            // The first of a name is read, and the first of several names for one thing.
+            let is_first = |names: &[&[u8]]| element.find(names) == Some(i);
+            let is_known = match element.name.as_slice() {
+                b"vertex" => {
+                    let single = [b"x", b"y", b"z"].iter().any(|name| is_first(&[&name[..]]));
+                    let normal = NORMAL.iter().any(|name| is_first(&[name]));
+                    single || normal || is_first(&U) || is_first(&V) || is_colour(name)
+                }
+                b"face" => is_first(&VERTEX_INDICES) || is_colour(name) || name == b"texcoord",
+                b"tristrips" => is_first(&VERTEX_INDICES),
+                // There is a note about the element.
+                _ => true,
+            };
+            if !is_known {
+                unknown.push(property);
+            }
+        }
+    }
+    let Some(first) = unknown.first() else { return };
+    let names: Vec<_> = unknown.iter().take(MOST_NAMED).map(|property| shown(&property.name)).collect();
+    let more = if unknown.len() > MOST_NAMED { ", …" } else { "" };
+    let message = format!("properties that stride does not know are left out ({}{more})", names.join(", "));
+    parts.note_several(&message, unknown.len() as u64, first.place.clone());
+}
+
+/// The names of a normal's coordinates.
+const NORMAL: [&[u8]; 3] = [b"nx", b"ny", b"nz"];
+
+/// The names of the first and of the second coordinate of uv.
+const U: [&[u8]; 4] = [b"u", b"s", b"texture_u", b"texture_s"];
+const V: [&[u8]; 4] = [b"v", b"t", b"texture_v", b"texture_t"];
+
+/// The names of a list of corners.
+const VERTEX_INDICES: [&[u8]; 2] = [b"vertex_indices", b"vertex_index"];
+
 /// Notes that an element has properties which are not read.
 fn unread(parts: &mut Parts<'_>, element: &Element, message: &str, which: fn(&[u8]) -> bool) {
     if element.count > 0 && element.properties.iter().any(|property| which(&property.name)) {
@@ -420,10 +468,10 @@ fn unread(parts: &mut Parts<'_>, element: &Element, message: &str, which: fn(&[u
     }
 }
 
-/// Whether a property is part of a colour.
+/// True if a property is part of a colour.
 fn is_colour(name: &[u8]) -> bool {
     let name = name.strip_prefix(b"diffuse_").unwrap_or(name);
-    [&b"red"[..], b"green", b"blue", b"r", b"g", b"b", b"material_index"].contains(&name)
+    [&b"red"[..], b"green", b"blue", b"r", b"g", b"b", b"alpha", b"a", b"material_index"].contains(&name)
 }
 
 fn vertices<R: BufRead>(
@@ -437,12 +485,20 @@ fn vertices<R: BufRead>(
     let [Some(x), Some(y), Some(z)] = [find(b"x"), find(b"y"), find(b"z")] else {
         return Err(source.whole("its vertices have no x, y and z"));
     };
-    let normal = match [find(b"nx"), find(b"ny"), find(b"nz")] {
+    let given_normal = NORMAL.map(find);
+    let normal = match given_normal {
         [Some(x), Some(y), Some(z)] => Some([x, y, z]),
         _ => None,
     };
-    let u = element.find(&[b"u", b"s", b"texture_u", b"texture_s"]);
-    let v = element.find(&[b"v", b"t", b"texture_v", b"texture_t"]);
+    let (u, v) = (element.find(&U), element.find(&V));
+    if normal.is_none() && given_normal.iter().any(Option::is_some) {
+        let message = "normals of which not all three coordinates are given are left out";
+        parts.note_several(message, element.count, element.place.clone());
+    }
+    if u.is_some() != v.is_some() {
+        let message = "uv of which only one coordinate is given are left out";
+        parts.note_several(message, element.count, element.place.clone());
+    }
     unread(parts, element, parts::VERTEX_COLOURS, is_colour);
     let count = element.count as usize;
     let before = parts.mesh(part).positions.len();
@@ -481,7 +537,7 @@ fn list_of_vertices<R: BufRead>(
     element: &Element,
     what: &str,
 ) -> Read_<Option<usize>> {
-    let corners = element.find(&[b"vertex_indices", b"vertex_index"]);
+    let corners = element.find(&VERTEX_INDICES);
     let corners = corners.filter(|&i| element.properties[i].length.is_some());
     match corners {
         None if element.count > 0 => Err(source.whole(format!("its {what} have no list of vertex_indices"))),

@@ -5,14 +5,14 @@ use std::fs::File;
 use std::io::{BufRead, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-/// What is wrong with a mesh file. It displays as `dragon.ply: line 12: "1.0x" is not a number`.
+/// An error in a mesh file. It displays as `dragon.ply: line 12: "1.0x" is not a number`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshFileError {
     /// The file.
     pub file: PathBuf,
-    /// Where in it.
+    /// The place in it.
     pub place: Option<Place>,
-    /// What is wrong.
+    /// The fault, and the remedy if there is one.
     pub message: String,
 }
 
@@ -62,7 +62,7 @@ impl std::error::Error for MeshFileError {}
 /// The longest line of text, the longest word of which is no longer. A polygon of a thousand corners fits.
 pub(super) const LONGEST_LINE: usize = 1 << 20;
 
-/// What a progress display hears: bytes read so far, and how many there are.
+/// A progress display, which hears the bytes read so far and the length of the file.
 pub type Watch<'a> = &'a mut dyn FnMut(u64, u64);
 
 /// A file that is read from front to back.
@@ -74,19 +74,17 @@ pub(super) struct Source<'a, R> {
     offset: u64,
     /// Lines read so far.
     line: u64,
-    /// Whether lines end in a carriage return alone, as the first one does.
+    /// True if lines end in a carriage return alone, as the first one does.
     ends_in_cr: bool,
-    /// Whether the file begins with a byte-order mark.
-    marked: bool,
     watch: Watch<'a>,
     /// The offset from which on it is told again.
     tell_at: u64,
 }
 
-/// What some editors put before text in UTF-8.
-const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+/// The mark that some editors put before text in UTF-8. It is skipped without a note in every format: nothing is lost.
+pub(super) const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 
-/// Whether a file's first line is text of two bytes a character, with a byte-order mark or, without one, as Latin
+/// True if a file's first line is text of two bytes a character, with a byte-order mark or, without one, as Latin
 /// letters show it.
 fn is_utf_16(line: &[u8]) -> bool {
     let latin =
@@ -98,7 +96,7 @@ fn is_utf_16(line: &[u8]) -> bool {
     }
 }
 
-/// How many bytes are read before a progress display hears of them.
+/// The number of bytes that are read before a progress display hears of them.
 const TELL_EVERY: u64 = 1 << 20;
 
 pub(super) type Read_<T> = Result<T, MeshFileError>;
@@ -112,7 +110,7 @@ impl<'a, R> Source<'a, R> {
 
 impl<'a, R: BufRead> Source<'a, R> {
     pub(super) fn new(name: &'a Path, input: R, len: u64, watch: Watch<'a>) -> Self {
-        Source { name, input, len, offset: 0, line: 0, ends_in_cr: false, marked: false, watch, tell_at: 0 }
+        Source { name, input, len, offset: 0, line: 0, ends_in_cr: false, watch, tell_at: 0 }
     }
 
     /// The length of the file.
@@ -148,7 +146,7 @@ impl<'a, R: BufRead> Source<'a, R> {
         Some(Place::Byte(self.offset))
     }
 
-    /// How many lines were read.
+    /// The number of lines that were read.
     pub(super) fn lines(&self) -> u64 {
         self.line
     }
@@ -217,7 +215,6 @@ impl<'a, R: BufRead> Source<'a, R> {
             }
             if line.starts_with(BYTE_ORDER_MARK) {
                 line.drain(..BYTE_ORDER_MARK.len());
-                self.marked = true;
             }
         }
         Ok(read > 0)
@@ -232,11 +229,6 @@ impl<'a, R: BufRead> Source<'a, R> {
                 Err(error) => return Err(self.failed(&error)),
             }
         }
-    }
-
-    /// Whether the file begins with a byte-order mark, which its first line came without.
-    pub(super) fn marked(&self) -> bool {
-        self.marked
     }
 
     /// The line that was read last, by itself or with those that it goes on, is longer than any may be.

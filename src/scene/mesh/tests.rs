@@ -163,7 +163,7 @@ fn bad_files_are_told_where_and_why() {
         ("a.ply", b"ply\nproperty float x\n".to_vec(), ["line 2", "before the first element"]),
         ("a.ply", b"ply\nelement vertex 1\nproperty half x\n".to_vec(), ["line 3", "half"]),
         ("a.ply", ply(&three, "0 0 0\n1 0 0\n0 1 zero\n3 0 1 2\n"), ["line 12", "zero"]),
-        ("a.ply", ply(&three, "0 0 0\n1 0 0\n0 1\n3 0 1 2 4 4 4 4 4\n"), ["line 12", "more numbers"]),
+        ("a.ply", ply(&three, "0 0 0\n1 0 0\n0 1\n3 0 1 2 4 4 4 4 4\n"), ["line 13", "more numbers"]),
         ("a.ply", ply(&three, "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"), ["vertex 3", "only 3"]),
         ("a.ply", ply(&three, "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"), ["face 0", "-1"]),
         ("a.ply", ply(&three, "0 0 0\n1 0 0\n0 1 0\n9999999999 0 1 2\n"), ["9999999999", "length"]),

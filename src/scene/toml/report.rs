@@ -130,7 +130,9 @@ impl<'t> Reports<'t> {
         };
         let mesh = match mesh::read(&path, &key.1, &mut |bytes, of| watch(&path, bytes, of)) {
             Ok(mesh) => {
-                for note in &mesh.notes {
+                // Other splits leave the file's materials to the scene's.
+                let uses_materials = key.1 == Split::Materials;
+                for note in mesh.notes.iter().filter(|note| uses_materials || !note.is_of_material) {
                     if self.noted.insert((path.clone(), note.message.clone())) {
                         let message = format!("{}: {note}", path.display());
                         self.warn(Some(file.at), message, "the rest of it is rendered");

@@ -4,13 +4,13 @@ use super::extensions;
 use super::fault::item;
 use crate::scene::description::MaterialKind;
 use crate::scene::mesh::FileMaterial;
-use crate::scene::mesh::mtl::{fraction, glass, radiance};
+use crate::scene::mesh::mtl::{CLAMPED_EMISSION, DARK, fraction, glass, radiance};
 use crate::scene::mesh::parts::Parts;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 
-/// Whether there is a texture.
+/// A texture, of which only the presence is read.
 type Texture = Option<IgnoredAny>;
 
 #[derive(Default, Deserialize)]
@@ -176,6 +176,11 @@ impl Layer {
 }
 
 impl Material {
+    /// The names of its extensions that change the appearance and are not read.
+    pub(super) fn missing_extensions(&self) -> impl Iterator<Item = &str> {
+        self.extensions.missing()
+    }
+
     /// Its name in the file.
     pub(super) fn own_name(&self) -> Option<&str> {
         self.name.as_deref().filter(|name| !name.is_empty())
@@ -215,14 +220,14 @@ impl Material {
         self.extensions.transmission.transmission_factor >= 0.5
     }
 
-    /// Whether it is metal by its factor alone. With a texture the factor is only a maximum.
+    /// True if it is metal by its factor alone. With a texture the factor is only a maximum.
     fn is_metal(&self) -> bool {
         let Metallic { metallic_factor, metallic_roughness_texture, .. } = &self.pbr_metallic_roughness;
         let Extensions { glossy, unlit, .. } = &self.extensions;
         glossy.is_none() && unlit.is_none() && *metallic_factor >= 0.5 && metallic_roughness_texture.is_none()
     }
 
-    /// Whether it has a texture besides those of extensions that are not read.
+    /// True if it has a texture besides those of extensions that are not read.
     fn has_texture(&self) -> bool {
         let Metallic { base_color_texture, metallic_roughness_texture, .. } = &self.pbr_metallic_roughness;
         let glossy = self.extensions.glossy.as_ref();
@@ -241,7 +246,7 @@ impl Material {
         .any(Option::is_some)
     }
 
-    /// Whether alpha makes some of it invisible.
+    /// True if alpha makes some of it invisible.
     fn has_alpha(&self) -> bool {
         let alpha = self.base()[3];
         let textured = match &self.extensions.glossy {
@@ -259,7 +264,7 @@ impl Material {
     pub(super) fn note(&self, i: usize, parts: &mut Parts<'_>) {
         let mut note = |is: bool, message: &str| {
             if is {
-                parts.note(message, item(format_args!("materials[{i}]")));
+                parts.note_of_material(message, item(format_args!("materials[{i}]")));
             }
         };
         note(self.has_texture(), "textures are not read");
@@ -267,12 +272,12 @@ impl Material {
 
         let emits = self.emission().iter().any(|&c| c > 0.0);
         let by_texture = self.emissive_texture.is_some();
-        note(emits && by_texture, "materials that emit by a texture do not emit");
+        note(emits && by_texture, DARK);
         let emits = emits && !by_texture;
         note(emits && self.double_sided, "double-sided materials emit on their front alone");
         let most = radiance([f64::INFINITY; 3])[0];
         let out_of_range = self.emission().iter().any(|c| !(0.0..=most).contains(c));
-        note(out_of_range && !by_texture, "emissions below 0 or above 2³⁰ are clamped");
+        note(out_of_range && !by_texture, CLAMPED_EMISSION);
         note(self.has_alpha(), "alpha is not read: blended and masked materials are opaque");
 
         for extension in self.extensions.missing() {
@@ -326,7 +331,7 @@ impl Material {
 }
 
 impl Glossy {
-    /// Whether all of its reflection is specular, as that of metals.
+    /// True if all of its reflection is specular, as that of metals.
     fn is_metal(&self) -> bool {
         let [r, g, b, _] = self.diffuse_factor;
         [r, g, b].iter().all(|&c| c <= 0.0) && self.diffuse_texture.is_none()

@@ -1,4 +1,4 @@
-//! What a file may make of its size, and what large files must be given.
+//! The limits on a mesh for the size of its file, and the room that large files must have.
 
 use super::*;
 use serde_json::json;
@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 #[test]
 fn large_buffers_beside_a_small_document_count_for_it() {
-    let count: usize = 140_000;
+    // Every vertex is a corner of a triangle: others would be dropped.
+    let count: usize = 139_998;
     let corners = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let bytes: Vec<u8> = corners.iter().cycle().take(count).flatten().flat_map(|x| x.to_le_bytes()).collect();
     let document = json!({

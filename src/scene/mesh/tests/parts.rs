@@ -64,7 +64,7 @@ fn colours_are_matte_mirror_and_glass() {
     assert_eq!(kind("Kd 0 0 0\nKs 1 1 1"), mirror([1.0; 3]));
     assert_eq!(kind("illum 7\nNi 2.5\nTf 0.5 1 1"), glass(2.5, [0.5, 1.0, 1.0]));
     // A model says how light comes through, not that it does: Maya gives this one to all that is opaque.
-    assert_eq!(kind("illum 4\nKd 0.8 0.2 0.2\nKa 0 0 0\nTf 1 1 1\nNi 1"), matte([0.8, 0.2, 0.2]));
+    assert_eq!(kind("illum 4\nKd 0.75 0.25 0.25\nKa 0 0 0\nTf 1 1 1\nNi 1"), matte([0.75, 0.25, 0.25]));
     assert_eq!(kind("illum 9\nKd 0.5"), matte([0.5; 3]));
     assert_eq!(kind("illum 4\nTf 0 0 0\nNi 0"), matte([0.8; 3]));
     assert_eq!(kind("illum 4\nNi 1.5\nd 1"), glass(1.5, [1.0; 3]));
@@ -98,7 +98,10 @@ fn what_materials_lose_is_told() {
             "textures are not read: 2, the first in line 3 of colours.mtl",
         ),
         ("d 0.75\n", "materials of an opacity from 0.5 are opaque: 1, in line 2 of colours.mtl"),
-        ("d 0.25\n", "materials of an opacity below 0.5 are clear glass: 1, in line 2 of colours.mtl"),
+        (
+            "d 0.25\nNi 1.45\n",
+            "materials of an opacity below 0.5 are clear glass: 1, in line 2 of colours.mtl",
+        ),
         (
             "Kd 1 1 1\nKs 1 1 1\nillum 3\n",
             "materials that reflect are perfect mirrors, without their diffuse colour: 1, in line 2 of colours.mtl",
@@ -123,11 +126,68 @@ fn what_materials_lose_is_told() {
     assert_eq!(mark.materials[0].name, "Red Paint");
     assert_eq!(
         mark.notes.iter().map(Note::to_string).collect::<Vec<_>>(),
-        [
-            "the byte-order mark is skipped: 1, in line 1 of colours.mtl",
-            "materials that are in no library are left to the scene: 1, in line 9"
-        ]
+        ["materials that are in no library are left to the scene: 1, in line 9"]
     );
+}
+
+#[test]
+fn a_byte_order_mark_may_come_before_the_name_of_a_library() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, format!("\u{feff}{SQUARE}")).unwrap();
+    std::fs::write(folder.path().join("colours.mtl"), "\u{feff}newmtl Red Paint\nnewmtl Clear\n").unwrap();
+    let file = read(&path, &Split::Materials, &mut |_, _| {}).unwrap();
+    let names: Vec<_> = file.materials.iter().map(|material| material.name.as_str()).collect();
+    assert_eq!((names, file.notes), (vec!["Red Paint", "Clear"], vec![]));
+}
+
+#[test]
+fn repairs_of_materials_are_told() {
+    let noted = |mtl: &str| {
+        let file = materials(&format!("newmtl Red Paint\nnewmtl Clear\n{mtl}")).unwrap();
+        file.notes.iter().map(Note::to_string).collect::<Vec<_>>()
+    };
+    let index = "glass whose index of refraction (Ni) is missing, 1 or out of range gets 1.5";
+    let range = "colours (Kd, Ks, Tf) out of the range from 0 to 1 are clamped";
+    let emission = "emissions below 0 or above 2³⁰ are clamped";
+    let opaque = "materials of a transparent illum (4, 6, 7, 9) that let no light through are matte";
+    for (mtl, note) in [
+        ("d 0\n", index),
+        ("d 0\nNi 1\n", index),
+        ("Tr 1\nNi 1e9\n", index),
+        ("illum 4\nTf 0.5 1 1\n", index),
+        ("Kd 0 2 0\n", range),
+        ("Ks -1 0 0\n", range),
+        ("illum 4\nNi 1.5\nTf 1 1 1.5\n", range),
+        ("Kd nan 0 0\n", range),
+        ("Ke 0 -1 0\n", emission),
+        ("Ke 0 1e12 0\n", emission),
+        ("illum 4\nKd 0.5 0 0\nTf 1 1 1\nNi 1\n", opaque),
+        ("illum 9\n", opaque),
+        (
+            "illum 4\nNi 1.5\nKd 0.5 0 0\n",
+            "materials that refract are clear glass, without their diffuse colour",
+        ),
+        ("Kd 0 0 0\nKs 1 1 1\n", "black materials with highlights (Ks) are perfect mirrors"),
+    ] {
+        let notes = noted(mtl);
+        assert!(
+            matches!(&notes[..], [one] if one.starts_with(&format!("{note}: 1, in line "))),
+            "{mtl}: {notes:?}"
+        );
+    }
+    let textures = "textures are not read: 1, in line 4 of colours.mtl";
+    let dark = "materials that emit by a texture do not emit: 1, in line 2 of colours.mtl";
+    assert_eq!(noted("Ke 1 1 1\nmap_Ke lamp.png\n"), [textures, dark]);
+    assert_eq!(noted("newmtl Clear\n"), ["materials of a name that an earlier one has are not used"]);
+    for lossless in [
+        "",
+        "Kd 0.5 0 1\n",
+        "illum 2\nKd 0.5 0 0\nKs 0 0 0\nKe 0 0 0\nd 1\nNi 1.45\n",
+        "illum 4\nNi 1.5\nTf 0.5 1 1\n",
+    ] {
+        assert_eq!(noted(lossless), [""; 0], "{lossless}");
+    }
 }
 
 #[test]
@@ -143,7 +203,8 @@ fn a_line_may_name_several_libraries_or_one_with_blanks() {
     };
     let missing = |name: &str| {
         let path = folder.path().join(name);
-        format!("material library {}: there is no such file: 1, in line 1", path.display())
+        let left = "material libraries that cannot be read are left out: 1, in line 1";
+        format!("{left}: {}: there is no such file", path.display())
     };
     let left = "materials that are in no library are left to the scene";
     assert_eq!(
@@ -176,7 +237,13 @@ fn wrong_libraries_are_told_where_and_why() {
     // One that is missing costs no more than its colours, and nothing where they are not asked for.
     let file = read_split("no/a.obj", SQUARE.as_bytes(), &Split::Materials).unwrap();
     assert_eq!(counts(&file), [("Red Paint", 3, 2), ("Clear", 3, 1)]);
-    assert!(file.notes[0].message.contains("no/colours.mtl: there is no such file"), "{:?}", file.notes);
+    let note = file.notes[0].to_string();
+    assert!(note.ends_with(": 1, in line 1: no/colours.mtl: there is no such file"), "{note}");
+    // Several of them are one kind.
+    let many = format!("{}{SQUARE}", "mtllib a.mtl\n".repeat(150));
+    let file = read_split("no/a.obj", many.as_bytes(), &Split::Materials).unwrap();
+    let note = file.notes[0].to_string();
+    assert!(note.ends_with("left out: 151, the first in line 1: no/a.mtl: there is no such file"), "{note}");
     assert_eq!(read_split("no/a.obj", SQUARE.as_bytes(), &Split::Whole).unwrap().notes, []);
 }
 

@@ -49,10 +49,82 @@ fn comments_do_not_go_on_but_statements_do() {
 fn byte_order_marks_are_skipped() {
     let (mesh, notes) = noted("a.obj", "\u{feff}v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n".as_bytes());
     assert_eq!(mesh.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-    assert_eq!(notes, ["the byte-order mark is skipped"]);
+    assert_eq!(notes, none());
     let mut file = "\u{feff}".as_bytes().to_vec();
     file.extend(ply("ascii"));
     assert_eq!(read_bytes("a.ply", &file), read_bytes("a.ply", &ply("ascii")));
+}
+
+#[test]
+fn comments_behind_names_are_no_part_of_them() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for key in ["usemtl", "g", "o"] {
+        for comment in ["# C:\\a\\", "# x", "\t#x"] {
+            let text = format!("{vertices}{key} red one#2 {comment}\nf 1 2 3\nf 3 2 1\n");
+            let file = read_split("a.obj", text.as_bytes(), &Split::Whole).unwrap();
+            assert_eq!(
+                (&file.names[..], file.parts[0].1.triangles.len()),
+                (&["red one#2".to_owned()][..], 2)
+            );
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    let obj = format!("mtllib a#1.mtl # C:\\a\\\n{vertices}usemtl red # C:\\a\\\nf 1 2 3\n");
+    std::fs::write(&path, obj).unwrap();
+    std::fs::write(folder.path().join("a#1.mtl"), "newmtl red # C:\\a\\\nKd 0.5 0.25 0.125\n").unwrap();
+    let file = read(&path, &Split::Materials, &mut |_, _| {}).unwrap();
+    assert_eq!((file.parts[0].0.as_str(), &file.notes[..]), ("red", &[][..]));
+    let kind = MaterialKind::Matte { reflectance: [0.5, 0.25, 0.125] };
+    assert_eq!((file.materials[0].name.as_str(), &file.materials[0].kind), ("red", &kind));
+}
+
+#[test]
+fn smoothing_groups_without_normals_and_odd_uv_are_noted() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvt 0.5 abc\nvt 0.25\nvt 0.75 0.5\n";
+    let faces = "f 1/1 2/2 3/3\ns 1\nf 1/1 2/2 3/3\nf 1/1/1 2/2/1 3/3/1\nf 1/1 2/2 3/3/1\n";
+    let flat = "s off\nf 1/1 2/2 3/3\ns 2\ns 0\nf 1/1 2/2 3/3\n";
+    let (mesh, notes) = noted("a.obj", format!("{vertices}{faces}{flat}").as_bytes());
+    assert_eq!(mesh.uv[..3], [[0.5, 0.0], [0.25, 0.0], [0.75, 0.5]]);
+    assert_eq!(
+        notes,
+        [
+            "lines of uv whose second word is no number have 0 for it: 1, in line 5",
+            "faces of smoothing groups are flat at corners that have no normal: 2, the first in line 10"
+        ]
+    );
+}
+
+#[test]
+fn properties_of_ply_files_that_are_not_read_are_noted() {
+    let header = |vertex: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}{vertex}element face 1\n\
+             property list uchar int vertex_indices\nproperty float flags\nend_header\n"
+        )
+    };
+    let body = |row: &str| format!("0 0 0{row}\n1 0 0{row}\n0 1 0{row}\n3 0 1 2 7\n");
+    let read = |names: &[&str]| {
+        let properties: String = names.iter().map(|name| format!("property float {name}\n")).collect();
+        noted("a.ply", (header(&properties) + &body(&" 0.5".repeat(names.len()))).as_bytes())
+    };
+    let unknown = |names: &str, count: &str| {
+        format!("properties that stride does not know are left out ({names}): {count}")
+    };
+    assert_eq!(read(&["u", "v", "nx", "ny", "nz", "alpha"]).1[0], unknown("\"flags\"", "1, in line 15"));
+    let (mesh, notes) = read(&["u", "nx", "nz", "a1", "a2", "a3", "a4", "a5"]);
+    assert!(mesh.uv.is_empty() && mesh.normals.is_empty());
+    assert_eq!(
+        notes,
+        [
+            unknown("\"a1\", \"a2\", \"a3\", \"a4\", \"a5\", …", "6, the first in line 10"),
+            "normals of which not all three coordinates are given are left out: 3, the first in line 3"
+                .into(),
+            "uv of which only one coordinate is given are left out: 3, the first in line 3".into(),
+        ]
+    );
+    // One of two names for the same is read.
+    assert_eq!(read(&["u", "v", "s"]).1, [unknown("\"s\", \"flags\"", "2, the first in line 9")]);
 }
 
 #[test]
@@ -175,6 +247,7 @@ fn what_an_obj_file_has_besides_triangles_is_told() {
             "textures are not read: 1, in line 17",
             "calls of other files and programs are left out: 1, in line 18",
             "statements that stride does not know are ignored: 1, in line 19",
+            "faces of smoothing groups are flat at corners that have no normal: 1, in line 21",
             "faces without area are never seen: 1, in line 21"
         ]
     );
@@ -206,7 +279,7 @@ fn strips_are_triangles_of_one_winding() {
     assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3], [0, 1, 2], [0, 0, 1], [1, 0, 2]]);
     assert_eq!(
         notes,
-        ["elements that do not have a line of their own are read number by number: 4, the first in line 10"]
+        ["elements that do not have a line of their own are read number by number: 3, the first in line 10"]
     );
     let error = read_bytes("a.ply", text.replace("-1", "-2").as_bytes()).unwrap_err();
     assert!(error.contains("strip 0") && error.contains("-2"), "{error}");
@@ -254,6 +327,7 @@ fn what_a_ply_file_has_besides_triangles_is_told() {
         notes,
         [
             "textures are not read: 1, in line 3",
+            "properties that stride does not know are left out (\"quality\"): 1, in line 9",
             "colours of vertices are not read: 4, the first in line 4",
             "colours of faces are not read: 5, the first in line 10",
             "uv of faces' corners are not read: 5, the first in line 10",

@@ -19,20 +19,21 @@ mod skin;
 use self::buffers::Buffers;
 use self::document::Document;
 use self::fault::{Fault, item};
+use self::material::Material;
 use self::primitive::{Counts, Pose};
 use self::room::Room;
 use self::skin::Skins;
 use super::FileMaterial;
 use super::MeshFileError;
 use super::parts::Parts;
-use super::source::{Place, Read_, Source};
+use super::source::{BYTE_ORDER_MARK, Place, Read_, Source};
 use std::io::BufRead;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
 const JSON: u32 = u32::from_le_bytes(*b"JSON");
 const BINARY: u32 = u32::from_le_bytes(*b"BIN\0");
 
-/// What a primitive counts for besides its vertices and triangles, and its names: time, though it be empty.
+/// The cost of a primitive, in bytes, besides its vertices, triangles and names: even an empty one takes time.
 const PRIMITIVE: u64 = 256;
 
 /// Reads a `.glb`, and gives its materials.
@@ -45,12 +46,16 @@ pub(super) fn read_binary<R: BufRead>(
         source.exact(&mut bytes)?;
         Ok(u32::from_le_bytes(bytes))
     };
-    let [magic, version, _] = [word(source)?, word(source)?, word(source)?];
+    let [magic, version, length] = [word(source)?, word(source)?, word(source)?];
     if magic != MAGIC {
         return Err(source.whole("this is no binary glTF file: it does not begin with \"glTF\""));
     }
     if version != 2 {
         return Err(source.whole(format!("this is glTF version {version}; version 2 is read")));
+    }
+    if u64::from(length) != source.len() {
+        let message = "the length in the header is not that of the file, and the file is read to its end";
+        parts.note(message, Some(Place::Byte(8)));
     }
     let (mut text, mut binary) = (None, None);
     while source.left() >= 8 && (text.is_none() || binary.is_none()) {
@@ -89,7 +94,7 @@ fn read<R: BufRead>(
     binary: Option<Vec<u8>>,
 ) -> Read_<Vec<FileMaterial>> {
     // Readers may pass over a byte-order mark, though writers may not add one.
-    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
     let document: Document =
         serde_json::from_slice(text).map_err(|error| source.at_line(error.line(), format!("{error}")))?;
     if !document.asset.version.starts_with("2.") {
@@ -108,7 +113,8 @@ fn read_document(
     buffers: &mut Buffers<'_>,
     parts: &mut Parts<'_>,
 ) -> Result<Vec<FileMaterial>, Fault> {
-    extensions::check(&document.extensions_used, &document.extensions_required, parts)?;
+    let noted = document.materials.iter().flat_map(Material::missing_extensions).collect();
+    extensions::check(&document.extensions_used, &document.extensions_required, &noted, parts)?;
     let names = document.material_names();
     let mut skins = Skins::new(document);
     let mut is_used = vec![false; names.len()];

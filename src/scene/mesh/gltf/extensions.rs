@@ -5,11 +5,13 @@
 
 use super::fault::{Fault, item};
 use crate::scene::mesh::parts::Parts;
+use std::collections::HashSet;
 
 /// The subject of an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ExtensionKind {
-    /// The extension is read; or it is a compression, which is an error only where it has no fallback.
+    /// The extension is read, with notes about each material that it changes in a way that is lost; or it is a
+    /// compression, which is an error only where it has no fallback.
     Read,
     /// Textures, which are not read.
     Textures,
@@ -27,7 +29,7 @@ pub(super) enum ExtensionKind {
 
 /// Extensions by name: those of Khronos (ratified and candidate), those with the prefix EXT, and common vendor
 /// extensions.
-const KINDS: [(&str, ExtensionKind); 68] = [
+const KINDS: [(&str, ExtensionKind); 77] = [
     ("ADOBE_materials_clearcoat_specular", ExtensionKind::Materials),
     ("ADOBE_materials_clearcoat_tint", ExtensionKind::Materials),
     ("ADOBE_materials_thin_transparency", ExtensionKind::Materials),
@@ -70,9 +72,18 @@ const KINDS: [(&str, ExtensionKind); 68] = [
     ("KHR_implicit_shapes", ExtensionKind::Nothing),
     ("KHR_interactivity", ExtensionKind::Nothing),
     ("KHR_lights_punctual", ExtensionKind::Lights),
+    ("KHR_materials_anisotropy", ExtensionKind::Read),
+    ("KHR_materials_clearcoat", ExtensionKind::Read),
+    ("KHR_materials_diffuse_transmission", ExtensionKind::Read),
+    ("KHR_materials_dispersion", ExtensionKind::Read),
     ("KHR_materials_emissive_strength", ExtensionKind::Read),
     ("KHR_materials_ior", ExtensionKind::Read),
+    ("KHR_materials_iridescence", ExtensionKind::Read),
+    ("KHR_materials_pbrSpecularGlossiness", ExtensionKind::Read),
+    ("KHR_materials_sheen", ExtensionKind::Read),
     ("KHR_materials_transmission", ExtensionKind::Read),
+    ("KHR_materials_unlit", ExtensionKind::Read),
+    ("KHR_materials_volume", ExtensionKind::Read),
     ("KHR_mesh_primitive_restart", ExtensionKind::Geometry),
     ("KHR_mesh_quantization", ExtensionKind::Read),
     ("KHR_meshopt_compression", ExtensionKind::Read),
@@ -130,9 +141,14 @@ fn quoted(name: &str) -> String {
 }
 
 /// Returns an error if the document requires an extension that is not read and may change its triangles; adds notes
-/// about the others that are not read.
-pub(super) fn check(used: &[String], required: &[String], parts: &mut Parts<'_>) -> Result<(), Fault> {
-    for (i, name) in required.iter().enumerate() {
+/// about the others that are not read, except those in `noted`, which the notes about materials name.
+pub(super) fn check(
+    used: &[String],
+    required: &[String],
+    noted: &HashSet<&str>,
+    parts: &mut Parts<'_>,
+) -> Result<(), Fault> {
+    for (i, name) in required.iter().enumerate().filter(|(_, name)| !noted.contains(name.as_str())) {
         let about = match kind(name) {
             ExtensionKind::Read => continue,
             ExtensionKind::Textures => "for textures",

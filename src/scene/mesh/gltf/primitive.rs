@@ -6,7 +6,7 @@ use super::document::{Document, Primitive};
 use super::extensions::compressed;
 use super::morph::{self, wide};
 use super::room::Room;
-use super::skin::{Repair, Skinned};
+use super::skin::Skinned;
 use crate::scene::mesh::parts::{self, Parts};
 use crate::shape::{Mesh, MeshError};
 use glam::{DAffine3, DVec3};

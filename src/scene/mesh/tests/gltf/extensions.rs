@@ -18,9 +18,7 @@ fn required_extensions_that_cannot_change_triangles_are_notes() {
         ("EXT_texture_webp", "textures"),
         ("EXT_texture_avif", "textures"),
         ("MSFT_texture_dds", "textures"),
-        ("KHR_materials_clearcoat", "materials"),
-        ("KHR_materials_unlit", "materials"),
-        ("KHR_materials_pbrSpecularGlossiness", "materials"),
+        ("KHR_materials_specular", "materials"),
         ("KHR_materials_variants", "materials"),
         ("KHR_lights_punctual", "lights"),
     ] {
@@ -34,6 +32,24 @@ fn required_extensions_that_cannot_change_triangles_are_notes() {
     let read =
         ["KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_node_visibility", "KHR_materials_ior"];
     assert_eq!(required(&read).notes(), [""; 0]);
+    // Nor do those about which there are notes where a material has them.
+    let of_materials = [
+        "KHR_materials_unlit",
+        "KHR_materials_pbrSpecularGlossiness",
+        "KHR_materials_volume",
+        "KHR_materials_clearcoat",
+    ];
+    assert_eq!(required(&of_materials).notes(), [""; 0]);
+    for (name, properties) in
+        [("KHR_materials_clearcoat", json!({ "clearcoatFactor": 1 })), ("KHR_materials_specular", json!({}))]
+    {
+        let mut growing = required(&[name]);
+        let metal = json!({ "roughnessFactor": 0 });
+        growing.json["materials"] =
+            json!([{ "pbrMetallicRoughness": metal, "extensions": { name: properties } }]);
+        growing.json["meshes"][0]["primitives"][0]["material"] = 0.into();
+        assert_eq!(growing.notes(), [format!("{name} is left out of materials: 1, in materials[0]")]);
+    }
     let notes = required(&["KHR_xmp_json_ld"]).notes();
     assert!(notes[0].contains("\"KHR_xmp_json_ld\", which does not change the picture at rest"), "{notes:?}");
 

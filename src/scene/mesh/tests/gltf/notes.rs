@@ -88,6 +88,21 @@ fn normals_and_uv_that_are_not_numbers_are_left_out() {
 }
 
 #[test]
+fn a_wrong_length_in_the_header_is_noted() {
+    let growing = Growing::triangle(CORNERS);
+    assert_eq!(growing.notes(), [""; 0]);
+    for length in [0, 12, u32::MAX] {
+        let mut file = growing.file();
+        file[8..12].copy_from_slice(&length.to_le_bytes());
+        let file = read_split("a.glb", &file, &Split::Whole).unwrap();
+        let notes: Vec<_> = file.notes.iter().map(Note::to_string).collect();
+        let note =
+            "the length in the header is not that of the file, and the file is read to its end: 1, at byte 8";
+        assert_eq!(notes, [note]);
+    }
+}
+
+#[test]
 fn matrices_that_are_not_affine_are_noted() {
     let mut growing = Growing::triangle(CORNERS);
     growing.json["nodes"][0]["matrix"] = json!([1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
@@ -115,6 +130,7 @@ fn sparse_indices_and_byte_order_marks_are_read() {
     growing.json["accessors"][indices]["count"] = 2.into();
     growing.error(&["accessor 1 replaces element 2 of 2"]);
 
+    // A byte-order mark is skipped.
     let marked = [b"\xef\xbb\xbf", &with_data()[..]].concat();
     assert_eq!(read_bytes("a.gltf", &marked), read_bytes("a.gltf", &with_data()));
 }

@@ -22,7 +22,7 @@ fn on_interrupts_apart(apart: Duration) -> Result<Receiver<Infallible>, ctrlc::E
     let mut requests = Requests { open: Some(sender), first: None, apart };
     ctrlc::set_handler(move || {
         if requests.take(Instant::now()) {
-            // Whoever is about to begin another file waits, for the little time that is left.
+            // While the guard lives no other file is begun. If there is none in time, the program ends all the same.
             let _none_begins = atomic::remove_unfinished();
             let _ = writeln!(std::io::stderr(), "stopped at once; nothing more is written");
             // The exit code of a shell's command that SIGINT ended.

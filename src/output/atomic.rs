@@ -9,7 +9,8 @@
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::{Duration, Instant};
 
 use tempfile::NamedTempFile;
 
@@ -173,13 +174,19 @@ impl Place {
 const SUFFIX: &str = ".tmp";
 
 /// The temporary files that are being written, so that a program that ends at once can remove them. It is the whole
-/// process's because a signal is; no renderer waits for it, only writers, and only for the creation of a file.
+/// process's because a signal is. A mutex is right here and a channel is not: nothing may come between the creation of
+/// a file and its note, and the program that ends must keep further files from being created until it has ended. No
+/// renderer waits for it, only writers, and only for the creation of a file.
 static UNFINISHED: Unfinished = Unfinished(Mutex::new(Vec::new()));
 
+/// The time that a program that is to end at once waits for a file that is being created, as on a network that hangs.
+const CREATED_WITHIN: Duration = Duration::from_millis(200);
+
 /// Removes all temporary files that are being written. While the guard lives none is begun: a program that ends before
-/// it is dropped leaves nothing behind.
-pub fn remove_unfinished() -> impl Sized {
-    UNFINISHED.remove_all()
+/// it is dropped leaves nothing behind. Nothing is removed, and there is no guard, if the creation of a file takes too
+/// long: a program that is to end at once ends without it.
+pub fn remove_unfinished() -> Option<impl Sized> {
+    UNFINISHED.remove_all(CREATED_WITHIN)
 }
 
 struct Unfinished(Mutex<Vec<PathBuf>>);
@@ -198,13 +205,26 @@ impl Unfinished {
         Ok(Temporary { noted: Noted { path: file.path().to_path_buf(), all: self }, file })
     }
 
-    fn remove_all(&self) -> MutexGuard<'_, Vec<PathBuf>> {
-        let paths = self.lock();
+    /// The list, unless another thread holds it for longer than `limit`.
+    fn lock_within(&self, limit: Duration) -> Option<MutexGuard<'_, Vec<PathBuf>>> {
+        let start = Instant::now();
+        loop {
+            match self.0.try_lock() {
+                Ok(paths) => return Some(paths),
+                Err(TryLockError::Poisoned(paths)) => return Some(paths.into_inner()),
+                Err(TryLockError::WouldBlock) if start.elapsed() >= limit => return None,
+                Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(1)),
+            }
+        }
+    }
+
+    fn remove_all(&self, limit: Duration) -> Option<MutexGuard<'_, Vec<PathBuf>>> {
+        let paths = self.lock_within(limit)?;
         for path in &*paths {
             // One that can't be removed stays.
             let _ = fs::remove_file(path);
         }
-        paths
+        Some(paths)
     }
 }
 
@@ -313,6 +333,15 @@ mod tests {
         assert!(panicked.is_err());
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["a.bin"]);
+    }
+
+    #[test]
+    fn a_file_that_is_being_created_holds_up_no_end_at_once() {
+        let unfinished = Unfinished(Mutex::new(Vec::new()));
+        let creating = unfinished.lock();
+        assert!(unfinished.remove_all(Duration::ZERO).is_none());
+        drop(creating);
+        assert!(unfinished.remove_all(Duration::ZERO).is_some());
     }
 
     #[test]

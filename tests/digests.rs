@@ -82,8 +82,11 @@ fn digest(words: impl IntoIterator<Item = u32>) -> String {
     })
 }
 
-/// All samples and all first hits of a small picture at one level, in an order of their own.
-fn traced(scene: &Scene, finder: Finder, level: Level) -> [String; 2] {
+/// The words of a sample: its pixel and number, its place on the film, and its radiance.
+type SampleWords = [u32; 7];
+
+/// All samples and all first hits of a small picture at one level, as words, in an order of their own.
+fn traced_words(scene: &Scene, finder: Finder, level: Level) -> (Vec<SampleWords>, Vec<u32>) {
     let integrator = common::integrator_in(scene, finder);
     let region = Region::whole(scene.film.width, scene.film.height);
     let pixels: Vec<_> = (0..region.len()).map(|place| region.pixel(place)).collect();
@@ -104,7 +107,13 @@ fn traced(scene: &Scene, finder: Finder, level: Level) -> [String; 2] {
         let floats = floats.into_iter().flatten().map(f32::to_bits);
         [hit.slot, u32::from(hit.met), hit.entity, hit.material].into_iter().chain(floats).collect::<Vec<_>>()
     };
-    [digest(samples.into_iter().flatten()), digest(hits.iter().flat_map(hit))]
+    (samples, hits.iter().flat_map(hit).collect())
+}
+
+/// Digests of them.
+fn traced(scene: &Scene, finder: Finder, level: Level) -> [String; 2] {
+    let (samples, hits) = traced_words(scene, finder, level);
+    [digest(samples.into_iter().flatten()), digest(hits)]
 }
 
 /// The digests that are committed.
@@ -198,11 +207,16 @@ fn pictures_of_the_program_keep_their_bits_for_any_number_of_threads() {
 
 #[test]
 fn a_picture_that_differs_in_one_bit_has_another_digest() {
-    let mut scene = cover(8, 6);
-    let before = traced(&scene, Finder::Simple, Level::available()[0]);
-    scene.environment[2] = f64::from(f32::from_bits(1));
-    scene.entities.truncate(1);
-    let after = traced(&scene, Finder::Simple, Level::available()[0]);
-    assert!(before != after);
+    let (samples, hits) = traced_words(&cover(8, 6), Finder::Simple, Level::available()[0]);
+    let before = digest(samples.iter().copied().flatten());
+    // The lowest bit of one channel of one sample, wherever it is.
+    for (sample, word) in [(0, 4), (samples.len() / 2, 5), (samples.len() - 1, 6)] {
+        let mut flipped = samples.clone();
+        flipped[sample][word] ^= 1;
+        assert!(digest(flipped.into_iter().flatten()) != before, "{sample} {word}");
+    }
+    let mut flipped = hits.clone();
+    flipped[hits.len() / 2] ^= 1;
+    assert!(digest(flipped) != digest(hits));
     assert!(digest([1, 2, 3]) != digest([1, 2, 2]));
 }

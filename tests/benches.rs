@@ -1,4 +1,4 @@
-//! The benchmarks that are shell scripts still run: their command lines are those of the program.
+//! The benchmarks that are scripts still run: their command lines are those of the program.
 //!
 //! What they print is too small and too short to mean anything here, and nothing is read from it but that it is there.
 
@@ -43,4 +43,26 @@ fn the_gpu_benchmark_runs() {
     }
     let out = tried("gpu.sh");
     assert!(out.contains("5. mesh, path"), "{out}");
+}
+
+#[test]
+fn the_python_scripts_compile() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches");
+    let paths = std::fs::read_dir(&folder).expect("benches/").map(|entry| entry.expect("an entry").path());
+    let scripts: Vec<_> = paths.filter(|path| path.extension().is_some_and(|it| it == "py")).collect();
+    assert!(!scripts.is_empty());
+    // What is compiled goes there, not into the tree.
+    let cache = tempfile::tempdir().expect("a folder");
+    let compiled = Command::new("python3")
+        .args(["-m", "py_compile"])
+        .args(&scripts)
+        .env("PYTHONPYCACHEPREFIX", cache.path())
+        .output();
+    match compiled {
+        Ok(ran) => assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr)),
+        Err(error) => {
+            assert!(std::env::var("STRIDE_REQUIRE_ALL").as_deref() != Ok("1"), "no python3: {error}");
+            println!("skipped: no python3");
+        }
+    }
 }

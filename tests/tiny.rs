@@ -12,8 +12,8 @@ use stride::render::Region;
 use stride::scene::{Entity, Integrator, Mesh, Scene, Shape};
 use stride::world::Finder;
 
-/// A grid of matte triangles under a white sky and a small lamp of triangles, seen from above, with all lengths
-/// multiplied: those of the file, or those of the transform.
+/// A grid of matte triangles under a white sky, a small lamp of triangles and a point light, seen from above, with all
+/// lengths multiplied: those of the file, or those of the transform.
 fn grid(scale: f64, by_transform: bool, smooth: bool) -> Scene {
     let (of_file, of_place) = if by_transform { (1.0, scale) } else { (scale, 1.0) };
     let mut ground = Mesh::default();
@@ -45,6 +45,7 @@ fn grid(scale: f64, by_transform: bool, smooth: bool) -> Scene {
     let lamp = Entity { emission: [3.0; 3], ..placed(lamp) };
     let mut scene = scene(vec![matte([0.5; 3])], vec![placed(ground), lamp]);
     scene.environment = [1.0; 3];
+    scene.lights = vec![point_light(v(1.5, -1.0, 2.5) * scale, 2.0 * scale * scale)];
     scene.camera.eye = v(0.0, -8.0, 4.0) * scale;
     scene.camera.forward = v(0.0, 8.0, -4.0).normalize();
     scene
@@ -67,9 +68,15 @@ fn tiny_and_huge_meshes_look_like_those_of_usual_size() {
             };
             let usual = radiance(1.0, false, Finder::Simple);
             assert!(usual.iter().any(|&x| x != 1.0 && x > 0.0));
-            for (scale, by_transform) in
-                [(1e-12, true), (1e-12, false), (1e-9, true), (1e-6, false), (1e6, true)]
-            {
+            for (scale, by_transform) in [
+                (1e-12, true),
+                (1e-12, false),
+                (1e-9, true),
+                (1e-6, false),
+                (1e6, true),
+                (1e13, false),
+                (1e17, true),
+            ] {
                 let scaled = radiance(scale, by_transform, Finder::Bvh);
                 // A rounding can take a path past an edge: then it goes another way.
                 let same = |(a, b): (&f32, &f32)| (a - b).abs() <= 1e-3 * a.abs();

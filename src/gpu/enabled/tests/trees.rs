@@ -167,9 +167,14 @@ fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -
 fn the_tree_finds_what_the_cpu_finds() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(51, 0, 0);
-    for (scale, place) in
-        [(1.0, DVec3::ZERO), (1.0, DVec3::new(30.0, -5.0, 2.0)), (1e4, DVec3::X), (1e-3, DVec3::ZERO)]
-    {
+    for (scale, place) in [
+        (1.0, DVec3::ZERO),
+        (1.0, DVec3::new(30.0, -5.0, 2.0)),
+        (1e4, DVec3::X),
+        (1e-3, DVec3::ZERO),
+        (1e13, DVec3::ZERO),
+        (1e17, DVec3::ZERO),
+    ] {
         let scene = jumble(scale, place, stream);
         let rays = rays(scale, place, 20_000, stream);
         let prepared = Prepared::new(&scene, 0);

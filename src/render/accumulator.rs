@@ -528,7 +528,7 @@ impl Accumulator {
             return;
         }
         if let Some(notes) = self.notes.take()
-            && self.faint.is_most()
+            && self.faint.is_majority()
         {
             // What cannot be told now is told at the end.
             self.told_faint = notes.try_send(format!("warning: {}", self.faint)).is_ok();

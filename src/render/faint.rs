@@ -2,16 +2,18 @@
 
 use crate::film::Film;
 use crate::film::fixed::QUANTUM;
+use crate::film::sums::MAX_RADIANCE;
 use crate::integrator::Finished;
 use std::fmt;
 
-/// What is darker than this many quanta loses digits that are seen: half a quantum is a 64th of it.
+/// Radiance below this, 2⁻²⁷, loses digits that are seen: half a quantum is a 64th of it.
 const FAINT: f32 = 32.0 * QUANTUM as f32;
 
-/// How much of what sees light is too dark for a film.
+/// Counts of the samples or pixels that see light, and of those that are too dark for a film.
 ///
-/// Workers count the samples with the number 0, which is what films can no longer tell: one that was rounded to zero
-/// looks like one that saw nothing. All other samples cost nothing.
+/// CPU workers count the samples with the number 0, which is what films can no longer tell: one that was rounded to zero
+/// looks like one that saw nothing. All other samples cost nothing. A GPU worker counts nothing: where it renders alone, the
+/// pixels of the film decide in the end, and beside CPU workers these decide by their share.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Faint {
     /// Samples, or pixels.
@@ -20,6 +22,8 @@ pub struct Faint {
     lit: u64,
     /// Those of them that are darker than [`FAINT`] in all channels.
     faint: u64,
+    /// The largest channel of the faint ones.
+    brightest_faint: f32,
     /// The largest channel of them all.
     brightest: f32,
     /// Whether pixels of a film were counted.
@@ -43,8 +47,11 @@ impl Faint {
         let largest = radiance.into_iter().fold(0.0, f32::max);
         self.counted += 1;
         self.lit += u64::from(largest > 0.0);
-        self.faint += u64::from(largest > 0.0 && largest < FAINT);
-        // What is infinite is reported as such.
+        if largest > 0.0 && largest < FAINT {
+            self.faint += 1;
+            self.brightest_faint = self.brightest_faint.max(largest);
+        }
+        // Infinite radiance is reported as such.
         self.brightest = if largest.is_finite() { self.brightest.max(largest) } else { self.brightest };
     }
 
@@ -53,6 +60,7 @@ impl Faint {
         self.counted += other.counted;
         self.lit += other.lit;
         self.faint += other.faint;
+        self.brightest_faint = self.brightest_faint.max(other.brightest_faint);
         self.brightest = self.brightest.max(other.brightest);
     }
 
@@ -60,7 +68,7 @@ impl Faint {
     pub fn warning(&self, film: &Film, has_light: bool) -> Option<String> {
         let of_film = Faint::of_film(film);
         let known = if self.is_known() { self } else { &of_film };
-        if known.is_most() {
+        if known.is_majority() {
             return Some(known.to_string());
         }
         // Samples that were rounded to zero look like samples that saw nothing.
@@ -82,9 +90,17 @@ impl Faint {
         self.lit == 0
     }
 
-    /// Whether most of what sees light is too dark.
-    pub fn is_most(&self) -> bool {
+    /// Whether the majority of the samples or pixels that see light is too dark.
+    pub fn is_majority(&self) -> bool {
         2 * self.faint > self.lit
+    }
+
+    /// The power of two to multiply all light by: it makes the brightest of what is too dark about one, or as bright as
+    /// the brightest of all allows. None where that is too little to get it above [`FAINT`].
+    fn stops(&self) -> Option<i32> {
+        let highest = libm::ilogbf(MAX_RADIANCE) - 1;
+        let stops = (-libm::ilogbf(self.brightest_faint)).min(highest - libm::ilogbf(self.brightest));
+        (libm::ilogbf(self.brightest_faint) + stops >= libm::ilogbf(FAINT)).then_some(stops)
     }
 }
 
@@ -92,14 +108,22 @@ impl Faint {
 impl fmt::Display for Faint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Faint { lit, faint, brightest, is_of_film, .. } = *self;
-        let what = if is_of_film { "pixels" } else { "samples" };
-        // To the power of two that makes the brightest one.
-        let stops = -libm::ilogbf(brightest);
+        let counted = if is_of_film { "pixels" } else { "samples" };
         write!(
             f,
-            "{faint} of the first {lit} {what} that see light are darker than {FAINT:.0e}, and a film keeps multiples of {QUANTUM:.0e}: multiply every emission, intensity and radiance of the scene by 2^{stops} (about {:.0e}) and lower its exposure by {stops} stops, or, where point lights light it, measure lengths in a larger unit",
-            libm::exp2(f64::from(stops))
-        )
+            "{faint} of the first {lit} {counted} that see light are darker than {FAINT:.0e}, and a film keeps multiples of {QUANTUM:.0e}: "
+        )?;
+        match self.stops() {
+            Some(stops) => write!(
+                f,
+                "multiply every emission, intensity and radiance of the scene by 2^{stops} (about {:.0e}) and lower its exposure by {stops} stops, or, where point lights light it, measure lengths in a larger unit",
+                libm::exp2(f64::from(stops))
+            ),
+            None => write!(
+                f,
+                "others are as bright as {brightest:.0e}, and no number to multiply all light by brings both into the range of a film, which ends at {MAX_RADIANCE:.0e}; make the bright lights darker, or keep them out of the picture, and then multiply all light"
+            ),
+        }
     }
 }
 
@@ -126,7 +150,7 @@ mod tests {
     #[test]
     fn most_of_what_is_not_black_decides() {
         let faint = FAINT / 2.0;
-        for (radiance, is_most) in [
+        for (radiance, is_majority) in [
             (&[0.0, 0.0, 0.0, faint][..], true),
             (&[1e-30, 0.0], true),
             (&[faint, faint, 1.0], true),
@@ -135,7 +159,7 @@ mod tests {
             (&[0.0, 0.0], false),
             (&[], false),
         ] {
-            assert_eq!(counted(radiance).is_most(), is_most, "{radiance:?}");
+            assert_eq!(counted(radiance).is_majority(), is_majority, "{radiance:?}");
         }
         assert!(counted(&[0.0]).is_black() && counted(&[0.0]).is_known() && !counted(&[]).is_known());
         // Samples with other numbers are not counted, so that it is the same for any number of threads.
@@ -149,12 +173,12 @@ mod tests {
         let mut film = Film::new(3, 1).unwrap();
         let add = |film: &mut Film, pixel, radiance: f32| film.add_sample(pixel, [radiance; 3]).unwrap();
         add(&mut film, 0, 2.0 * QUANTUM as f32);
-        assert!(Faint::of_film(&film).is_most());
+        assert!(Faint::of_film(&film).is_majority());
         add(&mut film, 1, 1.0);
-        assert!(!Faint::of_film(&film).is_most());
+        assert!(!Faint::of_film(&film).is_majority());
         let mut film = Film::new(1, 1).unwrap();
         add(&mut film, 0, 0.25 * QUANTUM as f32);
-        assert!(Faint::of_film(&film).is_black() && !Faint::of_film(&film).is_most());
+        assert!(Faint::of_film(&film).is_black() && !Faint::of_film(&film).is_majority());
         // A black film tells nothing by itself; its samples do, and there may be no light.
         let warning = |faint: Faint, has_light| faint.warning(&film, has_light);
         assert!(warning(Faint::default(), true).unwrap().starts_with("the picture is black"));
@@ -168,5 +192,26 @@ mod tests {
         let text = counted(&[3e-13, 1e-13, 0.0]).to_string();
         assert!(text.starts_with("2 of the first 2 samples that see light are darker than 7e-9"), "{text}");
         assert!(text.contains("by 2^42 (about 4e12) and lower its exposure by 42 stops"), "{text}");
+    }
+    #[test]
+    fn the_remedy_is_for_the_faint_samples_and_keeps_the_bright_ones() {
+        // A lamp that is seen, above a floor that is too dark.
+        let floor = [3e-9_f32, 1e-9, 2e-9];
+        let mixed = counted(&[floor[0], floor[1], 100.0, floor[2]]);
+        assert!(mixed.is_majority());
+        let stops = mixed.stops().unwrap();
+        assert_eq!(stops, 23, "as many as 100 allows");
+        let times = libm::exp2f(stops as f32);
+        assert!(floor[0] * times >= FAINT && 100.0 * times <= MAX_RADIANCE);
+        assert!(
+            mixed.to_string().contains("by 2^23 (about 8e6) and lower its exposure by 23 stops"),
+            "{mixed}"
+        );
+        // Without the lamp there is room for all.
+        assert_eq!(counted(&floor).stops(), Some(29));
+        // A lamp that leaves no room.
+        let wide = counted(&[1e-15, 1e-15, 1e8]);
+        assert!(wide.is_majority() && wide.stops().is_none());
+        assert!(wide.to_string().contains("no number to multiply all light by brings both"), "{wide}");
     }
 }

@@ -230,7 +230,10 @@ impl Worker<'_> {
             // A CPU worker always has sums.
             Payload::Samples(_) => {}
             Payload::Splats { made, band, bright, .. } => {
-                let splatter = self.splatter?;
+                let Some(splatter) = self.splatter else {
+                    // To give up here would look like an answer to the request to stop.
+                    unreachable!("a batch of splats is of a worker with a splatter");
+                };
                 let base = made.len();
                 made.resize(base + scratch.pixels.len(), Made::default());
                 let made = &mut made[base..];

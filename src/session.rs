@@ -39,7 +39,7 @@ use std::convert::Infallible;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use terminal::{show_notes, show_progress, tell, warn_of_faint, warn_of_noise};
+use terminal::{show_notes, show_progress, tell, warn_of_noise, warn_of_radiance};
 
 mod crew;
 mod error;
@@ -87,7 +87,7 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
     if own.is_aside {
         write_aside(settings, &head, &own)?;
     }
-    warn_of_faint(settings, &own.outcome);
+    warn_of_radiance(settings, &own.outcome);
     let noise = warn_of_noise(settings, &own.outcome);
     if settings.view != View::Quiet {
         // Standard error may be closed: these are courtesies.
@@ -154,7 +154,7 @@ fn tour(
                 let task = Task { settings: &settings, crew, head: &head, begun, dump: None, tev: None };
                 let view = render(task, Some(window), stop)?;
                 if !view.is_aside {
-                    warn_of_faint(&settings, &view.outcome);
+                    warn_of_radiance(&settings, &view.outcome);
                     warn_of_noise(&settings, &view.outcome);
                 }
                 if !view.is_aside && settings.view != View::Quiet {

@@ -1,6 +1,6 @@
 //! The accumulator: sole owner of the film.
 
-use super::batch::{Payload, SampleBatch, Traced};
+use super::batch::{Payload, RejectCounts, SampleBatch, Traced};
 use super::faint::Faint;
 use super::held::Held;
 use super::outcome::NAMED_REJECTS;
@@ -65,10 +65,11 @@ pub struct Accumulator {
     planned: Option<Vec<Sender<Arc<Held>>>>,
     totals: Totals,
     rejects: Vec<(Traced, Reject)>,
+    reject_counts: RejectCounts,
     faint: Faint,
-    /// Where it is told that radiance is too small for the film, until it is known whether it is.
+    /// The channel for a warning of radiance that is too small for the film, until it is known whether it is.
     notes: Option<Sender<String>>,
-    told_faint: bool,
+    has_warned_of_faint: bool,
     started: Instant,
     last_frame: Option<Instant>,
     frame_cost: Duration,
@@ -133,9 +134,10 @@ impl Accumulator {
             planned: None,
             totals: Totals::default(),
             rejects: Vec::new(),
+            reject_counts: RejectCounts::default(),
             faint: Faint::default(),
             notes: None,
-            told_faint: false,
+            has_warned_of_faint: false,
             started: Instant::now(),
             last_frame: None,
             frame_cost: Duration::ZERO,
@@ -292,7 +294,8 @@ impl Accumulator {
         let spp = self.totals.spp;
         let whole = (0..self.region.len() as usize).all(|place| self.film.seen(place) == u64::from(spp));
         let unreached = self.gathering.iter().map(|g| g.barrier.end).collect();
-        let Accumulator { film, totals, milestone, made, owners, rejects, faint, told_faint, .. } = self;
+        let Accumulator { film, totals, milestone, made, owners, rejects, reject_counts, .. } = self;
+        let (faint, has_warned_of_faint) = (self.faint, self.has_warned_of_faint);
         let overtime = overtime && (!whole || spp == 0);
         Outcome {
             film,
@@ -307,8 +310,9 @@ impl Accumulator {
             owners,
             unreached,
             rejects,
+            reject_counts,
             faint,
-            told_faint,
+            has_warned_of_faint,
         }
     }
 
@@ -410,9 +414,11 @@ impl Accumulator {
 
     fn take(&mut self, batch: SampleBatch) {
         let start = Instant::now();
-        let SampleBatch { worker, stride, payload, samples, paths, rays, rejects, faint, completes } = batch;
+        let SampleBatch { worker, stride, payload, samples, paths, rays, completes, .. } = batch;
+        let SampleBatch { rejects, reject_counts, faint, .. } = batch;
         self.totals.rays += rays;
         self.faint.merge(&faint);
+        self.reject_counts.merge(&reject_counts);
         self.totals.samples += paths;
         self.made[worker] += paths;
         for reject in rejects {
@@ -476,6 +482,7 @@ impl Accumulator {
             None => self.film.add_sample(place, sample.radiance),
         };
         if let Err(reject) = added {
+            self.reject_counts.add(reject, 1);
             self.remember((Traced { pixel: sample.pixel, sample: sample.sample }, reject));
         }
     }
@@ -500,7 +507,7 @@ impl Accumulator {
     fn complete(&mut self, worker: usize, stride: Stride, end: u32) {
         self.schedule.complete(stride, end);
         self.totals.spp = self.schedule.completed().saturating_sub(self.first);
-        self.tell_faint();
+        self.warn_of_faint();
         if self.splatter.is_some() {
             self.gather_whole();
         } else if let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) {
@@ -522,8 +529,8 @@ impl Accumulator {
         self.give_orders();
     }
 
-    /// Tells that radiance is too small for the film, as soon as every pixel has a sample.
-    fn tell_faint(&mut self) {
+    /// Warns of radiance that is too small for the film, as soon as every pixel has a sample.
+    fn warn_of_faint(&mut self) {
         if self.totals.spp == 0 {
             return;
         }
@@ -531,7 +538,7 @@ impl Accumulator {
             && self.faint.is_majority()
         {
             // What cannot be told now is told at the end.
-            self.told_faint = notes.try_send(format!("warning: {}", self.faint)).is_ok();
+            self.has_warned_of_faint = notes.try_send(format!("warning: {}", self.faint)).is_ok();
         }
     }
 

@@ -22,6 +22,8 @@ pub struct SampleBatch {
     pub rays: u64,
     /// A few of the samples that were left out, with the reason.
     pub rejects: Vec<(Traced, Reject)>,
+    /// Numbers of samples that were left out, without those that the accumulator sorts out itself.
+    pub reject_counts: RejectCounts,
     /// What is counted of the first sample of each pixel, by a worker that counts.
     pub faint: Faint,
     /// With the last batch of an order: each pixel of the stride now has exactly this many samples.
@@ -34,8 +36,48 @@ pub const NAMED_REJECTS: usize = 4;
 impl SampleBatch {
     /// A batch with nothing in it yet but for its payload.
     pub fn empty(worker: usize, stride: Stride, payload: Payload) -> SampleBatch {
-        let (samples, rejects, faint) = (Vec::new(), Vec::new(), Faint::default());
-        SampleBatch { worker, stride, payload, samples, paths: 0, rays: 0, rejects, faint, completes: None }
+        SampleBatch {
+            worker,
+            stride,
+            payload,
+            samples: Vec::new(),
+            paths: 0,
+            rays: 0,
+            rejects: Vec::new(),
+            reject_counts: RejectCounts::default(),
+            faint: Faint::default(),
+            completes: None,
+        }
+    }
+}
+
+/// Numbers of samples that were left out, by reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RejectCounts {
+    /// Samples with a channel that is NaN.
+    pub not_a_number: u64,
+    /// Samples that are infinite or too bright for a film.
+    pub too_bright: u64,
+    /// Samples with a negative channel.
+    pub negative: u64,
+}
+
+impl RejectCounts {
+    /// Counts so many samples that were left out for a reason.
+    pub fn add(&mut self, reason: Reject, samples: u64) {
+        let count = match reason {
+            Reject::NotANumber => &mut self.not_a_number,
+            Reject::TooBright => &mut self.too_bright,
+            Reject::Negative => &mut self.negative,
+        };
+        *count += samples;
+    }
+
+    /// Adds what was counted elsewhere.
+    pub fn merge(&mut self, other: &RejectCounts) {
+        self.not_a_number += other.not_a_number;
+        self.too_bright += other.too_bright;
+        self.negative += other.negative;
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a render comes to: figures on the way, the outcome, and failures of workers.
 
-use super::batch::Traced;
+use super::batch::{RejectCounts, Traced};
 use super::faint::Faint;
 use super::schedule::Order;
 use crate::film::{Film, Milestone, Reject};
@@ -62,10 +62,12 @@ pub struct Outcome {
     pub unreached: Vec<u32>,
     /// Some of the samples that were left out.
     pub rejects: Vec<(Traced, Reject)>,
-    /// What was counted of the first samples.
+    /// Numbers of samples that this run left out.
+    pub reject_counts: RejectCounts,
+    /// The counts over the first samples of pixels.
     pub faint: Faint,
-    /// Whether it was told on the way that radiance is too small for the film.
-    pub told_faint: bool,
+    /// Whether the run has warned of radiance that is too small for the film.
+    pub has_warned_of_faint: bool,
 }
 
 impl Outcome {
@@ -83,7 +85,8 @@ impl Outcome {
         self.rejects.splice(0..0, earlier.rejects.iter().cloned());
         self.rejects.truncate(NAMED_REJECTS);
         self.faint.merge(&earlier.faint);
-        self.told_faint |= earlier.told_faint;
+        self.reject_counts.merge(&earlier.reject_counts);
+        self.has_warned_of_faint |= earlier.has_warned_of_faint;
     }
 }
 

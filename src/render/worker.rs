@@ -1,6 +1,6 @@
 //! A CPU worker: a thread that traces the paths of its orders.
 
-use super::batch::{NAMED_REJECTS, Payload, SampleBatch, Traced};
+use super::batch::{NAMED_REJECTS, Payload, RejectCounts, SampleBatch, Traced};
 use super::held::Held;
 use super::schedule::Order;
 use super::stride::{Region, Stride};
@@ -240,7 +240,8 @@ impl Worker<'_> {
                 for index in splatter.add(self.level, &scratch.finished, band, made) {
                     let Finished { slot, sample } = scratch.finished[index];
                     let rejected = &mut made[slot as usize].rejected;
-                    add_unusual(sample, rejected, bright, &mut batch.rejects);
+                    let (rejects, counts) = (&mut batch.rejects, &mut batch.reject_counts);
+                    add_unusual(sample, rejected, bright, rejects, counts);
                 }
             }
             Payload::Sums { sums, bright, .. } => {
@@ -252,7 +253,13 @@ impl Worker<'_> {
                     if fits(finished.sample.radiance) {
                         sum.add(finished.sample.radiance);
                     } else {
-                        add_unusual(finished.sample, &mut sum.rejected, bright, &mut batch.rejects);
+                        add_unusual(
+                            finished.sample,
+                            &mut sum.rejected,
+                            bright,
+                            &mut batch.rejects,
+                            &mut batch.reject_counts,
+                        );
                     }
                 }
             }
@@ -292,11 +299,13 @@ fn add_unusual(
     rejected: &mut u32,
     bright: &mut Vec<Sample>,
     rejects: &mut Vec<(Traced, Reject)>,
+    counts: &mut RejectCounts,
 ) {
     match check(sample.radiance) {
         Ok(()) => bright.push(sample),
         Err(reject) => {
             *rejected += 1;
+            counts.add(reject, 1);
             if rejects.len() < NAMED_REJECTS {
                 rejects.push((Traced { pixel: sample.pixel, sample: sample.sample }, reject));
             }

@@ -2,16 +2,22 @@
 
 use super::report::Noise;
 use super::settings::{Settings, View};
-use crate::film::Reject;
 use crate::output::{Progress, Reporter};
 use crate::render::accumulator::{Outcome, Totals};
 use crossbeam_channel::{Receiver, select};
 use std::io::Write;
 
-/// Warns of radiance that is too small for the film, unless that was done on the way: those who want quiet, too, for
-/// the picture is not that of the scene.
-pub(super) fn warn_of_faint(settings: &Settings, outcome: &Outcome) {
-    if !outcome.told_faint
+/// Warns of radiance that a film cannot keep, even where quiet is wanted: the picture is not that of the scene. Of
+/// radiance that is too small the render may have warned already.
+pub(super) fn warn_of_radiance(settings: &Settings, outcome: &Outcome) {
+    let too_bright = outcome.reject_counts.too_bright;
+    if too_bright > 0 {
+        let _ = writeln!(
+            std::io::stderr(),
+            "warning: {too_bright} samples are infinite or brighter than 2³⁰, the most that a film keeps, and are left out: divide every emission, intensity and radiance of the scene by one number and raise its exposure, or, where point lights light it, measure lengths in a smaller unit"
+        );
+    }
+    if !outcome.has_warned_of_faint
         && outcome.totals.samples > 0
         && let Some(warning) = outcome.faint.warning(&outcome.film, settings.scene.has_light())
     {
@@ -73,10 +79,6 @@ pub(super) fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write)
     if let Some((traced, _)) = outcome.rejects.first() {
         let (x, y) = (traced.pixel % settings.region.film_width, traced.pixel / settings.region.film_width);
         writeln!(out, "  look at one: stride trace SCENE --pixel {x},{y} --sample {}", traced.sample)?;
-    }
-    if outcome.rejects.iter().any(|(_, reject)| *reject == Reject::TooBright) {
-        let remedy = "divide every emission, intensity and radiance of the scene by one number and raise its exposure, or, where point lights light it, measure lengths in a smaller unit";
-        writeln!(out, "  radiance above 2³⁰ does not fit a film: {remedy}")?;
     }
     for &spp in &outcome.unreached {
         let spp = spp - settings.first;

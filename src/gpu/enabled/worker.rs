@@ -336,8 +336,12 @@ impl GpuWorker {
             return false;
         }
         batch.rays = words.iter().map(|words| u64::from(words.rays)).sum();
-        let rejects = &mut batch.rejects;
-        let mut name = |slot, reject: Option<(u32, Reject)>| {
+        let (rejects, counts) = (&mut batch.rejects, &mut batch.reject_counts);
+        let mut name = |slot, reject: Option<(u32, Reject)>, rejected: u32| {
+            // The device tells the reason of a slot's first.
+            if let Some((_, why)) = reject {
+                counts.add(why, u64::from(rejected));
+            }
             if let Some((sample, why)) = reject
                 && rejects.len() < NAMED_REJECTS
             {
@@ -353,7 +357,7 @@ impl GpuWorker {
                 for (slot, words) in (task.first_slot..).zip(words) {
                     let read = readback::slot(words, task.samples);
                     made.push(Made { count: read.sums.count, rejected: read.sums.rejected });
-                    name(slot, read.reject);
+                    name(slot, read.reject, read.sums.rejected);
                 }
                 // Those are counted by whoever adds them.
                 for sample in bright {
@@ -368,7 +372,7 @@ impl GpuWorker {
                     let read = readback::slot(words, task.samples);
                     sums.push(read.sums);
                     wide.extend(read.wide.map(|sums| (slot, sums)));
-                    name(slot, read.reject);
+                    name(slot, read.reject, read.sums.rejected);
                 }
             }
         }

@@ -25,21 +25,21 @@ use crate::film::file::Head;
 use crate::film::{Film, Milestone, Picture, ViewTransform};
 use crate::integrator::{Integrator, Paths};
 use crate::output::window::orbit::Orbit;
-use crate::output::window::{self, Feed, Left, Window, WindowOptions};
+use crate::output::window::{self, Feed, Left, Request, Window, WindowOptions};
 use crate::output::{SampleDump, Tev, tev};
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Unanswered};
 use crate::render::schedule::GRACE;
-use crate::render::{Accumulator, Barrier, Held, Region, Schedule};
+use crate::render::{Accumulator, Barrier, Held, Region, Schedule, Stride};
 use crate::scene::Scene;
-use crew::Crew;
-use crossbeam_channel::{Receiver, bounded};
+use crew::{ANSWERED_WITHIN, Crew, GPU_ANSWERS_WITHIN};
+use crossbeam_channel::{Receiver, Sender, bounded, never};
 use keeping::Written;
 use layers::{layers, preview};
 use std::convert::Infallible;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use terminal::{show_notes, show_progress, tell, warn_of_noise, warn_of_radiance};
+use terminal::{sample_counts, show_notes, show_progress, tell, warn_of_noise, warn_of_radiance};
 
 mod crew;
 mod error;
@@ -55,16 +55,42 @@ pub use settings::{ADAPTIVE_NOISE, DeviceChoice, Settings, View};
 
 pub(crate) use keeping::{NOTES, facts};
 
-/// Renders. Closing `stop` ends the render with what there is.
-///
-/// Where the camera is moved in the window, the render of the scene's own camera is set aside, to be gone on with
-/// when that is wanted back, and is written in the end.
-///
-/// Must run on the main thread if a window may open.
-pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, SessionError> {
+/// A render that can begin: the scene is compiled, and the devices are ready. Nothing has been written yet.
+pub struct Prepared<'a> {
+    settings: &'a Settings,
+    crew: Crew,
+    build: Duration,
+}
+
+/// Compiles the scene and prepares the devices. No request to stop is heard meanwhile, so that whoever takes over
+/// Ctrl-C does it after this.
+pub fn prepare(settings: &Settings) -> Result<Prepared<'_>, SessionError> {
     let build_start = Instant::now();
-    let crew = Crew::new(settings)?;
-    let build = build_start.elapsed();
+    let crew = Crew::new(settings, &never())?;
+    Ok(Prepared { settings, crew, build: build_start.elapsed() })
+}
+
+/// Prepares and runs a render. Any failure is an error.
+pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, SessionError> {
+    let mut report = prepare(settings)?.run(stop)?;
+    report.problem.take().map_or(Ok(report), Err)
+}
+
+impl Prepared<'_> {
+    /// Renders. Closing `stop` ends the render with what there is. A failure after the first sample leaves a report
+    /// with a [`Report::problem`].
+    ///
+    /// Where the camera is moved in the window, the render of the scene's own camera is set aside, to be gone on with
+    /// when that is wanted back, and is written in the end.
+    ///
+    /// Must run on the main thread if a window may open.
+    pub fn run(self, stop: &Receiver<Infallible>) -> Result<Report, SessionError> {
+        run_prepared(self, stop)
+    }
+}
+
+fn run_prepared(prepared: Prepared<'_>, stop: &Receiver<Infallible>) -> Result<Report, SessionError> {
+    let Prepared { settings, crew, build } = prepared;
     let (device, devices, threads) = (crew.description(), crew.devices(), crew.workers());
     let integrator = crew.integrator();
     let head = keeping::head(settings, &device);
@@ -79,28 +105,41 @@ pub fn run(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Report, S
 
     let begun = Begun { film, milestone, spent: Duration::ZERO };
     let task = Task { settings, crew, head: &head, begun, dump, tev };
-    let mut own = render(task, window.as_mut(), stop)?;
+    let mut own = render(task, window.as_mut().map(|window| window as &mut dyn Viewer), stop)?;
     let mut toured = Ok(());
-    if let Some(window) = &mut window {
+    if let Some(window) = window.as_mut().filter(|_| own.problem.is_none()) {
         toured = tour(settings, (&head, &device), &mut own, integrator.as_ref(), window, stop);
     }
     if own.is_aside {
-        write_aside(settings, &head, &own)?;
+        write_aside(settings, &head, &own, stop)?;
+    } else if own.problem.is_none()
+        && let Err(error) = toured
+    {
+        // The render that went on with the film has taken it along.
+        return Err(error);
     }
-    warn_of_radiance(settings, &own.outcome);
-    let noise = warn_of_noise(settings, &own.outcome);
-    if settings.view != View::Quiet {
-        // Standard error may be closed: these are courtesies.
-        let _ = tell(settings, &own.outcome, &mut std::io::stderr().lock());
-    }
-    toured?;
-    let Rendered { outcome, picture, .. } = own;
+    let noise = conclude(settings, &own);
+    let Rendered { outcome, picture, problem, .. } = own;
+    let problem = problem.or(toured.err());
     let spp_range = outcome.film.seen_range();
     let Outcome { totals, whole, lost, made, .. } = outcome;
     let made = |workers: Range<usize>| made[workers].iter().sum();
     let devices = devices.into_iter().map(|(name, workers)| (name, made(workers))).collect();
     let lost = lost.map(|lost| lost.to_string());
-    Ok(Report { totals, noise, spp_range, whole, device, devices, lost, threads, build, picture })
+    Ok(Report { totals, noise, spp_range, whole, device, devices, lost, threads, build, picture, problem })
+}
+
+/// Prints the warnings and the words at the end of a render, also of one that failed; returns the noise that it came
+/// to.
+fn conclude(settings: &Settings, rendered: &Rendered) -> Option<Noise> {
+    let Rendered { outcome, is_written, .. } = rendered;
+    warn_of_radiance(settings, outcome);
+    let noise = warn_of_noise(settings, outcome);
+    if settings.view != View::Quiet {
+        // Standard error may be closed: these are courtesies.
+        let _ = tell(settings, outcome, *is_written, &mut std::io::stderr().lock());
+    }
+    noise
 }
 
 /// A film to begin or go on with, its last milestone, and how long it was rendered before.
@@ -129,6 +168,22 @@ struct Rendered {
     left: Option<Left>,
     /// It is to be gone on with, and not written yet.
     is_aside: bool,
+    /// Whether all files were written that were to be.
+    is_written: bool,
+    /// The failure that ended it, if one did.
+    problem: Option<SessionError>,
+}
+
+/// A view of a render, until its user closes it or wants to see another.
+trait Viewer {
+    /// Shows a render until it is left. `is_moved` tells that the camera is not the scene's own.
+    fn show(&mut self, feed: &Feed, requests: &Sender<Request>, is_moved: bool) -> Left;
+}
+
+impl Viewer for Window {
+    fn show(&mut self, feed: &Feed, requests: &Sender<Request>, is_moved: bool) -> Left {
+        self.run(feed, requests, is_moved)
+    }
 }
 
 /// Renders what the user moves the camera to, until the window is closed. The render of the scene's own camera is of
@@ -147,46 +202,52 @@ fn tour(
             None | Some(Left::Closed | Left::Over) => return Ok(()),
             Some(Left::Moved(camera)) => {
                 let settings = keeping::moved(settings, camera)?;
-                let crew = Crew::again(&settings, integrator)?;
+                let crew = Crew::again(&settings, integrator, stop)?;
                 let head = keeping::head(&settings, &crew.description());
                 let film = Film::with_layout(head.layout)?;
                 let begun = Begun { film, milestone: None, spent: Duration::ZERO };
                 let task = Task { settings: &settings, crew, head: &head, begun, dump: None, tev: None };
-                let view = render(task, Some(window), stop)?;
+                let view = render(task, Some(&mut *window), stop)?;
                 if !view.is_aside {
-                    warn_of_radiance(&settings, &view.outcome);
-                    warn_of_noise(&settings, &view.outcome);
+                    conclude(&settings, &view);
                 }
-                if !view.is_aside && settings.view != View::Quiet {
-                    let _ = tell(&settings, &view.outcome, &mut std::io::stderr().lock());
+                if let Some(problem) = view.problem {
+                    return Err(problem);
                 }
                 left = view.left;
             }
             Some(Left::Home) => {
-                let crew = Crew::of_film(settings, integrator, device)?;
+                let crew = Crew::of_film(settings, integrator, device, stop)?;
                 let film = std::mem::replace(&mut own.outcome.film, Film::new(1, 1)?);
                 // From here on it is that render's to write, even if it fails.
                 own.is_aside = false;
                 let milestone = own.outcome.milestone.take();
                 let begun = Begun { film, milestone, spent: own.outcome.totals.elapsed };
                 let task = Task { settings, crew, head, begun, dump: None, tev: own.tev.take() };
-                let mut further = render(task, Some(window), stop)?;
+                let mut further = render(task, Some(&mut *window), stop)?;
                 further.outcome.follow(&own.outcome);
                 left = further.left.take();
                 *own = further;
+                if own.problem.is_some() {
+                    return Ok(());
+                }
             }
         }
     }
 }
 
-/// How long workers may take to answer the request to stop. They look for it all the time: this is for machines with
-/// many more threads than cores.
-const ANSWERED_WITHIN: Duration = Duration::from_secs(1);
+/// Whether a render is set aside: the camera has moved on, and nothing has failed. A render that failed is not gone on
+/// with, so that it is written.
+fn is_aside(outcome: &Outcome, left: Option<&Left>) -> bool {
+    outcome.failure.is_none()
+        && outcome.unanswered.is_empty()
+        && matches!(left, Some(Left::Moved(_) | Left::Home))
+}
 
 /// Renders, and writes what comes of it unless the camera moves on.
 fn render(
     task: Task<'_>,
-    window: Option<&mut Window>,
+    window: Option<&mut dyn Viewer>,
     stop: &Receiver<Infallible>,
 ) -> Result<Rendered, SessionError> {
     let Task { settings, crew, head, begun: Begun { film, milestone, spent }, dump, tev } = task;
@@ -210,14 +271,14 @@ fn render(
         .starting_at(settings.first + least, settings.first + most);
     let schedule = crew.deal(region, schedule);
     let owners = Arc::new(schedule.owners(&settings.layout()));
-    let spare = crew.spare();
+    let (spare, gpu) = (crew.spare(), crew.gpu_worker());
     let mattes = Mattes::of(&settings.scene);
 
     std::thread::scope(|scope| {
         let (batches_out, batches) = bounded(2 * workers);
         let (failures_out, failures) = bounded(workers);
-        let crew::AtWork { orders, updates, stops: requests, threads } =
-            crew.start(settings, held, &batches_out, &failures_out);
+        let crew::RunningCrew { orders, updates, stops: requests, threads } =
+            crew.start(settings, held, &batches_out, &failures_out, None);
         drop((batches_out, failures_out));
         let names = threads.names();
         let (notes_out, notes) = bounded(16);
@@ -269,6 +330,9 @@ fn render(
             .with_overtime(deadline.and_then(|deadline| deadline.checked_add(GRACE)))
             .going_on(settings.first)
             .with_notes(faint_out);
+        if let Some(gpu) = gpu {
+            accumulator = accumulator.with_patience(gpu, GPU_ANSWERS_WITHIN);
+        }
         if let Some(splatter) = splatter {
             accumulator = accumulator.with_splatter(splatter);
         }
@@ -290,9 +354,7 @@ fn render(
             let layer_integrator = layer_integrator.clone();
             move || {
                 let outcome = accumulator.run(inbox);
-                // What failed is not gone on with: it is written, wherever the camera has gone meanwhile.
-                let is_aside = outcome.failure.is_none()
-                    && matches!(left_in.try_recv(), Ok(Left::Moved(_) | Left::Home));
+                let is_aside = is_aside(&outcome, left_in.try_recv().ok().as_ref());
                 // Whose pixels they are may have changed on the way.
                 let owners = outcome.owners.clone().unwrap_or_else(|| Arc::clone(&pictures.owners));
                 let pictures = keeping::Pictures { owners, ..pictures };
@@ -302,7 +364,7 @@ fn render(
                 let (written_out, written) = bounded(0);
                 // Without a window there is nobody to wait for.
                 let _ = ending_out.send(written);
-                let layers = || layers(settings, layer_integrator.as_deref(), mattes, &outcome);
+                let layers = || layers(settings, layer_integrator.as_deref(), mattes, &outcome, stop);
                 // A black picture is no replacement for whatever is there.
                 let written = match outcome.totals.samples {
                     0 => Ok(()),
@@ -320,10 +382,16 @@ fn render(
                 scope.spawn(move || show_notes(&notes));
                 let (layers_out, layers) = bounded(1);
                 if let Some(integrator) = layer_integrator {
-                    scope.spawn(move || layers_out.send(preview(settings, &*integrator, mattes)));
+                    // No end of the render waits for it: a path may never come back from its first hit.
+                    let settings = settings.clone();
+                    std::thread::spawn(move || {
+                        let mattes = Mattes::of(&settings.scene);
+                        // The viewer may have gone.
+                        let _ = layers_out.send(preview(&settings, &*integrator, &mattes));
+                    });
                 }
                 let feed = Feed { snapshots, layers, stop: stop.clone() };
-                let left = window.run(&feed, &requests_out, settings.moved.is_some());
+                let left = window.show(&feed, &requests_out, settings.moved.is_some());
                 // It lies there before the accumulator sees that nobody watches any more, when the feed goes.
                 let _ = left_out.send(left.clone());
                 Some(left)
@@ -343,17 +411,22 @@ fn render(
             dumper.map_or(Ok(Ok(())), |d| d.join().map_err(|_| SessionError::Process("sample dump")));
         let painted = painter.join().map_err(|_| SessionError::Process("picture writer"));
         let tev = tev.map_or(Ok(None), |tev| tev.join().map_err(|_| SessionError::Process("tev sender")));
-        if let Ok((outcome, ..)) = &finished {
-            threads.join(|worker| outcome.unanswered.iter().any(|silent| silent.worker == worker));
-        }
-        let abandoned = |silent: &Unanswered| describe_abandoned(silent, &names, settings.region);
-        let (outcome, picture, is_aside) = combine(finished, dumped, painted, abandoned)?;
-        Ok(Rendered { outcome, picture, tev: tev?, left, is_aside })
+        let (outcome, picture, written, is_aside) = finished?;
+        threads.join(|worker| outcome.unanswered.iter().any(|silent| silent.worker == worker));
+        let is_written = written.is_ok() && [&dumped, &painted].iter().all(|it| matches!(it, Ok(Ok(()))));
+        let abandoned = |silent: &Unanswered| describe_abandoned(silent, &names, gpu, settings.region);
+        let problem = problem(&outcome, written, dumped, painted, abandoned);
+        Ok(Rendered { outcome, picture, tev: tev?, left, is_aside, is_written, problem })
     })
 }
 
 /// Writes the render of the scene's own camera that was set aside.
-fn write_aside(settings: &Settings, head: &Head, own: &Rendered) -> Result<(), SessionError> {
+fn write_aside(
+    settings: &Settings,
+    head: &Head,
+    own: &Rendered,
+    stop: &Receiver<Infallible>,
+) -> Result<(), SessionError> {
     let (outcome, sink) = (&own.outcome, keeping::film_sink(settings, head));
     if outcome.totals.samples == 0 {
         return Ok(());
@@ -366,59 +439,72 @@ fn write_aside(settings: &Settings, head: &Head, own: &Rendered) -> Result<(), S
         let (identity, mattes) = (&head.identity, &mattes);
         let pictures = keeping::Pictures { settings, identity, mattes, owners, notes: notes_out };
         let integrator = crew::layer_integrator(settings);
-        let layers = || layers(settings, integrator.as_deref(), mattes, outcome);
+        let layers = || layers(settings, integrator.as_deref(), mattes, outcome, stop);
         pictures.write_end(sink.as_ref(), outcome, &own.picture, layers)
     });
     Ok(written?)
 }
 
-/// The outcome, or the first thing that went wrong.
-fn combine(
-    finished: Result<(Outcome, Picture, Written, bool), SessionError>,
+/// The first thing that went wrong, if any did.
+fn problem(
+    outcome: &Outcome,
+    written: Written,
     dumped: Result<Written, SessionError>,
     painted: Result<Written, SessionError>,
     abandoned: impl Fn(&Unanswered) -> String,
-) -> Result<(Outcome, Picture, bool), SessionError> {
-    let (outcome, picture, written, is_aside) = finished?;
+) -> Option<SessionError> {
     if outcome.failure.is_some() || !outcome.unanswered.is_empty() {
         let kept = match written {
             Err(error) => format!("the picture so far could not be written: {error}"),
             Ok(()) if outcome.totals.samples == 0 => "nothing had been rendered yet".to_owned(),
-            Ok(()) => "the picture so far has been written".to_owned(),
+            Ok(()) => format!("the picture so far has been written: {}", sample_counts(outcome)),
         };
-        return Err(match outcome.failure {
-            Some(failure) => SessionError::Worker(failure, kept),
+        return Some(match &outcome.failure {
+            Some(failure) => SessionError::Worker(failure.clone(), kept),
             None => {
                 let silent: Vec<String> = outcome.unanswered.iter().map(abandoned).collect();
                 SessionError::Unanswered(silent.join("; "), kept)
             }
         });
     }
-    written?;
-    dumped??;
-    painted??;
-    Ok((outcome, picture, is_aside))
+    let files = || -> Result<(), SessionError> {
+        written?;
+        dumped??;
+        painted??;
+        Ok(())
+    };
+    files().err()
 }
 
-/// What there is to know of a worker that did not stop, and how to find out what keeps it.
-fn describe_abandoned(silent: &Unanswered, names: &[String], region: Region) -> String {
-    /// Pixels that are named.
-    const NAMED: usize = 8;
+/// Describes a worker that did not stop: its whole order, so that it can be repeated, and a way to find the path that
+/// takes long.
+fn describe_abandoned(silent: &Unanswered, names: &[String], gpu: Option<usize>, region: Region) -> String {
     let name = names.get(silent.worker).map_or("a worker", String::as_str);
+    let within = silent.within.as_secs_f64();
+    let silence = format!("{name} did not stop within {within} s of the request to, and was abandoned");
     let Some((order, slots)) = silent.order.as_ref().filter(|(_, slots)| !slots.is_empty()) else {
-        return format!("{name} did not stop when it was asked to, and held no order");
+        return format!("{silence}: it held no order");
     };
-    let pixels = slots.clone().map(|slot| region.pixel(order.stride.place(slot)));
-    let places: Vec<String> = pixels.take(NAMED).map(|pixel| format!("{},{}", pixel.x, pixel.y)).collect();
-    let more = if slots.len() > NAMED { ", …" } else { "" };
+    let Stride { first, step, run } = order.stride;
+    let place = match run {
+        1 => format!("{first} + {step}·i"),
+        run => format!("{first} + {step}·(i div {run}) + (i mod {run})"),
+    };
+    let Region { x, y, width, .. } = region;
+    let from = region.pixel(order.stride.place(slots.start));
+    let [first_sample, last_sample] = [order.first, order.end - 1];
+    let hint = if gpu == Some(silent.worker) {
+        "a CPU takes the same paths, and shows whether the scene or the device is slow"
+    } else {
+        "one of them is slow or takes forever"
+    };
     format!(
-        "{name} did not stop when it was asked to, and was abandoned: it held the samples {} to {} of {} pixels ({}{more}), of which one takes forever; look for it with stride trace SCENE --pixel {} --sample {}",
-        order.first,
-        order.end - 1,
+        "{silence}: it held the samples {first_sample} to {last_sample} of {} pixels, which have numbers i from {} to {}, each in column {x} + p mod {width} and row {y} + p div {width} for p = {place}; {hint}: try them with stride trace SCENE --pixel {},{} --sample {first_sample}",
         slots.len(),
-        places.join(" "),
-        places.first().map_or("X,Y", String::as_str),
-        order.first,
+        slots.start,
+        slots.end - 1,
+        from.x,
+        from.y,
     )
 }
 

@@ -196,8 +196,10 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
             writeln!(std::io::stderr(), "warning: {film} will be replaced; --resume goes on with it instead");
     }
 
+    let prepared = session::prepare(&settings)?;
+    // Until here Ctrl-C ends the program at once: there is nothing to write.
     let stop = stop::on_interrupt().map_err(|error| anyhow::anyhow!("Ctrl-C can't be caught: {error}"))?;
-    let report = session::run(&settings, &stop)?;
+    let report = prepared.run(&stop)?;
     if let Some(path) = &arguments.stats {
         let stats = Stats::new(&report, load, level.to_string(), &settings.device);
         atomic::write_atomically(path, |out| {
@@ -205,7 +207,7 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
             out.write_all(b"\n")
         })?;
     }
-    Ok(())
+    report.problem.map_or(Ok(()), |problem| Err(problem.into()))
 }
 
 fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<Settings, Failure> {

@@ -42,9 +42,9 @@ pub struct Accumulator {
     first: u32,
     /// Orders that each worker has and has not completed, the oldest first.
     outstanding: Vec<VecDeque<Given>>,
-    /// Where workers are asked to stop, and how long their answer may take.
+    /// The channels that ask workers to stop, and the time that each has for an answer.
     stops: Vec<Sender<()>>,
-    patience: Duration,
+    patience: Vec<Duration>,
     /// When to stop, whole sample or not.
     overtime: Option<Instant>,
     gathering: Vec<Gathering>,
@@ -119,7 +119,7 @@ impl Accumulator {
             first: 0,
             outstanding: vec![VecDeque::new(); workers],
             stops: Vec::new(),
-            patience: Duration::ZERO,
+            patience: Vec::new(),
             overtime: None,
             gathering: barriers.iter().map(gather).collect(),
             owners: None,
@@ -171,7 +171,14 @@ impl Accumulator {
     /// Says where workers are asked to stop, by a message that they leave there, and how long it may take them to end:
     /// then they have dropped their ends of these channels. What they send meanwhile counts.
     pub fn with_stops(mut self, workers: Vec<Sender<()>>, patience: Duration) -> Accumulator {
-        (self.stops, self.patience) = (workers, patience);
+        self.patience = vec![patience; workers.len()];
+        self.stops = workers;
+        self
+    }
+
+    /// Gives one worker another time than the rest to answer the request to stop.
+    pub fn with_patience(mut self, worker: usize, patience: Duration) -> Accumulator {
+        self.patience[worker] = patience;
         self
     }
 
@@ -327,23 +334,34 @@ impl Accumulator {
             self.take_arrived(batches);
             return Vec::new();
         }
-        let deadline = Instant::now() + self.patience;
+        let asked = Instant::now();
+        let mut waited = self.patience.iter().copied().min().unwrap_or_default();
         loop {
-            match batches.recv_deadline(deadline) {
+            match batches.recv_deadline(asked + waited) {
                 Ok(batch) => self.take(batch),
                 Err(RecvTimeoutError::Disconnected) => return Vec::new(),
-                Err(RecvTimeoutError::Timeout) => break,
+                // A worker that is silent holds up the end no longer than its own time.
+                Err(RecvTimeoutError::Timeout) => match self.silent().map(|it| self.patience[it]).max() {
+                    Some(longest) if longest > waited => waited = longest,
+                    _ => break,
+                },
             }
         }
-        let stops = self.stops.iter().enumerate();
-        let silent = stops.filter(|(_, stop)| matches!(stop.try_send(()), Err(TrySendError::Full(()))));
-        let unanswered = silent.map(|(worker, _)| Unanswered {
+        let unanswered = self.silent().map(|worker| Unanswered {
             worker,
+            within: self.patience[worker],
             order: self.outstanding[worker]
                 .front()
                 .map(|&Given { order, slots }| (order, slots..order.stride.len(self.region.len()))),
         });
         unanswered.collect()
+    }
+
+    /// The workers that were asked to stop and have not ended: the request lies where they have left it.
+    fn silent(&self) -> impl Iterator<Item = usize> {
+        let stops = self.stops.iter().enumerate();
+        let silent = stops.filter(|(_, stop)| matches!(stop.try_send(()), Err(TrySendError::Full(()))));
+        silent.map(|(worker, _)| worker)
     }
 
     fn take_arrived(&mut self, batches: &Receiver<SampleBatch>) {

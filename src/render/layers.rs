@@ -23,7 +23,8 @@ pub fn layer_samples(spp: u32) -> u32 {
 }
 
 /// The channels of the wanted layers that first hits tell, of these samples of each pixel, with the names of the
-/// scene's things. Each of the threads takes every so-manieth row.
+/// scene's things. Each of the threads takes every so-manieth row; rows that it begins after `stop` says so are of one
+/// sample a pixel.
 pub fn first_hit_layers(
     integrator: &dyn Integrator,
     level: Level,
@@ -32,6 +33,7 @@ pub fn first_hit_layers(
     threads: usize,
     wanted: &[Layer],
     mattes: &Mattes,
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Channel> {
     let len = region.len() as usize;
     let layers = || wanted.iter().filter(|layer| !layer.is_of_film());
@@ -55,6 +57,7 @@ pub fn first_hit_layers(
                     let pixels: Vec<_> =
                         (0..region.width).map(|x| region.pixel(row * region.width + x)).collect();
                     hits.clear();
+                    let samples = if stop() { samples.min(1) } else { samples };
                     let paths = Paths { pixels: &pixels, first_sample, samples };
                     integrator.first_hits(level, &paths, &mut hits);
                     let means: Vec<Mean> =

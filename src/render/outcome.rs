@@ -107,6 +107,8 @@ pub struct WorkerFailure {
 pub struct Unanswered {
     /// Its number.
     pub worker: usize,
+    /// The time that it had for an answer.
+    pub within: Duration,
     /// The order that it held, and the slots of it whose samples had not come, if it held any.
     pub order: Option<(Order, Range<u32>)>,
 }

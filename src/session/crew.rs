@@ -7,11 +7,13 @@ use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
 use crate::integrator::{self, Integrator};
 use crate::render::accumulator::{MOST_UPDATES, WorkerFailure};
+use crate::render::schedule::GRACE;
 use crate::render::worker::Worker;
 use crate::render::{Held, Order, Region, SampleBatch, Schedule, Stride};
 use crate::scene::Scene;
 use crate::world::{self, World};
-use crossbeam_channel::{Receiver, Sender, bounded, never};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, at, bounded, select};
+use std::convert::Infallible;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -27,6 +29,17 @@ const MEASURED_AT_MOST: Duration = Duration::from_secs(2);
 /// Samples of an order by which devices are measured: more than they make in that time.
 const MEASURED_BY: u32 = 256;
 
+/// The time that CPU workers have to answer the request to stop. They look for it all the time: this is for machines
+/// with many more threads than cores.
+pub(super) const ANSWERED_WITHIN: Duration = Duration::from_secs(1);
+
+// A render on the CPU ends within two seconds of its deadline.
+const _: () = assert!(ANSWERED_WITHIN.as_millis() + GRACE.as_millis() < 2000);
+
+/// The time that a GPU worker has: a dispatch that has begun cannot be cut short, and a GPU that is software on a busy
+/// machine takes seconds for one.
+pub(super) const GPU_ANSWERS_WITHIN: Duration = Duration::from_secs(10);
+
 /// What threads alone are called.
 const CPU: &str = "cpu";
 
@@ -40,21 +53,22 @@ pub(super) struct Crew {
     times: f64,
 }
 
-struct Gpu {
+/// A worker on a GPU, and the name of the GPU.
+pub(super) struct Gpu {
     worker: Box<gpu::GpuWorker>,
     name: String,
 }
 
-/// What a worker's thread does.
-type Work = Box<dyn FnMut(&Mailbox) -> Result<(), gpu::GpuError> + Send>;
+/// The work of a worker's thread.
+type Work = Box<dyn FnOnce(&Mailbox) -> Result<(), gpu::GpuError> + Send>;
 
-/// A crew at work.
-pub(super) struct AtWork {
+/// A crew whose threads run.
+pub(super) struct RunningCrew {
     /// Work for each worker.
     pub orders: Vec<Option<Sender<Order>>>,
-    /// Where CPU workers hear what pixels have when the GPU is lost, and how far each goes.
+    /// The channels that tell CPU workers what pixels have when the GPU is lost, and how far each goes.
     pub updates: Vec<Sender<Arc<Held>>>,
-    /// Where workers are asked to stop.
+    /// The channels that ask workers to stop.
     pub stops: Vec<Sender<()>>,
     /// Their threads.
     pub threads: Threads,
@@ -81,7 +95,8 @@ impl Threads {
 }
 
 impl Crew {
-    pub(super) fn new(settings: &Settings) -> Result<Crew, SessionError> {
+    /// A crew with the devices that are asked for. The end of `stop` cuts the measuring of devices short.
+    pub(super) fn new(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Crew, SessionError> {
         let Scene { film, render, .. } = &*settings.scene;
         let (compiled, surfaces) = world::compile(&settings.scene, film.width, film.height);
         let (compiled, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, settings.finder)));
@@ -114,7 +129,7 @@ impl Crew {
             integrator::build(render, offset, Arc::clone(&compiled), Arc::clone(&world)).into();
         let mut crew = Crew { splatter, integrator: Some(integrator), threads, gpu: None, times: 1.0 };
         if let DeviceChoice::All(name) = &settings.device {
-            let measured = open(name, threads).and_then(|gpu| crew.measured_with(settings, gpu));
+            let measured = open(name, threads).and_then(|gpu| crew.measured_with(settings, gpu, stop));
             if let Err(error) = measured
                 && settings.view != View::Quiet
             {
@@ -130,8 +145,9 @@ impl Crew {
     pub(super) fn again(
         settings: &Settings,
         integrator: Option<&Arc<dyn Integrator>>,
+        stop: &Receiver<Infallible>,
     ) -> Result<Crew, SessionError> {
-        let Some(integrator) = integrator else { return Crew::new(settings) };
+        let Some(integrator) = integrator else { return Crew::new(settings, stop) };
         let Scene { film, camera, .. } = &*settings.scene;
         let seen = integrator.seen_by(Camera::new(camera, film.width, film.height));
         let threads = settings.threads.get().min(settings.region.len() as usize);
@@ -146,11 +162,12 @@ impl Crew {
         settings: &Settings,
         integrator: Option<&Arc<dyn Integrator>>,
         device: &str,
+        stop: &Receiver<Infallible>,
     ) -> Result<Crew, SessionError> {
         if device == CPU && integrator.is_some() {
-            return Crew::again(settings, integrator);
+            return Crew::again(settings, integrator, stop);
         }
-        let crew = Crew::new(settings)?;
+        let crew = Crew::new(settings, stop)?;
         let found = crew.description();
         if found == device {
             return Ok(crew);
@@ -165,7 +182,7 @@ impl Crew {
                 "warning: the render was begun on {device}, and now there is {found}; the CPU renders alone"
             );
         }
-        Crew::again(settings, integrator)
+        Crew::again(settings, integrator, stop)
     }
 
     /// What spreads samples over pixels, if the film wants that.
@@ -180,35 +197,44 @@ impl Crew {
 
     /// Takes a GPU on, once both devices have shown how fast they are. They work side by side for it, as they will:
     /// a GPU that is the CPU in disguise gets no more than it has.
-    fn measured_with(&mut self, settings: &Settings, mut gpu: Gpu) -> Result<(), gpu::GpuError> {
-        let crew = &*self;
-        let (batches_out, batches) = bounded(2 * (crew.threads + 1));
-        let speeds = std::thread::scope(|scope| {
-            let mut orders = Vec::new();
-            let mut stops = Vec::new();
-            for index in 0..crew.threads {
-                let (orders_out, stops_out, mailbox) = post(&batches_out);
-                orders.push(orders_out);
-                stops.push(stops_out);
-                scope.spawn(move || crew.work(settings, index, None, &never(), &mailbox));
-            }
-            let (orders_out, stops_out, mailbox) = post(&batches_out);
-            orders.push(orders_out);
-            stops.push(stops_out);
-            let work = &mut gpu.worker;
-            let gpu = scope.spawn(move || work.run_until(&mailbox.orders, &mailbox.stop, &mailbox.batches));
-            drop(batches_out);
-            let speeds = watch(&orders, &batches);
-            for stop in stops {
-                // One that has failed has nothing to hear.
-                let _ = stop.try_send(());
-            }
-            // Closing both ends ends them all.
-            drop((orders, batches));
-            gpu.join().map_or_else(|panic| std::panic::resume_unwind(panic), |end| end.map(|()| speeds))
+    fn measured_with(
+        &mut self,
+        settings: &Settings,
+        gpu: Gpu,
+        stop: &Receiver<Infallible>,
+    ) -> Result<(), gpu::GpuError> {
+        let adapter = gpu.name.clone();
+        let (splatter, integrator, threads) = (self.splatter.clone(), self.integrator.clone(), self.threads);
+        let measured = Crew { splatter, integrator, threads, gpu: Some(gpu), times: 1.0 };
+        let (batches_out, batches) = bounded(2 * (threads + 1));
+        let (failures_out, failures) = bounded(threads + 1);
+        let (returned_out, returned) = bounded(1);
+        let RunningCrew { orders, stops, .. } =
+            measured.start(settings, None, &batches_out, &failures_out, Some(returned_out));
+        drop((batches_out, failures_out));
+        let orders: Vec<_> = orders.into_iter().flatten().collect();
+        let speeds = watch(&orders, &batches, stop);
+        for stop in stops {
+            // One that has failed has nothing to hear.
+            let _ = stop.try_send(());
+        }
+        // Closing both ends ends them all.
+        drop((orders, batches));
+        let asked = Instant::now();
+        let returned = returned.recv_deadline(asked + GPU_ANSWERS_WITHIN);
+        // The channel closes with the last thread. A CPU worker that does not end is left alone: if it meets the same
+        // path in the render, it is abandoned there, with its order. So is a failure left to the render.
+        while failures.recv_deadline(asked + ANSWERED_WITHIN).is_ok() {}
+        let (gpu, end) = returned.map_err(|error| {
+            let message = match error {
+                RecvTimeoutError::Timeout => format!("it does not stop within {GPU_ANSWERS_WITHIN:?}"),
+                RecvTimeoutError::Disconnected => "its worker panicked".to_owned(),
+            };
+            gpu::GpuError::Failed { adapter, message }
         })?;
-        let cpu = speeds[..self.threads].iter().sum::<f64>() / self.threads as f64;
-        self.times = if cpu > 0.0 { speeds[self.threads] / cpu } else { 1.0 };
+        end?;
+        let cpu = speeds[..threads].iter().sum::<f64>() / threads as f64;
+        self.times = if cpu > 0.0 { speeds[threads] / cpu } else { 1.0 };
         self.gpu = Some(gpu);
         Ok(())
     }
@@ -223,6 +249,11 @@ impl Crew {
 
     pub(super) fn workers(&self) -> usize {
         self.threads + usize::from(self.gpu.is_some())
+    }
+
+    /// The number of the worker on a GPU, if there is one.
+    pub(super) fn gpu_worker(&self) -> Option<usize> {
+        self.gpu.is_some().then_some(self.threads)
     }
 
     /// The worker that the others can do without.
@@ -273,17 +304,19 @@ impl Crew {
         worker.run_until(&mail.orders, updates, &mail.stop, &mail.batches);
     }
 
-    /// Starts a thread for each worker and returns where to send their orders.
+    /// Starts a thread for each worker and returns the channels for their orders. A GPU comes back through `returned`
+    /// when its worker ends, with what became of it, if that is given.
     pub(super) fn start(
         mut self,
         settings: &Settings,
         held: Option<Arc<Held>>,
         batches: &Sender<SampleBatch>,
         failures: &Sender<WorkerFailure>,
-    ) -> AtWork {
+        returned: Option<Sender<(Gpu, Result<(), gpu::GpuError>)>>,
+    ) -> RunningCrew {
         let (mut orders, mut stops, mut all_updates) = (Vec::new(), Vec::new(), Vec::new());
         let mut hired = Vec::new();
-        let mut hire = |index: usize, name: String, mut work: Work| {
+        let mut hire = |index: usize, name: String, work: Work| {
             let (orders_out, stops_out, mailbox) = post(batches);
             orders.push(Some(orders_out));
             stops.push(stops_out);
@@ -311,12 +344,19 @@ impl Crew {
             };
             hire(index, format!("worker {index}"), Box::new(work));
         }
-        if let Some(Gpu { mut worker, name }) = gpu {
-            worker.holds(held);
-            let work = move |mail: &Mailbox| worker.run_until(&mail.orders, &mail.stop, &mail.batches);
-            hire(threads, format!("the GPU worker ({name})"), Box::new(work));
+        if let Some(mut gpu) = gpu {
+            gpu.worker.holds(held);
+            let name = format!("the GPU worker ({})", gpu.name);
+            let work = move |mail: &Mailbox| {
+                let end = gpu.worker.run_until(&mail.orders, &mail.stop, &mail.batches);
+                let Some(returned) = returned else { return end };
+                // Whoever has waited too long does without it.
+                let _ = returned.send((gpu, end));
+                Ok(())
+            };
+            hire(threads, name, Box::new(work));
         }
-        AtWork { orders, updates: all_updates, stops, threads: Threads(hired) }
+        RunningCrew { orders, updates: all_updates, stops, threads: Threads(hired) }
     }
 }
 
@@ -338,8 +378,8 @@ fn splatter(settings: &Settings) -> Option<Arc<Splatter>> {
     Some(Arc::new(splatter.with_spreads(settings.layout().spreads)))
 }
 
-/// Samples a second of each worker, over some time from its first results on.
-fn watch(orders: &[Sender<Order>], batches: &Receiver<SampleBatch>) -> Vec<f64> {
+/// Samples a second of each worker, over some time from its first results on, or until `stop` closes.
+fn watch(orders: &[Sender<Order>], batches: &Receiver<SampleBatch>, stop: &Receiver<Infallible>) -> Vec<f64> {
     let workers = orders.len();
     let order = |index: usize, round: u32| Order {
         stride: Stride::ALL.split(index as u32, workers as u32),
@@ -353,8 +393,14 @@ fn watch(orders: &[Sender<Order>], batches: &Receiver<SampleBatch>) -> Vec<f64> 
     let start = Instant::now();
     // When each sent something first and last, and how many samples came after the first.
     let mut seen: Vec<Option<(Instant, Instant, u64)>> = vec![None; workers];
-    let deadline = start + MEASURED_AT_MOST;
-    while let Ok(batch) = batches.recv_deadline(deadline) {
+    let deadline = at(start + MEASURED_AT_MOST);
+    loop {
+        let batch = select! {
+            recv(batches) -> batch => batch,
+            recv(deadline) -> _ => break,
+            recv(stop) -> _ => break,
+        };
+        let Ok(batch) = batch else { break };
         let now = Instant::now();
         match &mut seen[batch.worker] {
             Some((_, last, paths)) => (*last, *paths) = (now, *paths + batch.paths),
@@ -397,13 +443,14 @@ fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Begun, Task, keeping};
+    use super::super::{Begun, Feed, Left, Rendered, Request, Task, Viewer, keeping};
     use super::*;
-    use crate::film::{Film, Rectangle};
+    use crate::film::{Film, Layer, Rectangle};
     use crate::integrator::{Event, Finished, FirstHit, Paths, Pixel, Sample};
     use crate::math::lanes::Level;
     use crate::scene::parse;
     use crate::world::Finder;
+    use crossbeam_channel::never;
     use std::num::NonZeroUsize;
     use std::path::Path;
 
@@ -442,8 +489,9 @@ mod tests {
     /// How many workers go on with a film of a device, and what they are.
     fn of_film(device: DeviceChoice, begun: &str) -> (usize, String) {
         let settings = settings(device);
-        let threads = Crew::new(&Settings { device: DeviceChoice::Cpu, ..settings.clone() }).unwrap();
-        let crew = Crew::of_film(&settings, threads.integrator().as_ref(), begun).unwrap();
+        let threads =
+            Crew::new(&Settings { device: DeviceChoice::Cpu, ..settings.clone() }, &never()).unwrap();
+        let crew = Crew::of_film(&settings, threads.integrator().as_ref(), begun, &never()).unwrap();
         (crew.workers(), crew.description())
     }
 
@@ -456,7 +504,7 @@ mod tests {
         assert_eq!(of_film(gone, "all: cpu and some GPU"), threads());
         assert_eq!(of_film(DeviceChoice::All(None), "all: cpu and some GPU"), threads());
         // Negative control: the one that was there.
-        let all = Crew::new(&settings(DeviceChoice::All(None))).unwrap();
+        let all = Crew::new(&settings(DeviceChoice::All(None)), &never()).unwrap();
         if all.gpu.is_none() {
             assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "no GPU");
             println!("skipped: no GPU");
@@ -464,7 +512,7 @@ mod tests {
         }
         assert_eq!(of_film(DeviceChoice::All(None), &all.description()), (3, all.description()));
         // Nobody is left to go on with it.
-        let other = Crew::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU");
+        let other = Crew::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU", &never());
         let told = other.err().map(|error| error.to_string()).unwrap_or_default();
         assert!(told.contains("begun on gpu: some GPU"), "{told}");
     }
@@ -492,6 +540,9 @@ mod tests {
         }
 
         fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
+            if paths.pixels.iter().any(|pixel| pixel.index == 19) {
+                let _ = self.released.recv();
+            }
             self.inner.first_hits(level, paths, out);
         }
 
@@ -504,41 +555,103 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
-        let folder = tempfile::tempdir().unwrap();
-        let picture = folder.path().join("a.png");
-        let settings =
-            Settings { spp: 1_000_000, outputs: vec![picture.clone()], ..settings(DeviceChoice::Cpu) };
-        let mut crew = Crew::new(&settings).unwrap();
+    /// A viewer that is left as soon as a worker is stuck, because the camera moves or goes home.
+    struct Leaving {
+        held: Receiver<()>,
+        left: Left,
+    }
+
+    impl Viewer for Leaving {
+        fn show(&mut self, feed: &Feed, _requests: &Sender<Request>, _is_moved: bool) -> Left {
+            // Snapshots are taken until then.
+            loop {
+                select! {
+                    recv(feed.snapshots) -> _ => {}
+                    recv(self.held) -> _ => return self.left.clone(),
+                }
+            }
+        }
+    }
+
+    /// Renders with a worker that is stuck. The end of the render is asked for then, or a viewer is left.
+    fn render_stuck(settings: &Settings, left: Option<Left>) -> Rendered {
+        let mut crew = Crew::new(settings, &never()).unwrap();
         let (held_out, held) = bounded(1);
         let (release, released) = bounded(0);
         let inner = crew.integrator().unwrap();
         crew.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
-        let head = keeping::head(&settings, &crew.description());
+        let head = keeping::head(settings, &crew.description());
         let film = Film::with_layout(head.layout).unwrap();
         let begun = Begun { film, milestone: None, spent: Duration::ZERO };
-        let task = Task { settings: &settings, crew, head: &head, begun, dump: None, tev: None };
+        let task = Task { settings, crew, head: &head, begun, dump: None, tev: None };
         let (stop_out, stop) = bounded(0);
-        let asks = std::thread::spawn(move || {
-            held.recv().unwrap();
-            drop(stop_out);
-        });
-        let error = super::super::render(task, None, &stop).err().unwrap();
-        asks.join().unwrap();
+        let rendered = match left {
+            Some(left) => {
+                let rendered = super::super::render(task, Some(&mut Leaving { held, left }), &stop);
+                drop(stop_out);
+                rendered
+            }
+            None => {
+                let asks = std::thread::spawn(move || {
+                    held.recv().unwrap();
+                    drop(stop_out);
+                });
+                let rendered = super::super::render(task, None, &stop);
+                asks.join().unwrap();
+                rendered
+            }
+        };
         drop(release);
-        let said = error.to_string();
-        assert!(matches!(error, SessionError::Unanswered(..)), "{said}");
-        // Pixel 19 is one of the odd half.
-        for part in [
-            "worker 1 did not stop",
-            " of 32 pixels (1,0 3,0 ",
-            "stride trace SCENE --pixel ",
-            " --sample 1",
-            "has been written",
-        ] {
-            assert!(said.contains(part), "no {part:?} in: {said}");
+        rendered.unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    #[test]
+    fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
+        for left in [None, Some(Left::Moved(String::new())), Some(Left::Home)] {
+            let folder = tempfile::tempdir().unwrap();
+            let [picture, layered] = ["a.png", "a.exr"].map(|name| folder.path().join(name));
+            let settings = Settings {
+                spp: 1_000_000,
+                outputs: vec![picture.clone(), layered.clone()],
+                // The first hits of the path that takes forever are not looked at.
+                layers: vec![Layer::Depth],
+                ..settings(DeviceChoice::Cpu)
+            };
+            let Rendered { outcome, problem, is_aside, is_written, .. } = render_stuck(&settings, left);
+            let said = problem.as_ref().map(ToString::to_string).unwrap_or_default();
+            assert!(matches!(problem, Some(SessionError::Unanswered(..))), "{said}");
+            let [least, most] = outcome.film.seen_range();
+            let counts = format!("first {least} samples, and some have up to {most}");
+            // Pixel 19 is one of the odd half.
+            for part in [
+                "worker 1 did not stop within 1 s",
+                " of 32 pixels, which have numbers i from 0 to 31",
+                "column 0 + p mod 8 and row 0 + p div 8 for p = 1 + 2·i",
+                "stride trace SCENE --pixel 1,0 --sample 1",
+                "has been written: ",
+                if least == most { "every pixel has its first 1 samples" } else { &counts },
+            ] {
+                assert!(said.contains(part), "no {part:?} in: {said}");
+            }
+            assert!(!is_aside && is_written && picture.exists() && layered.exists());
         }
-        assert!(picture.exists());
+    }
+
+    #[test]
+    fn a_gpu_is_measured_beside_a_worker_that_does_not_stop() {
+        let settings = settings(DeviceChoice::All(None));
+        let mut crew = Crew::new(&settings, &never()).unwrap();
+        let Some(gpu) = crew.gpu.take() else {
+            assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "no GPU");
+            println!("skipped: no GPU");
+            return;
+        };
+        let (held_out, held) = bounded(1);
+        let (release, released) = bounded(0);
+        let inner = crew.integrator().unwrap();
+        crew.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
+        crew.measured_with(&settings, gpu, &never()).unwrap_or_else(|error| panic!("{error}"));
+        assert!(crew.gpu.is_some() && held.try_recv().is_ok(), "no worker was stuck");
+        drop(release);
     }
 }

@@ -6,6 +6,13 @@ use crate::film::{Channel, Layer};
 use crate::integrator::Integrator;
 use crate::render::accumulator::Outcome;
 use crate::render::{first_hit_layers, layer_samples};
+use crossbeam_channel::{Receiver, TryRecvError};
+use std::convert::Infallible;
+
+/// Whether the end of a render is asked for.
+fn is_asked(stop: &Receiver<Infallible>) -> bool {
+    matches!(stop.try_recv(), Err(TryRecvError::Disconnected))
+}
 
 /// Samples of a pixel that the window's layers are means of.
 const PREVIEW: u32 = 2;
@@ -16,19 +23,21 @@ pub(super) fn preview(settings: &Settings, integrator: &dyn Integrator, mattes: 
     let layers: Vec<Layer> = settings.layers.iter().copied().filter(shows).collect();
     let samples = settings.first..settings.first.saturating_add(PREVIEW);
     let (level, region) = (settings.level, settings.picture_region());
-    first_hit_layers(integrator, level, region, samples, 1, &layers, mattes)
+    first_hit_layers(integrator, level, region, samples, 1, &layers, mattes, &|| false)
 }
 
-/// The layers that are wanted, of what the render came to.
+/// The layers that are wanted, of what the render came to. First hits are of one sample once the end is asked for, and
+/// there are none where a worker was abandoned: its path may never come back from them either.
 pub(super) fn layers(
     settings: &Settings,
     layer_integrator: Option<&dyn Integrator>,
     mattes: &Mattes,
     outcome: &Outcome,
+    stop: &Receiver<Infallible>,
 ) -> Vec<Channel> {
     let mut channels: Vec<Channel> =
         settings.layers.iter().flat_map(|layer| layer.channels_of_film(&outcome.film)).collect();
-    if let Some(integrator) = layer_integrator {
+    if let Some(integrator) = layer_integrator.filter(|_| outcome.unanswered.is_empty()) {
         let samples = layer_samples(outcome.totals.spp);
         let (first, threads) = (settings.first, settings.threads.get());
         let (level, region) = (settings.level, settings.picture_region());
@@ -40,6 +49,7 @@ pub(super) fn layers(
             threads,
             &settings.layers,
             mattes,
+            &|| is_asked(stop),
         ));
     }
     channels

@@ -1,5 +1,6 @@
 //! What a render came to.
 
+use super::error::SessionError;
 use crate::film::Picture;
 use crate::film::noise::{FIRST_MILESTONE, brightness};
 use crate::render::accumulator::{Outcome, Totals};
@@ -7,7 +8,7 @@ use std::fmt;
 use std::time::Duration;
 
 /// What a render came to.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Report {
     /// The figures.
     pub totals: Totals,
@@ -29,6 +30,8 @@ pub struct Report {
     pub build: Duration,
     /// The picture.
     pub picture: Picture,
+    /// The failure that ended the render, if one did: whatever was rendered by then has been written all the same.
+    pub problem: Option<SessionError>,
 }
 
 /// What became of an error that a render was to end at.

@@ -35,21 +35,31 @@ pub(super) fn warn_of_noise(settings: &Settings, outcome: &Outcome) -> Option<No
     Some(noise)
 }
 
-/// Says where the pictures are, and what a user would not expect: samples that were left out and how to look at
-/// one of them, pictures that were not reached, nothing at all.
-pub(super) fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write) -> std::io::Result<()> {
+/// Says where the pictures are, if they were written, and all that a user would not expect: samples that were left out
+/// and how to look at one of them, pictures that were not reached, nothing at all.
+pub(super) fn tell(
+    settings: &Settings,
+    outcome: &Outcome,
+    is_written: bool,
+    out: &mut impl Write,
+) -> std::io::Result<()> {
     let files = settings.outputs.iter().chain(&settings.film).chain(&settings.samples);
     let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
-    if outcome.totals.samples > 0 && !names.is_empty() {
+    if outcome.totals.samples > 0 && is_written && !names.is_empty() {
         let spp = outcome.totals.spp;
-        let early = settings.time.is_none() && settings.goal().is_none() && spp < settings.spp;
-        let note = match outcome.film.seen_range() {
-            _ if early => format!(" (stopped early, before {} spp)", settings.spp),
-            [least, most] if outcome.overtime => format!(
-                " (the time was up long before the next sample of every pixel was done: pixels have {least} to {most} samples)"
-            ),
-            _ => String::new(),
-        };
+        let is_early = settings.time.is_none() && settings.goal().is_none() && spp < settings.spp;
+        let mut notes = Vec::new();
+        if is_early {
+            notes.push(format!("stopped early, before {} spp", settings.spp));
+        }
+        if outcome.overtime {
+            notes.push("the time was up long before the next sample of every pixel was done".to_owned());
+        }
+        // With adaptive sampling it is said below, and on purpose.
+        if !outcome.whole && !settings.adaptive {
+            notes.push(sample_counts(outcome));
+        }
+        let note = if notes.is_empty() { String::new() } else { format!(" ({})", notes.join("; ")) };
         writeln!(out, "wrote {}{note}", names.join(", "))?;
     }
     if let Some(camera) = settings.moved.as_ref().filter(|_| outcome.totals.samples > 0) {
@@ -88,6 +98,15 @@ pub(super) fn tell(settings: &Settings, outcome: &Outcome, out: &mut impl Write)
         writeln!(out, "nothing was rendered yet: no picture is written")?;
     }
     Ok(())
+}
+
+/// Says which samples pixels have. Each has its first ones.
+pub(super) fn sample_counts(outcome: &Outcome) -> String {
+    match outcome.film.seen_range() {
+        [least, most] if least == most => format!("every pixel has its first {least} samples"),
+        [0, most] => format!("pixels have between no sample and their first {most}"),
+        [least, most] => format!("every pixel has its first {least} samples, and some have up to {most}"),
+    }
 }
 
 pub(super) fn show_progress(settings: &Settings, totals: &Receiver<Totals>, notes: &Receiver<String>) {

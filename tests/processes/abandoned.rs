@@ -81,7 +81,10 @@ fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
         (outcome, order)
     });
     let slots = order.stride.len(WHOLE.len());
-    assert_eq!(outcome.unanswered, [Unanswered { worker: 1, order: Some((order, 0..slots)) }]);
+    assert_eq!(
+        outcome.unanswered,
+        [Unanswered { worker: 1, within: PATIENCE, order: Some((order, 0..slots)) }]
+    );
     assert!(outcome.failure.is_none() && !outcome.whole && !outcome.overtime);
     is_a_prefix(&outcome);
 }

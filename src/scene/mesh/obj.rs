@@ -182,7 +182,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
     Ok(names)
 }
 
-/// Statements whose words are names, in which there may be a `#` that follows no blank.
+/// Statements whose words are names, in which there may be a `#`.
 const NAMING_STATEMENTS: [&[u8]; 12] = [
     b"g", b"o", b"usemtl", b"mtllib", b"usemap", b"maplib", b"newmtl", b"bump", b"disp", b"decal", b"refl",
     b"norm",
@@ -190,13 +190,17 @@ const NAMING_STATEMENTS: [&[u8]; 12] = [
 
 /// Takes a comment off a line, and a backslash at its end with it: comments do not go on in the next line.
 ///
-/// A `#` begins a comment after a blank, and elsewhere unless it is part of a name or of a number such as `1.#QNAN`.
+/// A `#` begins a comment unless it is part of a number such as `1.#QNAN`; on a line of names, between blanks alone: 3ds Max
+/// calls materials `Material #25`.
 pub(super) fn uncomment(line: &mut Vec<u8>) {
     let first = words(line).next().unwrap_or_default();
     let has_names = NAMING_STATEMENTS.contains(&first) || first.starts_with(b"map_");
     let begins = |at: usize| match at.checked_sub(1).map(|before| line[before]) {
         None => true,
-        Some(before) => before.is_ascii_whitespace() || !has_names && before != b'.',
+        Some(before) if has_names => {
+            before.is_ascii_whitespace() && line.get(at + 1).is_none_or(u8::is_ascii_whitespace)
+        }
+        Some(before) => before != b'.',
     };
     let comment = (0..line.len()).find(|&at| line[at] == b'#' && begins(at));
     comment.into_iter().for_each(|comment| line.truncate(comment));

@@ -45,8 +45,7 @@ fn ranks_are_what_single_paths_meet() {
     }
     let (integrator, mattes) = (common::integrator(&scene), Mattes::of(&scene));
     let region = Region::whole(40, 30);
-    let channels =
-        first_hit_layers(&*integrator, Level::available()[0], region, 0..6, 2, &BOTH, &mattes, &|| false);
+    let channels = first_hit_layers(&*integrator, Level::available()[0], region, &|| 0..6, 2, &BOTH, &mattes);
     let ranks = |place: usize| -> Vec<(u32, f32)> {
         let at = |name: &str, c: &str| channel(&channels, &format!("CryptoEntity{name}.{c}"))[place];
         let levels = ["00", "01", "02"].into_iter();

@@ -17,16 +17,7 @@ use stride::scene::{Scene, parse};
 fn layers(scene: &Scene, region: Region, samples: u32, threads: usize) -> Vec<Channel> {
     let integrator = common::integrator(scene);
     let level = Level::available()[0];
-    first_hit_layers(
-        &*integrator,
-        level,
-        region,
-        0..samples,
-        threads,
-        &Layer::ALL,
-        &Mattes::of(scene),
-        &|| false,
-    )
+    first_hit_layers(&*integrator, level, region, &|| 0..samples, threads, &Layer::ALL, &Mattes::of(scene))
 }
 
 fn channel<'a>(channels: &'a [Channel], name: &str) -> &'a [f32] {
@@ -134,9 +125,8 @@ fn no_threads_lanes_or_crops_show() {
     for level in Level::available() {
         let region = Region::whole(40, 30);
         assert!(
-            first_hit_layers(&*integrator, level, region, 0..5, 2, &Layer::ALL, &Mattes::of(&scene), &|| {
-                false
-            }) == whole,
+            first_hit_layers(&*integrator, level, region, &|| 0..5, 2, &Layer::ALL, &Mattes::of(&scene))
+                == whole,
             "{level}"
         );
     }

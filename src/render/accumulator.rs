@@ -27,6 +27,9 @@ const PIECE: u32 = 1 << 15;
 /// The statistics in a snapshot are at most this old: they cost more than the picture.
 const STATISTICS: Duration = Duration::from_secs(1);
 
+/// The time between looks at the workers that have more time to answer than others.
+const LOOK_AGAIN: Duration = Duration::from_millis(50);
+
 /// Making snapshots takes at most one part in this many of the time.
 const SNAPSHOT_SHARE: u32 = 20;
 
@@ -340,11 +343,15 @@ impl Accumulator {
             match batches.recv_deadline(asked + waited) {
                 Ok(batch) => self.take(batch),
                 Err(RecvTimeoutError::Disconnected) => return Vec::new(),
-                // A worker that is silent holds up the end no longer than its own time.
-                Err(RecvTimeoutError::Timeout) => match self.silent().map(|it| self.patience[it]).max() {
-                    Some(longest) if longest > waited => waited = longest,
-                    _ => break,
-                },
+                // A worker that is silent holds up the end no longer than its own time, and one that has ended not at
+                // all: beside a worker that never ends, the channel does not tell.
+                Err(RecvTimeoutError::Timeout) => {
+                    let longest = self.silent().map(|worker| self.patience[worker]).max().unwrap_or_default();
+                    if longest <= waited {
+                        break;
+                    }
+                    waited = longest.min(waited + LOOK_AGAIN);
+                }
             }
         }
         let unanswered = self.silent().map(|worker| Unanswered {

@@ -22,18 +22,17 @@ pub fn layer_samples(spp: u32) -> u32 {
     (spp / SHARE).clamp(1, MOST_SAMPLES)
 }
 
-/// The channels of the wanted layers that first hits tell, of these samples of each pixel, with the names of the
-/// scene's things. Each of the threads takes every so-manieth row; rows that it begins after `stop` says so are of one
-/// sample a pixel.
+/// The channels of the wanted layers that first hits tell, of some samples of each pixel, with the names of the scene's
+/// things. Each of the threads takes every so-manieth row, and asks before each which samples it is to look at: a render
+/// that is to end wants fewer.
 pub fn first_hit_layers(
     integrator: &dyn Integrator,
     level: Level,
     region: Region,
-    samples: Range<u32>,
+    samples: &(dyn Fn() -> Range<u32> + Sync),
     threads: usize,
     wanted: &[Layer],
     mattes: &Mattes,
-    stop: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Channel> {
     let len = region.len() as usize;
     let layers = || wanted.iter().filter(|layer| !layer.is_of_film());
@@ -45,8 +44,7 @@ pub fn first_hit_layers(
     let wants =
         |layer: Layer| wanted.contains(&layer).then_some(mattes).and_then(|mattes| layer.names(mattes));
     let names = [wants(Layer::CryptoEntity), wants(Layer::CryptoMaterial)];
-    let (width, first_sample) = (region.width as usize, samples.start);
-    let samples = samples.end - samples.start;
+    let width = region.width as usize;
     std::thread::scope(|scope| {
         let (rows_out, rows) = bounded(2 * threads);
         for thread in 0..threads as u32 {
@@ -57,7 +55,8 @@ pub fn first_hit_layers(
                     let pixels: Vec<_> =
                         (0..region.width).map(|x| region.pixel(row * region.width + x)).collect();
                     hits.clear();
-                    let samples = if stop() { samples.min(1) } else { samples };
+                    let Range { start: first_sample, end } = samples();
+                    let samples = end - first_sample;
                     let paths = Paths { pixels: &pixels, first_sample, samples };
                     integrator.first_hits(level, &paths, &mut hits);
                     let means: Vec<Mean> =

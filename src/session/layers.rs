@@ -23,7 +23,7 @@ pub(super) fn preview(settings: &Settings, integrator: &dyn Integrator, mattes: 
     let layers: Vec<Layer> = settings.layers.iter().copied().filter(shows).collect();
     let samples = settings.first..settings.first.saturating_add(PREVIEW);
     let (level, region) = (settings.level, settings.picture_region());
-    first_hit_layers(integrator, level, region, samples, 1, &layers, mattes, &|| false)
+    first_hit_layers(integrator, level, region, &|| samples.clone(), 1, &layers, mattes)
 }
 
 /// The layers that are wanted, of what the render came to. First hits are of one sample once the end is asked for, and
@@ -38,19 +38,13 @@ pub(super) fn layers(
     let mut channels: Vec<Channel> =
         settings.layers.iter().flat_map(|layer| layer.channels_of_film(&outcome.film)).collect();
     if let Some(integrator) = layer_integrator.filter(|_| outcome.unanswered.is_empty()) {
-        let samples = layer_samples(outcome.totals.spp);
-        let (first, threads) = (settings.first, settings.threads.get());
+        let (first, threads, wanted) = (settings.first, settings.threads.get(), &settings.layers);
         let (level, region) = (settings.level, settings.picture_region());
-        channels.extend(first_hit_layers(
-            integrator,
-            level,
-            region,
-            first..first.saturating_add(samples),
-            threads,
-            &settings.layers,
-            mattes,
-            &|| is_asked(stop),
-        ));
+        let samples = || {
+            let samples = if is_asked(stop) { 1 } else { layer_samples(outcome.totals.spp) };
+            first..first.saturating_add(samples)
+        };
+        channels.extend(first_hit_layers(integrator, level, region, &samples, threads, wanted, mattes));
     }
     channels
 }

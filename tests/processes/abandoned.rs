@@ -90,6 +90,31 @@ fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
 }
 
 #[test]
+fn a_worker_with_more_time_to_answer_is_waited_for_and_no_other() {
+    let Wired { accumulator, inbox, stop, mut mailboxes } = wired(2, 1_000_000);
+    let (slow_orders, slow_stop, slow_batches) = mailboxes.pop().unwrap();
+    let (silent_orders, silent_stop, silent_batches) = mailboxes.pop().unwrap();
+    let (release, released) = bounded::<Infallible>(0);
+    drop(stop);
+    let outcome = std::thread::scope(|scope| {
+        scope.spawn(move || {
+            let _ = released.recv();
+            drop((silent_orders, silent_stop, silent_batches));
+        });
+        scope.spawn(move || {
+            // It ends once there are no more orders, which is after the time that the other has.
+            slow_orders.iter().for_each(|_: Order| {});
+            drop((slow_stop, slow_batches));
+        });
+        let outcome = accumulator.with_patience(0, Duration::ZERO).run(inbox);
+        drop(release);
+        outcome
+    });
+    let silent: Vec<_> = outcome.unanswered.iter().map(|it| (it.worker, it.within)).collect();
+    assert_eq!(silent, [(0, Duration::ZERO)]);
+}
+
+#[test]
 fn workers_that_answer_are_not_abandoned_and_all_that_they_finished_counts() {
     let integrator = common::integrator(&scene());
     for workers in 1..5 {

@@ -144,16 +144,8 @@ fn openexr_and_numpy_read_what_was_meant() {
     let region = Region::whole(WIDTH, HEIGHT);
     let mattes = Mattes::of(&scene);
     let first_hits = Layer::ALL.into_iter().filter(|layer| !layer.is_of_film()).collect::<Vec<_>>();
-    let mut channels = first_hit_layers(
-        &*integrator,
-        level,
-        region,
-        0..layer_samples(SPP),
-        1,
-        &first_hits,
-        &mattes,
-        &|| false,
-    );
+    let mut channels =
+        first_hit_layers(&*integrator, level, region, &|| 0..layer_samples(SPP), 1, &first_hits, &mattes);
     write_channels(&path("layers.npy"), &channels);
 
     let check =

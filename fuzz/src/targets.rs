@@ -11,7 +11,8 @@ use stride::film::file::FilmReader;
 use stride::output::npy::read::DumpReader;
 use stride::output::read_picture;
 use stride::scene::mesh::{self, Mesh, Split};
-use stride::world::{Bvh, Simple, Triangles, Union, compile};
+use stride::math::{Bounds, Ray, Vec3};
+use stride::world::{Simple, Treed, Triangles, World, compile};
 
 /// A reader.
 pub struct Target {
@@ -228,8 +229,23 @@ fn trust(mesh: &Mesh) {
     assert!([0, vertices].contains(&mesh.uv.len()), "uv are missing");
     let mut triangles = Triangles::default();
     triangles.push(mesh, &DAffine3::IDENTITY, 0);
-    let second = Simple { triangles: Arc::new(triangles), ..Simple::default() };
-    Bvh::new(&Union { first: Simple::default(), second });
+    let surfaces = Simple { triangles: Arc::new(triangles), ..Simple::default() };
+    look_at(&surfaces, Bounds::of(mesh.positions.iter().copied()));
+}
+
+/// Builds the tree of some surfaces, and sends a few rays at them.
+fn look_at(surfaces: &Simple, Bounds { low, high }: Bounds) {
+    let world = World::with_tree_of(surfaces, Treed::Everything);
+    let middle = [0, 1, 2].map(|axis| low[axis] / 2.0 + high[axis] / 2.0);
+    for axis in 0..3 {
+        let mut o = middle;
+        o[axis] = high[axis] + (high[axis] - low[axis]);
+        let mut d = [0.0; 3];
+        d[axis] = -1.0;
+        let [o, d] = [o, d].map(|[x, y, z]| Vec3::new(x, y, z));
+        world.intersect(&Ray { o, d }, true);
+        world.occluded(&Ray { o: o - d, d }, f32::MAX, true, false);
+    }
 }
 
 /// A material library, as one that a mesh names.
@@ -244,8 +260,8 @@ fn parse_library(bytes: &[u8]) -> bool {
 fn parse_scene(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let Ok(loaded) = stride::scene::parse(text, &beside_seeds("a.toml")) else { return false };
-    let (_, geometry) = compile(&loaded.scene, 4, 3);
-    Bvh::new(&geometry);
+    let (_, surfaces) = compile(&loaded.scene, 4, 3);
+    look_at(&surfaces, Bounds { low: [-1.0; 3], high: [1.0; 3] });
     true
 }
 
@@ -279,7 +295,7 @@ fn rendered(suffix: &str) -> Vec<Vec<u8>> {
             .arg(if suffix == "film" { "--film" } else { "--samples" })
             .arg(&path)
             .arg("-o")
-            .arg(folder.path().join("other.png"))
+            .arg(folder.path().join("other.exr"))
             .args(more)
             .arg(of_this_crate("../scenes/room.toml"))
             .status();

@@ -5,8 +5,9 @@ use std::io::{self, Cursor, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use ::exr::image::{AnyChannels, FlatSamples, Layer};
+use ::exr::meta::MetaData;
 use ::exr::prelude::{ReadChannels, ReadLayers, read};
-use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use thiserror::Error;
 
 use super::error::OutputError;
@@ -69,6 +70,10 @@ pub enum ReadError {
 /// The most memory a decoder may take for what a file's header says: 4 GiB.
 const MOST_MEMORY: u64 = 1 << 32;
 
+/// The most pixels for each byte of a file: deflate packs best, and makes 1032 bytes of one; a pixel has a bit at
+/// least.
+const MOST_PIXELS_PER_BYTE: u64 = 8 * 1032;
+
 /// Reads a picture in the format of the name's extension.
 ///
 /// PNG is taken to be sRGB, of any bit depth, and made linear; transparency is passed over. HDR and EXR are
@@ -110,14 +115,34 @@ fn decode(bytes: &[u8], format: ImageFormat) -> Result<Picture, String> {
     let mut limits = Limits::default();
     limits.max_alloc = Some(MOST_MEMORY);
     reader.limits(limits);
-    let image: DynamicImage = reader.decode().map_err(|error| error.to_string())?;
+    let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
+    let (width, height) = decoder.dimensions();
+    check_size(bytes, u64::from(width), u64::from(height), 1)?;
+    if decoder.total_bytes() > MOST_MEMORY {
+        return Err(format!("its {width}×{height} pixels take more than 4 GiB of memory"));
+    }
+    let image = DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?;
     let (width, height) = (image.width(), image.height());
     let rgb = image.into_rgb32f().pixels().map(|pixel| pixel.0).collect();
     Ok(Picture { width, height, rgb })
 }
 
+/// Refuses a picture whose header promises more than its bytes can hold, before memory is set aside for it.
+fn check_size(bytes: &[u8], width: u64, height: u64, channels: u64) -> Result<(), String> {
+    let samples = width.saturating_mul(height).saturating_mul(channels);
+    if samples > (bytes.len() as u64).saturating_mul(MOST_PIXELS_PER_BYTE) {
+        return Err(format!("its header promises {width}×{height} pixels, too many for {} bytes", bytes.len()));
+    }
+    Ok(())
+}
+
 /// The picture, or the names of all channels where none are red, green and blue.
 fn decode_exr(bytes: &[u8]) -> Result<Result<Picture, Vec<String>>, String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    for header in &meta.headers {
+        let [width, height] = [header.layer_size.x(), header.layer_size.y()].map(|side| side as u64);
+        check_size(bytes, width, height, header.channels.list.len() as u64)?;
+    }
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -281,6 +306,45 @@ mod tests {
         let single = |i: usize| FlatSamples::F32(vec![i as f32]);
         let error = read_layer(&["Y", "Z", "a.R", "b.G", "c.B"], single).unwrap_err();
         assert!(error.to_string().ends_with("only Y, Z, a.R, b.G, c.B"), "{error}");
+    }
+
+    /// A small file whose header promises a picture of 60,000 × 60,000 pixels.
+    fn vast(name: &str) -> Vec<u8> {
+        let (_folder, path) = in_folder(name);
+        write_picture(&path, &speckle(4, 3), &PictureOptions::default()).unwrap();
+        let mut bytes = fs::read(&path).unwrap();
+        match Format::of(&path).unwrap() {
+            Format::Png => {
+                bytes[16..24].copy_from_slice(&[60_000_u32.to_be_bytes(); 2].concat());
+                // Over the chunk's name and contents.
+                let step = |rest: u32, _| if rest & 1 == 1 { 0xedb8_8320 ^ rest >> 1 } else { rest >> 1 };
+                let sum = |rest: u32, byte: &u8| (0..8).fold(rest ^ u32::from(*byte), step);
+                let sum = !bytes[12..29].iter().fold(u32::MAX, sum);
+                bytes[29..33].copy_from_slice(&sum.to_be_bytes());
+            }
+            Format::Hdr => {
+                let at = bytes.windows(7).position(|seven| seven == b"-Y 3 +X").unwrap();
+                bytes.splice(at..at + 9, *b"-Y 60000 +X 60000");
+            }
+            Format::Exr => {
+                for window in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+                    let at = bytes.windows(window.len()).position(|these| these == window).unwrap();
+                    let corner = at + window.len() + 4 + 8;
+                    bytes[corner..corner + 8].copy_from_slice(&[59_999_u32.to_le_bytes(); 2].concat());
+                }
+            }
+        }
+        bytes
+    }
+
+    #[test]
+    fn a_header_that_promises_more_than_the_file_can_hold_is_refused_at_once() {
+        for name in ["a.png", "a.hdr", "a.exr"] {
+            let (_folder, path) = in_folder(name);
+            fs::write(&path, vast(name)).unwrap();
+            let error = read_picture(&path).unwrap_err().to_string();
+            assert!(error.contains("promises 60000×60000 pixels, too many for"), "{name}: {error}");
+        }
     }
 
     #[test]

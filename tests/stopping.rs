@@ -118,7 +118,7 @@ fn a_tiny_mesh_is_rendered_in_every_world() {
         // The grid under a white sky is grey, and around it is the sky.
         let grey = picture.rgb.iter().filter(|pixel| (0.45..0.55).contains(&pixel[0])).count();
         let white = picture.rgb.iter().filter(|pixel| pixel[0] == 1.0).count();
-        assert!(grey > 200 && white > 200, "{world}: {grey} grey pixels, {white} white ones");
+        assert!(grey > 100 && white > 200, "{world}: {grey} grey pixels, {white} white ones");
     }
 }
 

@@ -85,7 +85,8 @@ fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
         outcome.unanswered,
         [Unanswered { worker: 1, within: PATIENCE, order: Some((order, 0..slots)) }]
     );
-    assert!(outcome.failure.is_none() && !outcome.whole && !outcome.overtime);
+    // The other worker may have been asked to stop before it had done anything.
+    assert!(outcome.failure.is_none() && (!outcome.whole || outcome.totals.samples == 0) && !outcome.overtime);
     is_a_prefix(&outcome);
 }
 

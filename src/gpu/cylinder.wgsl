@@ -61,9 +61,9 @@ fn cylinder_pdf(seen: SeenCylinder, light: Light, t: f32, cos_light: f32) -> f32
 }
 
 // A point of a cylinder with this outward normal, moved off it to the side that emits.
-fn on_cylinder(light: Light, on_axis: vec3f, normal: vec3f) -> vec3f {
+fn on_cylinder(light: Light, p: vec3f, on_axis: vec3f, normal: vec3f) -> vec3f {
     let on_light = on_axis + normal * light.radius;
-    let off = max_abs(on_light) * POSITION_ERROR + light.error;
+    let off = float_max(max_abs(on_light), max_abs(p)) * POSITION_ERROR + light.error;
     return on_light + normal * select(off, -off, light.inward == 1u);
 }
 
@@ -79,7 +79,7 @@ fn sample_cylinder(light: Light, p: vec3f, u: vec2f) -> LightSample {
         if !(cos > 0.0) {
             return dark();
         }
-        return LightSample(wi, on_cylinder(light, on_axis, outwards), light.emission, distance2 / (cos * light.area));
+        return LightSample(wi, on_cylinder(light, p, on_axis, outwards), light.emission, distance2 / (cos * light.area));
     }
     let seen = cylinder_seen(light, p);
     if !(seen.distance > light.radius) {
@@ -101,6 +101,6 @@ fn sample_cylinder(light: Light, p: vec3f, u: vec2f) -> LightSample {
     let sideways = cross(light.normal, seen.towards);
     let normal = normalized(seen.towards * (distance * sin_cos.y - seen.distance) + sideways * (distance * sin));
     let wi = (seen.towards * sin_cos.y + sideways * sin) * cos_b + light.normal * sin_b;
-    let target_point = on_cylinder(light, light.origin + light.normal * height, normal);
+    let target_point = on_cylinder(light, p, light.origin + light.normal * height, normal);
     return LightSample(wi, target_point, light.emission, pdf_along(seen, rise));
 }

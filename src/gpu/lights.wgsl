@@ -43,10 +43,10 @@ fn cone_of(to_centre: vec3f, radius: f32) -> Cone {
     return Cone(to_centre * (1.0 / distance), distance, versine, 0.5 * FRAC_1_PI / versine, sin2 < 1.0);
 }
 
-// The point of a sphere with this outward normal, moved off it to the side that emits.
-fn on_sphere(light: Light, normal: vec3f) -> vec3f {
+// The point of a sphere with this outward normal, moved off it to the side that emits, as seen from `p`.
+fn on_sphere(light: Light, p: vec3f, normal: vec3f) -> vec3f {
     let on_light = light.origin + normal * light.radius;
-    let off = max_abs(on_light) * POSITION_ERROR + light.error;
+    let off = float_max(max_abs(on_light), max_abs(p)) * POSITION_ERROR + light.error;
     return on_light + normal * select(off, -off, light.inward == 1u);
 }
 
@@ -68,7 +68,7 @@ fn sample_sphere(light: Light, p: vec3f, u: vec2f) -> LightSample {
             return dark();
         }
         let pdf = distance2 / (cos * (light.radius * light.radius * (4.0 * PI)));
-        return LightSample(wi, on_sphere(light, outwards), light.emission, pdf);
+        return LightSample(wi, on_sphere(light, p, outwards), light.emission, pdf);
     }
     if !cone.outside {
         return dark();
@@ -82,7 +82,7 @@ fn sample_sphere(light: Light, p: vec3f, u: vec2f) -> LightSample {
     let half_chord2 = light.radius * light.radius - cone.distance * cone.distance * sin2;
     let near = cone.distance * cos - sqrt(float_max(half_chord2, 0.0));
     let normal = normalized(p + wi * near - light.origin);
-    return LightSample(wi, on_sphere(light, normal), light.emission, cone.pdf);
+    return LightSample(wi, on_sphere(light, p, normal), light.emission, cone.pdf);
 }
 
 // A quad: a rectangle uniformly by the solid angle that it fills, unless that is small; others, triangles and disks
@@ -111,7 +111,7 @@ fn sample_flat(light: Light, p: vec3f, u: vec2f) -> LightSample {
     if !(cos > 0.0) {
         return dark();
     }
-    let off = max_abs(on_light) * POSITION_ERROR + light.error;
+    let off = float_max(max_abs(on_light), max_abs(p)) * POSITION_ERROR + light.error;
     let pdf = select(distance2 / (cos * light.area), by_angle, by_angle > 0.0);
     return LightSample(wi, on_light + light.normal * off, light.emission, pdf);
 }

@@ -31,7 +31,7 @@ pub struct LightSample<F> {
     /// Direction to the light, of length one.
     pub wi: Vec3<F>,
     /// The point on the light, moved off its surface by its error bound so that the light doesn't shadow
-    /// itself.
+    /// itself. A ray's distance to a surface is off by roundings of its origin, too, which therefore count as well.
     pub target: Vec3<F>,
     /// Radiance from there; for a point light, irradiance on a surface that faces it: intensity over
     /// distance². Zero where the light doesn't shine.

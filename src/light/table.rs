@@ -481,7 +481,7 @@ impl LightTable {
             shines = shines | (inside & cos.gt(F::zero()));
         }
         let on_light = centre + normal * radius;
-        let off = on_light.max_abs() * POSITION_ERROR + error;
+        let off = on_light.max_abs().max(p.max_abs()) * POSITION_ERROR + error;
         let off = F::select(inward, -off, off);
         LightSample {
             wi: direction,
@@ -524,7 +524,7 @@ impl LightTable {
             pdf = F::select(inward, distance2 / (cos * F::gather(&self.area, light)), pdf);
             shines = shines | (inward & cos.gt(F::zero()));
         }
-        let off = on_light.max_abs() * POSITION_ERROR + F::gather(&self.error, light);
+        let off = on_light.max_abs().max(p.max_abs()) * POSITION_ERROR + F::gather(&self.error, light);
         LightSample {
             wi,
             target: on_light + normal * off,
@@ -558,7 +558,7 @@ impl LightTable {
         let wi = to_light * (F::splat(1.0) / distance2.sqrt());
         let cos = -wi.dot(normal);
         let shines = cos.gt(F::zero());
-        let off = on_light.max_abs() * POSITION_ERROR + F::gather(&self.error, light);
+        let off = on_light.max_abs().max(p.max_abs()) * POSITION_ERROR + F::gather(&self.error, light);
         let mut pdf = distance2 / (cos * F::gather(&self.area, light));
         if let Some((by_angle, rectangle)) = &rectangle {
             pdf = F::select(*by_angle, F::splat(1.0) / rectangle.solid_angle, pdf);

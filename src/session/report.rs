@@ -78,7 +78,7 @@ impl fmt::Display for Noise {
             ),
             None => write!(
                 f,
-                "whether the error that was asked for, {asked}, is reached is not known: an estimate takes {least} samples a pixel, and the render ended at {spp}"
+                "whether the error that was asked for, {asked}, is reached is not known: an estimate takes more than {least} samples a pixel, and the render ended at {spp}"
             ),
         }
     }

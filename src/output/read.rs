@@ -131,7 +131,10 @@ fn decode(bytes: &[u8], format: ImageFormat) -> Result<Picture, String> {
 fn check_size(bytes: &[u8], width: u64, height: u64, channels: u64) -> Result<(), String> {
     let samples = width.saturating_mul(height).saturating_mul(channels);
     if samples > (bytes.len() as u64).saturating_mul(MOST_PIXELS_PER_BYTE) {
-        return Err(format!("its header promises {width}×{height} pixels, too many for {} bytes", bytes.len()));
+        return Err(format!(
+            "its header promises {width}×{height} pixels, too many for {} bytes",
+            bytes.len()
+        ));
     }
     Ok(())
 }

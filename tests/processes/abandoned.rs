@@ -86,7 +86,9 @@ fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
         [Unanswered { worker: 1, within: PATIENCE, order: Some((order, 0..slots)) }]
     );
     // The other worker may have been asked to stop before it had done anything.
-    assert!(outcome.failure.is_none() && (!outcome.whole || outcome.totals.samples == 0) && !outcome.overtime);
+    assert!(
+        outcome.failure.is_none() && (!outcome.whole || outcome.totals.samples == 0) && !outcome.overtime
+    );
     is_a_prefix(&outcome);
 }
 

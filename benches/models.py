@@ -252,7 +252,7 @@ REFUSALS = [
     ("triangles are without area", "no triangle in it has an area", True),
     ("draco|meshopt|spz|(?i:draco)", "its geometry is compressed", True),
     ("cannot be understood without", "it requires an extension that changes the geometry, or an unknown one", True),
-    ("glTF version|version 1", "glTF 1.0, or no version", True),
+    ("glTF version|version 1|asset.version", "glTF 1.0, or no version", True),
     ("more than one parent|its own", "against the specification: a node with two parents, or a loop", True),
     ("there is no such file", "a file that it names is missing", False),
     ("larger than 10|not finite", "a vertex is not finite", True),

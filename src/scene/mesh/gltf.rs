@@ -9,6 +9,7 @@ mod buffers;
 mod document;
 mod extensions;
 mod fault;
+mod json;
 mod material;
 mod morph;
 mod place;
@@ -19,6 +20,7 @@ mod skin;
 use self::buffers::Buffers;
 use self::document::Document;
 use self::fault::{Fault, item};
+use self::json::Unfit;
 use self::material::Material;
 use self::primitive::{Counts, Pose};
 use self::room::Room;
@@ -95,12 +97,8 @@ fn read<R: BufRead>(
 ) -> Read_<Vec<FileMaterial>> {
     // Readers may pass over a byte-order mark, though writers may not add one.
     let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
-    let document: Document =
-        serde_json::from_slice(text).map_err(|error| source.at_line(error.line(), format!("{error}")))?;
-    if !document.asset.version.starts_with("2.") {
-        let version = &document.asset.version;
-        return Err(source.whole(format!("this is glTF version {version:?}; version 2 is read")));
-    }
+    let document = json::decode(text)
+        .map_err(|Unfit { place, message }| MeshFileError { place, ..source.whole(message) })?;
     let mut buffers = Buffers::new(source.name(), binary, Room::new(source));
     read_document(&document, &mut buffers, parts).map_err(|fault| MeshFileError {
         place: Some(Place::Item(fault.place)),

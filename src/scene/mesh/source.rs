@@ -261,11 +261,6 @@ impl<R: BufRead> Source<'_, R> {
         }
         Ok(bytes)
     }
-
-    /// An error on a line, from 1.
-    pub(super) fn at_line(&self, line: usize, message: impl ToString) -> MeshFileError {
-        MeshFileError { place: Some(Place::Line(line as u64)), ..self.whole(message) }
-    }
 }
 
 /// Opens a file, and says how long it is.

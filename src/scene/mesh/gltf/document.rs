@@ -90,7 +90,7 @@ impl Document {
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Asset {
-    pub(super) version: String,
+    pub(super) version: Option<String>,
 }
 
 #[derive(Default, Deserialize)]

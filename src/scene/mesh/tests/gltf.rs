@@ -370,7 +370,7 @@ fn buffers_may_be_files_beside() {
 fn lies_are_told_where_and_why() {
     let huge = json!(1_u64 << 60);
     for (at, value, words) in [
-        ("/asset/version", json!("1.0"), ["version \"1.0\"", "version 2"]),
+        ("/asset/version", json!("1.0"), ["glTF version 1.0;", "version 2 is read"]),
         ("/extensionsRequired/0", json!("EXT_nurbs"), ["extensionsRequired[0]", "EXT_nurbs"]),
         ("/scene", json!(3), ["scene 3", "only 1"]),
         ("/scenes/0/nodes/0", json!(9), ["nodes[9]", "only 3"]),
@@ -407,9 +407,13 @@ fn lies_are_told_where_and_why() {
         ("/buffers/0/uri", json!("https://example.org/a.bin"), ["https://", "another machine"]),
         ("/buffers/0/uri", json!("data:;base64,?"), ["buffer 0", "no base64"]),
         ("/buffers/0/uri", json!("data:text/plain,a"), ["buffer 0", "not in base64"]),
-        ("/meshes", json!(3), ["a.glb", "line 1"]),
-        ("/accessors/1", json!({ "count": 4 }), ["line 1", "missing field `componentType`"]),
-        ("/nodes", json!(vec![json!({}); (1 << 20) + 1]), ["line 1", "more than 1048576"]),
+        ("/meshes", json!(3), ["a.glb: meshes: it does not fit glTF 2.0", "(line 1, column "]),
+        (
+            "/accessors/1",
+            json!({ "count": 4 }),
+            ["a.glb: accessors[1]: it", "missing field `componentType` (line 1,"],
+        ),
+        ("/nodes", json!(vec![json!({}); (1 << 20) + 1]), ["a.glb: nodes", "more than 1048576"]),
         ("/meshes", json!([]), ["nodes[1]: it has mesh 0", "only 0"]),
         ("/nodes/0/children", json!([]), ["a.glb", "no triangle"]),
     ] {
@@ -456,4 +460,59 @@ fn a_small_file_cannot_repeat_its_meshes_without_end() {
     document["meshes"][0]["primitives"] = vec![one; 2000].into();
     let error = read_bytes("a.glb", &glb(&document, &binary())).unwrap_err();
     assert!(error.contains("repeat its meshes to more than 64 times"), "{error}");
+}
+
+#[test]
+fn the_version_counts_before_all_else() {
+    // In glTF 1.0, nodes and meshes are objects.
+    let error_of = |text: &str| read_bytes("a.gltf", text.as_bytes()).unwrap_err();
+    for (version, named) in [("1.0", "1.0"), ("3.0", "3.0"), ("1\n", "1\\n")] {
+        let document = json!({ "nodes": { "a": {} }, "meshes": {}, "asset": { "version": version } });
+        let error = error_of(&document.to_string());
+        assert_eq!(error, format!("a.gltf: this is glTF version {named}; version 2 is read"));
+    }
+    for text in [
+        "{}",
+        "[]",
+        "3",
+        r#"{ "asset": 2 }"#,
+        r#"{ "nodes": {}, "asset": {} }"#,
+        r#"{ "nodes": {}, "asset": { "version": 1.0 } }"#,
+        r#"{ "asset": { "version": null } }"#,
+    ] {
+        let error = error_of(text);
+        let missing = "a.gltf: \"asset.version\" is missing: in a glTF 2.0 file, it is the string \"2.0\"";
+        assert_eq!(error, missing, "{text}");
+    }
+}
+
+#[test]
+fn text_that_is_no_json_is_told_once_where_and_why() {
+    for (text, message) in [
+        ("", "it is empty"),
+        (" \n ", "it is empty"),
+        ("{a: 3}", "key must be a string (line 1, column 2)"),
+        // The fault in the shape comes first, but is none where there is no JSON.
+        ("{ \"meshes\": 3,\n  a", "key must be a string (line 2, column 3)"),
+        ("{\n\"asset\"", "EOF while parsing an object (line 2, column 7): it is cut off"),
+    ] {
+        let right = format!("this is not JSON: {message}");
+        assert_eq!(read_bytes("a.gltf", text.as_bytes()).unwrap_err(), format!("a.gltf: {right}"));
+        assert_eq!(read_bytes("a.glb", &chunk(text.as_bytes())).unwrap_err(), format!("a.glb: {right}"));
+    }
+    let text = r#"{ "asset": { "version": "2.0" }, "meshes": [{ "primitives": [{ "attributes": { "NORMAL": -1 } }] }] }"#;
+    let error = read_bytes("a.gltf", text.as_bytes()).unwrap_err();
+    let right = "a.gltf: meshes[0].primitives[0].attributes.NORMAL: it does not fit glTF 2.0: \
+                 invalid value: integer `-1`, expected usize (line 1, column ";
+    assert!(error.starts_with(right) && !error.contains("at line"), "{error}");
+}
+
+/// A `.glb` of a JSON chunk alone.
+fn chunk(text: &[u8]) -> Vec<u8> {
+    let mut file = b"glTF\x02\0\0\0".to_vec();
+    file.extend((20 + text.len() as u32).to_le_bytes());
+    file.extend((text.len() as u32).to_le_bytes());
+    file.extend(b"JSON");
+    file.extend(text);
+    file
 }

@@ -164,7 +164,11 @@ fn header<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read
                     return Err(source.on_line("an element of more than 1,000 properties"));
                 }
             }
-            _ => return Err(source.on_line(format!("unknown header line {}", shown(&line)))),
+            [b"format" | b"element" | b"property" | b"end_header", ..] => {
+                return Err(source.on_line(format!("unknown header line {}", shown(&line))));
+            }
+            // Such as the name of a program, written without the "comment" before it.
+            _ => parts.note("header lines that stride does not know are ignored", source.line()),
         }
         if elements.len() > MOST_PROPERTIES {
             return Err(source.on_line("more than 1,000 kinds of elements"));

@@ -313,6 +313,22 @@ fn elements_of_text_are_split_at_blanks() {
 }
 
 #[test]
+fn header_lines_of_ply_files_that_are_not_known_are_noted() {
+    let named = "Created by Blender3D 247 - www.blender.org, source file:";
+    let file = String::from_utf8(ply("ascii")).unwrap();
+    let right = noted("a.ply", file.as_bytes());
+    let (mesh, notes) = noted("a.ply", file.replace("comment a pyramid", named).as_bytes());
+    assert_eq!(mesh, right.0);
+    let note = "header lines that stride does not know are ignored: 1, in line 3";
+    assert_eq!(notes, [&[note.to_owned()], &right.1[..]].concat());
+    // Those of a known beginning count.
+    for wrong in ["format ascii 2.0", "element vertex", "property", "end_header 3"] {
+        let error = read_bytes("a.ply", file.replace("comment a pyramid", wrong).as_bytes()).unwrap_err();
+        assert!(error.contains(&format!("line 3: unknown header line \"{wrong}\"")), "{error}");
+    }
+}
+
+#[test]
 fn what_a_ply_file_has_besides_triangles_is_told() {
     let text = format!(
         "ply\nformat ascii 1.0\ncomment TextureFile wood.png\nelement vertex 4\n{XYZ}property uchar red\nproperty float quality\n\

@@ -192,6 +192,12 @@ fn numbers_that_are_none_cost_only_what_they_say() {
         let error = read_bytes("a.obj", format!("{vertices}v 0 0 {none}\nf 1 2 4\n").as_bytes()).unwrap_err();
         assert!(error.contains("position that is not a number"), "{error}");
     }
+    // No number of a C library is a comment, or missing.
+    let unused = "v nan -nan nan\nv inf -inf inf\nv 1.#IND -1.#IND 1.#IND\nv 1.#INF -1.#INF 1.#INF\n";
+    let used = format!("{unused}{vertices}f 5 6 7\n");
+    assert_eq!(noted("a.obj", used.as_bytes()).0.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let error = read_bytes("a.obj", format!("{used}f 1 2 3 4\n").as_bytes()).unwrap_err();
+    assert!(error.contains("position that is not a number"), "{error}");
     let long = noted("a.obj", format!("{vertices}vn 0 -1e30 1e30\nf 1//1 2//1 3//1\n").as_bytes());
     assert_eq!((long.0.normals[0], long.1), ([0.0, -1.0, 1.0], none()));
     let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\

@@ -1,6 +1,14 @@
 //! PLY (Turk 1994): text, and binary of either byte order.
 //!
 //! Triangles come from faces and from strips of triangles.
+//!
+//! In text, numbers are between blanks. As a rule each element has a line. Where one has not, because it is split over
+//! several lines or is joined with another on one, elements are read number by number, whatever lines they are in. Where
+//! each has ([`lines::correspond`]), more numbers on its line than the header gives it properties are ignored, as other
+//! readers do; the first line that has more decides for the rest of the file, which is looked through once for this.
+//! Either leaves a note.
+
+mod lines;
 
 use super::parts::{self, Parts};
 use super::polygon;
@@ -186,9 +194,25 @@ const MOST_CORNERS: u64 = 1 << 20;
 /// Bytes of a list that are read at once; a multiple of every number's size.
 const PIECE: usize = 1 << 16;
 
+/// Where the elements of text are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Layout {
+    /// Each so far has a line.
+    Unknown,
+    /// Each has a line, some with further numbers.
+    Lines,
+    /// Some have no line of their own.
+    Free,
+}
+
 /// Reads elements one by one: their scalars, and one of their lists.
-struct Rows {
+struct Rows<'e> {
     encoding: Encoding,
+    /// The elements of the header, all of which are read in this order.
+    elements: &'e [Element],
+    /// The number of elements with properties of which the reading has begun, in text.
+    begun: u64,
+    layout: Layout,
     /// A line, or an element's bytes.
     buffer: Vec<u8>,
     /// The number of bytes of the line that were read.
@@ -196,16 +220,31 @@ struct Rows {
     /// Elements of text that do not have a line each, and where the first begins.
     astray: u64,
     first_astray: Option<Place>,
+    /// Lines of text with more numbers than their element has, and the first of them.
+    surplus: u64,
+    first_surplus: Option<Place>,
     /// One number for each property; a list's is its length.
     scalars: Vec<f64>,
     /// The elements of the list that was asked for.
     list: Vec<f64>,
 }
 
-impl Rows {
-    fn new(encoding: Encoding) -> Self {
-        let (buffer, scalars, list) = (Vec::new(), Vec::new(), Vec::new());
-        Rows { encoding, buffer, read: 0, astray: 0, first_astray: None, scalars, list }
+impl<'e> Rows<'e> {
+    fn new(encoding: Encoding, elements: &'e [Element]) -> Self {
+        Rows {
+            encoding,
+            elements,
+            begun: 0,
+            layout: Layout::Unknown,
+            buffer: Vec::new(),
+            read: 0,
+            astray: 0,
+            first_astray: None,
+            surplus: 0,
+            first_surplus: None,
+            scalars: Vec::new(),
+            list: Vec::new(),
+        }
     }
 
     fn next<R: BufRead>(
@@ -222,7 +261,6 @@ impl Rows {
         }
     }
 
-    /// Numbers are between blanks; that each element should have a line is no rule.
     fn next_text<R: BufRead>(
         &mut self,
         source: &mut Source<'_, R>,
@@ -232,8 +270,17 @@ impl Rows {
         if element.properties.is_empty() {
             return Ok(());
         }
-        // The line begins with the end of another element.
-        let follows = self.skip_blanks();
+        // The line begins with another element.
+        let mut follows = self.skip_blanks();
+        if follows && self.layout == Layout::Unknown {
+            let is_of_lines = lines::correspond(source.look_ahead()?, self.elements, self.begun);
+            self.layout = if is_of_lines { Layout::Lines } else { Layout::Free };
+        }
+        if follows && self.layout == Layout::Lines {
+            self.skip_line(source);
+            follows = false;
+        }
+        self.begun += 1;
         let mut line = None;
         for (i, property) in element.properties.iter().enumerate() {
             let value = self.number(source)?;
@@ -241,7 +288,12 @@ impl Rows {
             self.scalars.push(value);
             if property.length.is_some() {
                 // As many as the file has: a length that lies runs out of words.
-                for _ in 0..length(source, value)? {
+                let Some(length) = length(value) else {
+                    let is_astray = follows || line != source.line();
+                    let first = self.first_astray.take().or(line.filter(|_| is_astray));
+                    return Err(source.on_line(no_length(property, value, first)));
+                };
+                for _ in 0..length {
                     let value = self.number(source)?;
                     if wanted == Some(i) {
                         self.list.push(value);
@@ -250,6 +302,7 @@ impl Rows {
             }
         }
         if follows || line != source.line() {
+            self.layout = Layout::Free;
             self.astray += 1;
             self.first_astray = self.first_astray.take().or(line);
         }
@@ -260,6 +313,11 @@ impl Rows {
     fn finish<R: BufRead>(&mut self, source: &mut Source<'_, R>, parts: &mut Parts<'_>) -> Read_<()> {
         let message = "elements that do not have a line of their own are read number by number";
         parts.note_several(message, self.astray, self.first_astray.take());
+        if self.layout == Layout::Lines && self.skip_blanks() {
+            self.skip_line(source);
+        }
+        let message = "lines of elements with more numbers than the header gives them properties are read without these";
+        parts.note_several(message, self.surplus, self.first_surplus.take());
         let left_over = "what follows the last element is ignored";
         if self.encoding != Encoding::Text {
             parts.note_several(left_over, u64::from(source.left() > 0), source.byte());
@@ -283,6 +341,13 @@ impl Rows {
         let blanks = self.buffer[self.read..].iter().take_while(|byte| byte.is_ascii_whitespace());
         self.read += blanks.count();
         self.read < self.buffer.len()
+    }
+
+    /// Passes over the rest of a line of text, in which there are further numbers.
+    fn skip_line<R: BufRead>(&mut self, source: &Source<'_, R>) {
+        self.read = self.buffer.len();
+        self.surplus += 1;
+        self.first_surplus = self.first_surplus.take().or(source.line());
     }
 
     /// The next number in text.
@@ -312,7 +377,9 @@ impl Rows {
             let value = scalar.decode(&raw, self.encoding);
             self.scalars.push(value);
             if property.length.is_some() {
-                let count = length(source, value)?;
+                let Some(count) = length(value) else {
+                    return Err(source.at_byte(no_length(property, value, None)));
+                };
                 let size = property.scalar.size();
                 if count * size as u64 > source.left() {
                     return Err(source.at_byte(format!(
@@ -337,11 +404,20 @@ impl Rows {
     }
 }
 
-fn length<R: BufRead>(source: &Source<'_, R>, value: f64) -> Read_<u64> {
-    if value >= 0.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0 {
-        Ok(value as u64)
-    } else {
-        Err(source.at_byte(format!("{value} is no length of a list")))
+/// The length of a list for which a number stands.
+fn length(value: f64) -> Option<u64> {
+    (value >= 0.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0).then_some(value as u64)
+}
+
+/// The message about a number that is no length of a list; `astray` is the first place from which on elements do not have
+/// a line of text each.
+fn no_length(list: &Property, value: f64, astray: Option<Place>) -> String {
+    let message = format!("{value} is no length of the list {}", shown(&list.name));
+    match astray {
+        None => message,
+        Some(first) => format!(
+            "{message}: from {first} on, lines have more or fewer numbers than the header gives their elements properties"
+        ),
     }
 }
 
@@ -386,7 +462,7 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
     note_unknown(parts, &elements);
     let part = parts.of("", "");
     let (mut polygons, mut strips) = (Polygons::default(), Vec::new());
-    let mut rows = Rows::new(encoding);
+    let mut rows = Rows::new(encoding, &elements);
     for element in &elements {
         match element.name.as_slice() {
             b"vertex" => vertices(source, &mut rows, element, parts, part)?,
@@ -480,7 +556,7 @@ fn is_colour(name: &[u8]) -> bool {
 
 fn vertices<R: BufRead>(
     source: &mut Source<'_, R>,
-    rows: &mut Rows,
+    rows: &mut Rows<'_>,
     element: &Element,
     parts: &mut Parts<'_>,
     part: usize,
@@ -556,7 +632,7 @@ fn index(i: f64) -> Option<u32> {
 
 fn faces<R: BufRead>(
     source: &mut Source<'_, R>,
-    rows: &mut Rows,
+    rows: &mut Rows<'_>,
     element: &Element,
     parts: &mut Parts<'_>,
     part: usize,
@@ -606,7 +682,7 @@ fn faces<R: BufRead>(
 /// way. In a list, −1 ends a strip.
 fn tristrips<R: BufRead>(
     source: &mut Source<'_, R>,
-    rows: &mut Rows,
+    rows: &mut Rows<'_>,
     element: &Element,
     triangles: &mut Vec<[u32; 3]>,
 ) -> Read_<()> {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::fs::File;
-use std::io::{BufRead, ErrorKind, Read};
+use std::io::{BufRead, Cursor, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 /// An error in a mesh file. It displays as `dragon.ply: line 12: "1.0x" is not a number`.
@@ -68,7 +68,7 @@ pub type Watch<'a> = &'a mut dyn FnMut(u64, u64);
 /// A file that is read from front to back.
 pub(super) struct Source<'a, R> {
     name: &'a Path,
-    input: R,
+    input: Input<R>,
     len: u64,
     /// Bytes read so far.
     offset: u64,
@@ -79,6 +79,34 @@ pub(super) struct Source<'a, R> {
     watch: Watch<'a>,
     /// The offset from which on it is told again.
     tell_at: u64,
+}
+
+/// A reader that gives back what was read ahead before it reads on.
+struct Input<R> {
+    ahead: Cursor<Vec<u8>>,
+    rest: R,
+}
+
+impl<R> Input<R> {
+    fn is_ahead(&self) -> bool {
+        self.ahead.position() < self.ahead.get_ref().len() as u64
+    }
+}
+
+impl<R: BufRead> Read for Input<R> {
+    fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+        if self.is_ahead() { self.ahead.read(bytes) } else { self.rest.read(bytes) }
+    }
+}
+
+impl<R: BufRead> BufRead for Input<R> {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        if self.is_ahead() { self.ahead.fill_buf() } else { self.rest.fill_buf() }
+    }
+
+    fn consume(&mut self, bytes: usize) {
+        if self.is_ahead() { self.ahead.consume(bytes) } else { self.rest.consume(bytes) }
+    }
 }
 
 /// The mark that some editors put before text in UTF-8. It is skipped without a note in every format: nothing is lost.
@@ -110,6 +138,7 @@ impl<'a, R> Source<'a, R> {
 
 impl<'a, R: BufRead> Source<'a, R> {
     pub(super) fn new(name: &'a Path, input: R, len: u64, watch: Watch<'a>) -> Self {
+        let input = Input { ahead: Cursor::default(), rest: input };
         Source { name, input, len, offset: 0, line: 0, ends_in_cr: false, watch, tell_at: 0 }
     }
 
@@ -220,6 +249,18 @@ impl<'a, R: BufRead> Source<'a, R> {
         Ok(read > 0)
     }
 
+    /// The rest of the file, which stays to be read, and is in memory from now on.
+    pub(super) fn look_ahead(&mut self) -> Read_<&[u8]> {
+        let mut ahead = Vec::new();
+        // A file that grows meanwhile is read no further than it was long.
+        let left = self.left();
+        if let Err(error) = self.input.by_ref().take(left).read_to_end(&mut ahead) {
+            return Err(self.failed(&error));
+        }
+        self.input.ahead = Cursor::new(ahead);
+        Ok(self.input.ahead.get_ref())
+    }
+
     /// The next byte, if there is one.
     fn peek(&mut self) -> Read_<Option<u8>> {
         loop {
@@ -238,7 +279,13 @@ impl<'a, R: BufRead> Source<'a, R> {
 
     /// Fills `bytes` with the next ones.
     pub(super) fn exact(&mut self, bytes: &mut [u8]) -> Read_<()> {
-        match self.input.read_exact(bytes) {
+        let read = if self.input.is_ahead() {
+            self.input.read_exact(bytes)
+        } else {
+            // Readers have a faster way to this than by parts.
+            self.input.rest.read_exact(bytes)
+        };
+        match read {
             Ok(()) => {
                 self.passed(bytes.len());
                 Ok(())

@@ -314,8 +314,49 @@ fn elements_of_text_are_split_at_blanks() {
     let more = noted("a.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n\nthe end\n").as_bytes());
     assert_eq!(more.1, ["what follows the last element is ignored: 1, in line 15"]);
     // Numbers that fit neither the lines nor the header.
-    let error = read_bytes("a.ply", format!("{header}0 0 0 9\n1 0 0\n0 1 0\n3 0 1 2\n").as_bytes());
-    assert!(error.as_ref().is_err_and(|e| e.contains("more numbers") || e.contains("length")), "{error:?}");
+    for (body, message) in [
+        ("0 0 0 9\n1 0 0\n0 1\n0\n3 0 1 2\n", "line 14: there are more numbers than the elements"),
+        (
+            "0 0\n1 0 0\n0 1 0 1 1.5 0 1 2\n",
+            "line 12: 1.5 is no length of the list \"vertex_indices\": from line 10 on, lines have more or fewer numbers",
+        ),
+    ] {
+        let error = read_bytes("a.ply", format!("{header}{body}").as_bytes()).unwrap_err();
+        assert!(error.contains(message), "{body:?}: {error}");
+    }
+    let error =
+        read_bytes("a.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n-1 0 1 2\n").as_bytes()).unwrap_err();
+    assert!(error.ends_with("line 13: -1 is no length of the list \"vertex_indices\""), "{error}");
+}
+
+#[test]
+fn numbers_beyond_an_elements_properties_are_ignored_where_each_has_a_line() {
+    let header = format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}element nothing 9\nelement face 2\n\
+         property list uchar int vertex_indices\nend_header\n"
+    );
+    let right = noted("a.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 2 1 0\n").as_bytes());
+    let message =
+        "lines of elements with more numbers than the header gives them properties are read without these";
+    for (body, surplus) in [
+        // The numbers of a line might be two vertices.
+        ("0 0 0 7 7 7\n1 0 0 7 7 7\n0 1 0 7 7 7\n3 0 1 2\n3 2 1 0\n", "3, the first in line 11"),
+        // Or a part of a list, of a length that is none.
+        ("0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0.5\n\n3 2 1 0 6 0.5\n", "2, the first in line 14"),
+        ("0 0 0\n1 0 0\n0 1 0 a b\n\t\n3 0 1 2\n3 2 1 0", "1, in line 13"),
+    ] {
+        for end in ["\n", "\r", "\r\n"] {
+            let (mesh, mut notes) = noted("a.ply", format!("{header}{body}").replace('\n', end).as_bytes());
+            assert_eq!(mesh, right.0, "{body:?}");
+            notes.retain(|note| !right.1.contains(note));
+            assert_eq!(notes, [format!("{message}: {surplus}")], "{body:?}");
+        }
+    }
+    // What follows the lines of all elements is none of them.
+    let text = format!("{header}0 0 0 7\n1 0 0\n0 1 0\n3 0 1 2\n3 2 1 0 7\nthe end\n");
+    let notes = noted("a.ply", text.as_bytes()).1;
+    assert!(notes.contains(&format!("{message}: 2, the first in line 11")), "{notes:?}");
+    assert!(notes.contains(&"what follows the last element is ignored: 1, in line 16".into()), "{notes:?}");
 }
 
 #[test]

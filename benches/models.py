@@ -260,7 +260,7 @@ REFUSALS = [
     ("is no number|no corner of a face", "a position or a face is no number", True),
     ("cut off|ends before|ends in the middle|bytes follow|but only|fewer numbers|end_header", "a part of it is missing",
      True),
-    ("scene [0-9]+ is shown", "the scene that it shows is missing", False),
+    ("scene [0-9]+ is the default", "the scene that it shows is missing", False),
     ("JSON|does not begin with|missing field|invalid type|expected|unknown header|unknown type|out of range",
      "it is damaged, or breaks the format's rules", False),
 ]

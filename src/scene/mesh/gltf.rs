@@ -19,7 +19,7 @@ mod skin;
 
 use self::buffers::Buffers;
 use self::document::Document;
-use self::fault::{Fault, item};
+use self::fault::{Fault, item, only};
 use self::json::Unfit;
 use self::material::Material;
 use self::primitive::{Counts, Pose};
@@ -122,8 +122,8 @@ fn read_document(
         let (mesh, node) = (placed.mesh, &document.nodes[placed.node]);
         let at_node = |message: String| Fault::at(format_args!("nodes[{}]", placed.node), message);
         let Some(of_mesh) = document.meshes.get(mesh) else {
-            let meshes = document.meshes.len();
-            return Err(at_node(format!("it has mesh {mesh}, but there are only {meshes}")));
+            let meshes = only(document.meshes.len());
+            return Err(at_node(format!("it has mesh {mesh}, but {meshes}")));
         };
         let group = [&node.name, &of_mesh.name].into_iter().flatten();
         let group = group.map(String::as_str).find(|name| !name.is_empty()).unwrap_or_default();
@@ -154,9 +154,8 @@ fn read_document(
                         &names[material]
                     }
                     Some(material) => {
-                        let materials = names.len();
-                        let message = format!("it has material {material}, but there are only {materials}");
-                        return Err(wrong(message));
+                        let materials = only(names.len());
+                        return Err(wrong(format!("it has material {material}, but {materials}")));
                     }
                 };
                 let length = group.len() + material.len();

@@ -5,6 +5,7 @@
 use super::accessors::{Floats, Indices, View, size};
 use super::document::{Accessor, Document, Sparse};
 use super::extensions::compressed;
+use super::fault::only;
 use super::room::Room;
 use crate::scene::mesh::source::{beside, open};
 use crate::shape::MOST_TRIANGLES;
@@ -89,7 +90,8 @@ impl<'a> Buffers<'a> {
         let component = accessor.component_type;
         let size = size(component).map_err(name)?;
         let Some(view) = accessor.buffer_view else {
-            return Err(name("has no buffer view: all indices would be 0".into()));
+            let message = "has no buffer view, and all indices would be 0: name the one with the indices, or export the file again";
+            return Err(name(message.into()));
         };
         let view = self.view(document, view, accessor.byte_offset, accessor.count, size).map_err(name)?;
         let sparse = self.sparse(document, index, accessor, size).map_err(name)?;
@@ -110,10 +112,7 @@ impl<'a> Buffers<'a> {
         element: u64,
     ) -> Result<View, String> {
         let Some(view) = document.buffer_views.get(index) else {
-            return Err(format!(
-                "has buffer view {index}, but there are only {}",
-                document.buffer_views.len()
-            ));
+            return Err(format!("has buffer view {index}, but {}", only(document.buffer_views.len())));
         };
         if let Some(compression) = view.extensions.compression()
             && self.is_elsewhere(document, view.buffer)
@@ -161,7 +160,7 @@ impl<'a> Buffers<'a> {
     /// A buffer's bytes, loaded once.
     fn buffer(&mut self, document: &Document, index: usize) -> Result<Rc<Vec<u8>>, String> {
         let Some(buffer) = document.buffers.get(index) else {
-            return Err(format!("needs buffer {index}, but there are only {}", document.buffers.len()));
+            return Err(format!("needs buffer {index}, but {}", only(document.buffers.len())));
         };
         self.loaded.resize(document.buffers.len(), None);
         if let Some(bytes) = &self.loaded[index] {
@@ -213,7 +212,7 @@ impl<'a> Buffers<'a> {
 }
 
 fn accessor(document: &Document, index: usize) -> Result<&Accessor, String> {
-    let missing = || format!("it needs accessor {index}, but there are only {}", document.accessors.len());
+    let missing = || format!("it needs accessor {index}, but {}", only(document.accessors.len()));
     document.accessors.get(index).ok_or_else(missing)
 }
 

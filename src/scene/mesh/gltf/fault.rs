@@ -20,6 +20,15 @@ impl Fault {
     }
 }
 
+/// The end of an error about an item that is not there: the number of those that are.
+pub(super) fn only(count: usize) -> String {
+    match count {
+        0 => "there are none".into(),
+        1 => "there is only 1".into(),
+        _ => format!("there are only {count}"),
+    }
+}
+
 /// The place of an item, for a note.
 pub(super) fn item(place: fmt::Arguments<'_>) -> Option<Place> {
     Some(Place::Item(place.to_string()))

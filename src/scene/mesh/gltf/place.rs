@@ -2,7 +2,7 @@
 
 use super::buffers::Buffers;
 use super::document::{Document, Node};
-use super::fault::{Fault, item};
+use super::fault::{Fault, item, only};
 use super::room::Room;
 use crate::scene::mesh::parts::Parts;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
@@ -29,7 +29,7 @@ pub(super) fn meshes(document: &Document, parts: &mut Parts<'_>) -> Result<Vec<P
     while let Some((at, above, is_visible)) = waiting.pop() {
         let wrong = |message: &str| Fault::at(format_args!("nodes[{at}]"), message);
         let Some(node) = nodes.get(at) else {
-            return Err(wrong(&format!("there are only {} nodes", nodes.len())));
+            return Err(wrong(&format!("it is no node: {}", only(nodes.len()))));
         };
         if std::mem::replace(&mut met[at], true) {
             return Err(wrong("it has more than one parent, or is its own"));
@@ -57,7 +57,7 @@ fn roots(document: &Document, parts: &mut Parts<'_>) -> Result<Vec<usize>, Fault
         let Some(scene) = scenes.get(shown) else {
             return Err(Fault::at(
                 format_args!("scene"),
-                format!("scene {shown} is the default, but there are only {}", scenes.len()),
+                format!("scene {shown} is the default, but {}", only(scenes.len())),
             ));
         };
         for other in (0..scenes.len()).filter(|&other| other != shown) {
@@ -166,7 +166,7 @@ impl<'d> Rest<'d> {
             }
             let wrong = |message: &str| Fault::at(format_args!("nodes[{at}]"), message);
             next = match self.parents.get(at) {
-                None => return Err(wrong(&format!("there are only {} nodes", self.nodes.len()))),
+                None => return Err(wrong(&format!("it is no node: {}", only(self.nodes.len())))),
                 Some(Parent::None) => None,
                 Some(&Parent::One(parent)) if chain.len() < self.nodes.len() => Some(parent),
                 Some(Parent::One(_) | Parent::Several) => {

@@ -66,7 +66,10 @@ pub(super) fn add(
         return Err(compressed("KHR_draco_mesh_compression"));
     }
     if primitive.targets.is_empty() && is_elsewhere(document, position) {
-        return Err(format!("accessor {position} has no buffer view: all positions would be 0"));
+        return Err(format!(
+            "accessor {position} has no buffer view, and all positions would be 0: \
+             name the one with the positions, or export the file again"
+        ));
     }
 
     let positions = buffers.floats::<3>(document, position)?;

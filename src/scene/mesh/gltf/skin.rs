@@ -2,7 +2,7 @@
 
 use super::buffers::Buffers;
 use super::document::{Document, Primitive, Skin};
-use super::fault::Fault;
+use super::fault::{Fault, only};
 use super::place::Rest;
 use super::room::Room;
 use glam::{DAffine3, DMat3, DMat4, DVec3};
@@ -42,7 +42,7 @@ impl<'d> Skins<'d> {
         let document = self.document;
         let wrong = |message: String| Fault::at(format_args!("skins[{index}]"), message);
         let Some(Skin { joints, inverse_bind_matrices }) = document.skins.get(index) else {
-            return Err(wrong(format!("there are only {}", document.skins.len())));
+            return Err(wrong(format!("it is no skin: {}", only(document.skins.len()))));
         };
         if joints.is_empty() {
             return Err(wrong("it has no joints".into()));

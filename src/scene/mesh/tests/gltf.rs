@@ -372,7 +372,8 @@ fn lies_are_told_where_and_why() {
     for (at, value, words) in [
         ("/asset/version", json!("1.0"), ["glTF version 1.0;", "version 2 is read"]),
         ("/extensionsRequired/0", json!("EXT_nurbs"), ["extensionsRequired[0]", "EXT_nurbs"]),
-        ("/scene", json!(3), ["scene 3", "only 1"]),
+        ("/scene", json!(3), ["scene 3 is the default", "there is only 1"]),
+        ("/scenes", json!([]), ["scene 0 is the default", "there are none"]),
         ("/scenes/0/nodes/0", json!(9), ["nodes[9]", "only 3"]),
         ("/nodes/0/children/1", json!(1), ["nodes[1]", "more than one parent"]),
         ("/nodes/0/children/1", json!(0), ["nodes[0]", "its own"]),
@@ -389,7 +390,7 @@ fn lies_are_told_where_and_why() {
         ("/accessors/0/byteOffset", json!(u64::MAX), ["accessor 0", "does not hold"]),
         ("/accessors/0/byteOffset", json!(4), ["accessor 0", "does not hold"]),
         ("/accessors/0/componentType", json!(5130), ["accessor 0", "unknown type 5130"]),
-        ("/accessors/0/bufferView", json!(null), ["accessor 0", "no buffer view"]),
+        ("/accessors/0/bufferView", json!(null), ["accessor 0 has no buffer view", "name the one with"]),
         ("/accessors/0/bufferView", json!(8), ["buffer view 8", "only 6"]),
         ("/accessors/1/count", json!(3), ["4 positions", "normals"]),
         ("/accessors/3/count", json!(7), ["accessor 3", "promises 7"]),
@@ -414,7 +415,7 @@ fn lies_are_told_where_and_why() {
             ["a.glb: accessors[1]: it", "missing field `componentType` (line 1,"],
         ),
         ("/nodes", json!(vec![json!({}); (1 << 20) + 1]), ["a.glb: nodes", "more than 1048576"]),
-        ("/meshes", json!([]), ["nodes[1]: it has mesh 0", "only 0"]),
+        ("/meshes", json!([]), ["nodes[1]: it has mesh 0, but", "there are none"]),
         ("/nodes/0/children", json!([]), ["a.glb", "no triangle"]),
     ] {
         let mut document = document();

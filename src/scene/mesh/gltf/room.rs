@@ -4,20 +4,26 @@ use crate::scene::mesh::source::Source;
 use crate::shape::MOST_TRIANGLES;
 use std::io::BufRead;
 
-/// The room that is left for what is made of a file: nodes and copies may repeat a mesh, but not a million times.
+/// The room that is left for what is made of a file: nodes and copies may repeat a mesh, but not without end.
+///
+/// Vertices, triangles and the rest may take [`FLOOR`] bytes and, besides, [`MOST_REPEATS`] bytes for each byte of the
+/// file and of the files that it names.
 pub(super) struct Room {
     vertices: usize,
     triangles: usize,
     repeats: u64,
 }
 
-/// The most bytes that the vertices and triangles of a file may take, for each byte of it and of the files that it names.
+/// Bytes for each byte of a file.
 const MOST_REPEATS: u64 = 64;
+
+/// Bytes for any file, as many as any machine has to spare: a small file may well have a thousand copies of a mesh of
+/// thousands of triangles.
+const FLOOR: u64 = 256 << 20;
 
 impl Room {
     pub(super) fn new<R: BufRead>(source: &Source<'_, R>) -> Room {
-        // A small file may repeat more.
-        let bytes = source.len().max(1 << 16).saturating_mul(MOST_REPEATS);
+        let bytes = source.len().saturating_mul(MOST_REPEATS).saturating_add(FLOOR);
         Room { vertices: MOST_TRIANGLES, triangles: MOST_TRIANGLES, repeats: bytes }
     }
 
@@ -44,8 +50,9 @@ impl Room {
                 Ok(())
             }
             _ => Err(format!(
-                "with it, the file's nodes and copies repeat its meshes to more than {MOST_REPEATS} times its size; \
-                 let entities of the scene place them"
+                "with it, the file's nodes and copies repeat its meshes to more than {MOST_REPEATS} times its size \
+                 and {} MiB; let entities of the scene place them",
+                FLOOR >> 20
             )),
         }
     }

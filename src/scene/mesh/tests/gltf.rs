@@ -451,16 +451,18 @@ fn lies_are_told_where_and_why() {
 }
 
 #[test]
-fn a_small_file_cannot_repeat_its_meshes_without_end() {
-    let mut document = document();
-    let nodes: Vec<_> = (0..300).map(|_| json!({ "mesh": 0 })).collect();
-    let roots: Vec<_> = (0..nodes.len()).collect();
-    document["nodes"] = nodes.into();
-    document["scenes"] = json!([{ "nodes": roots }]);
-    let one = document["meshes"][0]["primitives"][0].clone();
-    document["meshes"][0]["primitives"] = vec![one; 2000].into();
-    let error = read_bytes("a.glb", &glb(&document, &binary())).unwrap_err();
-    assert!(error.contains("repeat its meshes to more than 64 times"), "{error}");
+fn a_small_file_repeats_its_meshes_within_limits() {
+    let placed = |nodes: usize| {
+        let mut growing = Growing::new();
+        let positions = growing.sparse(100_000, &[1, 2], &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        growing.json["nodes"] = vec![json!({ "mesh": 0 }); nodes].into();
+        growing.json["meshes"] = json!([{ "primitives": [{ "attributes": { "POSITION": positions } }] }]);
+        growing
+    };
+    // Each takes 3.6 MB.
+    assert_eq!(placed(10).positions().len(), 999_990);
+    placed(100)
+        .error(&["meshes[0].primitives[0]", "repeat its meshes to more than 64 times its size and 256 MiB"]);
 }
 
 #[test]

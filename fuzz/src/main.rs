@@ -13,7 +13,7 @@
 //! right again, mostly; what a reader accepts becomes a beginning too. A reader must give a result or an error. A
 //! panic is a fault, and so are ten seconds, and more memory than so many bytes for each byte of the file: each is
 //! kept in the folder `stride-fuzz` of the system's folder for temporary files, panics once for each place in the
-//! code. A reader that aborts the program, or does not answer within a minute, leaves its file there as `last`.
+//! code, and the slowest file beside them. A reader that aborts the program, or does not answer within a minute, leaves its file there as `last`.
 
 mod memory;
 mod pictures;
@@ -144,7 +144,10 @@ fn search(target: Target, seconds: Duration, seed: u64) -> usize {
         std::fs::write(&last, bytes).expect("the file that is tried");
         let _ = goes_on.send(());
         let answer = ask(&target, bytes);
-        slowest = slowest.max(answer.time);
+        if answer.time > slowest {
+            slowest = answer.time;
+            std::fs::write(folder.join(format!("slowest.{}", target.name)), bytes).expect("the slowest file");
+        }
         most = most.max(answer.memory);
         if let Some(fault) = &answer.fault {
             found = tell(bytes, fault);

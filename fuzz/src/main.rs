@@ -77,7 +77,9 @@ fn ask(target: &Target, bytes: &[u8]) -> Answer {
     let fault = match &result {
         Err(_) => Some("panic".to_owned()),
         Ok(_) if time > SLOW => Some(format!("slow: {time:?}")),
-        Ok(_) if memory > most => Some(format!("large: {memory} bytes of memory for {} of file", bytes.len())),
+        Ok(_) if memory > most => {
+            Some(format!("large: {memory} bytes of memory for {} of file", bytes.len()))
+        }
         Ok(_) => None,
     };
     Answer { taken: result.unwrap_or(false), time, memory, fault }

@@ -1,8 +1,8 @@
 //! Good pictures of the kinds that other programs write.
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
-    WritableImage, f16,
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
+    LineOrder, WritableImage, f16,
 };
 use image::{DynamicImage, ImageFormat};
 use std::io::Cursor;
@@ -16,7 +16,8 @@ fn value(i: usize) -> f32 {
 }
 
 pub fn png() -> Vec<Vec<u8>> {
-    let grey = DynamicImage::from(image::GrayImage::from_fn(WIDTH, HEIGHT, |x, y| image::Luma([(x * y) as u8])));
+    let grey =
+        DynamicImage::from(image::GrayImage::from_fn(WIDTH, HEIGHT, |x, y| image::Luma([(x * y) as u8])));
     let coloured =
         image::RgbaImage::from_fn(WIDTH, HEIGHT, |x, y| image::Rgba([x as u8, y as u8, 7, (x * y) as u8]));
     let coloured = DynamicImage::from(coloured);
@@ -53,7 +54,8 @@ pub fn hdr() -> Vec<Vec<u8>> {
     let plain = format!("-Y {HEIGHT} +X {WIDTH}");
     let flat = [head("", &plain).as_bytes(), pixels.as_flattened()].concat();
     // Run by run, each component by itself.
-    let mut runs = head("EXPOSURE=0.5\nPRIMARIES=0.64 0.33 0.3 0.6 0.15 0.06 0.3127 0.329\n", &plain).into_bytes();
+    let mut runs =
+        head("EXPOSURE=0.5\nPRIMARIES=0.64 0.33 0.3 0.6 0.15 0.06 0.3127 0.329\n", &plain).into_bytes();
     for row in pixels.chunks(WIDTH as usize) {
         runs.extend([2, 2, (WIDTH >> 8) as u8, WIDTH as u8]);
         for channel in 0..4 {
@@ -89,11 +91,16 @@ pub fn exr() -> Vec<Vec<u8>> {
             let single = || FlatSamples::F32((0..length).map(value).collect());
             let channel = |name: &str| AnyChannel::new(name, if i % 2 == 0 { half() } else { single() });
             let list = ["A", "B", "G", "R"].into_iter().map(channel);
-            let list = list.chain([AnyChannel::new("id", FlatSamples::U32((0..length as u32).collect()))]).collect();
+            let list =
+                list.chain([AnyChannel::new("id", FlatSamples::U32((0..length as u32).collect()))]).collect();
             let size = (WIDTH as usize, HEIGHT as usize);
             let layer = Layer::new(size, LayerAttributes::named("a"), encoding, AnyChannels::sort(list));
             let mut file = Cursor::new(Vec::new());
-            Image::from_layer(layer).write().non_parallel().to_buffered(&mut file).expect("a picture in memory");
+            Image::from_layer(layer)
+                .write()
+                .non_parallel()
+                .to_buffered(&mut file)
+                .expect("a picture in memory");
             files.push(file.into_inner());
         }
     }

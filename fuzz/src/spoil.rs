@@ -65,7 +65,8 @@ pub fn spoil(bytes: &mut Vec<u8>, other: &[u8], words: &[&str], random: &mut Pcg
         6 => {
             let edge = pick(&EDGES, random);
             let size = pick(&[1, 2, 4, 8], random);
-            let number = if random.random() { edge.to_le_bytes() } else { edge.rotate_right(8 * size).to_be_bytes() };
+            let number =
+                if random.random() { edge.to_le_bytes() } else { edge.rotate_right(8 * size).to_be_bytes() };
             overwrite(bytes, &number[..size as usize], random);
         }
         7 => {

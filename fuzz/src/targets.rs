@@ -8,10 +8,10 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use stride::film::file::FilmReader;
+use stride::math::{Bounds, Ray, Vec3};
 use stride::output::npy::read::DumpReader;
 use stride::output::read_picture;
 use stride::scene::mesh::{self, Mesh, Split};
-use stride::math::{Bounds, Ray, Vec3};
 use stride::world::{Simple, Treed, Triangles, World, compile};
 
 /// A reader.
@@ -184,8 +184,14 @@ const EXR: &[&str] = &[
 
 const PNG: &[&str] = &["IHDR", "IDAT", "PLTE", "tRNS", "IEND", "acTL", "fcTL", "iCCP", "zTXt"];
 
-const HDR: &[&str] =
-    &["-Y 99999 +X 99999\n", "+X 4 -Y 3\n", "EXPOSURE=", "#?RADIANCE\n", "FORMAT=32-bit_rle_xyze\n", "\x02\x02"];
+const HDR: &[&str] = &[
+    "-Y 99999 +X 99999\n",
+    "+X 4 -Y 3\n",
+    "EXPOSURE=",
+    "#?RADIANCE\n",
+    "FORMAT=32-bit_rle_xyze\n",
+    "\x02\x02",
+];
 
 fn of_this_crate(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
@@ -224,7 +230,10 @@ fn parse_mesh(name: &str, bytes: &[u8]) -> bool {
 /// Does with a mesh what rendering it begins with.
 fn trust(mesh: &Mesh) {
     let vertices = mesh.positions.len();
-    assert!(mesh.triangles.iter().flatten().all(|&corner| (corner as usize) < vertices), "a corner is no vertex");
+    assert!(
+        mesh.triangles.iter().flatten().all(|&corner| (corner as usize) < vertices),
+        "a corner is no vertex"
+    );
     assert!([0, vertices].contains(&mesh.normals.len()), "normals are missing");
     assert!([0, vertices].contains(&mesh.uv.len()), "uv are missing");
     let mut triangles = Triangles::default();

@@ -326,7 +326,7 @@ mod tests {
                 bytes[29..33].copy_from_slice(&sum.to_be_bytes());
             }
             Format::Hdr => {
-                let at = bytes.windows(7).position(|seven| seven == b"-Y 3 +X").unwrap();
+                let at = bytes.windows(9).position(|these| these == b"-Y 3 +X 4").unwrap();
                 bytes.splice(at..at + 9, *b"-Y 60000 +X 60000");
             }
             Format::Exr => {

@@ -42,9 +42,9 @@ pub(super) fn decode(text: &[u8]) -> Result<Document, Unfit> {
         Err(_) => version(text)?,
     };
     match version {
-        None => {
-            Err(Unfit::whole("\"asset.version\" is missing: in a glTF 2.0 file, it is the string \"2.0\""))
-        }
+        None => Err(Unfit::whole(
+            "the string \"asset.version\" is missing, as in some files of glTF 1.0; version 2 is read",
+        )),
         Some(version) if !version.starts_with("2.") => {
             let version: String = version.chars().take(20).flat_map(char::escape_debug).collect();
             Err(Unfit::whole(format!("this is glTF version {version}; version 2 is read")))

@@ -12,7 +12,7 @@ const HEIGHT: u32 = 5;
 
 /// Pixels with runs and without.
 fn value(i: usize) -> f32 {
-    if i % 3 == 0 { 0.5 } else { (i * i % 17) as f32 / 4.0 }
+    if i.is_multiple_of(3) { 0.5 } else { (i * i % 17) as f32 / 4.0 }
 }
 
 pub fn png() -> Vec<Vec<u8>> {

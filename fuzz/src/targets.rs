@@ -342,7 +342,7 @@ fn binary(document: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// Makes the lengths of a `.glb` right, where its second chunk can be found.
-fn mend_glb(bytes: &mut Vec<u8>) {
+fn mend_glb(bytes: &mut [u8]) {
     let length = bytes.len() as u32;
     let binary = (20..bytes.len()).find(|&i| bytes[i..].starts_with(b"BIN\0")).map(|i| i - 4);
     let mut put = |at: usize, word: u32| {
@@ -358,7 +358,7 @@ fn mend_glb(bytes: &mut Vec<u8>) {
 }
 
 /// Makes the digest of a film right.
-fn seal(bytes: &mut Vec<u8>) {
+fn seal(bytes: &mut [u8]) {
     if let Some(length) = bytes.len().checked_sub(32) {
         let digest = Sha256::digest(&bytes[..length]);
         bytes[length..].copy_from_slice(&digest);
@@ -366,7 +366,7 @@ fn seal(bytes: &mut Vec<u8>) {
 }
 
 /// Makes the checksums of a PNG's chunks right.
-fn mend_png(bytes: &mut Vec<u8>) {
+fn mend_png(bytes: &mut [u8]) {
     let mut at = 8;
     while let Some(head) = bytes.get(at..at + 4) {
         let length = head.iter().fold(0, |length, &byte| length << 8 | usize::from(byte));

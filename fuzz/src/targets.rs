@@ -24,7 +24,7 @@ pub struct Target {
     /// Whether the reader takes a file.
     pub read: fn(&[u8]) -> bool,
     /// Makes lengths and checksums right again.
-    pub mend: fn(&mut Vec<u8>),
+    pub mend: fn(&mut [u8]),
     /// The most memory: so many bytes, and so many for each byte of the file.
     pub memory: [usize; 2],
 }

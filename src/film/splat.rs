@@ -32,8 +32,8 @@ pub struct Made {
     pub rejected: u32,
 }
 
-/// Sums of samples over some rows, as they travel in a batch. At most [`sums::MAX_COUNT`] samples a pixel fit, of at
-/// most [`sums::MAX_SUMMED`]: a pixel gets less than nine times the samples of one, because a filter's taps have
+/// Sums of samples over some rows, as they travel in a batch. At most [`MAX_COUNT`](super::sums::MAX_COUNT) samples a pixel fit, of at
+/// most [`MAX_SUMMED`](super::sums::MAX_SUMMED): a pixel gets less than nine times the samples of one, because a filter's taps have
 /// absolute values whose sum is one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Band {

@@ -1,6 +1,7 @@
 //! Lines of PLY text, and the elements in them.
 
-use super::{Element, number_or_nan};
+use super::header::Element;
+use crate::scene::mesh::source::number_or_nan;
 
 /// True if each element has a line: there are as many lines as elements or more, and each has at least the numbers of its
 /// element. Lines without words do not count, and elements without properties take none.

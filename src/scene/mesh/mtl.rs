@@ -150,7 +150,7 @@ pub(super) fn read<R: BufRead>(
     let mut line = Vec::new();
     let mut open: Option<Raw> = None;
     while source.next_line(&mut line)? {
-        uncomment(&mut line);
+        uncomment(&mut line, 0);
         let mut given = words(&line);
         let Some(key) = given.next() else { continue };
         let here = || place(source, source.lines());

@@ -73,19 +73,24 @@ pub(super) fn read<R: BufRead>(source: &mut Source<'_, R>, parts: &mut Parts<'_>
     let mut part = None;
     let mut is_smooth = false;
     while source.next_line(&mut line)? {
-        uncomment(&mut line);
+        uncomment(&mut line, 0);
         // A line that ends in a backslash goes on.
         while line.last() == Some(&b'\\') {
             line.pop();
             line.push(b' ');
+            // A statement may be as long as a line may be: each line of it is looked at once.
+            if line.trim_ascii().is_empty() {
+                line.clear();
+            }
             if !source.next_line(&mut more)? {
                 break;
             }
             if line.len() + more.len() > LONGEST_LINE {
                 return Err(source.too_long());
             }
+            let from = line.len();
             line.extend_from_slice(&more);
-            uncomment(&mut line);
+            uncomment(&mut line, from);
         }
         let mut given = words(&line);
         match given.next() {
@@ -192,7 +197,9 @@ const NAMING_STATEMENTS: [&[u8]; 12] = [
 ///
 /// A `#` begins a comment unless it is part of a number such as `1.#QNAN`; on a line of names, between blanks alone: 3ds Max
 /// calls materials `Material #25`.
-pub(super) fn uncomment(line: &mut Vec<u8>) {
+///
+/// Before `from` there is none.
+pub(super) fn uncomment(line: &mut Vec<u8>, from: usize) {
     let first = words(line).next().unwrap_or_default();
     let has_names = NAMING_STATEMENTS.contains(&first) || first.starts_with(b"map_");
     let begins = |at: usize| match at.checked_sub(1).map(|before| line[before]) {
@@ -202,7 +209,7 @@ pub(super) fn uncomment(line: &mut Vec<u8>) {
         }
         Some(before) => before != b'.',
     };
-    let comment = (0..line.len()).find(|&at| line[at] == b'#' && begins(at));
+    let comment = (from..line.len()).find(|&at| line[at] == b'#' && begins(at));
     comment.into_iter().for_each(|comment| line.truncate(comment));
 }
 

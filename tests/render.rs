@@ -188,7 +188,7 @@ fn an_interrupt_writes_what_there_is_and_succeeds() {
         .args(["--samples", "a.npy"])
         .current_dir(dir.path());
     let mut run = Watched::start(command, dir.path());
-    // Until some samples are there: the dump has a header from the start.
+    // Until some samples are there: the dump has a header before Ctrl-C is caught.
     run.wait_for("a.npy", |dump| fs::metadata(dump).map_or(0, |file| file.len()) >= 4096);
     run.interrupt();
     let (code, said) = run.end();
@@ -208,7 +208,8 @@ fn a_second_interrupt_ends_at_once() {
         .args(["-o", "out/a.exr", "--samples", "a.npy"])
         .current_dir(dir.path());
     let mut run = Watched::start(command, dir.path());
-    run.wait_for("a.npy", Path::exists);
+    // Until some samples are there: the dump has a header before Ctrl-C is caught.
+    run.wait_for("a.npy", |dump| fs::metadata(dump).map_or(0, |file| file.len()) >= 4096);
     // After the first interrupt the picture has no place: it is tried again for a while, which a second one ends.
     fs::rename(&out, dir.path().join("away")).expect("a folder");
     run.interrupt();

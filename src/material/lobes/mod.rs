@@ -2,11 +2,11 @@
 
 mod dielectric;
 mod lambertian;
-mod mirror;
+mod specular_reflection;
 
 pub use dielectric::{Dielectric, fresnel_dielectric};
 pub use lambertian::Lambertian;
-pub use mirror::Mirror;
+pub use specular_reflection::SpecularReflection;
 
 use crate::math::{Float, Vec3};
 

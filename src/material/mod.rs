@@ -23,7 +23,7 @@ mod mirror;
 pub use bsdf::Bsdf;
 pub use bxdf::{Bxdf, BxdfSample, TransportMode};
 pub use kind::Kind;
-pub use lobes::{Dielectric, Lambertian, SpecularReflection, fresnel_dielectric};
+pub use lobes::{Dielectric, Lambertian, SpecularReflection, Sum, fresnel_dielectric};
 pub use program::{Chooser, Leaf};
 pub use row::{CHOICES, Columns, NUMBERS, Numbers, Row, Site};
 pub use table::MaterialTable;

@@ -6,7 +6,9 @@ use common::scenes::*;
 use glam::DVec3;
 use std::marker::PhantomData;
 use stride::integrator::{Finished, Paths};
-use stride::material::{Bxdf, Kind, MaterialTable, Row, TransportMode, fresnel_dielectric};
+use stride::material::{
+    Bxdf, Checkerboard, Glass, MaterialTable, Matte, Mirror, Site, TransportMode, fresnel_dielectric,
+};
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{Float, Frame, Ray, Rgb, Uint, Vec3, trig};
 use stride::render::Region;
@@ -164,16 +166,15 @@ law!(hits_are_the_same_at_every_level, F, x, {
 law!(scattering_is_the_same_at_every_level, F, x, {
     let [wo, wi] = directions::<F>(x);
     let [a, b, c, ..] = unit::<F>(x);
-    let glass = Row { kind: Kind::Glass, ior: 1.5, transmittance: [0.9, 0.8, 0.7], ..Row::matte([0.5; 3]) };
     let table = MaterialTable::new(vec![
-        Row::matte([0.75, 0.5, 0.25]),
-        Row { kind: Kind::Mirror, ..Row::matte([0.6, 0.4, 0.2]) },
-        glass,
-        Row { kind: Kind::Checkerboard, checks: [0, 1], checks_per_unit: [3.0, 7.0], ..Row::matte([0.0; 3]) },
+        Matte::row([0.75, 0.5, 0.25]),
+        Mirror::row([0.6, 0.4, 0.2]),
+        Glass::row(1.5, [0.5; 3], [0.9, 0.8, 0.7]),
+        Checkerboard::row(0, 1, [3.0, 7.0]),
     ]);
     // Each lane of another material.
-    let material = table.resolve(x[7] & F::Uint::splat(3), a * 50.0 - 25.0, b * 50.0 - 25.0);
-    let bsdf = table.bsdf::<F>(material);
+    let (material, uv) = table.resolve(x[7] & F::Uint::splat(3), [a * 50.0 - 25.0, b * 50.0 - 25.0]);
+    let bsdf = table.bsdf::<F>(material, Site { p: Vec3::zero(), uv });
     let sample = bsdf.sample(wo, [a, b], c, TransportMode::Radiance);
     let (fresnel, cos_t) = fresnel_dielectric(wo.z.abs(), b * 2.0 + 0.5);
     [

@@ -9,7 +9,8 @@ use common::statistics::{check_against_tables, normal_tails, sidak};
 use glam::DVec3;
 use std::f64::consts::TAU;
 use stride::material::{
-    Bsdf, Bxdf, BxdfSample, Dielectric, Kind, Lambertian, MaterialTable, Mirror, Row, TransportMode,
+    Bsdf, Bxdf, BxdfSample, Dielectric, Glass, Lambertian, MaterialTable, Matte, Mirror, Site,
+    SpecularReflection, TransportMode,
 };
 use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Rgb, Vec3};
@@ -43,15 +44,15 @@ const MODE: TransportMode = TransportMode::Radiance;
 fn materials() -> MaterialTable {
     let reflectance = [0.7, 0.4, 0.2];
     MaterialTable::new(vec![
-        Row::matte(reflectance),
-        Row { kind: Kind::Mirror, ..Row::matte(reflectance) },
-        Row { kind: Kind::Glass, transmittance: [1.0; 3], ior: 1.5, ..Row::matte([1.0; 3]) },
-        Row { kind: Kind::Glass, transmittance: [0.9; 3], ior: 0.75, ..Row::matte([0.8; 3]) },
+        Matte::row(reflectance),
+        Mirror::row(reflectance),
+        Glass::row(1.5, [1.0; 3], [1.0; 3]),
+        Glass::row(0.75, [0.8; 3], [0.9; 3]),
     ])
 }
 
 fn bsdf(index: u32) -> Bsdf<f32> {
-    materials().bsdf::<f32>(Wrapping(index))
+    materials().bsdf(Wrapping(index), Site { p: Vec3::zero(), uv: [0.0; 2] })
 }
 
 fn follows(bxdf: &impl Bxdf<f32>, wo: Vec3<f32>, seed: u32) -> Outcome {
@@ -170,7 +171,7 @@ fn snell(wo: DVec3, eta: f64) -> DVec3 {
 
 #[test]
 fn a_mirror_sends_everything_where_it_came_from_turned_about_the_normal() {
-    let mirror = Mirror { reflectance: rgb([0.7, 0.4, 0.2]) };
+    let mirror = SpecularReflection { reflectance: rgb([0.7, 0.4, 0.2]) };
     for wo in directions() {
         let expected = DVec3::Z * (2.0 * wide(wo).z) - wide(wo);
         for i in 0..1000 {
@@ -293,7 +294,7 @@ fn reciprocal<B: Bxdf<f32>>(bxdf: &B) -> bool {
 fn no_bxdf_makes_energy() {
     let none = |_: f32| 1.0;
     assert!(conserves(&Lambertian { reflectance: rgb([1.0; 3]) }, MODE, none));
-    assert!(conserves(&Mirror { reflectance: rgb([1.0; 3]) }, MODE, none));
+    assert!(conserves(&SpecularReflection { reflectance: rgb([1.0; 3]) }, MODE, none));
     for index in 0..4 {
         let bsdf = bsdf(index);
         assert!(conserves(&bsdf, MODE, |eta| eta * eta), "material {index}");

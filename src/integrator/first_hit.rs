@@ -3,7 +3,7 @@
 use super::lanes::View;
 use super::paths::Paths;
 use super::queue::{Queue, Start};
-use crate::material::Bxdf;
+use crate::material::{Bxdf, Site};
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
 
@@ -65,10 +65,11 @@ impl Kernel for FirstHits<'_> {
                 let mut material = scene.surfaces.material(&point);
                 point.row.store(&mut rows);
                 material.store(&mut materials);
+                let mut site = Site { p: point.p, uv: [u, v] };
                 if scene.materials.uses_uv() {
-                    material = scene.materials.resolve(material, u, v);
+                    (material, site.uv) = scene.materials.resolve(material, site.uv);
                 }
-                let albedo = scene.materials.bsdf::<F>(material).albedo();
+                let albedo = scene.materials.bsdf(material, site).albedo();
                 let depth = (point.p - eye).dot(forward);
                 let (n, p) = (point.n, point.p);
                 let all = [albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, p.x, p.y, p.z, depth, u, v];

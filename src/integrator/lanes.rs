@@ -3,7 +3,7 @@
 use super::observe::{Event, Observer, first, ray_event, rgb, vec3};
 use super::paths::{Finished, Paths, Sample, Settings};
 use super::queue::{Queue, Start};
-use crate::material::Bsdf;
+use crate::material::{Bsdf, Site};
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3};
 use crate::sampling::PathId;
@@ -146,6 +146,8 @@ pub(super) struct Vertex<F: Float> {
     pub cos_o: F,
     /// Row in the material table, checkerboards resolved.
     pub material: F::Uint,
+    /// The coordinates that this material sees, where it looks at any.
+    pub uv: [F; 2],
 }
 
 /// Follows every living path's ray. What leaves the scene sees the environment; `None` if that is all.
@@ -181,11 +183,12 @@ pub(super) fn meet<F: Float, M>(
     let cos_o = -state.ray.d.dot(point.n);
     let emitted = scene.surfaces.emission(&point).only(cos_o.gt(F::zero()));
     let mut material = scene.surfaces.material(&point);
+    let mut uv = [F::zero(); 2];
     if scene.materials.uses_uv() {
-        let checkered = met & scene.materials.is_checkerboard::<F>(material);
-        if checkered.any() {
-            let (u, v) = scene.surfaces.uv(&point, checkered);
-            material = scene.materials.resolve(material, u, v);
+        let looks = met & scene.materials.looks_at_uv::<F>(material);
+        if looks.any() {
+            let (u, v) = scene.surfaces.uv(&point, looks);
+            (material, uv) = scene.materials.resolve(material, [u, v]);
         }
     }
     if observer.listens::<F>() {
@@ -201,7 +204,7 @@ pub(super) fn meet<F: Float, M>(
             emitted: rgb(emitted),
         });
     }
-    Some(Vertex { met, hit, point, emitted, cos_o, material })
+    Some(Vertex { met, hit, point, emitted, cos_o, material, uv })
 }
 
 /// How light scatters at a vertex.
@@ -219,7 +222,7 @@ impl<F: Float> Scattering<F> {
     pub(super) fn new(scene: &CompiledScene, vertex: &Vertex<F>, ray: &Ray<F>) -> Self {
         let frame = Frame::around(vertex.point.shading);
         Scattering {
-            bsdf: scene.materials.bsdf(vertex.material),
+            bsdf: scene.materials.bsdf(vertex.material, Site { p: vertex.point.p, uv: vertex.uv }),
             wo: frame.to_local(-ray.d),
             frame,
             geometric: scene.surfaces.has_shading_normals().then_some(vertex.point.n),

@@ -6,7 +6,7 @@ use super::lanes::View;
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::paths::{Finished, Paths, Pixel, Sample, Settings, camera_ray};
 use crate::camera::Camera;
-use crate::material::{Bxdf, TransportMode};
+use crate::material::{Bxdf, Site, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Level, dispatch};
 use crate::math::{Frame, Ray, Rgb, Vec3};
@@ -126,7 +126,7 @@ impl Whitted {
         let emitted = scene.surfaces.emission(&point);
         let emitted = if ray.d.dot(point.n) < 0.0 { emitted } else { Rgb::black() };
         let (u, v) = scene.surfaces.uv(&point, true);
-        let material = scene.materials.resolve(scene.surfaces.material(&point), u, v);
+        let (material, uv) = scene.materials.resolve(scene.surfaces.material(&point), [u, v]);
         observer.event::<f32>(|| Event::Hit {
             distance: hit.t,
             point: vec3(point.p),
@@ -135,7 +135,7 @@ impl Whitted {
             material: material.0,
             emitted: rgb(emitted),
         });
-        let bsdf = scene.materials.bsdf::<f32>(material);
+        let bsdf = scene.materials.bsdf(material, Site { p: point.p, uv });
         let smooth = scene.surfaces.has_shading_normals();
         let frame = Frame::around(point.shading);
         // See `Scattering::passes`.

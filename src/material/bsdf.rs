@@ -1,109 +1,149 @@
-//! The scattering function of a hit: whichever lobe its material has, a possibly different one in each lane.
+//! The scattering function of a hit: whichever lobe its material makes there, a possibly different one in each lane.
 
 use super::bxdf::{Bxdf, BxdfSample, TransportMode};
-use super::kind::Kind;
-use super::lobes::{Dielectric, Lambertian, Mirror};
+use super::kind::{Kind, materials};
+use super::program::Leaf;
+use super::row::{Numbers, Site};
 use crate::math::{Float, Mask, Rgb, Uint, Vec3};
 
 /// The scattering functions of hits. Integrators see no more of a material than this.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<F: Float> {
     pub(super) kind: F::Uint,
-    pub(super) reflectance: Rgb<F>,
-    pub(super) transmittance: Rgb<F>,
-    pub(super) ior: F,
+    pub(super) numbers: Numbers<F>,
+    pub(super) site: Site<F>,
+}
+
+/// Whether the lobe of a leaf has a flag of [`Bxdf`]; every lobe is in `ALL`.
+macro_rules! has {
+    (ALL, $Leaf:ty) => {
+        true
+    };
+    ($flag:ident, $Leaf:ty) => {
+        <<$Leaf as Leaf>::Lobe<F> as Bxdf<F>>::$flag
+    };
+}
+
+/// What each lane's lobe answers, of the lobes with a flag; other lanes hold nothing of use.
+///
+/// The first leaf's lobe answers in all lanes without more ado, the others only if there is a lane with one.
+macro_rules! answer {
+    (
+        { $bsdf:ident, $flag:ident, $select:path, $bxdf:ident => $answer:expr }
+        leaves { $first_module:ident::$First:ident, $($(#[$cfg:meta])* $module:ident::$Leaf:ident,)* }
+        choosers $choosers:tt
+    ) => {{
+        let $bxdf = $bsdf.lobe::<super::$first_module::$First>();
+        let mut answer = $answer;
+        $(
+            $(#[$cfg])*
+            {
+                if has!($flag, super::$module::$Leaf) {
+                    let lanes = $bsdf.is(Kind::$Leaf);
+                    if lanes.any() {
+                        let $bxdf = $bsdf.lobe::<super::$module::$Leaf>();
+                        answer = $select(lanes, $answer, answer);
+                    }
+                }
+            }
+        )*
+        answer
+    }};
+}
+
+/// The lanes whose lobe has a flag.
+macro_rules! lanes_with {
+    (
+        { $bsdf:ident, $flag:ident }
+        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident,)* }
+        choosers $choosers:tt
+    ) => {{
+        let mut lanes = F::Mask::splat(false);
+        $(
+            $(#[$cfg])*
+            {
+                if has!($flag, super::$module::$Leaf) {
+                    lanes = lanes | $bsdf.is(Kind::$Leaf);
+                }
+            }
+        )*
+        lanes
+    }};
 }
 
 impl<F: Float> Bsdf<F> {
-    /// The lanes whose lobe is of a kind.
+    /// The lanes whose material is of a kind.
     #[inline(always)]
     fn is(&self, kind: Kind) -> F::Mask {
         self.kind.eq(F::Uint::splat(kind as u32))
     }
 
-    /// The lanes that reflect no light.
+    /// The lobe of a kind, of use in lanes of that kind.
+    #[inline(always)]
+    fn lobe<L: Leaf>(&self) -> L::Lobe<F> {
+        L::lobe(&self.numbers, &self.site)
+    }
+
+    /// The lanes that scatter no light but by delta lobes.
     #[inline(always)]
     pub fn is_black(&self) -> F::Mask {
-        self.reflectance.max_channel().le(F::zero())
-    }
-
-    /// Both delta branches of a surface that [transmits](Bsdf::transmits), for integrators that follow both: directions,
-    /// weights f·|cos θ|, and the probabilities with which [`Bxdf::sample`] chooses them.
-    #[inline(always)]
-    pub fn branches(&self, wo: Vec3<F>, mode: TransportMode) -> [(Vec3<F>, Rgb<F>, F); 2] {
-        self.dielectric().branches(wo, mode)
-    }
-
-    #[inline(always)]
-    fn lambertian(&self) -> Lambertian<F> {
-        Lambertian { reflectance: self.reflectance }
-    }
-
-    #[inline(always)]
-    fn mirror(&self) -> Mirror<F> {
-        Mirror { reflectance: self.reflectance }
-    }
-
-    #[inline(always)]
-    fn dielectric(&self) -> Dielectric<F> {
-        Dielectric { ior: self.ior, reflectance: self.reflectance, transmittance: self.transmittance }
+        self.numbers.colour.max_channel().le(F::zero())
     }
 }
 
 impl<F: Float> Bxdf<F> for Bsdf<F> {
+    const TRANSMITS: bool = true;
+
     #[inline(always)]
     fn eval(&self, wo: Vec3<F>, wi: Vec3<F>, mode: TransportMode) -> Rgb<F> {
-        self.lambertian().eval(wo, wi, mode).only(self.is(Kind::Matte))
+        materials!(answer self, SMOOTH, Rgb::select, bxdf => bxdf.eval(wo, wi, mode)).only(self.is_smooth())
     }
 
     #[inline(always)]
     fn sample(&self, wo: Vec3<F>, u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F> {
-        let mut sample = self.lambertian().sample(wo, u, lobe, mode);
-        let mirror = self.is(Kind::Mirror);
-        if mirror.any() {
-            sample = select(mirror, self.mirror().sample(wo, u, lobe, mode), sample);
-        }
-        let glass = self.is(Kind::Glass);
-        if glass.any() {
-            sample = select(glass, self.dielectric().sample(wo, u, lobe, mode), sample);
-        }
-        #[cfg(feature = "broken-material")]
-        {
-            let third = F::select(lobe.lt(F::splat(2.0 / 3.0)), F::splat(f32::INFINITY), F::splat(-1.0));
-            let value = F::select(lobe.lt(F::splat(1.0 / 3.0)), F::splat(f32::NAN), third);
-            sample.weight = Rgb::select(self.is(Kind::Broken), Rgb::new(value, value, value), sample.weight);
-        }
-        sample
+        materials!(answer self, ALL, BxdfSample::select, bxdf => bxdf.sample(wo, u, lobe, mode))
     }
 
     #[inline(always)]
     fn pdf(&self, wo: Vec3<F>, wi: Vec3<F>) -> F {
-        self.lambertian().pdf(wo, wi).only(self.is(Kind::Matte))
+        materials!(answer self, SMOOTH, F::select, bxdf => bxdf.pdf(wo, wi)).only(self.is_smooth())
     }
 
     #[inline(always)]
     fn albedo(&self) -> Rgb<F> {
-        Rgb::select(self.is(Kind::Glass), self.dielectric().albedo(), self.reflectance)
+        materials!(answer self, ALL, Rgb::select, bxdf => bxdf.albedo())
     }
 
     #[inline(always)]
     fn is_smooth(&self) -> F::Mask {
-        self.kind.lt(F::Uint::splat(Kind::FIRST_DELTA))
+        materials!(lanes_with self, SMOOTH)
     }
 
     #[inline(always)]
     fn transmits(&self) -> F::Mask {
-        self.is(Kind::Glass)
+        materials!(lanes_with self, TRANSMITS)
+    }
+
+    #[inline(always)]
+    fn branches(&self, wo: Vec3<F>, mode: TransportMode) -> [(Vec3<F>, Rgb<F>, F); 2] {
+        materials!(answer self, TRANSMITS, select_branches, bxdf => bxdf.branches(wo, mode))
     }
 }
 
 #[inline(always)]
-fn select<F: Float>(mask: F::Mask, a: BxdfSample<F>, b: BxdfSample<F>) -> BxdfSample<F> {
-    BxdfSample {
-        wi: Vec3::select(mask, a.wi, b.wi),
-        weight: Rgb::select(mask, a.weight, b.weight),
-        pdf: F::select(mask, a.pdf, b.pdf),
-        delta: (mask & a.delta) | (!mask & b.delta),
-        eta: F::select(mask, a.eta, b.eta),
-    }
+fn select_branches<F: Float>(
+    mask: F::Mask,
+    [a, b]: [(Vec3<F>, Rgb<F>, F); 2],
+    [c, d]: [(Vec3<F>, Rgb<F>, F); 2],
+) -> [(Vec3<F>, Rgb<F>, F); 2] {
+    [select_branch(mask, a, c), select_branch(mask, b, d)]
+}
+
+#[inline(always)]
+fn select_branch<F: Float>(
+    mask: F::Mask,
+    a: (Vec3<F>, Rgb<F>, F),
+    b: (Vec3<F>, Rgb<F>, F),
+) -> (Vec3<F>, Rgb<F>, F) {
+    (Vec3::select(mask, a.0, b.0), Rgb::select(mask, a.1, b.1), F::select(mask, a.2, b.2))
 }

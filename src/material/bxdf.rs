@@ -33,10 +33,29 @@ pub struct BxdfSample<F: Float> {
     pub eta: F,
 }
 
+impl<F: Float> BxdfSample<F> {
+    /// `a` where the mask holds, `b` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: F::Mask, a: Self, b: Self) -> Self {
+        BxdfSample {
+            wi: Vec3::select(mask, a.wi, b.wi),
+            weight: Rgb::select(mask, a.weight, b.weight),
+            pdf: F::select(mask, a.pdf, b.pdf),
+            delta: (mask & a.delta) | (!mask & b.delta),
+            eta: F::select(mask, a.eta, b.eta),
+        }
+    }
+}
+
 /// What every BxDF can do.
 ///
 /// `eval(wo, wi)` always means light that arrives along `wi` and leaves along `wo`.
 pub trait Bxdf<F: Float> {
+    /// Whether it has a lobe that is not a delta, so that [`Bxdf::eval`] says something and sampling lights makes sense.
+    const SMOOTH: bool = true;
+    /// Whether it lets light through.
+    const TRANSMITS: bool = false;
+
     /// f(wo, wi) per steradian, without delta lobes.
     fn eval(&self, wo: Vec3<F>, wi: Vec3<F>, mode: TransportMode) -> Rgb<F>;
     /// A direction for `wo`, from a pair for the direction and a number for the lobe, both uniform in [0, 1).
@@ -46,14 +65,21 @@ pub trait Bxdf<F: Float> {
     /// The fraction of light that is reflected, or let through where that is its way, for denoisers and compositors:
     /// about the mean over all directions, in [0, 1].
     fn albedo(&self) -> Rgb<F>;
-    /// The lanes with a lobe that is not a delta, so that [`Bxdf::eval`] says something and sampling lights makes sense.
+    /// The lanes that are [`Bxdf::SMOOTH`].
     #[inline(always)]
     fn is_smooth(&self) -> F::Mask {
-        F::Mask::splat(true)
+        F::Mask::splat(Self::SMOOTH)
     }
-    /// The lanes whose surface lets light through.
+    /// The lanes that [`Bxdf::TRANSMITS`] is true of.
     #[inline(always)]
     fn transmits(&self) -> F::Mask {
-        F::Mask::splat(false)
+        F::Mask::splat(Self::TRANSMITS)
+    }
+    /// Both delta branches of a surface that transmits and is not smooth, for integrators that follow both: directions,
+    /// weights f·|cos θ|, and the probabilities with which [`Bxdf::sample`] chooses them. Other surfaces have none: black
+    /// ones of no probability.
+    #[inline(always)]
+    fn branches(&self, wo: Vec3<F>, _mode: TransportMode) -> [(Vec3<F>, Rgb<F>, F); 2] {
+        [(wo, Rgb::black(), F::zero()); 2]
     }
 }

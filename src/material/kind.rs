@@ -1,23 +1,59 @@
-//! The kinds of materials.
+//! The list of materials, and the kinds that it makes.
 
-/// What a material is; the numbers are those of the GPU's `switch`. Kinds with a lobe that is not a delta come first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Kind {
-    /// [`super::Lambertian`].
-    Matte = 0,
-    /// [`super::Mirror`].
-    Mirror = 1,
-    /// [`super::Dielectric`].
-    Glass = 2,
-    /// Chooses one of two other materials.
-    Checkerboard = 3,
-    /// Returns values that no sample may have.
-    #[cfg(feature = "broken-material")]
-    Broken = 4,
+/// The one list of materials, each by its file and its program: calls a macro with it, behind tokens for that macro.
+///
+/// Leaves scatter light ([`super::Leaf`]); choosers have it scattered by another row ([`super::Chooser`]). Lobes of the
+/// first leaf are computed in all lanes, those of the others only where a lane has one: the most frequent comes first.
+macro_rules! materials {
+    ($then:ident $($tokens:tt)*) => {
+        $then! {
+            { $($tokens)* }
+            leaves {
+                matte::Matte,
+                mirror::Mirror,
+                glass::Glass,
+                #[cfg(feature = "broken-material")]
+                broken::Broken,
+            }
+            choosers {
+                checkerboard::Checkerboard,
+            }
+        }
+    };
 }
+pub(super) use materials;
 
-impl Kind {
-    /// The first kind all of whose lobes are deltas.
-    pub(super) const FIRST_DELTA: u32 = Kind::Mirror as u32;
+macro_rules! kinds {
+    (
+        {}
+        leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident,)* }
+        choosers { $($(#[$chooser_cfg:meta])* $chooser_module:ident::$Chooser:ident,)* }
+    ) => {
+        /// What a material is: its program. The numbers are those of the GPU's `switch`.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u32)]
+        pub enum Kind {
+            $(
+                #[doc = concat!("[`super::", stringify!($Leaf), "`].")]
+                $(#[$leaf_cfg])*
+                $Leaf,
+            )*
+            $(
+                #[doc = concat!("[`super::", stringify!($Chooser), "`].")]
+                $(#[$chooser_cfg])*
+                $Chooser,
+            )*
+        }
+
+        impl Kind {
+            /// Whether the material chooses another row, and has no lobes.
+            pub fn is_chooser(self) -> bool {
+                match self {
+                    $($(#[$leaf_cfg])* Kind::$Leaf => false,)*
+                    $($(#[$chooser_cfg])* Kind::$Chooser => true,)*
+                }
+            }
+        }
+    };
 }
+materials!(kinds);

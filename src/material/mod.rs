@@ -1,16 +1,41 @@
 //! Materials, and the scattering functions that they give a point.
 //!
-//! [`Bxdf`] is the contract that integrators see; `lobes/` has a file for each scattering function; [`MaterialTable`]
-//! finds the one of a hit.
+//! A material is a program with a file of its own. A [`Leaf`] makes a lobe of its row's numbers, a [`Chooser`] leads to
+//! another row. `kind.rs` lists them; a new material is a new file, a `mod` line here, and a line in that list. `lobes/`
+//! has a file for each scattering function. [`Bxdf`] is the contract that integrators see; [`MaterialTable`] finds the
+//! [`Bsdf`] of a hit.
 
 mod bsdf;
 mod bxdf;
 mod kind;
 mod lobes;
+mod program;
+mod row;
 mod table;
+
+#[cfg(feature = "broken-material")]
+mod broken;
+mod checkerboard;
+mod glass;
+mod matte;
+mod mirror;
 
 pub use bsdf::Bsdf;
 pub use bxdf::{Bxdf, BxdfSample, TransportMode};
 pub use kind::Kind;
-pub use lobes::{Dielectric, Lambertian, Mirror, fresnel_dielectric};
-pub use table::{MaterialTable, Row};
+pub use lobes::{Dielectric, Lambertian, SpecularReflection, Sum, fresnel_dielectric};
+pub use program::{Chooser, Leaf};
+pub use row::{CHOICES, Columns, NUMBERS, Numbers, Row, Site};
+pub use table::MaterialTable;
+
+macro_rules! export {
+    (
+        {}
+        leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident,)* }
+        choosers { $($(#[$chooser_cfg:meta])* $chooser_module:ident::$Chooser:ident,)* }
+    ) => {
+        $($(#[$leaf_cfg])* pub use $leaf_module::$Leaf;)*
+        $($(#[$chooser_cfg])* pub use $chooser_module::$Chooser;)*
+    };
+}
+kind::materials!(export);

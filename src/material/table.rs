@@ -1,77 +1,97 @@
-//! A scene's materials as tables, from which lanes look up their BxDFs.
+//! A scene's materials as a table, in which lanes look up their BSDFs.
 
 use super::bsdf::Bsdf;
-use super::kind::Kind;
-use crate::math::{Float, Mask, Rgb, Uint};
+use super::kind::{Kind, materials};
+use super::program::{Chooser, Leaf};
+use super::row::{Columns, Row, Site};
+use crate::math::lanes::scalar::Wrapping;
+use crate::math::{Float, Mask, Uint};
 
-/// One material.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// What it is.
-    pub kind: Kind,
-    /// Fraction reflected.
-    pub reflectance: [f32; 3],
-    /// Fraction transmitted (glass).
-    pub transmittance: [f32; 3],
-    /// Index of refraction (glass).
-    pub ior: f32,
-    /// Where the check is even and odd (checkerboard): rows before this one.
-    pub checks: [u32; 2],
-    /// Checks along u and v for each unit of uv (checkerboard).
-    pub checks_per_unit: [f32; 2],
-}
-
-impl Row {
-    /// A matte row, to be changed.
-    pub fn matte(reflectance: [f32; 3]) -> Row {
-        let (transmittance, ior) = ([0.0; 3], 1.0);
-        Row { kind: Kind::Matte, reflectance, transmittance, ior, checks: [0; 2], checks_per_unit: [1.0; 2] }
-    }
-}
-
-/// All materials, one column for each property.
+/// All materials.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MaterialTable {
-    kind: Vec<u32>,
-    reflectance: [Vec<f32>; 3],
-    transmittance: [Vec<f32>; 3],
-    ior: Vec<f32>,
-    even: Vec<u32>,
-    odd: Vec<u32>,
-    checks_u: Vec<f32>,
-    checks_v: Vec<f32>,
-    /// How many checkerboards lie inside one another at most.
+    columns: Columns,
+    /// How many choosers lie inside one another at most.
     nesting: u32,
-    has_glass: bool,
+    uses_uv: bool,
     rows: Vec<Row>,
 }
 
-impl MaterialTable {
-    /// The table of these rows; a checkerboard names only rows before its own.
-    pub fn new(rows: Vec<Row>) -> MaterialTable {
-        let mut table = MaterialTable::default();
-        let mut depth = Vec::with_capacity(rows.len());
-        for row in &rows {
-            table.kind.push(row.kind as u32);
-            for c in 0..3 {
-                table.reflectance[c].push(row.reflectance[c]);
-                table.transmittance[c].push(row.transmittance[c]);
+/// The lanes whose kind is a chooser's.
+macro_rules! lanes_that_choose {
+    (
+        { $kind:ident }
+        leaves $leaves:tt
+        choosers { $($(#[$cfg:meta])* $module:ident::$Chooser:ident,)* }
+    ) => {{
+        let mut lanes = F::Mask::splat(false);
+        $(
+            $(#[$cfg])*
+            {
+                lanes = lanes | $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
             }
-            table.ior.push(row.ior);
-            table.even.push(row.checks[0]);
-            table.odd.push(row.checks[1]);
-            table.checks_u.push(row.checks_per_unit[0]);
-            table.checks_v.push(row.checks_per_unit[1]);
-            table.has_glass |= row.kind == Kind::Glass;
-            depth.push(match row.kind {
-                Kind::Checkerboard => {
-                    1 + row.checks.map(|i| depth[i as usize]).into_iter().max().unwrap_or(0)
+        )*
+        lanes
+    }};
+}
+
+/// The lanes whose kind is that of a leaf that looks at uv.
+macro_rules! leaves_that_look {
+    (
+        { $kind:ident }
+        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident,)* }
+        choosers $choosers:tt
+    ) => {{
+        let mut lanes = F::Mask::splat(false);
+        $(
+            $(#[$cfg])*
+            {
+                if super::$module::$Leaf::LOOKS_AT_UV {
+                    lanes = lanes | $kind.eq(F::Uint::splat(Kind::$Leaf as u32));
                 }
-                _ => 0,
+            }
+        )*
+        lanes
+    }};
+}
+
+/// Has the choosers of rows choose: replaces their rows, and uv by what the chosen rows see.
+macro_rules! choose {
+    (
+        { $table:ident, $kind:ident, $row:ident, $uv:ident }
+        leaves $leaves:tt
+        choosers { $($(#[$cfg:meta])* $module:ident::$Chooser:ident,)* }
+    ) => {
+        $(
+            $(#[$cfg])*
+            {
+                let lanes = $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
+                if lanes.any() {
+                    let (row, uv) = super::$module::$Chooser::choose(&$table.columns, $row, $uv);
+                    $row = F::Uint::select(lanes, row, $row);
+                    $uv = [F::select(lanes, uv[0], $uv[0]), F::select(lanes, uv[1], $uv[1])];
+                }
+            }
+        )*
+    };
+}
+
+impl MaterialTable {
+    /// The table of these rows; a chooser names only rows before its own.
+    pub fn new(rows: Vec<Row>) -> MaterialTable {
+        let mut columns = Columns::default();
+        let mut depths = Vec::with_capacity(rows.len());
+        for row in &rows {
+            columns.push(row);
+            depths.push(if row.kind.is_chooser() {
+                1 + row.choices.map(|i| depths[i as usize]).into_iter().max().unwrap_or(0)
+            } else {
+                0
             });
         }
-        table.nesting = depth.into_iter().max().unwrap_or(0);
-        table.rows = rows;
+        let nesting = depths.into_iter().max().unwrap_or(0);
+        let mut table = MaterialTable { columns, nesting, uses_uv: false, rows };
+        table.uses_uv = (0..table.rows.len() as u32).any(|row| table.looks_at_uv::<f32>(Wrapping(row)));
         table
     }
 
@@ -83,79 +103,56 @@ impl MaterialTable {
     /// Whether any material looks at uv.
     #[inline(always)]
     pub fn uses_uv(&self) -> bool {
-        self.nesting > 0
+        self.uses_uv
     }
 
-    /// Lanes whose material is a checkerboard, and so needs uv.
+    /// Lanes whose material looks at uv.
     #[inline(always)]
-    pub fn is_checkerboard<F: Float>(&self, material: F::Uint) -> F::Mask {
-        F::Uint::gather(&self.kind, material).eq(F::Uint::splat(Kind::Checkerboard as u32))
+    pub fn looks_at_uv<F: Float>(&self, material: F::Uint) -> F::Mask {
+        let kind = self.columns.kind(material);
+        materials!(lanes_that_choose kind) | materials!(leaves_that_look kind)
     }
 
-    /// The material at uv: checkerboards choose, and a check inside a check takes the coordinates within
-    /// it, scaled to 0…1.
+    /// The material at uv, and the coordinates that it sees: choosers choose until there is a leaf.
     #[inline(always)]
-    pub fn resolve<F: Float>(&self, mut material: F::Uint, mut u: F, mut v: F) -> F::Uint {
+    pub fn resolve<F: Float>(&self, mut material: F::Uint, mut uv: [F; 2]) -> (F::Uint, [F; 2]) {
         for _ in 0..self.nesting {
-            let checkered = self.is_checkerboard::<F>(material);
-            if !checkered.any() {
+            let kind = self.columns.kind(material);
+            if !materials!(lanes_that_choose kind).any() {
                 break;
             }
-            let a = u * F::gather(&self.checks_u, material);
-            let b = v * F::gather(&self.checks_v, material);
-            let (row, column) = (a.floor(), b.floor());
-            let half = (row + column) * 0.5;
-            let is_even = half.floor().ge(half);
-            let even = F::Uint::gather(&self.even, material);
-            let odd = F::Uint::gather(&self.odd, material);
-            material = F::Uint::select(checkered, F::Uint::select(is_even, even, odd), material);
-            u = F::select(checkered, a - row, u);
-            v = F::select(checkered, b - column, v);
+            materials!(choose self, kind, material, uv);
         }
-        material
+        (material, uv)
     }
 
-    /// The BxDFs of resolved materials.
+    /// The BSDFs of resolved materials at a point.
     #[inline(always)]
-    pub fn bsdf<F: Float>(&self, material: F::Uint) -> Bsdf<F> {
-        let (transmittance, ior) = if self.has_glass {
-            (Rgb::gather(&self.transmittance, material), F::gather(&self.ior, material))
-        } else {
-            (Rgb::black(), F::splat(1.0))
-        };
-        Bsdf {
-            kind: F::Uint::gather(&self.kind, material),
-            reflectance: Rgb::gather(&self.reflectance, material),
-            transmittance,
-            ior,
-        }
+    pub fn bsdf<F: Float>(&self, material: F::Uint, site: Site<F>) -> Bsdf<F> {
+        Bsdf { kind: self.columns.kind(material), numbers: self.columns.numbers(material), site }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::lanes::scalar::Wrapping;
+    use crate::material::{Bxdf, Checkerboard, Glass, Matte, Mirror, TransportMode};
+    use crate::math::Vec3;
 
     fn checkers() -> MaterialTable {
-        let board = |even, odd, checks_per_unit| Row {
-            kind: Kind::Checkerboard,
-            checks: [even, odd],
-            checks_per_unit,
-            ..Row::matte([0.0; 3])
-        };
         MaterialTable::new(vec![
-            Row::matte([0.1; 3]),
-            Row { kind: Kind::Mirror, ..Row::matte([0.2; 3]) },
-            board(0, 1, [10.0, 10.0]),
-            board(2, 1, [1.0, 2.0]),
+            Matte::row([0.1; 3]),
+            Mirror::row([0.2; 3]),
+            Checkerboard::row(0, 1, [10.0, 10.0]),
+            Checkerboard::row(2, 1, [1.0, 2.0]),
         ])
     }
 
     #[test]
     fn checks_alternate_on_both_sides_of_zero() {
         let table = checkers();
-        let at = |u: f32, v: f32| table.resolve::<f32>(Wrapping(2), u, v).0;
+        assert!(table.uses_uv() && !MaterialTable::new(table.rows()[..2].to_vec()).uses_uv());
+        let at = |u: f32, v: f32| table.resolve::<f32>(Wrapping(2), [u, v]).0.0;
         assert_eq!([at(0.05, 0.05), at(0.15, 0.05), at(0.15, 0.15), at(-0.05, 0.05)], [0, 1, 0, 1]);
         assert_eq!([at(-0.05, -0.05), at(-0.05, -0.15), at(1234.55, 0.05)], [0, 1, 1]);
     }
@@ -163,10 +160,29 @@ mod tests {
     #[test]
     fn nested_checks_see_the_coordinates_within_their_check() {
         let table = checkers();
-        let at = |u: f32, v: f32| table.resolve::<f32>(Wrapping(3), u, v).0;
+        let at = |u: f32, v: f32| table.resolve::<f32>(Wrapping(3), [u, v]).0.0;
         // The outer check (0, 0) spans u 0…1 and v 0…½: within it v is doubled.
         assert_eq!([at(0.05, 0.02), at(0.05, 0.06), at(0.15, 0.06)], [0, 1, 0]);
         assert_eq!(at(0.05, 0.55), 1, "the outer check (0, 1) is plain mirror");
-        assert_eq!(table.resolve::<f32>(Wrapping(0), 0.5, 0.5).0, 0);
+        assert_eq!(table.resolve::<f32>(Wrapping(0), [0.5, 0.5]), (Wrapping(0), [0.5, 0.5]));
+        // (1.5, 0.5) in tenths, from (0.15, 0.025) across the outer check.
+        let (_, [u, v]) = table.resolve::<f32>(Wrapping(3), [0.15, 0.025]);
+        assert!((u - 0.5).abs() < 1e-5 && (v - 0.5).abs() < 1e-5, "({u}, {v})");
+    }
+
+    #[test]
+    fn numbers_that_some_rows_have_are_read_in_their_lanes() {
+        let site = Site { p: Vec3::zero(), uv: [0.0; 2] };
+        let glass = Glass::row(1.5, [0.5; 3], [0.75, 0.5, 0.25]);
+        let table =
+            MaterialTable::new(vec![Matte::row([0.1; 3]), glass, Checkerboard::row(0, 1, [3.0, 4.0])]);
+        let bsdf = table.bsdf::<f32>(Wrapping(1), site);
+        let wo = Vec3::new(0.0, 0.0, 1.0);
+        let refracted = bsdf.sample(wo, [0.5; 2], 0.5, TransportMode::Radiance);
+        assert_eq!((refracted.eta, bsdf.albedo().lane(0)), (1.5, [0.75, 0.5, 0.25]));
+        assert!(!bsdf.is_smooth() && bsdf.transmits());
+        let matte = table.bsdf::<f32>(Wrapping(0), site);
+        assert_eq!(matte.albedo().lane(0), [0.1; 3]);
+        assert!(matte.is_smooth() && !matte.transmits());
     }
 }

@@ -4,7 +4,7 @@ use super::surfaces::{Look, NO_LIGHT, SurfaceTable};
 use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
 use crate::light::{AreaLight, LightTable, PointLight, PointLights};
-use crate::material::{Kind, MaterialTable, Row};
+use crate::material::{self, MaterialTable, Row};
 use crate::scene::{self, MaterialKind, Scene};
 use crate::shape::{Cylinder, Disk, Mesh, Plane, Quad, Rare, Shape, Sphere};
 use std::collections::HashMap;
@@ -46,22 +46,16 @@ fn colour(c: [f64; 3]) -> [f32; 3] {
 
 fn material_row(kind: &MaterialKind) -> Row {
     match *kind {
-        MaterialKind::Matte { reflectance } => Row::matte(colour(reflectance)),
-        MaterialKind::Mirror { reflectance } => Row { kind: Kind::Mirror, ..Row::matte(colour(reflectance)) },
-        MaterialKind::Glass { ior, reflectance, transmittance } => Row {
-            kind: Kind::Glass,
-            transmittance: colour(transmittance),
-            ior: ior as f32,
-            ..Row::matte(colour(reflectance))
-        },
-        MaterialKind::Checkerboard { even, odd, checks_per_unit } => Row {
-            kind: Kind::Checkerboard,
-            checks: [even as u32, odd as u32],
-            checks_per_unit: checks_per_unit.map(|x| x as f32),
-            ..Row::matte([0.0; 3])
-        },
+        MaterialKind::Matte { reflectance } => material::Matte::row(reflectance),
+        MaterialKind::Mirror { reflectance } => material::Mirror::row(reflectance),
+        MaterialKind::Glass { ior, reflectance, transmittance } => {
+            material::Glass::row(ior, reflectance, transmittance)
+        }
+        MaterialKind::Checkerboard { even, odd, checks_per_unit } => {
+            material::Checkerboard::row(even, odd, checks_per_unit)
+        }
         #[cfg(feature = "broken-material")]
-        MaterialKind::Broken => Row { kind: Kind::Broken, ..Row::matte([1.0; 3]) },
+        MaterialKind::Broken => material::Broken::row(),
     }
 }
 

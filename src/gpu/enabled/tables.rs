@@ -6,7 +6,7 @@ use super::tree::Tree;
 use crate::film::{self, Splatter};
 use crate::gpu::{GpuError, Job};
 use crate::light::{self, LightRow, LightTable};
-use crate::material::{Kind, Row};
+use crate::material::{Checkerboard, Glass, Kind, Row};
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
 use crate::shape::{self, Form};
@@ -15,6 +15,16 @@ use crate::world::{CompiledScene, Simple, SurfaceTable, Treed, World};
 /// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
 /// long.
 const MAX_DEPTH: u32 = 65_536;
+
+/// The kinds of materials that the device's program has.
+const KINDS: &[Kind] = &[
+    Kind::Matte,
+    Kind::Mirror,
+    Kind::Glass,
+    Kind::Checkerboard,
+    #[cfg(feature = "broken-material")]
+    Kind::Broken,
+];
 
 /// WGSL promises square roots within 4.5 units in the last place where the CPU's are within ½, and a round
 /// surface's and a cylinder's share of a hit's error bound comes from one.
@@ -60,6 +70,9 @@ impl Tables {
             job.scene;
         if job.render.max_depth > MAX_DEPTH && job.render.max_depth != UNLIMITED {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
+        }
+        if let Some(row) = materials.rows().iter().find(|row| !KINDS.contains(&row.kind)) {
+            return Err(GpuError::Unsupported(format!("materials of the kind {:?}", row.kind)));
         }
         // Meshes are found by the tree alone.
         let with_meshes;
@@ -255,21 +268,21 @@ pub(super) fn surface(table: &SurfaceTable, row: u32) -> Surface {
     }
 }
 
+/// A row of the host's table for the device, whose rows have a field for everything that any of its kinds has.
 pub(super) fn material(row: &Row) -> Material {
-    let transmittance = match row.kind {
-        Kind::Matte | Kind::Mirror | Kind::Glass | Kind::Checkerboard => row.transmittance,
-        // What the material returns, in the order of its thirds.
+    let mut material =
+        Material { reflectance: row.colour, kind: row.kind as u32, ior: 1.0, ..Material::default() };
+    match row.kind {
+        Kind::Glass => (material.transmittance, material.ior) = Glass::unpack(row.numbers),
+        Kind::Checkerboard => {
+            material.checks = row.choices;
+            material.checks_per_unit = Checkerboard::unpack(row.numbers);
+        }
         #[cfg(feature = "broken-material")]
-        Kind::Broken => [f32::NAN, f32::INFINITY, -1.0],
-    };
-    Material {
-        reflectance: row.reflectance,
-        kind: row.kind as u32,
-        transmittance,
-        ior: row.ior,
-        checks: row.checks,
-        checks_per_unit: row.checks_per_unit,
+        Kind::Broken => material.transmittance = crate::material::Broken::WEIGHTS,
+        _ => {}
     }
+    material
 }
 
 /// The lights and the nodes of their tree, behind which come those of lamps that are meshes.

@@ -36,30 +36,12 @@ impl<F: Float> Dielectric<F> {
     fn eta(&self, wo: Vec3<F>) -> F {
         F::select(F::zero().le(wo.z), self.ior, F::splat(1.0) / self.ior)
     }
-
-    /// Both branches of `wo`: the reflected direction and its weight, the refracted direction and its
-    /// weight, with f·|cos| / 1 each, hence the Fresnel factors inside. Where light cannot pass, the
-    /// refracted weight is black.
-    #[inline(always)]
-    pub fn branches(&self, wo: Vec3<F>, mode: TransportMode) -> [(Vec3<F>, Rgb<F>, F); 2] {
-        let eta = self.eta(wo);
-        let (fresnel, cos_t) = fresnel_dielectric(wo.z.abs(), eta);
-        let scale = F::splat(1.0) / eta;
-        let refracted = Vec3::new(-wo.x * scale, -wo.y * scale, -cos_t.copysign(wo.z));
-        let through = -fresnel + 1.0;
-        let transmitted = match mode {
-            // Radiance is squeezed into a smaller solid angle where it enters the denser side (Veach 1997, §5.2).
-            TransportMode::Radiance => through * scale * scale,
-            TransportMode::Importance => through,
-        };
-        [
-            (reflect(wo), self.reflectance * fresnel, fresnel),
-            (refracted, self.transmittance * transmitted, through),
-        ]
-    }
 }
 
 impl<F: Float> Bxdf<F> for Dielectric<F> {
+    const SMOOTH: bool = false;
+    const TRANSMITS: bool = true;
+
     #[inline(always)]
     fn eval(&self, _wo: Vec3<F>, _wi: Vec3<F>, _mode: TransportMode) -> Rgb<F> {
         Rgb::black()
@@ -91,14 +73,24 @@ impl<F: Float> Bxdf<F> for Dielectric<F> {
         self.transmittance
     }
 
+    /// The reflected branch, then the refracted one, with Fresnel factors inside their weights. Where light cannot pass,
+    /// the refracted weight is black.
     #[inline(always)]
-    fn is_smooth(&self) -> F::Mask {
-        F::Mask::splat(false)
-    }
-
-    #[inline(always)]
-    fn transmits(&self) -> F::Mask {
-        F::Mask::splat(true)
+    fn branches(&self, wo: Vec3<F>, mode: TransportMode) -> [(Vec3<F>, Rgb<F>, F); 2] {
+        let eta = self.eta(wo);
+        let (fresnel, cos_t) = fresnel_dielectric(wo.z.abs(), eta);
+        let scale = F::splat(1.0) / eta;
+        let refracted = Vec3::new(-wo.x * scale, -wo.y * scale, -cos_t.copysign(wo.z));
+        let through = -fresnel + 1.0;
+        let transmitted = match mode {
+            // Radiance is squeezed into a smaller solid angle where it enters the denser side (Veach 1997, §5.2).
+            TransportMode::Radiance => through * scale * scale,
+            TransportMode::Importance => through,
+        };
+        [
+            (reflect(wo), self.reflectance * fresnel, fresnel),
+            (refracted, self.transmittance * transmitted, through),
+        ]
     }
 }
 

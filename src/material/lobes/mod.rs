@@ -1,12 +1,14 @@
-//! The lobes that materials are made of, one file for each.
+//! The lobes that materials are made of, one file for each, and their combinations.
 
 mod dielectric;
 mod lambertian;
-mod mirror;
+mod specular_reflection;
+mod sum;
 
 pub use dielectric::{Dielectric, fresnel_dielectric};
 pub use lambertian::Lambertian;
-pub use mirror::Mirror;
+pub use specular_reflection::SpecularReflection;
+pub use sum::Sum;
 
 use crate::math::{Float, Vec3};
 

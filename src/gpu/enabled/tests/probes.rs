@@ -9,7 +9,7 @@ use super::super::variant::{Plan, Variant};
 use super::{Device, device};
 use crate::film::sums::{MAX_RADIANCE, PixelSums, check};
 use crate::light::{AreaLight, LightTable, PointLight};
-use crate::material::{Bxdf, Dielectric, Kind, MaterialTable, Row, TransportMode};
+use crate::material::{Bxdf, Checkerboard, Dielectric, Glass, MaterialTable, Matte, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Frame, Ray, Rgb, Vec3, trig};
 use crate::sampling::{Sobol, Stream, random, warp};
@@ -355,18 +355,12 @@ fn shapes_are_met_where_the_cpu_meets_them() {
 #[test]
 fn checkerboards_choose_the_same_materials() {
     let Some(device) = device() else { return };
-    let board = |even, odd, checks_per_unit| Row {
-        kind: Kind::Checkerboard,
-        checks: [even, odd],
-        checks_per_unit,
-        ..Row::matte([0.0; 3])
-    };
     let rows = vec![
-        Row::matte([0.1; 3]),
-        Row::matte([0.2; 3]),
-        board(0, 1, [8.0, 4.0]),
-        board(2, 1, [1.0, 2.0]),
-        board(3, 2, [0.5, 0.25]),
+        Matte::row([0.1; 3]),
+        Matte::row([0.2; 3]),
+        Checkerboard::row(0, 1, [8.0, 4.0]),
+        Checkerboard::row(2, 1, [1.0, 2.0]),
+        Checkerboard::row(3, 2, [0.5, 0.25]),
     ];
     let materials: Vec<_> = rows.iter().map(material).collect();
     let table = MaterialTable::new(rows);
@@ -376,7 +370,7 @@ fn checkerboards_choose_the_same_materials() {
         "for (var row = 0u; row < 5u; row++) { put(row, resolve(row, vec2f(float(0u), float(1u)))); }";
     let outputs = probe::<2, 5>(&device, lines, &bits(&inputs), &Tables { materials, ..nothing() });
     for (uv, out) in inputs.iter().zip(outputs) {
-        let expected = [0, 1, 2, 3, 4].map(|row| table.resolve::<f32>(Wrapping(row), uv[0], uv[1]).0);
+        let expected = [0, 1, 2, 3, 4].map(|row| table.resolve::<f32>(Wrapping(row), *uv).0.0);
         assert_eq!(out, expected, "at {uv:?}");
     }
 }
@@ -385,7 +379,7 @@ fn checkerboards_choose_the_same_materials() {
 fn glass_parts_light_as_on_the_cpu() {
     let Some(device) = device() else { return };
     let (reflectance, transmittance) = ([1.0, 0.9, 0.8], [0.5, 0.6, 0.7]);
-    let row = Row { kind: Kind::Glass, transmittance, ior: 1.5, ..Row::matte(reflectance) };
+    let row = Glass::row(1.5, [1.0, 0.9, 0.8], [0.5, 0.6, 0.7]);
     let glass = Dielectric {
         ior: 1.5_f32,
         reflectance: Rgb::splat(reflectance),
@@ -596,8 +590,8 @@ fn lights_are_sampled_as_on_the_cpu() {
 #[test]
 fn matte_scatters_as_on_the_cpu() {
     let Some(device) = device() else { return };
-    let row = Row::matte([0.75, 0.5, 0.25]);
-    let matte = crate::material::Lambertian { reflectance: Rgb::<f32>::splat(row.reflectance) };
+    let row = Matte::row([0.75, 0.5, 0.25]);
+    let matte = crate::material::Lambertian { reflectance: Rgb::<f32>::splat(row.colour) };
     let lines = "let s = bsdf_sample(material_at(0u), float3(0u), vec2f(float(6u), float(7u)), 0.5);
         put_float3(0u, s.wi); put_float3(3u, s.weight); put_float(6u, s.pdf); put(7u, u32(s.delta));
         put_float3(8u, bsdf_eval(material_at(0u), float3(0u), float3(3u)));
@@ -617,7 +611,7 @@ fn matte_scatters_as_on_the_cpu() {
         let (wo, wi) = (vec3([x, y, z]), vec3([nx, ny, nz]));
         let s = matte.sample(wo, [u, v], 0.5, TransportMode::Radiance);
         [s.wi.x, s.wi.y, s.wi.z].iter().zip(&out).for_each(|(e, o)| close(*o, *e, 8.0 * ULP, input));
-        assert_eq!(out[3..6], row.reflectance.map(f32::to_bits));
+        assert_eq!(out[3..6], row.colour.map(f32::to_bits));
         close(out[6], s.pdf, 4.0 * ULP, input);
         assert_eq!(out[7], 0);
         let f = matte.eval(wo, wi, TransportMode::Radiance);

@@ -6,12 +6,14 @@ use crate::math::{Float, Mask, Rgb, Vec3};
 
 /// Reflects perfectly on both sides (report §4.3.1.2).
 #[derive(Clone, Copy, Debug)]
-pub struct Mirror<F> {
+pub struct SpecularReflection<F> {
     /// The fraction reflected.
     pub reflectance: Rgb<F>,
 }
 
-impl<F: Float> Bxdf<F> for Mirror<F> {
+impl<F: Float> Bxdf<F> for SpecularReflection<F> {
+    const SMOOTH: bool = false;
+
     #[inline(always)]
     fn eval(&self, _wo: Vec3<F>, _wi: Vec3<F>, _mode: TransportMode) -> Rgb<F> {
         Rgb::black()
@@ -31,10 +33,5 @@ impl<F: Float> Bxdf<F> for Mirror<F> {
     #[inline(always)]
     fn albedo(&self) -> Rgb<F> {
         self.reflectance
-    }
-
-    #[inline(always)]
-    fn is_smooth(&self) -> F::Mask {
-        F::Mask::splat(false)
     }
 }

@@ -1,0 +1,66 @@
+//! A material for testing that samples are rejected.
+
+use super::bxdf::{Bxdf, BxdfSample, TransportMode};
+use super::kind::Kind;
+use super::lobes::Lambertian;
+use super::program::Leaf;
+use super::row::{Numbers, Row, Site};
+use crate::math::{Float, Rgb, Vec3};
+
+/// Returns values that no sample may have.
+#[derive(Clone, Copy, Debug)]
+pub struct Broken;
+
+impl Broken {
+    /// The weights of its samples, for each third of the numbers that choose the lobe.
+    pub const WEIGHTS: [f32; 3] = [f32::NAN, f32::INFINITY, -1.0];
+
+    /// Its row.
+    pub fn row() -> Row {
+        Row::new(Kind::Broken, [1.0; 3])
+    }
+}
+
+impl Leaf for Broken {
+    type Lobe<F: Float> = Impossible<F>;
+
+    #[inline(always)]
+    fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> Impossible<F> {
+        Impossible { directions: Lambertian { reflectance: numbers.colour } }
+    }
+}
+
+/// Scatters like a matte surface, with [`Broken::WEIGHTS`].
+#[derive(Clone, Copy, Debug)]
+pub struct Impossible<F> {
+    directions: Lambertian<F>,
+}
+
+impl<F: Float> Bxdf<F> for Impossible<F> {
+    // No light is sampled: what is impossible comes from its directions alone.
+    const SMOOTH: bool = false;
+
+    #[inline(always)]
+    fn eval(&self, _wo: Vec3<F>, _wi: Vec3<F>, _mode: TransportMode) -> Rgb<F> {
+        Rgb::black()
+    }
+
+    #[inline(always)]
+    fn sample(&self, wo: Vec3<F>, u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F> {
+        let [first, second, third] = Broken::WEIGHTS;
+        let later = F::select(lobe.lt(F::splat(2.0 / 3.0)), F::splat(second), F::splat(third));
+        let weight = F::select(lobe.lt(F::splat(1.0 / 3.0)), F::splat(first), later);
+        let sample = self.directions.sample(wo, u, lobe, mode);
+        BxdfSample { weight: Rgb::new(weight, weight, weight), ..sample }
+    }
+
+    #[inline(always)]
+    fn pdf(&self, _wo: Vec3<F>, _wi: Vec3<F>) -> F {
+        F::zero()
+    }
+
+    #[inline(always)]
+    fn albedo(&self) -> Rgb<F> {
+        self.directions.albedo()
+    }
+}

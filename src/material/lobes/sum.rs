@@ -1,0 +1,251 @@
+//! Two lobes on one surface.
+
+use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
+use crate::math::{Float, Rgb, Vec3};
+
+/// The largest number below one.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// Scatters by both of two lobes: f = f₁ + f₂. Directions come from either, with the densities p·p₁ + (1 − p)·p₂
+/// (the one-sample model of Veach 1997, §9.2.4).
+///
+/// At least one is smooth, so that there are no [`Bxdf::branches`] to follow. A sum of sums has as many lobes as it
+/// takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Sum<F, A, B> {
+    first: A,
+    second: B,
+    chance: F,
+}
+
+impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Sum<F, A, B> {
+    const HAS_A_SMOOTH_LOBE: () = assert!(A::SMOOTH || B::SMOOTH, "one of the lobes must not be a delta");
+
+    /// The sum of two lobes, the first of which gets this share, in [0, 1], of the samples.
+    #[inline(always)]
+    pub fn new(first: A, second: B, chance: F) -> Self {
+        let () = Self::HAS_A_SMOOTH_LOBE;
+        Sum { first, second, chance }
+    }
+}
+
+impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Bxdf<F> for Sum<F, A, B> {
+    const TRANSMITS: bool = A::TRANSMITS || B::TRANSMITS;
+
+    #[inline(always)]
+    fn eval(&self, wo: Vec3<F>, wi: Vec3<F>, mode: TransportMode) -> Rgb<F> {
+        self.first.eval(wo, wi, mode) + self.second.eval(wo, wi, mode)
+    }
+
+    #[inline(always)]
+    fn sample(&self, wo: Vec3<F>, u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F> {
+        let is_first = lobe.lt(self.chance);
+        let rest = -self.chance + 1.0;
+        // Within its share the number is as uniform as before. Rounding must not take it to one.
+        let of_first = (lobe / self.chance).min(F::splat(BELOW_ONE));
+        let of_second = ((lobe - self.chance) / rest).min(F::splat(BELOW_ONE));
+        let first = self.first.sample(wo, u, of_first, mode);
+        let second = self.second.sample(wo, u, of_second, mode);
+        let sample = BxdfSample::select(is_first, first, second);
+        // No other lobe scatters into the direction of a delta; into other directions both may.
+        let chosen = F::select(is_first, self.chance, rest);
+        let pdf = self.pdf(wo, sample.wi);
+        // Along the surface a density may be nothing, where f·|cos θ| is nothing too.
+        let both = (self.eval(wo, sample.wi, mode) * (sample.wi.z.abs() / pdf)).only(pdf.gt(F::zero()));
+        BxdfSample {
+            weight: Rgb::select(sample.delta, sample.weight * (F::splat(1.0) / chosen), both),
+            pdf: F::select(sample.delta, sample.pdf * chosen, pdf),
+            ..sample
+        }
+    }
+
+    #[inline(always)]
+    fn pdf(&self, wo: Vec3<F>, wi: Vec3<F>) -> F {
+        self.first.pdf(wo, wi) * self.chance + self.second.pdf(wo, wi) * (-self.chance + 1.0)
+    }
+
+    #[inline(always)]
+    fn albedo(&self) -> Rgb<F> {
+        self.first.albedo() + self.second.albedo()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::lobes::{Lambertian, SpecularReflection, same_side};
+    use crate::sampling::{Stream, warp};
+    use rand::RngExt;
+    use std::f32::consts::{FRAC_1_PI, PI};
+
+    const MODE: TransportMode = TransportMode::Radiance;
+    const DRAWS: u32 = 200_000;
+    /// A mean of so many draws is further from its expectation than this, in standard errors, with probability 10⁻⁶.
+    const SIGMAS: f64 = 4.9;
+
+    /// Every direction of the hemisphere alike: f = 0.2/π.
+    #[derive(Clone, Copy)]
+    struct Even;
+
+    impl Bxdf<f32> for Even {
+        fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>, _mode: TransportMode) -> Rgb<f32> {
+            Rgb::splat([0.2 * FRAC_1_PI; 3]).only(same_side(wo, wi))
+        }
+        fn sample(&self, wo: Vec3<f32>, u: [f32; 2], _lobe: f32, mode: TransportMode) -> BxdfSample<f32> {
+            let mut wi = warp::uniform_sphere(u);
+            wi.z = wi.z.copysign(wo.z);
+            let pdf = self.pdf(wo, wi);
+            let weight = self.eval(wo, wi, mode) * (wi.z.abs() / pdf);
+            BxdfSample { wi, weight, pdf, delta: false, eta: 1.0 }
+        }
+        fn pdf(&self, wo: Vec3<f32>, wi: Vec3<f32>) -> f32 {
+            (0.5 * FRAC_1_PI).only(same_side(wo, wi))
+        }
+        fn albedo(&self) -> Rgb<f32> {
+            Rgb::splat([0.2; 3])
+        }
+    }
+
+    fn matte() -> Lambertian<f32> {
+        Lambertian { reflectance: Rgb::splat([0.5, 0.3, 0.1]) }
+    }
+
+    fn mirror() -> SpecularReflection<f32> {
+        SpecularReflection { reflectance: Rgb::splat([0.3; 3]) }
+    }
+
+    fn wo() -> Vec3<f32> {
+        Vec3::new(0.48, -0.36, -0.8)
+    }
+
+    /// How far the mean of a function of three uniform numbers is from what is expected, in standard errors.
+    fn off(expected: f64, seed: u32, draw: impl Fn([f32; 3]) -> f32) -> f64 {
+        let mut stream = Stream::new(seed, 0, 0);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for _ in 0..DRAWS {
+            let x = f64::from(draw([stream.random(), stream.random(), stream.random()]));
+            sum += x;
+            squares += x * x;
+        }
+        let n = f64::from(DRAWS);
+        let mean = sum / n;
+        (mean - expected) / ((squares / n - mean * mean) / n).sqrt()
+    }
+
+    #[test]
+    fn a_sum_scatters_what_both_lobes_scatter() {
+        let sum = Sum::new(matte(), Even, 0.3);
+        for wi in [Vec3::new(0.6, 0.0, -0.8), Vec3::new(0.6, 0.0, 0.8)] {
+            let expected = matte().eval(wo(), wi, MODE) + Even.eval(wo(), wi, MODE);
+            assert_eq!(sum.eval(wo(), wi, MODE), expected);
+        }
+        assert_eq!(sum.albedo(), matte().albedo() + Even.albedo());
+    }
+
+    #[test]
+    fn the_density_of_a_sum_integrates_to_one() {
+        let over_the_sphere = |chance: f32, scale: f32| {
+            let sum = Sum::new(matte(), Even, chance);
+            off(1.0, 1, |[u, v, _]| sum.pdf(wo(), warp::uniform_sphere([u, v])) * (4.0 * PI * scale))
+        };
+        for chance in [0.0, 0.3, 0.9, 1.0] {
+            let z = over_the_sphere(chance, 1.0);
+            assert!(z.abs() < SIGMAS, "with a chance of {chance}, {z} σ");
+            // Negative control: densities 2% too high.
+            assert!(over_the_sphere(chance, 1.02).abs() > SIGMAS);
+        }
+    }
+
+    #[test]
+    fn directions_of_a_sum_follow_its_density() {
+        // The mean cosine is 2/3 for the matte lobe and 1/2 for the even one.
+        let mean = |chance: f64| chance * 2.0 / 3.0 + (1.0 - chance) / 2.0;
+        for (seed, chance) in [(2, 0.3), (3, 0.9)] {
+            let sum = Sum::new(matte(), Even, chance as f32);
+            let z = |expected| {
+                off(expected, seed, |[u, v, lobe]| sum.sample(wo(), [u, v], lobe, MODE).wi.z.abs())
+            };
+            assert!(z(mean(chance)).abs() < SIGMAS, "{} σ", z(mean(chance)));
+            // Negative control: a share of the samples 5% too low.
+            assert!(z(mean(chance - 0.05)).abs() > SIGMAS);
+        }
+    }
+
+    #[test]
+    fn samples_carry_the_mixed_density_and_the_weight_of_both_lobes() {
+        let sum = Sum::new(matte(), Even, 0.3);
+        let mut stream = Stream::new(4, 0, 0);
+        let mut apart = 0;
+        for _ in 0..10_000 {
+            let sample = sum.sample(wo(), [stream.random(), stream.random()], stream.random(), MODE);
+            let cos = sample.wi.z.abs();
+            let pdf = (0.3 * cos + 0.7 * 0.5) * FRAC_1_PI;
+            assert!((sample.pdf - pdf).abs() < 1e-5 && !sample.delta, "{sample:?}, not {pdf}");
+            let expected = (0.5 + 0.2) * FRAC_1_PI * cos / pdf;
+            assert!((sample.weight.r - expected).abs() < 1e-5, "{sample:?}, not {expected}");
+            apart += u32::from((sample.weight.r - matte().reflectance.r).abs() > 1e-3);
+        }
+        // Negative control: the weight of one lobe alone is another.
+        assert!(apart > 9000, "{apart} weights");
+        // Along the surface nothing is scattered.
+        let along = Sum::new(matte(), matte(), 0.3).sample(wo(), [1.0, 0.0], 0.0, MODE);
+        assert_eq!((along.pdf, along.weight), (0.0, Rgb::black()));
+    }
+
+    #[test]
+    fn a_delta_lobe_keeps_its_share_and_its_energy() {
+        let sum = Sum::new(mirror(), matte(), 0.25);
+        let wi = Vec3::new(-0.48, 0.36, -0.8);
+        let (mut deltas, n) = (0, 1000);
+        for i in 0..n {
+            let sample = sum.sample(wo(), [0.3, 0.6], (i as f32 + 0.5) / n as f32, MODE);
+            deltas += u32::from(sample.delta);
+            if sample.delta {
+                assert_eq!((sample.wi, sample.pdf), (wi, 0.25));
+                assert!((sample.weight.r - 0.3 / 0.25).abs() < 1e-6);
+            } else {
+                assert!((sample.weight.r - 0.5 / 0.75).abs() < 1e-6);
+                assert!((sample.pdf - 0.75 * matte().pdf(wo(), sample.wi)).abs() < 1e-6);
+            }
+        }
+        assert_eq!(deltas, 250);
+        // The mirror is in no density.
+        assert_eq!(sum.eval(wo(), wi, MODE), matte().eval(wo(), wi, MODE));
+    }
+
+    /// Shows its number for the lobe as the x of a direction.
+    struct Number;
+
+    impl Bxdf<f32> for Number {
+        fn eval(&self, _wo: Vec3<f32>, _wi: Vec3<f32>, _mode: TransportMode) -> Rgb<f32> {
+            Rgb::black()
+        }
+        fn sample(&self, _wo: Vec3<f32>, _u: [f32; 2], lobe: f32, _mode: TransportMode) -> BxdfSample<f32> {
+            let wi = Vec3::new(lobe, 0.0, 1.0);
+            BxdfSample { wi, weight: Rgb::black(), pdf: 1.0, delta: true, eta: 1.0 }
+        }
+        fn pdf(&self, _wo: Vec3<f32>, _wi: Vec3<f32>) -> f32 {
+            0.0
+        }
+        fn albedo(&self) -> Rgb<f32> {
+            Rgb::black()
+        }
+    }
+
+    #[test]
+    fn what_is_left_of_the_number_chooses_within_a_lobe() {
+        for chance in (0..=1000).map(|i| i as f32 / 1000.0) {
+            let number = |lobe| Sum::new(Number, Number, chance).sample(wo(), [0.5; 2], lobe, MODE).wi.x;
+            for lobe in [0.0, 0.25, 0.5, 0.75, BELOW_ONE] {
+                let expected = if lobe < chance { lobe / chance } else { (lobe - chance) / (1.0 - chance) };
+                assert!((number(lobe) - expected).abs() < 1e-6 && (0.0..1.0).contains(&number(lobe)));
+            }
+        }
+        // A fifth, a fifth and three fifths of the samples.
+        let three = Sum::new(mirror(), Sum::new(mirror(), Even, 0.25), 0.2);
+        let samples = (0..1000).map(|i| three.sample(wo(), [0.3, 0.6], (i as f32 + 0.5) / 1000.0, MODE));
+        let deltas: Vec<_> = samples.filter(|sample| sample.delta).collect();
+        assert_eq!(deltas.len(), 400);
+        assert!(deltas.iter().all(|sample| (sample.pdf - 0.2).abs() < 1e-6));
+    }
+}

@@ -1,0 +1,24 @@
+//! Materials as programs.
+
+use super::bxdf::Bxdf;
+use super::row::{Columns, Numbers, Site};
+use crate::math::Float;
+
+/// A material that scatters light: a program that makes a lobe, which may be a combination of several, of the numbers of
+/// a row and the point where they are looked at.
+pub trait Leaf {
+    /// Whether it looks at [`Site::uv`], which are nothing of use otherwise.
+    const LOOKS_AT_UV: bool = false;
+
+    /// How it scatters.
+    type Lobe<F: Float>: Bxdf<F>;
+
+    /// The lobe at a point.
+    fn lobe<F: Float>(numbers: &Numbers<F>, site: &Site<F>) -> Self::Lobe<F>;
+}
+
+/// A material that has light scattered by one of several others.
+pub trait Chooser {
+    /// The row that a row of this kind chooses at uv, and the coordinates that the chosen one sees.
+    fn choose<F: Float>(columns: &Columns, row: F::Uint, uv: [F; 2]) -> (F::Uint, [F; 2]);
+}

@@ -1,0 +1,119 @@
+//! A material as the table keeps it, and as lanes read it.
+
+use super::kind::Kind;
+use crate::math::{Float, Rgb, Uint, Vec3};
+
+/// Numbers of a row beyond its colour: as many as the material with the most has.
+pub const NUMBERS: usize = 5;
+
+/// Rows that one row chooses among.
+pub const CHOICES: usize = 2;
+
+/// One material: its program, and what the program's parameters are here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// The program.
+    pub kind: Kind,
+    /// The colour that most materials have. Where it is black, lobes that are not deltas must be black.
+    pub colour: [f32; 3],
+    /// What else the program has, in its own order; zero beyond that.
+    pub numbers: [f32; NUMBERS],
+    /// The rows that a chooser chooses among, all of them before this one.
+    pub choices: [u32; CHOICES],
+}
+
+impl Row {
+    /// A row that has no more than a colour.
+    pub(super) fn new(kind: Kind, colour: [f32; 3]) -> Row {
+        Row { kind, colour, numbers: [0.0; NUMBERS], choices: [0; CHOICES] }
+    }
+}
+
+/// Numbers of a description as rows have them.
+pub(super) fn narrow<const N: usize>(numbers: [f64; N]) -> [f32; N] {
+    numbers.map(|x| x as f32)
+}
+
+/// The numbers of each lane's row, of which programs make lobes.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers<F> {
+    /// [`Row::colour`].
+    pub colour: Rgb<F>,
+    /// [`Row::numbers`].
+    pub further: [F; NUMBERS],
+}
+
+/// What programs may look at of the points that they make lobes for, so that parameters can vary over a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Site<F> {
+    /// The point in world space.
+    pub p: Vec3<F>,
+    /// The surface's coordinates there, or those within a check. They are of use only in lanes where
+    /// [`super::MaterialTable::looks_at_uv`] holds of the surface's material.
+    pub uv: [F; 2],
+}
+
+/// All rows, one column for each property.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Columns {
+    kind: Vec<u32>,
+    colour: [Vec<f32>; 3],
+    numbers: [Vec<f32>; NUMBERS],
+    choices: [Vec<u32>; CHOICES],
+    /// The columns of numbers in which any leaf has another value than zero come before this one.
+    used: usize,
+}
+
+impl Columns {
+    pub(super) fn push(&mut self, row: &Row) {
+        self.kind.push(row.kind as u32);
+        self.colour.iter_mut().zip(row.colour).for_each(|(column, x)| column.push(x));
+        self.numbers.iter_mut().zip(row.numbers).for_each(|(column, x)| column.push(x));
+        self.choices.iter_mut().zip(row.choices).for_each(|(column, x)| column.push(x));
+        if !row.kind.is_chooser() {
+            let used = row.numbers.iter().rposition(|&x| x != 0.0).map_or(0, |last| last + 1);
+            self.used = self.used.max(used);
+        }
+    }
+
+    /// The kinds of rows, as numbers.
+    #[inline(always)]
+    pub(super) fn kind<U: Uint>(&self, row: U) -> U {
+        U::gather(&self.kind, row)
+    }
+
+    /// One of the rows that choosers choose among.
+    #[inline(always)]
+    pub(super) fn choice<U: Uint>(&self, i: usize, row: U) -> U {
+        U::gather(&self.choices[i], row)
+    }
+
+    /// One of the numbers of rows.
+    #[inline(always)]
+    pub(super) fn number<F: Float>(&self, i: usize, row: F::Uint) -> F {
+        F::gather(&self.numbers[i], row)
+    }
+
+    /// All that leaves make lobes of.
+    #[inline(always)]
+    pub(super) fn numbers<F: Float>(&self, row: F::Uint) -> Numbers<F> {
+        // Most scenes have nothing but colours. What a scene has is the same at every hit: the branches are foreseen.
+        let further = if self.used > 0 {
+            [
+                self.number_if_used(0, row),
+                self.number_if_used(1, row),
+                self.number_if_used(2, row),
+                self.number_if_used(3, row),
+                self.number_if_used(4, row),
+            ]
+        } else {
+            [F::zero(); NUMBERS]
+        };
+        Numbers { colour: Rgb::gather(&self.colour, row), further }
+    }
+
+    #[inline(always)]
+    fn number_if_used<F: Float>(&self, i: usize, row: F::Uint) -> F {
+        if i < self.used { self.number(i, row) } else { F::zero() }
+    }
+}

@@ -12,6 +12,12 @@ pub struct Ray<F> {
 }
 
 impl<F: Float> Ray<F> {
+    /// No ray: all zeros, to be replaced.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Ray { o: Vec3::zero(), d: Vec3::zero() }
+    }
+
     /// The point at distance `t`.
     #[inline(always)]
     pub fn at(&self, t: F) -> Vec3<F> {

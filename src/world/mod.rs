@@ -6,6 +6,7 @@
 mod bvh;
 mod compile;
 mod instances;
+mod interaction;
 mod pages;
 mod simple;
 mod surfaces;
@@ -14,6 +15,7 @@ mod triangles;
 pub use bvh::{Boxes, Bvh, Contents, WIDTH as TREE_WIDTH};
 pub use compile::{CompiledScene, SHARING_PAYS_FROM, compile, compile_sharing};
 pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
+pub use interaction::{Interaction, Uv};
 pub use simple::Simple;
 pub use surfaces::{Look, NO_LIGHT, SurfacePoint, SurfaceTable};
 pub use triangles::{FIRST_TRIANGLE, Triangles};

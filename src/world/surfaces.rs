@@ -5,7 +5,7 @@ use super::triangles::{FIRST_TRIANGLE, Triangles};
 use super::{Hit, Instances, NO_INSTANCE};
 use crate::math::trig;
 use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3};
-use crate::shape::{Form, POSITION_ERROR, Shears, Sides, Surface};
+use crate::shape::{Form, POSITION_ERROR, Sides, Surface};
 use std::sync::Arc;
 
 /// What a surface looks like beside its form.
@@ -76,7 +76,7 @@ pub struct SurfacePoint<F: Float> {
     /// The normal that light scatters around, of length one: `n`, or what a mesh says, on the same side of the
     /// triangle and as the ray sees it.
     pub shading: Vec3<F>,
-    /// Weights of a triangle's second and third corners.
+    /// See [`Hit::weights`].
     weights: [F; 2],
     /// How far at most the point lies off the surface, along the normal, plus how close to the surface
     /// a ray may start without meeting it again (see [`crate::shape::offset_origin`]).
@@ -217,7 +217,7 @@ impl SurfaceTable {
         if let Some(triangles) = &self.triangles {
             let on_mesh = hit.is_some() & !hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
             if on_mesh.any() {
-                self.mesh_point(triangles, ray, hit, on_mesh, &mut point);
+                self.mesh_point(triangles, ray.d, hit, on_mesh, &mut point);
             }
         }
         point
@@ -229,7 +229,7 @@ impl SurfaceTable {
     fn mesh_point<F: Float>(
         &self,
         triangles: &Triangles,
-        ray: &Ray<F>,
+        ray_d: Vec3<F>,
         hit: &Hit<F>,
         on_mesh: F::Mask,
         point: &mut SurfacePoint<F>,
@@ -238,20 +238,13 @@ impl SurfaceTable {
         let mut a = triangles.position::<F>(vertices[0]);
         let mut b = triangles.position::<F>(vertices[1]);
         let mut c = triangles.position::<F>(vertices[2]);
-        let world_d = ray.d;
-        let mut ray = *ray;
         let mut place = None;
         if let Some(instances) = &self.instances {
             let shared = on_mesh & !hit.instance.eq(F::Uint::splat(NO_INSTANCE));
             if shared.any() {
-                let of_lane = instances.gather::<F>(hit.instance);
-                let seen = of_lane.ray(&ray);
-                ray.o = Vec3::select(shared, seen.o, ray.o);
-                ray.d = Vec3::select(shared, seen.d, ray.d);
-                place = Some((shared, of_lane));
+                place = Some((shared, instances.gather::<F>(hit.instance)));
             }
         }
-        let weights = Shears::new(&ray).meet([a, b, c], triangles.has_needles).weights;
         let mut sides = Sides::new(b - a, c - a);
         let mut error = sides.error(a);
         if let Some((shared, place)) = &place {
@@ -263,13 +256,14 @@ impl SurfaceTable {
             error = F::select(*shared, of_place, error);
         }
         let (ab, ac) = (b - a, c - a);
+        let weights = hit.weights;
         let p = a + ab * weights[0] + ac * weights[1];
         let orientation = F::gather(&self.orientation, point.row);
         let mut n = sides.across * (orientation / sides.length);
         let without_area = on_mesh & !sides.length.gt(F::zero());
         if without_area.any() {
             // It was met within rounding errors, and has no normal of its own.
-            n = Vec3::select(without_area, -world_d, n);
+            n = Vec3::select(without_area, -ray_d, n);
         }
 
         let mut shading = n;
@@ -283,7 +277,7 @@ impl SurfaceTable {
             let smooth = mean * (F::splat(1.0) / length).copysign(mean.dot(n));
             // Where the ray comes from the one side of the triangle and the other of the smooth surface, there
             // is no smooth surface to speak of.
-            let (geometric, seen) = (world_d.dot(n), world_d.dot(smooth));
+            let (geometric, seen) = (ray_d.dot(n), ray_d.dot(smooth));
             let agrees = (geometric * seen).gt(F::zero()) & length.gt(F::zero());
             shading = Vec3::select(agrees, smooth, n);
         }
@@ -291,7 +285,6 @@ impl SurfaceTable {
         point.n = Vec3::select(on_mesh, n, point.n);
         point.shading = Vec3::select(on_mesh, shading, point.shading);
         point.error = F::select(on_mesh, error, point.error);
-        point.weights = weights;
     }
 
     /// Points on all but meshes.
@@ -330,7 +323,7 @@ impl SurfaceTable {
             p,
             n,
             shading: n,
-            weights: [F::zero(); 2],
+            weights: hit.weights,
             error: p.max_abs() * POSITION_ERROR + F::gather(&self.error, row),
             surface: hit.surface,
             row,

@@ -317,8 +317,11 @@ fn shapes_are_met_where_the_cpu_meets_them() {
             }
             met[i] += 1;
             // The condition of the problem: how a rounding along the surface shows along the ray.
-            let hit =
-                crate::world::Hit { t: expected[i], surface: Wrapping(i as u32), instance: Wrapping(0) };
+            let hit = crate::world::Hit {
+                t: expected[i],
+                surface: Wrapping(i as u32),
+                ..crate::world::Hit::none()
+            };
             let point = table.point(&ray, &hit);
             let steep = 1.0 / point.n.dot(ray.d).abs().max(1e-4);
             let size = 8.0 + expected[i];

@@ -250,10 +250,8 @@ fn power(ball: &stride::shape::Sphere, p: DVec3) -> f64 {
 
 /// The only surface, which is a cylinder.
 fn tube(alone: &Alone) -> Cylinder {
-    match alone.world.simple.rare[0].0 {
-        Rare::Cylinder(tube) => tube,
-        Rare::Disk(disk) => unreachable!("{disk:?}"),
-    }
+    let Rare::Cylinder(tube) = alone.world.simple.rare[0].0 else { unreachable!("no cylinder") };
+    tube
 }
 
 /// From the axis of a cylinder, as its own numbers define it, to a point.

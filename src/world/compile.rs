@@ -6,7 +6,7 @@ use crate::camera::Camera;
 use crate::light::{AreaLight, LightTable, PointLight, PointLights};
 use crate::material::{Kind, MaterialTable, Row};
 use crate::scene::{self, MaterialKind, Scene};
-use crate::shape::{Cylinder, Disk, Mesh, Plane, Quad, Rare, Shape, Sphere};
+use crate::shape::{Cylinder, Disk, Mesh, Plane, Quad, Shape, Sphere};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -161,14 +161,14 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
                 if emits {
                     look.light = lights.push_area(AreaLight::Disk(disk), flipped, emission);
                 }
-                all.rare.push((Rare::Disk(disk), surfaces.push(disk.surface(), look)));
+                all.rare.push((disk.into(), surfaces.push_rare(disk.into(), look)));
             }
             scene::Shape::Cylinder { from, to, radius } => {
                 let cylinder = Cylinder::new(from, to, radius);
                 if emits {
                     look.light = lights.push_area(AreaLight::Cylinder(cylinder), flipped, emission);
                 }
-                all.rare.push((Rare::Cylinder(cylinder), surfaces.push(cylinder.surface(), look)));
+                all.rare.push((cylinder.into(), surfaces.push_rare(cylinder.into(), look)));
             }
             scene::Shape::Mesh { ref transform, .. } if shared[index].is_some() => {
                 let row = surfaces.push_instance(look, transform.matrix3.determinant() < 0.0);

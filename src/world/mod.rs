@@ -8,6 +8,7 @@ mod compile;
 mod instances;
 mod interaction;
 mod pages;
+mod rare;
 mod simple;
 mod surfaces;
 mod triangles;

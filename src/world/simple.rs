@@ -16,7 +16,7 @@ pub struct Simple {
     pub spheres: Vec<(Sphere, u32)>,
     /// The quads likewise.
     pub quads: Vec<(Quad, u32)>,
-    /// Disks and cylinders likewise.
+    /// The shapes of which most scenes have none likewise.
     pub rare: Vec<(Rare, u32)>,
     /// The triangles of all meshes.
     pub triangles: Arc<Triangles>,
@@ -59,7 +59,7 @@ fn any<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut foun
     found
 }
 
-/// What rays ask where there are disks and cylinders, in a function of its own: what most scenes have none of takes no
+/// What rays ask where there are rare shapes, in a function of its own: what most scenes have none of takes no
 /// room in theirs.
 struct AskAll<'a> {
     world: &'a Simple,
@@ -136,7 +136,7 @@ fn each_triangle<F: Float>(
 }
 
 impl Simple {
-    /// The first hit of all, disks and cylinders among them; for lanes in `past_triangles`, of all but triangles.
+    /// The first hit of all, rare shapes among them; for lanes in `past_triangles`, of all but triangles.
     #[inline(always)]
     fn closest_of_all<F: Float>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
         let found = &F::outlined(AskAll::new(self, ray, past_triangles));
@@ -148,7 +148,7 @@ impl Simple {
         }
     }
 
-    /// The first hit of all but disks and cylinders.
+    /// The first hit of all but rare shapes.
     #[inline(always)]
     fn closest_common<F: Float>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
         let hit = closest(&self.planes, ray, Hit::none());

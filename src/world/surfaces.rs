@@ -1,11 +1,12 @@
 //! What hits look up: one row for each surface, one column for each property.
 
 use super::instances::Place;
+use super::rare::Rares;
 use super::triangles::{FIRST_TRIANGLE, Triangles};
 use super::{Hit, Instances, NO_INSTANCE};
 use crate::math::trig;
 use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3};
-use crate::shape::{Form, POSITION_ERROR, Sides, Surface};
+use crate::shape::{Form, POSITION_ERROR, Rare, Shape, Sides, Surface};
 use std::sync::Arc;
 
 /// What a surface looks like beside its form.
@@ -26,6 +27,9 @@ pub struct Look {
 /// The light of a surface that can't be sampled as one.
 pub const NO_LIGHT: u32 = u32::MAX;
 
+/// What [`SurfaceTable::rare_index`] says of other surfaces.
+const NOT_RARE: u32 = u32::MAX;
+
 /// Indices of triangles.
 #[inline(always)]
 fn index<F: Float>(surface: F::Uint) -> F::Uint {
@@ -35,16 +39,14 @@ fn index<F: Float>(surface: F::Uint) -> F::Uint {
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTable {
-    /// Of round surfaces and cylinders.
+    /// Of round surfaces.
     anchor: [Vec<f32>; 3],
-    /// Zero for flat surfaces: there what follows from the axes is all.
+    /// Zero for others.
     radius: Vec<f32>,
-    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones, a cylinder's axis.
+    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones.
     axis: [Vec<f32>; 3],
-    /// The distance of flat surfaces, the anchor's power of round ones; zero for cylinders.
+    /// The distance of flat surfaces, the anchor's power of round ones.
     constant: Vec<f32>,
-    /// [`Form`]s as numbers.
-    form: Vec<u32>,
     error: Vec<f32>,
     u_axis: [Vec<f32>; 3],
     u_offset: Vec<f32>,
@@ -57,10 +59,12 @@ pub struct SurfaceTable {
     light: Vec<u32>,
     /// Of a mesh that emits, what to add to a triangle's index for its light, wrapping.
     triangle_light: Vec<u32>,
-    /// Whether some are not flat, or have polar coordinates.
-    has_curved: bool,
-    /// Whether there are disks or cylinders.
-    has_rare: bool,
+    /// Whether some are round.
+    has_round: bool,
+    /// The index of each row in `rare`, or [`NOT_RARE`].
+    rare_index: Vec<u32>,
+    /// The rare shapes, which know themselves what the other columns say of others.
+    rare: Vec<Rare>,
     rows: Vec<(Surface, Look)>,
     triangles: Option<Arc<Triangles>>,
     instances: Option<Arc<Instances>>,
@@ -99,15 +103,12 @@ impl SurfaceTable {
         let row = self.rows.len() as u32;
         let (axis, constant) = match surface.form {
             Form::Round => (surface.to_centre, surface.anchor_power),
-            Form::Flat | Form::Disk => (surface.normal, surface.distance),
-            Form::Cylinder => (surface.normal, 0.0),
+            Form::Flat | Form::Rare => (surface.normal, surface.distance),
         };
         push3(&mut self.anchor, surface.anchor);
         self.radius.push(surface.radius);
         push3(&mut self.axis, axis);
         self.constant.push(constant);
-        self.form.push(surface.form as u32);
-        self.has_rare |= matches!(surface.form, Form::Disk | Form::Cylinder);
         self.error.push(surface.error);
         let [ux, uy, uz, u_offset] = surface.u_axis;
         push3(&mut self.u_axis, [ux, uy, uz]);
@@ -120,9 +121,23 @@ impl SurfaceTable {
         self.material.push(look.material);
         self.light.push(look.light);
         self.triangle_light.push(0);
-        self.has_curved |= surface.radius > 0.0;
+        self.rare_index.push(NOT_RARE);
+        self.has_round |= surface.form == Form::Round;
         self.rows.push((surface, look));
         row
+    }
+
+    /// Adds the row of a rare shape and returns its number.
+    pub fn push_rare(&mut self, shape: Rare, look: Look) -> u32 {
+        let row = self.push(shape.surface(), look);
+        self.rare_index[row as usize] = self.rare.len() as u32;
+        self.rare.push(shape);
+        row
+    }
+
+    /// The rare shape of a row, if it is one's.
+    pub fn rare(&self, row: u32) -> Option<&Rare> {
+        self.rare.get(self.rare_index[row as usize] as usize)
     }
 
     /// Adds the row of a mesh whose triangles begin with `first`, and whose lights, if it emits, with the look's
@@ -296,24 +311,23 @@ impl SurfaceTable {
         let mut normal = axis;
         let mut off = p.dot(normal) - constant;
         let radius = F::gather(&self.radius, row);
-        let curved = radius.gt(F::zero());
-        if curved.any() {
+        let round = radius.gt(F::zero());
+        if round.any() {
             // The distance to the centre less the radius, as power/(distance + radius): see `Sphere`.
             let w = p - Vec3::gather(&self.anchor, row);
             let from_centre = w - axis;
             let length = from_centre.length();
             let power = w.dot(from_centre - axis) + constant;
-            let mut round = curved;
-            if self.has_rare {
-                round = curved & self.has_form::<F>(row, Form::Round);
-                let cylinder = self.has_form::<F>(row, Form::Cylinder);
-                let across = w - axis * w.dot(axis);
-                let length = across.length();
-                normal = Vec3::select(cylinder, across * (F::splat(1.0) / length), normal);
-                off = F::select(cylinder, length - radius, off);
-            }
             normal = Vec3::select(round, from_centre * (F::splat(1.0) / length), normal);
             off = F::select(round, power / (length + radius), off);
+        }
+        if !self.rare.is_empty() {
+            let (index, rare) = self.rare_lanes::<F>(row, hit.is_some());
+            if rare.any() {
+                let (n, distance) = Rares::new(&self.rare, rare, index, p).points();
+                normal = Vec3::select(rare, n, normal);
+                off = F::select(rare, distance, off);
+            }
         }
         // Along a far hit's ray the error grows with the distance; put back onto the surface, what is left
         // grows only with the coordinates.
@@ -336,26 +350,23 @@ impl SurfaceTable {
         let (p, row) = (point.p, point.row);
         let mut u = p.dot(Vec3::gather(&self.u_axis, row)) + F::gather(&self.u_offset, row);
         let mut v = p.dot(Vec3::gather(&self.v_axis, row)) + F::gather(&self.v_offset, row);
-        if self.has_curved {
-            let curved = wanted & F::gather(&self.radius, row).gt(F::zero());
-            if curved.any() {
+        if self.has_round {
+            let round = wanted & F::gather(&self.radius, row).gt(F::zero());
+            if round.any() {
                 // φ/2π and θ/π from +z, of the direction from the centre.
                 let d = point.n * F::gather(&self.orientation, row);
-                let (mut x, mut y, mut round) = (d.x, d.y, curved);
-                if self.has_rare {
-                    // On a disk uv so far are coordinates, on a cylinder v is as it should be.
-                    let disk = self.has_form::<F>(row, Form::Disk);
-                    let cylinder = self.has_form::<F>(row, Form::Cylinder);
-                    round = curved & self.has_form::<F>(row, Form::Round);
-                    let x_axis = Vec3::gather(&self.u_axis, row);
-                    let y_axis = Vec3::gather(&self.axis, row).cross(x_axis);
-                    x = F::select(disk, u, F::select(cylinder, d.dot(x_axis), x));
-                    y = F::select(disk, v, F::select(cylinder, d.dot(y_axis), y));
-                    v = F::select(disk, (x * x + y * y).sqrt(), v);
-                }
                 let theta = trig::angle_turns((d.x * d.x + d.y * d.y).sqrt(), d.z);
-                u = F::select(curved, trig::angle_turns(y, x), u);
+                u = F::select(round, trig::angle_turns(d.y, d.x), u);
                 v = F::select(round, theta * 2.0, v);
+            }
+        }
+        if !self.rare.is_empty() {
+            let (index, rare) = self.rare_lanes::<F>(row, wanted);
+            if rare.any() {
+                let n = point.n * F::gather(&self.orientation, row);
+                let (rare_u, rare_v) = Rares::new(&self.rare, rare, index, p).uv(n);
+                u = F::select(rare, rare_u, u);
+                v = F::select(rare, rare_v, v);
             }
         }
         if let Some(triangles) = &self.triangles {
@@ -370,10 +381,11 @@ impl SurfaceTable {
         (u, v)
     }
 
-    /// The rows of a form.
+    /// Indices in `rare`, and which of some lanes have one.
     #[inline(always)]
-    fn has_form<F: Float>(&self, row: F::Uint, form: Form) -> F::Mask {
-        F::Uint::gather(&self.form, row).eq(F::Uint::splat(form as u32))
+    fn rare_lanes<F: Float>(&self, row: F::Uint, lanes: F::Mask) -> (F::Uint, F::Mask) {
+        let index = F::Uint::gather(&self.rare_index, row);
+        (index, lanes & index.lt(F::Uint::splat(NOT_RARE)))
     }
 
     /// Material rows of points.

@@ -9,7 +9,7 @@ use crate::light::{self, LightRow, LightTable};
 use crate::material::{Kind, Row};
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
-use crate::shape::{self, Form};
+use crate::shape::{self, Form, Rare};
 use crate::world::{CompiledScene, Simple, SurfaceTable, Treed, World};
 
 /// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
@@ -147,7 +147,7 @@ struct Order {
 }
 
 impl Order {
-    /// Adds what every ray asks: planes, spheres, quads, and disks and cylinders. Returns where each kind ends.
+    /// Adds what every ray asks: planes, spheres, quads and rare shapes. Returns where each kind ends.
     fn asked_by_all(&mut self, simple: &Simple) -> [u32; 4] {
         let Simple { planes, spheres, quads, rare, .. } = simple;
         let kinds: [Vec<u32>; 4] = [
@@ -229,29 +229,50 @@ impl Tables {
 
 pub(super) fn surface(table: &SurfaceTable, row: u32) -> Surface {
     let (form, look) = &table.rows()[row as usize];
-    let (radius, axis, constant) = match form.form {
-        Form::Flat => (0.0, form.normal, form.distance),
-        Form::Round => (form.radius, form.to_centre, form.anchor_power),
-        Form::Disk => (layout::IS_DISK, form.normal, form.distance),
-        Form::Cylinder => (layout::IS_CYLINDER, form.normal, form.radius),
-    };
-    let error = match form.form {
-        Form::Round | Form::Cylinder => form.error * ROUND_ERROR,
-        Form::Flat | Form::Disk => form.error,
+    let own = match table.rare(row) {
+        None => {
+            let is_round = form.form == Form::Round;
+            Surface {
+                anchor: form.anchor,
+                radius: form.radius,
+                axis: if is_round { form.to_centre } else { form.normal },
+                constant: if is_round { form.anchor_power } else { form.distance },
+                u_axis: form.u_axis,
+                v_axis: form.v_axis,
+                error: form.error * if is_round { ROUND_ERROR } else { 1.0 },
+                ..Surface::default()
+            }
+        }
+        Some(Rare::Disk(disk)) => Surface {
+            radius: layout::IS_DISK,
+            axis: disk.normal,
+            constant: disk.distance,
+            u_axis: disk.x_axis,
+            v_axis: disk.y_axis,
+            error: form.error,
+            ..Surface::default()
+        },
+        Some(Rare::Cylinder(cylinder)) => {
+            let [x, y, z] = cylinder.x_axis;
+            Surface {
+                anchor: cylinder.middle,
+                radius: layout::IS_CYLINDER,
+                axis: cylinder.axis,
+                constant: cylinder.radius,
+                u_axis: [x, y, z, 0.0],
+                v_axis: cylinder.v_axis,
+                error: form.error * ROUND_ERROR,
+                ..Surface::default()
+            }
+        }
     };
     Surface {
-        anchor: form.anchor,
-        radius,
-        axis,
-        constant,
-        u_axis: form.u_axis,
-        v_axis: form.v_axis,
         emission: look.emission,
-        error,
         orientation: table.orientation(row),
         material: look.material,
         light: look.light,
         row,
+        ..own
     }
 }
 

@@ -511,7 +511,10 @@ fn makes_rays(source: &str) -> bool {
     let tokens = tokens(source);
     let is_field = |token: &str| ["o", "d", "time", "."].contains(&token);
     tokens.iter().any(|token| token == "offset_origin")
-        || tokens.windows(3).any(|three| three[0] == "Ray" && three[1] == "{" && is_field(&three[2]))
+        || tokens.windows(3).any(|three| {
+            let [name, then, last] = [0, 1, 2].map(|i| three[i].as_str());
+            name == "Ray" && (then == "{" && is_field(last) || then == "::" && last == "new")
+        })
 }
 
 #[test]
@@ -522,7 +525,12 @@ fn integrators_get_their_rays_from_cameras_and_interactions() {
     for file in files {
         assert!(!makes_rays(&fs::read_to_string(&file).unwrap()), "{} makes a ray", file.display());
     }
-    for makes in ["Ray { o, d }", "math::Ray {d: n, o: p}", "crate::shape::offset_origin(p, n, error, d)"] {
+    for makes in [
+        "Ray { o, d }",
+        "math::Ray {d: n, o: p}",
+        "Ray::new(o, d)",
+        "crate::shape::offset_origin(p, n, error, d)",
+    ] {
         assert!(makes_rays(makes), "{makes}");
     }
     for does_not in

@@ -29,6 +29,8 @@ pub struct Interaction<F: Float> {
     pub material: F::Uint,
     /// cos θ between the outward normal and the way back along the ray.
     pub cos_o: F,
+    /// The ray's time, which rays from here inherit.
+    pub time: F,
     /// Whether light may scatter around another normal than the surface's own.
     is_smoothed: bool,
 }
@@ -60,6 +62,7 @@ impl CompiledScene {
             entity_material,
             material,
             cos_o: -ray.d.dot(point.n),
+            time: ray.time,
             is_smoothed: self.surfaces.has_shading_normals(),
             point,
         }
@@ -98,13 +101,14 @@ impl<F: Float> Interaction<F> {
     /// The ray that light is scattered along, or comes from: towards `d`, of length one.
     #[inline(always)]
     pub fn scattered(&self, d: Vec3<F>) -> Ray<F> {
-        Ray { o: self.origin(d), d }
+        Ray { o: self.origin(d), d, time: self.time }
     }
 
     /// The ray to a sample of a light, and the distance before which something is in the way.
     #[inline(always)]
     pub fn shadow(&self, light: &LightSample<F>) -> (Ray<F>, F) {
-        light.shadow_ray(self.origin(light.wi))
+        let (ray, length) = light.shadow_ray(self.origin(light.wi));
+        (Ray { time: self.time, ..ray }, length)
     }
 
     /// The ray that met the surface, beyond it.
@@ -127,7 +131,8 @@ mod tests {
         let look = Look { material: 0, emission: [0.0; 3], flip_normal: false, entity: 0, light: NO_LIGHT };
         let mut table = SurfaceTable::default();
         table.push(plane.surface(), look);
-        let ray = Ray { o: Vec3::splat([1.0, 2.0, 10.0]), d: Vec3::splat([0.0, 0.0, -1.0]) };
+        let ray =
+            Ray { time: 0.25, ..Ray::new(Vec3::splat([1.0, 2.0, 10.0]), Vec3::splat([0.0, 0.0, -1.0])) };
         let hit = Hit { t: plane.intersect(&ray), surface: Wrapping(0), ..Hit::<f32>::none() };
         let at = Interaction {
             point: table.point(&ray, &hit),
@@ -136,12 +141,14 @@ mod tests {
             entity_material: Wrapping(0),
             material: Wrapping(0),
             cos_o: 1.0,
+            time: ray.time,
             is_smoothed: true,
         };
         let (back, on) = (at.scattered(-ray.d), at.straight_on(&ray));
         assert!(back.o.z > 3.0 && on.o.z < 3.0, "{back:?} {on:?}");
         assert_eq!([plane.intersect(&back), plane.intersect(&on)], [f32::INFINITY; 2]);
         assert_eq!(on.d, ray.d);
+        assert_eq!([back.time, on.time], [0.25; 2]);
         // A light below the smooth surface and above the real one, or the other way round, would leak.
         let up = Vec3::splat([0.0, 0.0, 1.0]);
         assert!(at.passes(up, up) && at.passes(-up, -up) && !at.passes(up, -up) && !at.passes(-up, up));

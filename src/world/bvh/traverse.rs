@@ -21,7 +21,7 @@ struct Waiting {
     child: Child,
 }
 
-/// The rays of all lanes, one column for each number.
+/// The rays of all lanes, one column for each number. Their time is none of them: nothing in a tree moves.
 #[derive(Clone, Copy)]
 pub(super) struct Rays {
     o: [[f32; MAX_LANES]; 3],
@@ -55,7 +55,7 @@ impl Rays {
             let get = |columns: &[[f32; MAX_LANES]; 3]| {
                 Vec3::new(columns[0][lane], columns[1][lane], columns[2][lane])
             };
-            f(lane, Ray { o: get(&self.o), d: get(&self.d) });
+            f(lane, Ray::new(get(&self.o), get(&self.d)));
         }
     }
 }
@@ -87,7 +87,7 @@ impl<F: Float> Probe<F> {
         let back = d.map(|d| d.is_sign_negative());
         let moved = |i: usize, by: f32| o[i] + if back[i] { -by } else { by };
         Probe {
-            ray: Ray { o: splat(o), d: splat(d) },
+            ray: Ray::new(splat(o), splat(d)),
             sheared: Sheared::one(ray),
             inverse: splat(d.map(|d| 1.0 / d)),
             near_o: splat([0, 1, 2].map(|i| moved(i, error))),

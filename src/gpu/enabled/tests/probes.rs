@@ -300,7 +300,7 @@ fn shapes_are_met_where_the_cpu_meets_them() {
     let (mut met, mut doubtful) = ([0; 5], 0);
     for (input, out) in inputs.iter().zip(outputs) {
         let [ox, oy, oz, dx, dy, dz] = *input;
-        let ray = Ray { o: Vec3::new(ox, oy, oz), d: Vec3::new(dx, dy, dz) };
+        let ray = Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
         let expected = [
             plane.intersect(&ray),
             sphere.intersect(&ray),

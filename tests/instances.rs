@@ -18,7 +18,7 @@ use stride::render::Region;
 use stride::sampling::Stream;
 use stride::scene::{Entity, Filter, Mesh, Scene, Shape};
 use stride::shape::{NOTHING, offset_origin};
-use stride::world::{Finder, World, compile, compile_sharing};
+use stride::world::{Finder, Size, World, compile, compile_sharing};
 
 /// Sharing of every mesh that stands twice, and of none.
 const ALL: usize = 0;
@@ -328,4 +328,27 @@ fn no_ray_slips_out_of_a_closed_instance() {
             assert!(tree.occluded(&ray, NOTHING, true, false), "{ray:?} leaves");
         }
     }
+}
+
+#[test]
+fn the_size_of_a_scene_counts_a_shared_mesh_once_and_copies_each() {
+    let many = 1 << 15;
+    let mesh = Mesh {
+        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2]; many as usize],
+        ..Mesh::default()
+    };
+    let mesh = Arc::new(mesh);
+    let place = || placed(&mesh, DAffine3::IDENTITY, 0);
+    let size = |meshes: Vec<Entity>| {
+        let mut entities = vec![plane(DVec3::Z, -1.0, 0)];
+        entities.extend(meshes);
+        let Size { primitives, vertices } = Size::of(&scene(vec![matte([0.5; 3])], entities));
+        (primitives, vertices)
+    };
+    assert_eq!(size(vec![]), (1, 0));
+    assert_eq!(size(vec![place()]), (1 + many, 3));
+    assert_eq!(size(vec![place(), place(), place()]), (1 + 3 + many, 3));
+    // What emits is not shared.
+    assert_eq!(size(vec![emitting(place(), 1.0), emitting(place(), 1.0)]), (1 + 2 * many, 6));
 }

@@ -71,7 +71,7 @@ pub const SHARING_PAYS_FROM: usize = 1 << 16;
 
 /// Which mesh is shared by an entity, if it is: meshes that stand at several places, have so many triangles in all
 /// copies, and do not emit; a light is chosen triangle by triangle, each of which needs a place of its own.
-fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
+pub(super) fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
     let could = |entity: &scene::Entity| match &entity.shape {
         scene::Shape::Mesh { mesh, transform }
             if !entity.emission.iter().any(|&e| e > 0.0) && Instances::can_place(transform) =>
@@ -100,7 +100,8 @@ fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
     (meshes, of_entity)
 }
 
-/// Compiles a scene for a film of `width` × `height` pixels, into tables and the surfaces that rays meet.
+/// Compiles a scene for a film of `width` × `height` pixels, into tables and the surfaces that rays meet. The tables
+/// have room for it: see [`Size::check`](super::Size::check).
 pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Simple) {
     compile_sharing(scene, width, height, SHARING_PAYS_FROM)
 }

@@ -1,13 +1,13 @@
-//! What most scenes have none of.
+//! The shapes of which most scenes have none.
 
-use super::cylinder::Cylinder;
-use super::disk::Disk;
 use super::{Bounds, RareShape, Shape, Surface};
 use crate::math::{Float, Ray, Vec3};
 
 /// Makes one shape of several.
 macro_rules! rare {
-    ($($shape:ident),+) => {
+    ($($file:ident::$shape:ident),+) => {
+        $(use super::$file::$shape;)+
+
         /// Any of the shapes of which most scenes have none: all of these are asked in one place, which rays pass by
         /// where there are none.
         #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,4 +78,4 @@ macro_rules! rare {
     };
 }
 
-rare! { Disk, Cylinder }
+rare! { disk::Disk, cylinder::Cylinder }

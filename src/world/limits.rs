@@ -1,4 +1,4 @@
-//! What the tables of a scene have room for.
+//! The limits of a scene's tables.
 
 use super::compile::{SHARING_PAYS_FROM, shared};
 use crate::scene::{Scene, Shape};

@@ -78,7 +78,7 @@ impl Tables {
         order.append(&meshes(table));
         let places = order.places(table.len());
         tree.put_surfaces(&places);
-        let surfaces = order.rows.iter().map(|&row| surface(table, row)).collect();
+        let surfaces = order.rows.iter().map(|&row| surface(table, row)).collect::<Result<_, _>>()?;
         let point_lights = lights.rows().take_while(|light| light.kind == light::POINT).count();
         let mut offset_nodes = [[0.0; 4]; 17];
         let (offset_kind, offset_radius) = match job.offset {
@@ -227,53 +227,65 @@ impl Tables {
     }
 }
 
-pub(super) fn surface(table: &SurfaceTable, row: u32) -> Surface {
+pub(super) fn surface(table: &SurfaceTable, row: u32) -> Result<Surface, GpuError> {
     let (form, look) = &table.rows()[row as usize];
     let own = match table.rare(row) {
-        None => {
-            let is_round = form.form == Form::Round;
-            Surface {
-                anchor: form.anchor,
-                radius: form.radius,
-                axis: if is_round { form.to_centre } else { form.normal },
-                constant: if is_round { form.anchor_power } else { form.distance },
-                u_axis: form.u_axis,
-                v_axis: form.v_axis,
-                error: form.error * if is_round { ROUND_ERROR } else { 1.0 },
-                ..Surface::default()
-            }
-        }
-        Some(Rare::Disk(disk)) => Surface {
-            radius: layout::IS_DISK,
-            axis: disk.normal,
-            constant: disk.distance,
-            u_axis: disk.x_axis,
-            v_axis: disk.y_axis,
-            error: form.error,
-            ..Surface::default()
-        },
-        Some(Rare::Cylinder(cylinder)) => {
-            let [x, y, z] = cylinder.x_axis;
-            Surface {
-                anchor: cylinder.middle,
-                radius: layout::IS_CYLINDER,
-                axis: cylinder.axis,
-                constant: cylinder.radius,
-                u_axis: [x, y, z, 0.0],
-                v_axis: cylinder.v_axis,
-                error: form.error * ROUND_ERROR,
-                ..Surface::default()
-            }
-        }
+        None => common_form(form),
+        Some(shape) => rare_form(shape, form.error)?,
     };
-    Surface {
+    Ok(Surface {
         emission: look.emission,
         orientation: table.orientation(row),
         material: look.material,
         light: look.light,
         row,
         ..own
+    })
+}
+
+/// A surface's form on the device.
+fn common_form(form: &shape::Surface) -> Surface {
+    let is_round = form.form == Form::Round;
+    Surface {
+        anchor: form.anchor,
+        radius: form.radius,
+        axis: if is_round { form.to_centre } else { form.normal },
+        constant: if is_round { form.anchor_power } else { form.distance },
+        u_axis: form.u_axis,
+        v_axis: form.v_axis,
+        error: form.error * if is_round { ROUND_ERROR } else { 1.0 },
+        ..Surface::default()
     }
+}
+
+/// A rare shape's form on the device, if the device knows it.
+fn rare_form(shape: &Rare, error: f32) -> Result<Surface, GpuError> {
+    if let Rare::Disk(disk) = shape {
+        return Ok(Surface {
+            radius: layout::IS_DISK,
+            axis: disk.normal,
+            constant: disk.distance,
+            u_axis: disk.x_axis,
+            v_axis: disk.y_axis,
+            error,
+            ..Surface::default()
+        });
+    }
+    if let Rare::Cylinder(cylinder) = shape {
+        let [x, y, z] = cylinder.x_axis;
+        return Ok(Surface {
+            anchor: cylinder.middle,
+            radius: layout::IS_CYLINDER,
+            axis: cylinder.axis,
+            constant: cylinder.radius,
+            u_axis: [x, y, z, 0.0],
+            v_axis: cylinder.v_axis,
+            error: error * ROUND_ERROR,
+            ..Surface::default()
+        });
+    }
+    let [_, many] = shape.names();
+    Err(GpuError::Unsupported(many.to_owned()))
 }
 
 pub(super) fn material(row: &Row) -> Material {

@@ -274,7 +274,7 @@ fn shapes_are_met_where_the_cpu_meets_them() {
     let common = [plane.surface(), sphere.surface(), quad.surface()];
     let common = common.map(|surface| table.push(surface, look));
     let rare = [disk.into(), cylinder.into()].map(|shape| table.push_rare(shape, look));
-    let rows: Vec<_> = common.into_iter().chain(rare).map(|row| surface(&table, row)).collect();
+    let rows: Vec<_> = common.into_iter().chain(rare).map(|row| surface(&table, row).unwrap()).collect();
     let mut inputs = Vec::new();
     for u in units::<5>(20_000) {
         let o = [u[0], u[1], u[2]].map(|u| u * 8.0 - 4.0);

@@ -19,7 +19,7 @@ pub enum Uv {
 pub struct Interaction<F: Float> {
     /// The point, its error bound, its normals and the surface's row.
     pub point: SurfacePoint<F>,
-    /// The surface's own coordinates, in the lanes that [`Uv`] names; zero in others.
+    /// The surface's own coordinates, in the lanes that [`Uv`] names; nonsense in others.
     pub uv: [F; 2],
     /// [`NO_INSTANCE`](super::NO_INSTANCE), or one more than the index in [`Instances`](super::Instances).
     pub instance: F::Uint,

@@ -226,8 +226,10 @@ impl Jumble {
     }
 }
 
-/// Hits of a world for rays, as bits: distance, surface, instance, and whether anything is nearer than each ray's
-/// limit.
+/// Of a ray, as bits: distance, surface, instance and weights of its hit, and whether anything is nearer than its limit.
+type Answer = (u32, u32, u32, [u32; 2], bool);
+
+/// The answers of a world to rays.
 struct Ask<'a> {
     world: &'a World,
     rays: &'a [Ray<f32>],
@@ -235,7 +237,7 @@ struct Ask<'a> {
 }
 
 impl Kernel for Ask<'_> {
-    type Output = Vec<(u32, u32, u32, bool)>;
+    type Output = Vec<Answer>;
 
     #[inline(always)]
     fn run<F: Float>(self) -> Self::Output {
@@ -259,10 +261,14 @@ impl Kernel for Ask<'_> {
             hit.t.store(&mut t);
             hit.surface.store(&mut rows);
             hit.instance.store(&mut instances);
+            let mut weights = [[0.0; MAX_LANES]; 2];
+            hit.weights[0].store(&mut weights[0]);
+            hit.weights[1].store(&mut weights[1]);
             all.extend((0..chunk.len()).map(|i| {
                 let is_some = t[i] < NOTHING;
                 let (row, instance) = if is_some { (rows[i], instances[i]) } else { (u32::MAX, 0) };
-                (t[i].to_bits(), row, instance, occluded >> i & 1 != 0)
+                let weights = weights.map(|each| if is_some { each[i].to_bits() } else { 0 });
+                (t[i].to_bits(), row, instance, weights, occluded >> i & 1 != 0)
             }));
         }
         all
@@ -426,7 +432,7 @@ fn broken(jumble: &Jumble, stream: &mut Stream) -> Ray<f32> {
 }
 
 /// What every world answers for some rays at every level.
-fn every_answer(jumble: &Jumble, rays: &[Ray<f32>], limits: &[f32]) -> Vec<Vec<(u32, u32, u32, bool)>> {
+fn every_answer(jumble: &Jumble, rays: &[Ray<f32>], limits: &[f32]) -> Vec<Vec<Answer>> {
     let all = [Treed::Nothing, Treed::Everything, Treed::Meshes];
     let worlds = all.map(|treed| World::with_tree_of(&jumble.surfaces, treed));
     let ask = |level| worlds.iter().map(move |world| dispatch(level, Ask { world, rays, limits }));
@@ -440,7 +446,7 @@ fn rays_that_are_not_finite_meet_nothing_in_any_world_at_any_level() {
         let jumble = jumble(stream);
         let rays: Vec<_> = (0..100).map(|_| broken(&jumble, stream)).collect();
         let limits: Vec<_> = (0..100).map(|i| [NOTHING, 1e30, 1.0, f32::NAN][i % 4]).collect();
-        let nothing = vec![(NOTHING.to_bits(), u32::MAX, 0, false); rays.len()];
+        let nothing = vec![(NOTHING.to_bits(), u32::MAX, 0, [0; 2], false); rays.len()];
         for answers in every_answer(&jumble, &rays, &limits) {
             let wrong = answers.iter().zip(&rays).find(|(answer, _)| **answer != nothing[0]);
             assert!(wrong.is_none(), "{wrong:?} in {:?}", jumble.surfaces);
@@ -484,6 +490,6 @@ fn a_ray_that_overflows_on_its_way_into_an_instance_meets_nothing_there() {
     let ray = Ray::new(d * -1e3, d);
     for level in Level::available() {
         let found = dispatch(level, Ask { world: &tree, rays: &[ray], limits: &[NOTHING] });
-        assert_eq!(found, [(NOTHING.to_bits(), u32::MAX, 0, false)], "{level}");
+        assert_eq!(found, [(NOTHING.to_bits(), u32::MAX, 0, [0; 2], false)], "{level}");
     }
 }

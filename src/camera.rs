@@ -96,7 +96,8 @@ impl Camera {
         if self.near > 0.0 {
             o = o + d * (F::splat(self.near) / d.dot(forward));
         }
-        Ray { o, d }
+        // The shutter opens and closes at once.
+        Ray { o, d, time: F::zero() }
     }
 }
 

@@ -26,7 +26,7 @@ fn narrow(v: DVec3) -> Vec3<f32> {
 }
 
 fn ray(o: DVec3, d: DVec3) -> Ray<f32> {
-    Ray { o: narrow(o), d: narrow(d.normalize()).normalized() }
+    Ray::new(narrow(o), narrow(d.normalize()).normalized())
 }
 
 fn direction(stream: &mut Stream) -> DVec3 {
@@ -54,8 +54,7 @@ impl Alone {
     }
 
     fn uv(&self, ray: &Ray<f32>) -> [f32; 2] {
-        let (u, v) = self.tables.surfaces.uv(&self.meet(ray).expect("a hit"), true);
-        [u, v]
+        self.tables.surfaces.uv(&self.meet(ray).expect("a hit"), true)
     }
 }
 
@@ -250,10 +249,8 @@ fn power(ball: &stride::shape::Sphere, p: DVec3) -> f64 {
 
 /// The only surface, which is a cylinder.
 fn tube(alone: &Alone) -> Cylinder {
-    match alone.world.simple.rare[0].0 {
-        Rare::Cylinder(tube) => tube,
-        Rare::Disk(disk) => unreachable!("{disk:?}"),
-    }
+    let Rare::Cylinder(tube) = alone.world.simple.rare[0].0 else { unreachable!("no cylinder") };
+    tube
 }
 
 /// From the axis of a cylinder, as its own numbers define it, to a point.
@@ -332,7 +329,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
             } * if i < 4 { 1.0 } else { -1.0 };
             let (sin, phi) = ((1.0 - cos * cos).sqrt(), stream.random_range(0.0..std::f64::consts::TAU));
             let d = frame.to_world(narrow(v(sin * phi.cos(), sin * phi.sin(), cos))).normalized();
-            let away = Ray { o: offset_origin(point.p, point.n, point.error, d), d };
+            let away = Ray::new(offset_origin(point.p, point.n, point.error, d), d);
             seen.rays += 1;
             let t = alone.world.intersect(&away, true).t;
             let inward = matches!(shape, Shape::Sphere { .. }) && point.n.dot(d) < 0.0;
@@ -421,7 +418,7 @@ fn a_bound_too_small_by_far_is_noticed() {
         let frame = Frame::around(point.n);
         let phi = stream.random_range(0.0..std::f64::consts::TAU);
         let d = frame.to_world(narrow(v(phi.cos(), phi.sin(), 1e-3))).normalized();
-        let away = Ray { o: offset_origin(point.p, point.n, point.error * 0.01, d), d };
+        let away = Ray::new(offset_origin(point.p, point.n, point.error * 0.01, d), d);
         met += u32::from(alone.world.intersect(&away, true).t != NOTHING);
     }
     assert!(met > 100, "only {met}");

@@ -18,7 +18,7 @@ use stride::render::Region;
 use stride::sampling::Stream;
 use stride::scene::{Entity, Filter, Mesh, Scene, Shape};
 use stride::shape::{NOTHING, offset_origin};
-use stride::world::{Finder, World, compile, compile_sharing};
+use stride::world::{Finder, Size, World, compile, compile_sharing};
 
 /// Sharing of every mesh that stands twice, and of none.
 const ALL: usize = 0;
@@ -143,7 +143,7 @@ fn meshes_of_a_single_leaf_are_met() {
         assert_eq!(surfaces.instances.len(), 2);
         let tree = World::new(&surfaces, Finder::Bvh);
         let met = |x: f64, y: f64| {
-            let ray = Ray { o: narrow(v(x, y, 2.0)), d: narrow(-DVec3::Z) };
+            let ray = Ray::new(narrow(v(x, y, 2.0)), narrow(-DVec3::Z));
             let hit = tree.intersect(&ray, true);
             hit.is_some().then_some((hit.t, hit.instance.0))
         };
@@ -168,14 +168,14 @@ fn instances_are_met_where_copies_are() {
         for _ in 0..40_000 {
             let o = v(5.0, 0.0, 0.5) + direction(stream) * stream.random_range(0.1..8.0);
             let target = v(5.0, 0.0, 0.0) + direction(stream) * 2.0;
-            let ray = Ray { o: narrow(o), d: narrow((target - o).normalize()).normalized() };
+            let ray = Ray::new(narrow(o), narrow((target - o).normalize()).normalized());
             let (a, b) = (tree.intersect(&ray, true), copied.intersect(&ray));
             if !a.is_some() || !b.is_some() {
                 differ += u32::from(a.is_some() != b.is_some());
                 continue;
             }
             let (p, q) = (tables.surfaces.point(&ray, &a), copied_tables.surfaces.point(&ray, &b));
-            let ((u, v), (s, t)) = (tables.surfaces.uv(&p, true), copied_tables.surfaces.uv(&q, true));
+            let ([u, v], [s, t]) = (tables.surfaces.uv(&p, true), copied_tables.surfaces.uv(&q, true));
             met += u32::from(a.instance.0 > 0);
             let away = (p.p - q.p).max_abs().max((u - s).abs()).max((v - t).abs());
             let turned = (p.n - q.n).max_abs().max((p.shading - q.shading).max_abs());
@@ -276,7 +276,7 @@ fn rays_that_leave_an_instance_never_meet_the_triangle_they_leave() {
                     let target = corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c;
                     let far = scale * 10_f64.powf(stream.random_range(-2.0..3.0));
                     let o = narrow(target + direction(stream) * far);
-                    let ray = Ray { o, d: narrow((target - wide(o)).normalize_or(DVec3::X)).normalized() };
+                    let ray = Ray::new(o, narrow((target - wide(o)).normalize_or(DVec3::X)).normalized());
                     let hit = world.intersect(&ray, true);
                     if !hit.is_some() {
                         continue;
@@ -291,7 +291,7 @@ fn rays_that_leave_an_instance_never_meet_the_triangle_they_leave() {
                     let d = frame.to_world(narrow(v(sin * phi.cos(), sin * phi.sin(), cos))).normalized();
                     let leaves = |share: f32| {
                         let o = offset_origin(point.p, point.n, point.error * share, d);
-                        !world.intersect(&Ray { o, d }, true).is_some()
+                        !world.intersect(&Ray::new(o, d), true).is_some()
                     };
                     rays += 1;
                     met += u32::from(!leaves(1.0));
@@ -323,9 +323,32 @@ fn no_ray_slips_out_of_a_closed_instance() {
                 0 => placing.transform_point3(DVec3::from(vertex)) - o,
                 _ => placing.transform_vector3(direction(stream)),
             };
-            let ray = Ray { o: narrow(o), d: narrow(d.normalize()).normalized() };
+            let ray = Ray::new(narrow(o), narrow(d.normalize()).normalized());
             assert!(tree.intersect(&ray, true).is_some(), "{ray:?} leaves");
             assert!(tree.occluded(&ray, NOTHING, true, false), "{ray:?} leaves");
         }
     }
+}
+
+#[test]
+fn the_size_of_a_scene_counts_a_shared_mesh_once_and_copies_each() {
+    let many = 1 << 15;
+    let mesh = Mesh {
+        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2]; many as usize],
+        ..Mesh::default()
+    };
+    let mesh = Arc::new(mesh);
+    let place = || placed(&mesh, DAffine3::IDENTITY, 0);
+    let size = |meshes: Vec<Entity>| {
+        let mut entities = vec![plane(DVec3::Z, -1.0, 0)];
+        entities.extend(meshes);
+        let Size { primitives, vertices } = Size::of(&scene(vec![matte([0.5; 3])], entities));
+        (primitives, vertices)
+    };
+    assert_eq!(size(vec![]), (1, 0));
+    assert_eq!(size(vec![place()]), (1 + many, 3));
+    assert_eq!(size(vec![place(), place(), place()]), (1 + 3 + many, 3));
+    // What emits is not shared.
+    assert_eq!(size(vec![emitting(place(), 1.0), emitting(place(), 1.0)]), (1 + 2 * many, 6));
 }

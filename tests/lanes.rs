@@ -152,7 +152,7 @@ law!(hits_are_the_same_at_every_level, F, x, {
     let [d, side] = directions::<F>(x);
     let [.., a, b, c] = unit::<F>(x);
     let o = Vec3::new(a * 8.0 - 4.0, b * 8.0 - 4.0, c * 8.0 - 4.0);
-    let ray = Ray { o, d };
+    let ray = Ray::new(o, d);
     let plane = Plane { normal: [0.6, 0.0, 0.8], distance: -1.0 };
     let near = Sphere::new(DVec3::new(1.0, 0.5, -0.25), 2.5);
     let wall = Sphere::new(DVec3::new(1e5 + 3.0, 40.0, -20.0), 1e5);

@@ -36,7 +36,7 @@ impl Seen {
 
     /// The density of a direction, as an integrator finds it: where a ray meets the side that emits.
     fn pdf(&self, d: Vec3<f32>) -> f32 {
-        let ray = Ray { o: narrow(self.p), d };
+        let ray = Ray::new(narrow(self.p), d);
         let hit = self.world.intersect(&ray, true);
         if !hit.is_some() {
             return 0.0;

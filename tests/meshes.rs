@@ -65,7 +65,7 @@ fn no_ray_slips_out_of_a_closed_mesh() {
                 }
                 _ => o,
             };
-            let ray = Ray { o, d: narrow(d.normalize()).normalized() };
+            let ray = Ray::new(o, narrow(d.normalize()).normalized());
             assert!(tree.intersect(&ray, true).is_some(), "{n}: {ray:?} leaves");
             assert!(tree.occluded(&ray, NOTHING, true, false), "{n}: {ray:?} leaves");
         }
@@ -79,7 +79,7 @@ fn a_hole_of_one_triangle_in_thousands_is_noticed() {
     mesh.triangles.pop();
     let (_, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16);
     let tree = World::new(&surfaces, Finder::Bvh);
-    let ray = |stream: &mut Stream| Ray { o: Vec3::zero(), d: narrow(direction(stream)).normalized() };
+    let ray = |stream: &mut Stream| Ray::new(Vec3::zero(), narrow(direction(stream)).normalized());
     let out = (0..100_000).filter(|_| !tree.intersect(&ray(stream), true).is_some()).count();
     assert!(out > 3, "{out}");
 }
@@ -111,7 +111,7 @@ fn rays_that_leave_a_triangle_never_meet_it() {
                     let target = corners[0] + (corners[1] - corners[0]) * b + (corners[2] - corners[0]) * c;
                     let far = scale * 10_f64.powf(stream.random_range(-2.0..3.0));
                     let o = narrow(target + direction(stream) * far);
-                    let ray = Ray { o, d: narrow((target - wide(o)).normalize_or(DVec3::X)).normalized() };
+                    let ray = Ray::new(o, narrow((target - wide(o)).normalize_or(DVec3::X)).normalized());
                     let hit = world.intersect(&ray, true);
                     if !hit.is_some() {
                         continue;
@@ -137,7 +137,7 @@ fn rays_that_leave_a_triangle_never_meet_it() {
                     let d = frame.to_world(narrow(v(sin * phi.cos(), sin * phi.sin(), cos))).normalized();
                     let leaves = |share: f32| {
                         let o = offset_origin(point.p, point.n, point.error * share, d);
-                        !world.intersect(&Ray { o, d }, true).is_some()
+                        !world.intersect(&Ray::new(o, d), true).is_some()
                     };
                     rays += 1;
                     met += u32::from(!leaves(1.0));
@@ -253,17 +253,17 @@ fn no_ray_starts_beyond_the_next_needle() {
                 let strip = stream.random_range(0..Blinds::COUNT - 1);
                 let height = Blinds::APART * strip as f64;
                 let on = v(stream.random_range(-4.9..4.9), stream.random_range(-0.002..0.002), height);
-                let down = Ray {
-                    o: narrow(blinds.place(on + DVec3::Z * 0.5 * Blinds::APART)),
-                    d: narrow(-blinds.axes[2]).normalized(),
-                };
+                let down = Ray::new(
+                    narrow(blinds.place(on + DVec3::Z * 0.5 * Blinds::APART)),
+                    narrow(-blinds.axes[2]).normalized(),
+                );
                 let hit = blinds.world.intersect(&down, true);
                 let point = blinds.tables.surfaces.point(&down, &hit);
                 let slope = v(stream.random_range(-3.0..3.0), stream.random_range(-0.02..0.02), 1.0);
                 let d = narrow(blinds.place(slope.normalize())).normalized();
                 let next = |error: f32| {
                     let o = offset_origin(point.p, point.n, error, d);
-                    let hit = blinds.world.intersect(&Ray { o, d }, true);
+                    let hit = blinds.world.intersect(&Ray::new(o, d), true);
                     let end = wide(o) + wide(d) * f64::from(hit.t);
                     (blinds.own(end).z - height) / Blinds::APART
                 };
@@ -395,7 +395,7 @@ fn transforms_place_meshes_and_mirrors_keep_outward_outward() {
         (v(5.0, 0.0, 9.0), DVec3::NEG_Z, 7.0),
         (v(5.0, -9.0, 0.0), DVec3::Y, 8.0),
     ] {
-        let ray = Ray { o: narrow(o), d: narrow(d) };
+        let ray = Ray::new(narrow(o), narrow(d));
         let hit = world.intersect(&ray, true);
         assert!((f64::from(hit.t) - t).abs() < 0.05, "{} is not {t}", hit.t);
         let point = tables.surfaces.point(&ray, &hit);

@@ -252,8 +252,8 @@ fn look_at(surfaces: &Simple, Bounds { low, high }: Bounds) {
         let mut d = [0.0; 3];
         d[axis] = -1.0;
         let [o, d] = [o, d].map(|[x, y, z]| Vec3::new(x, y, z));
-        world.intersect(&Ray { o, d }, true);
-        world.occluded(&Ray { o: o - d, d }, f32::MAX, true, false);
+        world.intersect(&Ray::new(o, d), true);
+        world.occluded(&Ray::new(o - d, d), f32::MAX, true, false);
     }
 }
 

@@ -4,6 +4,7 @@ use super::arguments::shown;
 use super::failure::Failure;
 use super::print::print;
 use crate::scene;
+use crate::world::Size;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -14,6 +15,7 @@ pub(super) struct CheckArguments {
 
 pub(super) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     let loaded = scene::load(&arguments.scene)?;
+    Size::of(&loaded.scene).check()?;
     let mut text = String::new();
     for warning in &loaded.warnings {
         text += &format!("warning: {warning}\n");

@@ -6,7 +6,7 @@ use crate::math::Bounds;
 use crate::scene::mesh::{self, MeshFile, Split};
 use crate::scene::{self, Light, MaterialKind, Scene};
 use crate::shape::{Rare, Shape};
-use crate::world::{CompiledScene, Finder, Simple, Triangles, World, compile};
+use crate::world::{CompiledScene, Finder, Simple, Size, Triangles, World, compile};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -61,23 +61,32 @@ fn count(n: usize, one: &str, many: &str) -> String {
 pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     let loaded = scene::load_watched(path, &mut Loading::stderr(false).watch())?;
     let scene = &loaded.scene;
+    Size::of(scene).check()?;
     let (compiled, surfaces) = compile(scene, scene.film.width, scene.film.height);
     let mut facts = Facts::default();
     facts.line("scene", format!("{}×{} pixels", scene.film.width, scene.film.height));
     facts.line("entities", scene.entities.len());
-    let disks = surfaces.rare.iter().filter(|(shape, _)| matches!(shape, Rare::Disk(_))).count();
     let boxes = scene.entities.iter().filter(|e| matches!(e.shape, scene::Shape::Box { .. })).count();
-    let kinds = [
+    let common = [
         (surfaces.planes.len(), "plane", "planes"),
         (surfaces.spheres.len(), "sphere", "spheres"),
         (surfaces.quads.len() - 6 * boxes, "quad", "quads"),
-        (disks, "disk", "disks"),
-        (surfaces.rare.len() - disks, "cylinder", "cylinders"),
+    ];
+    let rare = Rare::NAMES.iter().map(|&names| {
+        let [one, many] = names;
+        (surfaces.rare.iter().filter(|(shape, _)| shape.names() == names).count(), one, many)
+    });
+    let others = [
         (boxes, "box of six quads", "boxes of six quads"),
         (surfaces.triangles.len(), "triangle", "triangles"),
         (surfaces.instances.len(), "instance of a mesh", "instances of meshes"),
     ];
-    let kinds = kinds.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| count(n, one, many));
+    let kinds = common
+        .into_iter()
+        .chain(rare)
+        .chain(others)
+        .filter(|(n, ..)| *n > 0)
+        .map(|(n, one, many)| count(n, one, many));
     facts.line("surfaces", or_none(kinds.collect::<Vec<_>>().join(", ")));
     let around = bounds(scene, &compiled, &surfaces);
     if around.low[0] <= around.high[0] {

@@ -3,9 +3,10 @@
 use super::lanes::View;
 use super::paths::Paths;
 use super::queue::{Queue, Start};
-use crate::material::{Bxdf, Site};
+use crate::material::Bxdf;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
+use crate::world::Uv;
 
 /// The point where a camera ray met a surface; zeros if it met none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,7 +48,7 @@ impl Kernel for FirstHits<'_> {
         let (eye, forward) = (Vec3::splat(scene.camera.eye), Vec3::splat(scene.camera.forward));
         let mut queue = Queue::new(paths);
         let mut start = Start::<F>::nowhere();
-        let mut ray = Ray { o: Vec3::zero(), d: Vec3::zero() };
+        let mut ray = Ray::none();
         loop {
             let alive = queue.take(F::Mask::splat(true), settings, &scene.camera, &mut start, &mut ray);
             if !alive.any() {
@@ -60,18 +61,12 @@ impl Kernel for FirstHits<'_> {
             let mut values = [[0.0; MAX_LANES]; 12];
             let (mut rows, mut materials) = ([0; MAX_LANES], [0; MAX_LANES]);
             if met.any() {
-                let point = scene.surfaces.point(&ray, &hit);
-                let (u, v) = scene.surfaces.uv(&point, met);
-                let mut material = scene.surfaces.material(&point);
-                point.row.store(&mut rows);
-                material.store(&mut materials);
-                let mut site = Site { p: point.p, uv: [u, v] };
-                if scene.materials.uses_uv() {
-                    (material, site.uv) = scene.materials.resolve(material, site.uv);
-                }
-                let albedo = scene.materials.bsdf(material, site).albedo();
-                let depth = (point.p - eye).dot(forward);
-                let (n, p) = (point.n, point.p);
+                let at = scene.interaction(&ray, &hit, met, Uv::Everywhere);
+                at.point.row.store(&mut rows);
+                at.entity_material.store(&mut materials);
+                let albedo = scene.bsdf(&at).albedo();
+                let (n, p, [u, v]) = (at.point.n, at.point.p, at.uv);
+                let depth = (p - eye).dot(forward);
                 let all = [albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, p.x, p.y, p.z, depth, u, v];
                 values.iter_mut().zip(all).for_each(|(to, value)| value.store(to));
             }

@@ -3,12 +3,11 @@
 use super::observe::{Event, Observer, first, ray_event, rgb, vec3};
 use super::paths::{Finished, Paths, Sample, Settings};
 use super::queue::{Queue, Start};
-use crate::material::{Bsdf, Site};
+use crate::material::Bsdf;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3};
 use crate::sampling::PathId;
-use crate::shape::offset_origin;
-use crate::world::{CompiledScene, Hit, SurfacePoint, World};
+use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
 
 /// How a path gathers light at each of its vertices.
 pub(super) trait Transport: Copy {
@@ -76,7 +75,7 @@ impl<T: Transport> Kernel for TracePaths<'_, T> {
         let mut start = Start::<F>::nowhere();
         let mut state = State::<F, T::Memory<F>> {
             id: start.id,
-            ray: Ray { o: Vec3::zero(), d: Vec3::zero() },
+            ray: Ray::none(),
             depth: F::Uint::splat(0),
             beta: Rgb::black(),
             l: Rgb::black(),
@@ -139,15 +138,9 @@ pub(super) struct Vertex<F: Float> {
     /// The lanes that met one.
     pub met: F::Mask,
     pub hit: Hit<F>,
-    pub point: SurfacePoint<F>,
+    pub at: Interaction<F>,
     /// Radiance emitted back along the ray.
     pub emitted: Rgb<F>,
-    /// cos θ between the outward normal and the way back.
-    pub cos_o: F,
-    /// Row in the material table, checkerboards resolved.
-    pub material: F::Uint,
-    /// The coordinates that this material sees, where it looks at any.
-    pub uv: [F; 2],
 }
 
 /// Follows every living path's ray. What leaves the scene sees the environment; `None` if that is all.
@@ -179,32 +172,22 @@ pub(super) fn meet<F: Float, M>(
         return None;
     }
 
-    let point = scene.surfaces.point(&state.ray, &hit);
-    let cos_o = -state.ray.d.dot(point.n);
-    let emitted = scene.surfaces.emission(&point).only(cos_o.gt(F::zero()));
-    let mut material = scene.surfaces.material(&point);
-    let mut uv = [F::zero(); 2];
-    if scene.materials.uses_uv() {
-        let looks = met & scene.materials.looks_at_uv::<F>(material);
-        if looks.any() {
-            let (u, v) = scene.surfaces.uv(&point, looks);
-            (material, uv) = scene.materials.resolve(material, [u, v]);
-        }
-    }
+    let at = scene.interaction(&state.ray, &hit, met, Uv::WherePatterned);
+    let emitted = scene.emitted(&at);
     if observer.listens::<F>() {
         let (mut row, mut resolved) = ([0; MAX_LANES], [0; MAX_LANES]);
-        point.row.store(&mut row);
-        material.store(&mut resolved);
+        at.point.row.store(&mut row);
+        at.material.store(&mut resolved);
         observer.event::<F>(|| Event::Hit {
             distance: hit.t.lane(0),
-            point: vec3(point.p),
-            normal: vec3(point.n),
+            point: vec3(at.point.p),
+            normal: vec3(at.point.n),
             entity: scene.surfaces.entity(row[0]),
             material: resolved[0],
             emitted: rgb(emitted),
         });
     }
-    Some(Vertex { met, hit, point, emitted, cos_o, material, uv })
+    Some(Vertex { met, hit, at, emitted })
 }
 
 /// How light scatters at a vertex.
@@ -213,30 +196,13 @@ pub(super) struct Scattering<F: Float> {
     pub frame: Frame<F>,
     /// Towards the last vertex, in the frame.
     pub wo: Vec3<F>,
-    /// The surface's own normal, if frames may be around others.
-    geometric: Option<Vec3<F>>,
 }
 
 impl<F: Float> Scattering<F> {
     #[inline(always)]
-    pub(super) fn new(scene: &CompiledScene, vertex: &Vertex<F>, ray: &Ray<F>) -> Self {
-        let frame = Frame::around(vertex.point.shading);
-        Scattering {
-            bsdf: scene.materials.bsdf(vertex.material, Site { p: vertex.point.p, uv: vertex.uv }),
-            wo: frame.to_local(-ray.d),
-            frame,
-            geometric: scene.surfaces.has_shading_normals().then_some(vertex.point.n),
-        }
-    }
-
-    /// The lanes in which a direction, in the world and in the frame, is on one side of the surface and of the
-    /// smooth one that its shading normals tell of. No light passes where they differ: it would leak through.
-    #[inline(always)]
-    pub(super) fn passes(&self, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
-        match self.geometric {
-            Some(n) => (d.dot(n) * wi.z).gt(F::zero()),
-            None => F::Mask::splat(true),
-        }
+    pub(super) fn new(scene: &CompiledScene, at: &Interaction<F>, ray: &Ray<F>) -> Self {
+        let frame = at.frame();
+        Scattering { bsdf: scene.bsdf(at), wo: frame.to_local(-ray.d), frame }
     }
 }
 
@@ -245,7 +211,7 @@ impl<F: Float> Scattering<F> {
 #[inline(always)]
 pub(super) fn go_on<F: Float, M>(
     state: &mut State<F, M>,
-    point: &SurfacePoint<F>,
+    at: &Interaction<F>,
     scattering: &Scattering<F>,
     scattered: &crate::material::BxdfSample<F>,
     observer: &mut Observer<'_>,
@@ -253,8 +219,8 @@ pub(super) fn go_on<F: Float, M>(
     let d = scattering.frame.to_world(scattered.wi);
     // One Newton step towards length one: rounding would otherwise add up over many bounces.
     let d = d * ((-d.dot(d) + 3.0) * 0.5);
-    state.beta = state.beta * scattered.weight.only(scattering.passes(d, scattered.wi));
-    state.ray = Ray { o: offset_origin(point.p, point.n, point.error, d), d };
+    state.beta = state.beta * scattered.weight.only(at.passes(d, scattered.wi));
+    state.ray = at.scattered(d);
     state.depth = state.depth + F::Uint::splat(1);
     // A throughput of nothing finds nothing; NaN is no such thing, and goes on to be counted.
     let beta = state.beta;

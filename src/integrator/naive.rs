@@ -1,11 +1,11 @@
 //! The report's path tracer.
 
-use super::lanes::{Scattering, State, Transport, Vertex, View, go_on, meet};
+use super::lanes::{Scattering, State, Transport, View, go_on, meet};
 use super::observe::{Event, Observer, rgb, vec3};
 use crate::material::{Bxdf, TransportMode};
 use crate::math::{Float, Mask, Rgb, Uint};
 use crate::sampling::Block;
-use crate::shape::offset_origin;
+use crate::world::Interaction;
 
 /// The path tracer of the report's §4.3: directions come from the BxDF alone, and lights are found by
 /// chance. Point lights, which no path can hit, are sampled directly.
@@ -39,17 +39,17 @@ impl Transport for Naive {
             return going;
         }
 
-        let scattering = Scattering::new(view.scene, &vertex, &state.ray);
+        let scattering = Scattering::new(view.scene, &vertex.at, &state.ray);
         let smooth = going & scattering.bsdf.is_smooth();
         if !view.scene.point_lights.is_empty() && smooth.any() {
             *rays += u64::from(smooth.bits().count_ones());
-            let direct = point_light(view, state, &vertex, &scattering, smooth, observer);
+            let direct = point_light(view, state, &vertex.at, &scattering, smooth, observer);
             state.l = Rgb::select(smooth, state.l + state.beta * direct, state.l);
         }
 
         let [u, v, lobe, _] = view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
         let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
-        going & !go_on(state, &vertex.point, &scattering, &scattered, observer)
+        going & !go_on(state, &vertex.at, &scattering, &scattered, observer)
     }
 }
 
@@ -58,19 +58,18 @@ impl Transport for Naive {
 fn point_light<F: Float>(
     view: &View<'_>,
     state: &State<F, ()>,
-    vertex: &Vertex<F>,
+    at: &Interaction<F>,
     scattering: &Scattering<F>,
     asks: F::Mask,
     observer: &mut Observer<'_>,
 ) -> Rgb<F> {
-    let point = &vertex.point;
     let [_, _, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
-    let light = view.scene.point_lights.sample_one(point.p, choice);
+    let light = view.scene.point_lights.sample_one(at.point.p, choice);
     let wi = scattering.frame.to_local(light.wi);
-    let (shadow, length) = light.shadow_ray(offset_origin(point.p, point.n, point.error, light.wi));
+    let (shadow, length) = at.shadow(&light);
     let visible = !view.world.occluded(&shadow, length, asks, F::Mask::splat(false));
     let Scattering { bsdf, wo, .. } = scattering;
-    let seen = visible & scattering.passes(light.wi, wi);
+    let seen = visible & at.passes(light.wi, wi);
     let added = (bsdf.eval(*wo, wi, TransportMode::Radiance) * light.weight() * wi.z.abs()).only(seen);
     observer.event::<F>(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
     added

@@ -5,8 +5,7 @@ use super::observe::{Event, Observer, first, rgb, vec3};
 use crate::material::{Bxdf, TransportMode};
 use crate::math::{Float, Mask, Rgb, Uint, Vec3};
 use crate::sampling::Block;
-use crate::shape::offset_origin;
-use crate::world::NO_LIGHT;
+use crate::world::{Interaction, NO_LIGHT};
 
 /// Bounces that every path makes before Russian roulette may end it.
 pub const ROULETTE_FROM: u32 = 2;
@@ -92,20 +91,20 @@ impl Transport for NextEvent {
             return going;
         }
 
-        let scattering = Scattering::new(view.scene, &vertex, &state.ray);
+        let scattering = Scattering::new(view.scene, &vertex.at, &state.ray);
         // Lamps are black more often than not.
         let smooth = going & !scattering.bsdf.is_black() & scattering.bsdf.is_smooth();
         if !view.scene.lights.is_empty() && smooth.any() {
-            let direct = direct_light(view, state, &vertex, &scattering, smooth, rays, observer);
+            let direct = direct_light(view, state, &vertex.at, &scattering, smooth, rays, observer);
             state.l = Rgb::select(smooth, state.l + state.beta * direct, state.l);
         }
 
         let [u, v, lobe, survival] =
             view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
         let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
-        let point = &vertex.point;
-        going = going & !go_on(state, point, &scattering, &scattered, observer);
+        going = going & !go_on(state, &vertex.at, &scattering, &scattered, observer);
 
+        let point = &vertex.at.point;
         let scale = state.memory.eta_scale * (scattered.eta * scattered.eta);
         state.memory =
             Departure { p: point.p, n: point.n, pdf: scattered.pdf.only(!scattered.delta), eta_scale: scale };
@@ -144,17 +143,17 @@ fn power_heuristic<F: Float>(first: F, second: F) -> F {
 #[inline(always)]
 fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F, Departure<F>>, vertex: &Vertex<F>) -> F {
     let one = F::splat(1.0);
-    let light = view.scene.surfaces.light(&vertex.point);
+    let light = view.scene.surfaces.light(&vertex.at.point);
     let Departure { p, n, pdf, .. } = state.memory;
     let contested =
-        vertex.met & light.lt(F::Uint::splat(NO_LIGHT)) & pdf.gt(F::zero()) & vertex.cos_o.gt(F::zero());
+        vertex.met & light.lt(F::Uint::splat(NO_LIGHT)) & pdf.gt(F::zero()) & vertex.at.cos_o.gt(F::zero());
     if !contested.any() {
         return one;
     }
     let lights = &view.scene.lights;
     // Lanes without a light look up the first one, in vain.
     let light = F::Uint::select(contested, light, F::Uint::splat(0));
-    let asked = lights.chance(p, n, light, contested) * lights.pdf(light, p, vertex.hit.t, vertex.cos_o);
+    let asked = lights.chance(p, n, light, contested) * lights.pdf(light, p, vertex.hit.t, vertex.at.cos_o);
     F::select(contested, power_heuristic(pdf, asked), one)
 }
 
@@ -164,13 +163,13 @@ fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F, Departure<F>>, vert
 fn direct_light<F: Float>(
     view: &View<'_>,
     state: &State<F, Departure<F>>,
-    vertex: &Vertex<F>,
+    at: &Interaction<F>,
     scattering: &Scattering<F>,
     asks: F::Mask,
     rays: &mut u64,
     observer: &mut Observer<'_>,
 ) -> Rgb<F> {
-    let point = &vertex.point;
+    let point = &at.point;
     let lights = &view.scene.lights;
     let [u, v, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
     let (light, chance) = lights.choose(point.p, point.n, choice, asks);
@@ -180,15 +179,14 @@ fn direct_light<F: Float>(
     let f = bsdf.eval(*wo, wi, TransportMode::Radiance) * wi.z.abs();
     let pdf = sample.pdf * chance;
     let share = f * sample.radiance * (F::splat(1.0) / pdf);
-    let possible =
-        asks & scattering.passes(sample.wi, wi) & pdf.gt(F::zero()) & share.max_channel().gt(F::zero());
+    let possible = asks & at.passes(sample.wi, wi) & pdf.gt(F::zero()) & share.max_channel().gt(F::zero());
     if !possible.any() {
         return Rgb::black();
     }
     // No BxDF can find a point.
     let found = bsdf.pdf(*wo, wi).only(!lights.is_point::<F>(light));
     *rays += u64::from(possible.bits().count_ones());
-    let (shadow, length) = sample.shadow_ray(offset_origin(point.p, point.n, point.error, sample.wi));
+    let (shadow, length) = at.shadow(&sample);
     let past_triangles = lights.is_past_triangles::<F>(light);
     let visible = possible & !view.world.occluded(&shadow, length, possible, past_triangles);
     let added = (share * power_heuristic(pdf, found)).only(visible);

@@ -41,6 +41,7 @@ pub(super) struct Queue<'a> {
     y: [f32; MAX_LANES],
     origin: [[f32; MAX_LANES]; 3],
     direction: [[f32; MAX_LANES]; 3],
+    time: [f32; MAX_LANES],
 }
 
 impl<'a> Queue<'a> {
@@ -58,6 +59,7 @@ impl<'a> Queue<'a> {
             y: floats,
             origin: [floats; 3],
             direction: [floats; 3],
+            time: floats,
         }
     }
 
@@ -91,6 +93,7 @@ impl<'a> Queue<'a> {
             start.y = F::select(served, F::gather(&self.y, place), start.y);
             ray.o = Vec3::select(served, Vec3::gather(&self.origin, place), ray.o);
             ray.d = Vec3::select(served, Vec3::gather(&self.direction, place), ray.d);
+            ray.time = F::select(served, F::gather(&self.time, place), ray.time);
             self.taken += served.bits().count_ones();
             given = given | served;
             wanting = wanting & !served;
@@ -125,6 +128,7 @@ impl<'a> Queue<'a> {
         y.store(&mut self.y);
         ray.o.store(&mut self.origin);
         ray.d.store(&mut self.direction);
+        ray.time.store(&mut self.time);
     }
 }
 

@@ -6,13 +6,12 @@ use super::lanes::View;
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::paths::{Finished, Paths, Pixel, Sample, Settings, camera_ray};
 use crate::camera::Camera;
-use crate::material::{Bxdf, Site, TransportMode};
+use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Level, dispatch};
-use crate::math::{Frame, Ray, Rgb, Vec3};
+use crate::math::{Ray, Rgb, Vec3};
 use crate::sampling::{PathId, Stream};
-use crate::shape::offset_origin;
-use crate::world::{CompiledScene, World};
+use crate::world::{CompiledScene, Uv, World};
 use rand::RngExt;
 use std::sync::Arc;
 
@@ -122,29 +121,20 @@ impl Whitted {
             observer.event::<f32>(|| Event::Escape { radiance: scene.environment });
             return beta * Rgb::splat(scene.environment);
         }
-        let point = scene.surfaces.point(&ray, &hit);
-        let emitted = scene.surfaces.emission(&point);
-        let emitted = if ray.d.dot(point.n) < 0.0 { emitted } else { Rgb::black() };
-        let (u, v) = scene.surfaces.uv(&point, true);
-        let (material, uv) = scene.materials.resolve(scene.surfaces.material(&point), [u, v]);
+        let at = scene.interaction(&ray, &hit, true, Uv::WherePatterned);
+        let (point, emitted) = (&at.point, scene.emitted(&at));
         observer.event::<f32>(|| Event::Hit {
             distance: hit.t,
             point: vec3(point.p),
             normal: vec3(point.n),
             entity: scene.surfaces.entity(point.row.0),
-            material: material.0,
+            material: at.material.0,
             emitted: rgb(emitted),
         });
-        let bsdf = scene.materials.bsdf(material, Site { p: point.p, uv });
-        let smooth = scene.surfaces.has_shading_normals();
-        let frame = Frame::around(point.shading);
-        // See `Scattering::passes`.
-        let passes = |d: Vec3<f32>, wi: Vec3<f32>| !smooth || d.dot(point.n) * wi.z > 0.0;
+        let bsdf = scene.bsdf(&at);
+        let frame = at.frame();
         let wo = frame.to_local(-ray.d);
-        let spawn = |wi: Vec3<f32>| {
-            let d = frame.to_world(wi).normalized();
-            Ray { o: offset_origin(point.p, point.n, point.error, d), d }
-        };
+        let spawn = |wi: Vec3<f32>| at.scattered(frame.to_world(wi).normalized());
         let mut l = emitted;
         if bsdf.is_smooth() {
             l = l + bsdf.albedo() * Rgb::splat(scene.ambient);
@@ -156,9 +146,8 @@ impl Whitted {
                     let wi = frame.to_local(sample.wi);
                     let f = bsdf.eval(wo, wi, TransportMode::Radiance);
                     let share = f * sample.weight() * (wi.z.abs() / chance);
-                    if share.max_channel() > 0.0 && passes(sample.wi, wi) {
-                        let from = offset_origin(point.p, point.n, point.error, sample.wi);
-                        let (shadow, length) = sample.shadow_ray(from);
+                    if share.max_channel() > 0.0 && at.passes(sample.wi, wi) {
+                        let (shadow, length) = at.shadow(&sample);
                         *rays += 1;
                         let past_triangles = scene.lights.is_past_triangles::<f32>(Wrapping(light));
                         let hidden = self.world.occluded(&shadow, length, true, past_triangles);
@@ -175,7 +164,7 @@ impl Whitted {
                     // The tree of branches doubles with each bounce: below a rounding error of white it is cut.
                     let branch = spawn(wi);
                     let matters = (beta * weight).max_channel() > f32::EPSILON;
-                    if chance > 0.0 && matters && passes(branch.d, wi) {
+                    if chance > 0.0 && matters && at.passes(branch.d, wi) {
                         stack.push((branch, beta * weight, depth + 1));
                     }
                 }
@@ -183,7 +172,7 @@ impl Whitted {
                 let (u, lobe) = ([stream.random(), stream.random()], stream.random());
                 let sample = bsdf.sample(wo, u, lobe, TransportMode::Radiance);
                 let branch = spawn(sample.wi);
-                if passes(branch.d, sample.wi) {
+                if at.passes(branch.d, sample.wi) {
                     stack.push((branch, beta * sample.weight, depth + 1));
                 }
             }

@@ -49,7 +49,7 @@ impl<F: Float> LightSample<F> {
     pub fn shadow_ray(&self, o: Vec3<F>) -> (Ray<F>, F) {
         let segment = self.target - o;
         let length = segment.length();
-        (Ray { o, d: segment * (F::splat(1.0) / length) }, length * SHADOW_LENGTH)
+        (Ray::new(o, segment * (F::splat(1.0) / length)), length * SHADOW_LENGTH)
     }
 
     /// Radiance over density; black where the density is zero.

@@ -9,9 +9,23 @@ pub struct Ray<F> {
     pub o: Vec3<F>,
     /// Direction, of length one.
     pub d: Vec3<F>,
+    /// When it is there, as a share of the time that the camera's shutter is open: 0 where nothing moves.
+    pub time: F,
 }
 
 impl<F: Float> Ray<F> {
+    /// The ray of an origin and a direction at time 0.
+    #[inline(always)]
+    pub fn new(o: Vec3<F>, d: Vec3<F>) -> Self {
+        Ray { o, d, time: F::zero() }
+    }
+
+    /// No ray: all zeros, to be replaced.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Ray::new(Vec3::zero(), Vec3::zero())
+    }
+
     /// The point at distance `t`.
     #[inline(always)]
     pub fn at(&self, t: F) -> Vec3<F> {

@@ -30,6 +30,10 @@ impl Block {
     pub const SCATTER: Block = Block(1);
     /// A point on a light (first pair) and which light (third), at the first hit.
     pub const LIGHT: Block = Block(2);
+    /// When the ray leaves the camera (first number), as a share of the time that the shutter is open. It is drawn
+    /// only for cameras whose shutter stays open for a while, of which there is none yet. A path would have to bounce
+    /// 2³¹ times for another decision to come to its number.
+    pub const TIME: Block = Block(u32::MAX);
     /// How many blocks each bounce has.
     pub const STRIDE: u32 = 2;
 
@@ -98,6 +102,16 @@ mod tests {
         // Worked out from the published definition in another language.
         assert_eq!(hash([0, 0, 0, 0]), [0x0f02f829, 0x2d568769, 0x32b0c43b, 0xd32548ea]);
         assert_eq!(hash([1, 2, 3, 4]), [0x3622cd16, 0xf11471d8, 0xe1109b3f, 0x02b94c2f]);
+    }
+
+    #[test]
+    fn every_decision_has_a_block_of_its_own() {
+        let number = |block: Block, depth: u32| block.at::<f32>(Wrapping(depth)).0;
+        let once = [number(Block::CAMERA, 0), number(Block::TIME, 0)];
+        let bounce = |depth| [number(Block::SCATTER, depth), number(Block::LIGHT, depth)];
+        let last = (1 << 31) - 2;
+        let each: Vec<_> = once.into_iter().chain((0..1000).chain([last]).flat_map(bounce)).collect();
+        assert_eq!(each.iter().collect::<std::collections::BTreeSet<_>>().len(), each.len());
     }
 
     /// The largest |Z| of `tests` two-sided standard normal statistics exceeds this with probability

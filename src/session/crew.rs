@@ -98,6 +98,7 @@ impl Crew {
     /// A crew with the devices that are asked for. The end of `stop` cuts the measuring of devices short.
     pub(super) fn new(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Crew, SessionError> {
         let Scene { film, render, .. } = &*settings.scene;
+        world::Size::of(&settings.scene).check()?;
         let (compiled, surfaces) = world::compile(&settings.scene, film.width, film.height);
         let (compiled, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, settings.finder)));
         drop(surfaces);

@@ -4,6 +4,7 @@ use crate::film::MemoryError;
 use crate::gpu;
 use crate::output::{FilmError, OutputError, TevError, window};
 use crate::render::accumulator::WorkerFailure;
+use crate::world::TooLarge;
 use std::path::PathBuf;
 
 /// Why a render failed. Whatever was rendered has been written all the same.
@@ -12,6 +13,9 @@ pub enum SessionError {
     /// The film is too large.
     #[error(transparent)]
     Memory(#[from] MemoryError),
+    /// The scene is too large.
+    #[error(transparent)]
+    Scene(#[from] TooLarge),
     /// There is no window.
     #[error(transparent)]
     Window(#[from] window::WindowError),

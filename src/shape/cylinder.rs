@@ -1,8 +1,8 @@
 //! The cylinder.
 
 use super::disk::around;
-use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, Shape, Surface, UNIT_ROUNDOFF, overlap};
-use crate::math::{Float, Frame, Ray, Vec3};
+use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, RareShape, Shape, Surface, UNIT_ROUNDOFF, overlap};
+use crate::math::{Float, Frame, Ray, Vec3, trig};
 use glam::DVec3;
 use std::f32::consts::TAU;
 
@@ -27,6 +27,10 @@ pub struct Cylinder {
     pub half: f32,
     /// The radius, above zero.
     pub radius: f32,
+    /// The direction from the axis in which u is zero, of length one.
+    pub x_axis: [f32; 3],
+    /// v of a point X is X·v_axis + the fourth entry.
+    pub v_axis: [f32; 4],
 }
 
 impl Cylinder {
@@ -35,11 +39,22 @@ impl Cylinder {
         let (middle, along) = ((from + to) * 0.5, to - from);
         let length = along.length();
         let largest = from.abs().max(to.abs()).max_element() + radius;
+        let axis = (along / length).to_array().map(|x| x as f32);
+        let middle = middle.to_array().map(|x| x as f32);
+        let half = (0.5 * length + overlap(largest, length)) as f32;
+        // What follows is of the rounded numbers.
+        let x_axis = Frame::<f32>::around(Vec3::splat(axis)).s;
+        let per_length = 0.5 / f64::from(half);
+        let [x, y, z] = axis.map(f64::from);
+        let height: f64 = axis.iter().zip(middle).map(|(&a, m)| f64::from(a) * f64::from(m)).sum();
+        let v_axis = [x * per_length, y * per_length, z * per_length, 0.5 - height * per_length];
         Cylinder {
-            middle: middle.to_array().map(|x| x as f32),
-            axis: (along / length).to_array().map(|x| x as f32),
-            half: (0.5 * length + overlap(largest, length)) as f32,
+            middle,
+            axis,
+            half,
             radius: radius as f32,
+            x_axis: [x_axis.x, x_axis.y, x_axis.z],
+            v_axis: v_axis.map(|x| x as f32),
         }
     }
 
@@ -93,21 +108,34 @@ impl Shape for Cylinder {
 
     fn surface(&self) -> Surface {
         let largest = self.middle.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
-        let s = Frame::<f32>::around(Vec3::splat(self.axis)).s;
-        let per_length = 0.5 / f64::from(self.half);
-        let [x, y, z] = self.axis.map(f64::from);
-        let middle: f64 = self.axis.iter().zip(self.middle).map(|(&a, m)| f64::from(a) * f64::from(m)).sum();
-        let v_axis = [x * per_length, y * per_length, z * per_length, 0.5 - middle * per_length];
         Surface {
-            form: Form::Cylinder,
-            radius: self.radius,
-            anchor: self.middle,
-            normal: self.axis,
+            form: Form::Rare,
             error: CYLINDER_ERROR * (self.radius + self.half) + 2.0 * UNIT_ROUNDOFF * largest,
-            u_axis: [s.x, s.y, s.z, 0.0],
-            v_axis: v_axis.map(|x| x as f32),
             area: self.area(),
             ..Surface::OF_A_MESH
         }
+    }
+}
+
+impl RareShape for Cylinder {
+    const NAMES: [&str; 2] = ["cylinder", "cylinders"];
+
+    #[inline(always)]
+    fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F) {
+        let axis = Vec3::splat(self.axis);
+        let w = p - Vec3::splat(self.middle);
+        let across = w - axis * w.dot(axis);
+        let length = across.length();
+        (across * (F::splat(1.0) / length), length - self.radius)
+    }
+
+    /// φ/2π about the axis, and the height above its first end with the length for its unit.
+    #[inline(always)]
+    fn uv<F: Float>(&self, p: Vec3<F>, n: Vec3<F>) -> (F, F) {
+        let x_axis = Vec3::splat(self.x_axis);
+        let y_axis = Vec3::splat(self.axis).cross(x_axis);
+        let [vx, vy, vz, v_offset] = self.v_axis;
+        let u = trig::angle_turns(n.dot(y_axis), n.dot(x_axis));
+        (u, p.dot(Vec3::splat([vx, vy, vz])) + v_offset)
     }
 }

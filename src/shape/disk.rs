@@ -1,8 +1,8 @@
 //! The disk.
 
 use super::plane::distance_to_plane;
-use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Shape, Surface, overlap};
-use crate::math::{Float, Frame, Ray, Vec3};
+use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, RareShape, Shape, Surface, overlap};
+use crate::math::{Float, Frame, Ray, Vec3, trig};
 use glam::DVec3;
 use std::f32::consts::PI;
 
@@ -71,16 +71,30 @@ impl Shape for Disk {
 
     fn surface(&self) -> Surface {
         Surface {
-            form: Form::Disk,
-            radius: self.radius,
-            normal: self.normal,
-            distance: self.distance,
+            form: Form::Rare,
             error: POSITION_ERROR * self.distance.abs(),
-            u_axis: self.x_axis,
-            v_axis: self.y_axis,
             area: PI * self.radius * self.radius,
             ..Surface::OF_A_MESH
         }
+    }
+}
+
+impl RareShape for Disk {
+    const NAMES: [&str; 2] = ["disk", "disks"];
+
+    #[inline(always)]
+    fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F) {
+        let n = Vec3::splat(self.normal);
+        (n, p.dot(n) - self.distance)
+    }
+
+    /// Polar coordinates: φ/2π, and the distance from the centre with the radius for its unit.
+    #[inline(always)]
+    fn uv<F: Float>(&self, p: Vec3<F>, _n: Vec3<F>) -> (F, F) {
+        let ([ax, ay, az, a_offset], [bx, by, bz, b_offset]) = (self.x_axis, self.y_axis);
+        let x = p.dot(Vec3::splat([ax, ay, az])) + a_offset;
+        let y = p.dot(Vec3::splat([bx, by, bz])) + b_offset;
+        (trig::angle_turns(y, x), (x * x + y * y).sqrt())
     }
 }
 

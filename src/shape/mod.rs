@@ -40,17 +40,29 @@ pub trait Shape {
     fn surface(&self) -> Surface;
 }
 
+/// A shape of which most scenes have none. Its hits are completed one by one, apart from those on other surfaces, by
+/// what it says here. Its [`Surface`] holds no more than an area and a share of its hits' error bound.
+trait RareShape: Shape {
+    /// What one of it is called, and several.
+    const NAMES: [&str; 2];
+
+    /// The outward unit normal of the surface at its point nearest to `p`, and how far `p` lies off the surface along
+    /// that normal. `p` is a computed hit: off by rounding alone.
+    fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F);
+
+    /// uv at a point on the surface, where the outward unit normal is `n`.
+    fn uv<F: Float>(&self, p: Vec3<F>, n: Vec3<F>) -> (F, F);
+}
+
 /// Which formula says what the surface is like at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// A plane, a quad; of meshes the triangles tell.
+    /// A plane, a quad; of meshes the triangles say.
     Flat,
     /// A sphere.
     Round,
-    /// Flat, with polar coordinates.
-    Disk,
-    /// Round about an axis.
-    Cylinder,
+    /// The shape itself says: see [`Rare`].
+    Rare,
 }
 
 /// Everything that a hit needs to know of a surface, in one form for flat and round ones, so that lanes on
@@ -61,26 +73,24 @@ pub struct Surface {
     pub form: Form,
     /// Centre of a round surface; zero for a flat one.
     pub centre: [f32; 3],
-    /// Radius of a round surface, a disk or a cylinder; zero for a flat one.
+    /// Radius of a round surface; zero for others.
     pub radius: f32,
-    /// The point near which a round surface is described best (see [`Sphere`]), the middle of a cylinder's axis; zero
-    /// for a flat one.
+    /// The point near which a round surface is described best (see [`Sphere`]); zero for a flat one.
     pub anchor: [f32; 3],
     /// From the anchor to the centre of a round surface; zero for a flat one.
     pub to_centre: [f32; 3],
     /// The anchor's power; zero for a flat surface.
     pub anchor_power: f32,
-    /// Outward normal of a flat surface or direction of a cylinder's axis, of length one; zero for a round one.
+    /// Outward normal of a flat surface, of length one; zero for a round one.
     pub normal: [f32; 3],
     /// A flat surface is where X·normal is this.
     pub distance: f32,
     /// The surface's share of a hit's error bound: how far a computed hit may lie off the surface, plus how
     /// close to it a ray may start before its intersection is in doubt.
     pub error: f32,
-    /// u of a point X on a flat surface is X·axis + offset, with the offset in the fourth place. On a disk that is the
-    /// first of the coordinates of which uv are the polar form; a cylinder's u is zero in this direction.
+    /// u of a point X on a flat surface is X·axis + offset, with the offset in the fourth place.
     pub u_axis: [f32; 4],
-    /// v likewise, on a cylinder too.
+    /// v likewise.
     pub v_axis: [f32; 4],
     /// Area; infinite for a plane.
     pub area: f32,

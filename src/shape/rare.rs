@@ -1,38 +1,81 @@
-//! What most scenes have none of.
+//! The shapes of which most scenes have none.
 
-use super::{Bounds, Cylinder, Disk, Shape, Surface};
-use crate::math::{Float, Ray};
+use super::{Bounds, RareShape, Shape, Surface};
+use crate::math::{Float, Ray, Vec3};
 
-/// A shape of which most scenes have none: all of these are asked in one place, which rays pass by where there are
-/// none.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Rare {
-    /// A disk.
-    Disk(Disk),
-    /// A cylinder.
-    Cylinder(Cylinder),
+/// Makes one shape of several.
+macro_rules! rare {
+    ($($file:ident::$shape:ident),+) => {
+        $(use super::$file::$shape;)+
+
+        /// Any of the shapes of which most scenes have none: all of these are asked in one place, which rays pass by
+        /// where there are none.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Rare {
+            $(
+                #[doc = concat!("A [`", stringify!($shape), "`].")]
+                $shape($shape),
+            )+
+        }
+
+        $(
+            impl From<$shape> for Rare {
+                fn from(shape: $shape) -> Rare {
+                    Rare::$shape(shape)
+                }
+            }
+        )+
+
+        impl Shape for Rare {
+            #[inline(always)]
+            fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
+                match self {
+                    $(Rare::$shape(shape) => shape.intersect(ray),)+
+                }
+            }
+
+            fn bounds(&self) -> Bounds {
+                match self {
+                    $(Rare::$shape(shape) => shape.bounds(),)+
+                }
+            }
+
+            fn surface(&self) -> Surface {
+                match self {
+                    $(Rare::$shape(shape) => shape.surface(),)+
+                }
+            }
+        }
+
+        impl Rare {
+            /// What one of each kind is called, and several.
+            pub const NAMES: &[[&str; 2]] = &[$($shape::NAMES),+];
+
+            /// What one of this kind is called, and several.
+            pub fn names(&self) -> [&'static str; 2] {
+                match self {
+                    $(Rare::$shape(_) => $shape::NAMES,)+
+                }
+            }
+
+            /// The outward unit normal of the surface at its point nearest to `p`, and how far `p` lies off the
+            /// surface along that normal. `p` is a computed hit: off by rounding alone.
+            #[inline(always)]
+            pub fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F) {
+                match self {
+                    $(Rare::$shape(shape) => shape.point(p),)+
+                }
+            }
+
+            /// uv at a point on the surface, where the outward unit normal is `n`.
+            #[inline(always)]
+            pub fn uv<F: Float>(&self, p: Vec3<F>, n: Vec3<F>) -> (F, F) {
+                match self {
+                    $(Rare::$shape(shape) => shape.uv(p, n),)+
+                }
+            }
+        }
+    };
 }
 
-impl Shape for Rare {
-    #[inline(always)]
-    fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
-        match self {
-            Rare::Disk(disk) => disk.intersect(ray),
-            Rare::Cylinder(cylinder) => cylinder.intersect(ray),
-        }
-    }
-
-    fn bounds(&self) -> Bounds {
-        match self {
-            Rare::Disk(disk) => disk.bounds(),
-            Rare::Cylinder(cylinder) => cylinder.bounds(),
-        }
-    }
-
-    fn surface(&self) -> Surface {
-        match self {
-            Rare::Disk(disk) => disk.surface(),
-            Rare::Cylinder(cylinder) => cylinder.surface(),
-        }
-    }
-}
+rare! { disk::Disk, cylinder::Cylinder }

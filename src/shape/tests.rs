@@ -80,13 +80,13 @@ fn ray(stream: &mut Stream, place: DVec3, size: f64) -> Ray<f32> {
     let o = narrow(place + direction(stream) * distance * stream.random::<f64>());
     let towards = (place - wide(o)).normalize_or(DVec3::X);
     let target = match stream.random_range(0..4) {
-        0 => return Ray { o, d: narrow(direction(stream)).normalized() },
+        0 => return Ray::new(o, narrow(direction(stream)).normalized()),
         1 => place + direction(stream) * size * stream.random::<f64>(),
         // Just inside and just outside the rim as seen from the origin.
         2 => place + direction(stream).cross(towards).normalize() * size * stream.random_range(0.95..1.05),
         _ => place + towards.any_orthonormal_vector() * size * stream.random_range(0.9999..1.0001),
     };
-    Ray { o, d: narrow((target - wide(o)).normalize_or(DVec3::Y)).normalized() }
+    Ray::new(o, narrow((target - wide(o)).normalize_or(DVec3::Y)).normalized())
 }
 
 fn plane_truth(ray: &Ray<f32>, normal: [f32; 3], distance: f32) -> Truth {
@@ -334,14 +334,14 @@ fn nothing_slips_out_between_the_sides_of_a_box_or_the_ends_of_a_can() {
                 let o = middle + from(size.min_element(), stream);
                 let d = narrow(middle + size * to - wide(narrow(o))).normalized();
                 let shapes = sides.each_ref().map(|side| side as &dyn Fn(&_) -> _);
-                out += u32::from(!met(&shapes, &Ray { o: narrow(o), d }));
+                out += u32::from(!met(&shapes, &Ray::new(narrow(o), d)));
                 // and to a rim of the can.
                 let rim =
                     ends[stream.random_range(0..2)] + axis.cross(direction(stream)).normalize() * radius;
                 let o = middle + from(radius.min(size.x), stream);
                 let d = narrow(rim - wide(narrow(o))).normalized();
                 let shapes = [&disks[0] as &dyn Fn(&_) -> _, &disks[1], &|ray| tube.intersect(ray)];
-                out += u32::from(!met(&shapes, &Ray { o: narrow(o), d }));
+                out += u32::from(!met(&shapes, &Ray::new(narrow(o), d)));
                 rays += 2;
             }
         }
@@ -375,8 +375,8 @@ fn the_sides_of_a_box_face_out() {
     let middle = narrow((min + max) * 0.5);
     for side in Quad::sides(min, max) {
         let n = Vec3::<f32>::splat(side.normal);
-        assert!(side.intersect(&Ray { o: middle, d: n }) < NOTHING && n.max_abs() == 1.0, "{side:?}");
-        assert_eq!(side.intersect(&Ray { o: middle, d: -n }), NOTHING);
+        assert!(side.intersect(&Ray::new(middle, n)) < NOTHING && n.max_abs() == 1.0, "{side:?}");
+        assert_eq!(side.intersect(&Ray::new(middle, -n)), NOTHING);
         // Upright: v runs along the last of the axes that it can.
         let up = if n.z == 0.0 { side.v[2] } else { side.v[1] };
         assert!(up > 0.0 && side.v.iter().filter(|v| **v != 0.0).count() == 1, "{side:?}");
@@ -387,7 +387,7 @@ fn the_sides_of_a_box_face_out() {
 fn a_wrong_distance_is_noticed() {
     // The report's own slip: b² − 4c where b is half the linear coefficient.
     let sphere = Sphere::new(DVec3::Z * 5.0, 1.0);
-    let ray = Ray { o: Vec3::splat([0.3, 0.0, 0.0]), d: Vec3::splat([0.0, 0.0, 1.0]) };
+    let ray = Ray::new(Vec3::splat([0.3, 0.0, 0.0]), Vec3::splat([0.0, 0.0, 1.0]));
     let check = |got| {
         let one = || Tally::default().check(got, sphere_truth(&sphere, &ray), String::new);
         std::panic::catch_unwind(one).is_ok()
@@ -405,7 +405,7 @@ fn a_wrong_distance_is_noticed() {
 }
 
 fn at(o: [f32; 3], d: [f32; 3]) -> Ray<f32> {
-    Ray { o: Vec3::splat(o), d: Vec3::splat(d) }
+    Ray::new(Vec3::splat(o), Vec3::splat(d))
 }
 
 #[test]
@@ -478,11 +478,11 @@ fn triangles_are_met_however_long_their_sides_are() {
         let corners = [DVec3::ZERO, DVec3::X * size, DVec3::Y * size].map(narrow);
         let target = DVec3::new(0.25, 0.25, 0.0) * size;
         for d in [DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8), DVec3::new(0.0, -0.8, -0.6)] {
-            let ray = Ray { o: narrow(target - d * size), d: narrow(d) };
+            let ray = Ray::new(narrow(target - d * size), narrow(d));
             let met = Shears::new(&ray).meet(corners, true);
             assert!((f64::from(met.t) / size - 1.0).abs() < 1e-5, "10^{exponent}: {met:?}");
             assert!(met.weights.iter().all(|w| (w - 0.25).abs() < 1e-5), "10^{exponent}: {met:?}");
-            let beside = Ray { o: narrow(target * 3.0 - d * size), d: narrow(d) };
+            let beside = Ray::new(narrow(target * 3.0 - d * size), narrow(d));
             assert_eq!(Shears::new(&beside).meet(corners, true).t, NOTHING, "10^{exponent}");
         }
     }

@@ -6,7 +6,7 @@ use crate::camera::Camera;
 use crate::light::{AreaLight, LightTable, PointLight, PointLights};
 use crate::material::{self, MaterialTable, Row};
 use crate::scene::{self, MaterialKind, Scene};
-use crate::shape::{Cylinder, Disk, Mesh, Plane, Quad, Rare, Shape, Sphere};
+use crate::shape::{Cylinder, Disk, Mesh, Plane, Quad, Shape, Sphere};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ pub const SHARING_PAYS_FROM: usize = 1 << 16;
 
 /// Which mesh is shared by an entity, if it is: meshes that stand at several places, have so many triangles in all
 /// copies, and do not emit; a light is chosen triangle by triangle, each of which needs a place of its own.
-fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
+pub(super) fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
     let could = |entity: &scene::Entity| match &entity.shape {
         scene::Shape::Mesh { mesh, transform }
             if !entity.emission.iter().any(|&e| e > 0.0) && Instances::can_place(transform) =>
@@ -94,7 +94,8 @@ fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
     (meshes, of_entity)
 }
 
-/// Compiles a scene for a film of `width` × `height` pixels, into tables and the surfaces that rays meet.
+/// Compiles a scene for a film of `width` × `height` pixels, into tables and the surfaces that rays meet. The tables
+/// have room for it: see [`Size::check`](super::Size::check).
 pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Simple) {
     compile_sharing(scene, width, height, SHARING_PAYS_FROM)
 }
@@ -155,14 +156,14 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
                 if emits {
                     look.light = lights.push_area(AreaLight::Disk(disk), flipped, emission);
                 }
-                all.rare.push((Rare::Disk(disk), surfaces.push(disk.surface(), look)));
+                all.rare.push((disk.into(), surfaces.push_rare(disk.into(), look)));
             }
             scene::Shape::Cylinder { from, to, radius } => {
                 let cylinder = Cylinder::new(from, to, radius);
                 if emits {
                     look.light = lights.push_area(AreaLight::Cylinder(cylinder), flipped, emission);
                 }
-                all.rare.push((Rare::Cylinder(cylinder), surfaces.push(cylinder.surface(), look)));
+                all.rare.push((cylinder.into(), surfaces.push_rare(cylinder.into(), look)));
             }
             scene::Shape::Mesh { ref transform, .. } if shared[index].is_some() => {
                 let row = surfaces.push_instance(look, transform.matrix3.determinant() < 0.0);

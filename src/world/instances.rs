@@ -75,6 +75,7 @@ impl<F: Float> Place<F> {
         Ray {
             o: Vec3::new(x.dot(o), y.dot(o), z.dot(o)),
             d: Vec3::new(x.dot(ray.d), y.dot(ray.d), z.dot(ray.d)),
+            time: ray.time,
         }
     }
 
@@ -229,7 +230,7 @@ mod tests {
         let mut all = Instances::default();
         all.push(0, &transform, 5);
         let place = all.place(0);
-        let ray = Ray { o: Vec3::splat([101.0, -17.0, 4.0]), d: Vec3::splat([0.6, 0.0, -0.8]) };
+        let ray = Ray::new(Vec3::splat([101.0, -17.0, 4.0]), Vec3::splat([0.6, 0.0, -0.8]));
         let seen = place.ray(&ray);
         for t in [0.0, 1.0, 20.0] {
             // Distances stay.

@@ -6,7 +6,10 @@
 mod bvh;
 mod compile;
 mod instances;
+mod interaction;
+mod limits;
 mod pages;
+mod rare;
 mod simple;
 mod surfaces;
 mod triangles;
@@ -14,6 +17,8 @@ mod triangles;
 pub use bvh::{Boxes, Bvh, Contents, WIDTH as TREE_WIDTH};
 pub use compile::{CompiledScene, SHARING_PAYS_FROM, compile, compile_sharing};
 pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
+pub use interaction::{Interaction, Uv};
+pub use limits::{MOST_PRIMITIVES, MOST_VERTICES, Size, TooLarge};
 pub use simple::Simple;
 pub use surfaces::{Look, NO_LIGHT, SurfacePoint, SurfaceTable};
 pub use triangles::{FIRST_TRIANGLE, Triangles};
@@ -77,6 +82,8 @@ pub struct Hit<F: Float> {
     pub surface: F::Uint,
     /// [`NO_INSTANCE`], or one more than the index in [`Instances`] of the mesh whose triangle is met.
     pub instance: F::Uint,
+    /// The weights of the second and the third corner of the triangle that is met; zero on other surfaces.
+    pub weights: [F; 2],
 }
 
 impl<F: Float> Hit<F> {
@@ -84,7 +91,7 @@ impl<F: Float> Hit<F> {
     #[inline(always)]
     pub fn none() -> Self {
         let instance = F::Uint::splat(NO_INSTANCE);
-        Hit { t: F::splat(NOTHING), surface: F::Uint::splat(u32::MAX), instance }
+        Hit { t: F::splat(NOTHING), surface: F::Uint::splat(u32::MAX), instance, weights: [F::zero(); 2] }
     }
 
     /// The nearer of two hits; of equal distances the lower instance and then the lower surface, so that no
@@ -98,6 +105,10 @@ impl<F: Float> Hit<F> {
             t: F::select(other_wins, other.t, self.t),
             surface: F::Uint::select(other_wins, other.surface, self.surface),
             instance: F::Uint::select(other_wins, other.instance, self.instance),
+            weights: [
+                F::select(other_wins, other.weights[0], self.weights[0]),
+                F::select(other_wins, other.weights[1], self.weights[1]),
+            ],
         }
     }
 

@@ -3,7 +3,7 @@
 use super::{FIRST_TRIANGLE, Hit, Instances, NO_INSTANCE, Triangles};
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
-use crate::shape::{NOTHING, Plane, Quad, Rare, Shape, Shears, Sphere};
+use crate::shape::{Meeting, NOTHING, Plane, Quad, Rare, Shape, Shears, Sphere};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ pub struct Simple {
     pub spheres: Vec<(Sphere, u32)>,
     /// The quads likewise.
     pub quads: Vec<(Quad, u32)>,
-    /// Disks and cylinders likewise.
+    /// The shapes of which most scenes have none likewise.
     pub rare: Vec<(Rare, u32)>,
     /// The triangles of all meshes.
     pub triangles: Arc<Triangles>,
@@ -59,7 +59,7 @@ fn any<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut foun
     found
 }
 
-/// What rays ask where there are disks and cylinders, in a function of its own: what most scenes have none of takes no
+/// What rays ask where there are rare shapes, in a function of its own: what most scenes have none of takes no
 /// room in theirs.
 struct AskAll<'a> {
     world: &'a Simple,
@@ -85,6 +85,7 @@ struct Found {
     t: [f32; MAX_LANES],
     surface: [u32; MAX_LANES],
     instance: [u32; MAX_LANES],
+    weights: [[f32; MAX_LANES]; 2],
 }
 
 impl Kernel for AskAll<'_> {
@@ -94,17 +95,20 @@ impl Kernel for AskAll<'_> {
     fn run<F: Float>(self) -> Found {
         let [ox, oy, oz, dx, dy, dz] = &self.ray;
         let o = Vec3::new(F::load(ox), F::load(oy), F::load(oz));
-        let ray = Ray { o, d: Vec3::new(F::load(dx), F::load(dy), F::load(dz)) };
+        let ray = Ray::new(o, Vec3::new(F::load(dx), F::load(dy), F::load(dz)));
         let hit = closest(
             &self.world.rare,
             &ray,
             self.world.closest_common(&ray, F::Mask::from_bits(self.past_triangles)),
         );
         let nothing = [0; MAX_LANES];
-        let mut found = Found { t: [NOTHING; MAX_LANES], surface: nothing, instance: nothing };
+        let weights = [[0.0; MAX_LANES]; 2];
+        let mut found = Found { t: [NOTHING; MAX_LANES], surface: nothing, instance: nothing, weights };
         hit.t.store(&mut found.t);
         hit.surface.store(&mut found.surface);
         hit.instance.store(&mut found.instance);
+        hit.weights[0].store(&mut found.weights[0]);
+        hit.weights[1].store(&mut found.weights[1]);
         found
     }
 }
@@ -113,13 +117,13 @@ impl Kernel for AskAll<'_> {
 #[cold]
 fn rarely() {}
 
-/// Distances to some triangles, each with its index.
+/// Where rays meet some triangles, each with its index.
 #[inline(always)]
 fn each_triangle<F: Float>(
     triangles: &Triangles,
     range: Range<usize>,
     ray: &Ray<F>,
-    mut found: impl FnMut(F, u32),
+    mut found: impl FnMut(Meeting<F>, u32),
 ) {
     if range.is_empty() {
         return;
@@ -127,19 +131,24 @@ fn each_triangle<F: Float>(
     let shears = Shears::new(ray);
     for triangle in range {
         let corners = triangles.positions_of(triangle).map(Vec3::splat);
-        found(shears.meet(corners, triangles.has_needles).t, triangle as u32);
+        found(shears.meet(corners, triangles.has_needles), triangle as u32);
     }
 }
 
 impl Simple {
-    /// The first hit of all, disks and cylinders among them; for lanes in `past_triangles`, of all but triangles.
+    /// The first hit of all, rare shapes among them; for lanes in `past_triangles`, of all but triangles.
     #[inline(always)]
     fn closest_of_all<F: Float>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
-        let Found { t, surface, instance } = &F::outlined(AskAll::new(self, ray, past_triangles));
-        Hit { t: F::load(t), surface: F::Uint::load(surface), instance: F::Uint::load(instance) }
+        let found = &F::outlined(AskAll::new(self, ray, past_triangles));
+        Hit {
+            t: F::load(&found.t),
+            surface: F::Uint::load(&found.surface),
+            instance: F::Uint::load(&found.instance),
+            weights: [F::load(&found.weights[0]), F::load(&found.weights[1])],
+        }
     }
 
-    /// The first hit of all but disks and cylinders.
+    /// The first hit of all but rare shapes.
     #[inline(always)]
     fn closest_common<F: Float>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
         let hit = closest(&self.planes, ray, Hit::none());
@@ -149,26 +158,31 @@ impl Simple {
         self.every_triangle(
             ray,
             #[inline(always)]
-            |t, instance, triangle| {
+            |Meeting { t, weights }, instance, triangle| {
                 let nearer = t.lt(hit.t) & !past_triangles;
-                hit.t = F::select(nearer, t, hit.t);
-                hit.surface = F::Uint::select(nearer, F::Uint::splat(FIRST_TRIANGLE | triangle), hit.surface);
-                hit.instance = F::Uint::select(nearer, F::Uint::splat(instance), hit.instance);
+                if nearer.any() {
+                    let surface = F::Uint::splat(FIRST_TRIANGLE | triangle);
+                    hit.t = F::select(nearer, t, hit.t);
+                    hit.surface = F::Uint::select(nearer, surface, hit.surface);
+                    hit.instance = F::Uint::select(nearer, F::Uint::splat(instance), hit.instance);
+                    hit.weights[0] = F::select(nearer, weights[0], hit.weights[0]);
+                    hit.weights[1] = F::select(nearer, weights[1], hit.weights[1]);
+                }
             },
         );
         hit
     }
 
-    /// Distances to all triangles, each with its instance and index, in the order in which equal ones count.
+    /// Where rays meet all triangles, each with its instance and index, in the order in which equal distances count.
     #[inline(always)]
-    fn every_triangle<F: Float>(&self, ray: &Ray<F>, mut found: impl FnMut(F, u32, u32)) {
+    fn every_triangle<F: Float>(&self, ray: &Ray<F>, mut found: impl FnMut(Meeting<F>, u32, u32)) {
         let triangles = &self.triangles;
         each_triangle(
             triangles,
             0..triangles.placed(),
             ray,
             #[inline(always)]
-            |t, triangle| found(t, NO_INSTANCE, triangle),
+            |meeting, triangle| found(meeting, NO_INSTANCE, triangle),
         );
         for (instance, &mesh) in self.instances.mesh.iter().enumerate() {
             let ray = self.instances.splat::<F>(instance).ray(ray);
@@ -177,7 +191,7 @@ impl Simple {
                 self.instances.meshes[mesh as usize].clone(),
                 &ray,
                 #[inline(always)]
-                |t, triangle| found(t, instance as u32 + 1, triangle),
+                |meeting, triangle| found(meeting, instance as u32 + 1, triangle),
             );
         }
     }
@@ -209,7 +223,7 @@ impl Simple {
         self.every_triangle(
             ray,
             #[inline(always)]
-            |t, _, _| found = found | (t.lt(t_max) & !past_triangles),
+            |meeting, _, _| found = found | (meeting.t.lt(t_max) & !past_triangles),
         );
         found
     }

@@ -1,11 +1,12 @@
 //! What hits look up: one row for each surface, one column for each property.
 
 use super::instances::Place;
+use super::rare::Rares;
 use super::triangles::{FIRST_TRIANGLE, Triangles};
 use super::{Hit, Instances, NO_INSTANCE};
 use crate::math::trig;
 use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3};
-use crate::shape::{Form, POSITION_ERROR, Shears, Sides, Surface};
+use crate::shape::{Form, POSITION_ERROR, Rare, Shape, Sides, Surface};
 use std::sync::Arc;
 
 /// What a surface looks like beside its form.
@@ -26,6 +27,9 @@ pub struct Look {
 /// The light of a surface that can't be sampled as one.
 pub const NO_LIGHT: u32 = u32::MAX;
 
+/// What [`SurfaceTable::rare_index`] says of other surfaces.
+const NOT_RARE: u32 = u32::MAX;
+
 /// Indices of triangles.
 #[inline(always)]
 fn index<F: Float>(surface: F::Uint) -> F::Uint {
@@ -35,16 +39,14 @@ fn index<F: Float>(surface: F::Uint) -> F::Uint {
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTable {
-    /// Of round surfaces and cylinders.
+    /// Of round surfaces.
     anchor: [Vec<f32>; 3],
-    /// Zero for flat surfaces: there what follows from the axes is all.
+    /// Zero for others.
     radius: Vec<f32>,
-    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones, a cylinder's axis.
+    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones.
     axis: [Vec<f32>; 3],
-    /// The distance of flat surfaces, the anchor's power of round ones; zero for cylinders.
+    /// The distance of flat surfaces, the anchor's power of round ones.
     constant: Vec<f32>,
-    /// [`Form`]s as numbers.
-    form: Vec<u32>,
     error: Vec<f32>,
     u_axis: [Vec<f32>; 3],
     u_offset: Vec<f32>,
@@ -57,10 +59,12 @@ pub struct SurfaceTable {
     light: Vec<u32>,
     /// Of a mesh that emits, what to add to a triangle's index for its light, wrapping.
     triangle_light: Vec<u32>,
-    /// Whether some are not flat, or have polar coordinates.
-    has_curved: bool,
-    /// Whether there are disks or cylinders.
-    has_rare: bool,
+    /// Whether some are round.
+    has_round: bool,
+    /// The index of each row in `rare`, or [`NOT_RARE`].
+    rare_index: Vec<u32>,
+    /// The rare shapes, which know themselves what the other columns say of others.
+    rare: Vec<Rare>,
     rows: Vec<(Surface, Look)>,
     triangles: Option<Arc<Triangles>>,
     instances: Option<Arc<Instances>>,
@@ -76,7 +80,7 @@ pub struct SurfacePoint<F: Float> {
     /// The normal that light scatters around, of length one: `n`, or what a mesh says, on the same side of the
     /// triangle and as the ray sees it.
     pub shading: Vec3<F>,
-    /// Weights of a triangle's second and third corners.
+    /// See [`Hit::weights`].
     weights: [F; 2],
     /// How far at most the point lies off the surface, along the normal, plus how close to the surface
     /// a ray may start without meeting it again (see [`crate::shape::offset_origin`]).
@@ -99,15 +103,12 @@ impl SurfaceTable {
         let row = self.rows.len() as u32;
         let (axis, constant) = match surface.form {
             Form::Round => (surface.to_centre, surface.anchor_power),
-            Form::Flat | Form::Disk => (surface.normal, surface.distance),
-            Form::Cylinder => (surface.normal, 0.0),
+            Form::Flat | Form::Rare => (surface.normal, surface.distance),
         };
         push3(&mut self.anchor, surface.anchor);
         self.radius.push(surface.radius);
         push3(&mut self.axis, axis);
         self.constant.push(constant);
-        self.form.push(surface.form as u32);
-        self.has_rare |= matches!(surface.form, Form::Disk | Form::Cylinder);
         self.error.push(surface.error);
         let [ux, uy, uz, u_offset] = surface.u_axis;
         push3(&mut self.u_axis, [ux, uy, uz]);
@@ -120,9 +121,23 @@ impl SurfaceTable {
         self.material.push(look.material);
         self.light.push(look.light);
         self.triangle_light.push(0);
-        self.has_curved |= surface.radius > 0.0;
+        self.rare_index.push(NOT_RARE);
+        self.has_round |= surface.form == Form::Round;
         self.rows.push((surface, look));
         row
+    }
+
+    /// Adds the row of a rare shape and returns its number.
+    pub fn push_rare(&mut self, shape: Rare, look: Look) -> u32 {
+        let row = self.push(shape.surface(), look);
+        self.rare_index[row as usize] = self.rare.len() as u32;
+        self.rare.push(shape);
+        row
+    }
+
+    /// The rare shape of a row, if it is one's.
+    pub fn rare(&self, row: u32) -> Option<&Rare> {
+        self.rare.get(self.rare_index[row as usize] as usize)
     }
 
     /// Adds the row of a mesh whose triangles begin with `first`, and whose lights, if it emits, with the look's
@@ -217,7 +232,7 @@ impl SurfaceTable {
         if let Some(triangles) = &self.triangles {
             let on_mesh = hit.is_some() & !hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
             if on_mesh.any() {
-                self.mesh_point(triangles, ray, hit, on_mesh, &mut point);
+                self.mesh_point(triangles, ray.d, hit, on_mesh, &mut point);
             }
         }
         point
@@ -229,7 +244,7 @@ impl SurfaceTable {
     fn mesh_point<F: Float>(
         &self,
         triangles: &Triangles,
-        ray: &Ray<F>,
+        ray_d: Vec3<F>,
         hit: &Hit<F>,
         on_mesh: F::Mask,
         point: &mut SurfacePoint<F>,
@@ -238,20 +253,13 @@ impl SurfaceTable {
         let mut a = triangles.position::<F>(vertices[0]);
         let mut b = triangles.position::<F>(vertices[1]);
         let mut c = triangles.position::<F>(vertices[2]);
-        let world_d = ray.d;
-        let mut ray = *ray;
         let mut place = None;
         if let Some(instances) = &self.instances {
             let shared = on_mesh & !hit.instance.eq(F::Uint::splat(NO_INSTANCE));
             if shared.any() {
-                let of_lane = instances.gather::<F>(hit.instance);
-                let seen = of_lane.ray(&ray);
-                ray.o = Vec3::select(shared, seen.o, ray.o);
-                ray.d = Vec3::select(shared, seen.d, ray.d);
-                place = Some((shared, of_lane));
+                place = Some((shared, instances.gather::<F>(hit.instance)));
             }
         }
-        let weights = Shears::new(&ray).meet([a, b, c], triangles.has_needles).weights;
         let mut sides = Sides::new(b - a, c - a);
         let mut error = sides.error(a);
         if let Some((shared, place)) = &place {
@@ -263,13 +271,14 @@ impl SurfaceTable {
             error = F::select(*shared, of_place, error);
         }
         let (ab, ac) = (b - a, c - a);
+        let weights = hit.weights;
         let p = a + ab * weights[0] + ac * weights[1];
         let orientation = F::gather(&self.orientation, point.row);
         let mut n = sides.across * (orientation / sides.length);
         let without_area = on_mesh & !sides.length.gt(F::zero());
         if without_area.any() {
             // It was met within rounding errors, and has no normal of its own.
-            n = Vec3::select(without_area, -world_d, n);
+            n = Vec3::select(without_area, -ray_d, n);
         }
 
         let mut shading = n;
@@ -283,7 +292,7 @@ impl SurfaceTable {
             let smooth = mean * (F::splat(1.0) / length).copysign(mean.dot(n));
             // Where the ray comes from the one side of the triangle and the other of the smooth surface, there
             // is no smooth surface to speak of.
-            let (geometric, seen) = (world_d.dot(n), world_d.dot(smooth));
+            let (geometric, seen) = (ray_d.dot(n), ray_d.dot(smooth));
             let agrees = (geometric * seen).gt(F::zero()) & length.gt(F::zero());
             shading = Vec3::select(agrees, smooth, n);
         }
@@ -291,7 +300,6 @@ impl SurfaceTable {
         point.n = Vec3::select(on_mesh, n, point.n);
         point.shading = Vec3::select(on_mesh, shading, point.shading);
         point.error = F::select(on_mesh, error, point.error);
-        point.weights = weights;
     }
 
     /// Points on all but meshes.
@@ -303,24 +311,23 @@ impl SurfaceTable {
         let mut normal = axis;
         let mut off = p.dot(normal) - constant;
         let radius = F::gather(&self.radius, row);
-        let curved = radius.gt(F::zero());
-        if curved.any() {
+        let round = radius.gt(F::zero());
+        if round.any() {
             // The distance to the centre less the radius, as power/(distance + radius): see `Sphere`.
             let w = p - Vec3::gather(&self.anchor, row);
             let from_centre = w - axis;
             let length = from_centre.length();
             let power = w.dot(from_centre - axis) + constant;
-            let mut round = curved;
-            if self.has_rare {
-                round = curved & self.has_form::<F>(row, Form::Round);
-                let cylinder = self.has_form::<F>(row, Form::Cylinder);
-                let across = w - axis * w.dot(axis);
-                let length = across.length();
-                normal = Vec3::select(cylinder, across * (F::splat(1.0) / length), normal);
-                off = F::select(cylinder, length - radius, off);
-            }
             normal = Vec3::select(round, from_centre * (F::splat(1.0) / length), normal);
             off = F::select(round, power / (length + radius), off);
+        }
+        if !self.rare.is_empty() {
+            let (index, rare) = self.rare_lanes::<F>(row, hit.is_some());
+            if rare.any() {
+                let (n, distance) = Rares::new(&self.rare, rare, index, p).points();
+                normal = Vec3::select(rare, n, normal);
+                off = F::select(rare, distance, off);
+            }
         }
         // Along a far hit's ray the error grows with the distance; put back onto the surface, what is left
         // grows only with the coordinates.
@@ -330,7 +337,7 @@ impl SurfaceTable {
             p,
             n,
             shading: n,
-            weights: [F::zero(); 2],
+            weights: hit.weights,
             error: p.max_abs() * POSITION_ERROR + F::gather(&self.error, row),
             surface: hit.surface,
             row,
@@ -339,30 +346,27 @@ impl SurfaceTable {
 
     /// uv of points, of use in the lanes where they are wanted: see the shapes for what they mean.
     #[inline(always)]
-    pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> (F, F) {
+    pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> [F; 2] {
         let (p, row) = (point.p, point.row);
         let mut u = p.dot(Vec3::gather(&self.u_axis, row)) + F::gather(&self.u_offset, row);
         let mut v = p.dot(Vec3::gather(&self.v_axis, row)) + F::gather(&self.v_offset, row);
-        if self.has_curved {
-            let curved = wanted & F::gather(&self.radius, row).gt(F::zero());
-            if curved.any() {
+        if self.has_round {
+            let round = wanted & F::gather(&self.radius, row).gt(F::zero());
+            if round.any() {
                 // φ/2π and θ/π from +z, of the direction from the centre.
                 let d = point.n * F::gather(&self.orientation, row);
-                let (mut x, mut y, mut round) = (d.x, d.y, curved);
-                if self.has_rare {
-                    // On a disk uv so far are coordinates, on a cylinder v is as it should be.
-                    let disk = self.has_form::<F>(row, Form::Disk);
-                    let cylinder = self.has_form::<F>(row, Form::Cylinder);
-                    round = curved & self.has_form::<F>(row, Form::Round);
-                    let x_axis = Vec3::gather(&self.u_axis, row);
-                    let y_axis = Vec3::gather(&self.axis, row).cross(x_axis);
-                    x = F::select(disk, u, F::select(cylinder, d.dot(x_axis), x));
-                    y = F::select(disk, v, F::select(cylinder, d.dot(y_axis), y));
-                    v = F::select(disk, (x * x + y * y).sqrt(), v);
-                }
                 let theta = trig::angle_turns((d.x * d.x + d.y * d.y).sqrt(), d.z);
-                u = F::select(curved, trig::angle_turns(y, x), u);
+                u = F::select(round, trig::angle_turns(d.y, d.x), u);
                 v = F::select(round, theta * 2.0, v);
+            }
+        }
+        if !self.rare.is_empty() {
+            let (index, rare) = self.rare_lanes::<F>(row, wanted);
+            if rare.any() {
+                let n = point.n * F::gather(&self.orientation, row);
+                let (rare_u, rare_v) = Rares::new(&self.rare, rare, index, p).uv(n);
+                u = F::select(rare, rare_u, u);
+                v = F::select(rare, rare_v, v);
             }
         }
         if let Some(triangles) = &self.triangles {
@@ -374,13 +378,14 @@ impl SurfaceTable {
                 v = F::select(on_mesh, corner_mean(&triangles.uv[1], vertices, [0.0, 0.0, 1.0], weights), v);
             }
         }
-        (u, v)
+        [u, v]
     }
 
-    /// The rows of a form.
+    /// Indices in `rare`, and which of some lanes have one.
     #[inline(always)]
-    fn has_form<F: Float>(&self, row: F::Uint, form: Form) -> F::Mask {
-        F::Uint::gather(&self.form, row).eq(F::Uint::splat(form as u32))
+    fn rare_lanes<F: Float>(&self, row: F::Uint, lanes: F::Mask) -> (F::Uint, F::Mask) {
+        let index = F::Uint::gather(&self.rare_index, row);
+        (index, lanes & index.lt(F::Uint::splat(NOT_RARE)))
     }
 
     /// Material rows of points.

@@ -70,10 +70,10 @@ impl<const CLOSEST: bool> Kernel for Ask<'_, CLOSEST> {
         let Rays { o, d } = self.rays;
         let all = F::Mask::splat(true);
         for i in (0..self.rays.len()).step_by(F::LANES) {
-            let ray = Ray {
-                o: Vec3::new(F::load(&o[0][i..]), F::load(&o[1][i..]), F::load(&o[2][i..])),
-                d: Vec3::new(F::load(&d[0][i..]), F::load(&d[1][i..]), F::load(&d[2][i..])),
-            };
+            let ray = Ray::new(
+                Vec3::new(F::load(&o[0][i..]), F::load(&o[1][i..]), F::load(&o[2][i..])),
+                Vec3::new(F::load(&d[0][i..]), F::load(&d[1][i..]), F::load(&d[2][i..])),
+            );
             if CLOSEST {
                 let hit = self.world.intersect(&ray, all);
                 hit.t.store(&mut self.answers.t[i..]);

@@ -9,7 +9,7 @@ use crate::light::{self, LightRow, LightTable};
 use crate::material::{Checkerboard, Glass, Kind, Row};
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
-use crate::shape::{self, Form};
+use crate::shape::{self, Form, Rare};
 use crate::world::{CompiledScene, Simple, SurfaceTable, Treed, World};
 
 /// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
@@ -91,7 +91,7 @@ impl Tables {
         order.append(&meshes(table));
         let places = order.places(table.len());
         tree.put_surfaces(&places);
-        let surfaces = order.rows.iter().map(|&row| surface(table, row)).collect();
+        let surfaces = order.rows.iter().map(|&row| surface(table, row)).collect::<Result<_, _>>()?;
         let point_lights = lights.rows().take_while(|light| light.kind == light::POINT).count();
         let mut offset_nodes = [[0.0; 4]; 17];
         let (offset_kind, offset_radius) = match job.offset {
@@ -160,7 +160,7 @@ struct Order {
 }
 
 impl Order {
-    /// Adds what every ray asks: planes, spheres, quads, and disks and cylinders. Returns where each kind ends.
+    /// Adds what every ray asks: planes, spheres, quads and rare shapes. Returns where each kind ends.
     fn asked_by_all(&mut self, simple: &Simple) -> [u32; 4] {
         let Simple { planes, spheres, quads, rare, .. } = simple;
         let kinds: [Vec<u32>; 4] = [
@@ -240,32 +240,65 @@ impl Tables {
     }
 }
 
-pub(super) fn surface(table: &SurfaceTable, row: u32) -> Surface {
+pub(super) fn surface(table: &SurfaceTable, row: u32) -> Result<Surface, GpuError> {
     let (form, look) = &table.rows()[row as usize];
-    let (radius, axis, constant) = match form.form {
-        Form::Flat => (0.0, form.normal, form.distance),
-        Form::Round => (form.radius, form.to_centre, form.anchor_power),
-        Form::Disk => (layout::IS_DISK, form.normal, form.distance),
-        Form::Cylinder => (layout::IS_CYLINDER, form.normal, form.radius),
+    let own = match table.rare(row) {
+        None => common_form(form),
+        Some(shape) => rare_form(shape, form.error)?,
     };
-    let error = match form.form {
-        Form::Round | Form::Cylinder => form.error * ROUND_ERROR,
-        Form::Flat | Form::Disk => form.error,
-    };
-    Surface {
-        anchor: form.anchor,
-        radius,
-        axis,
-        constant,
-        u_axis: form.u_axis,
-        v_axis: form.v_axis,
+    Ok(Surface {
         emission: look.emission,
-        error,
         orientation: table.orientation(row),
         material: look.material,
         light: look.light,
         row,
+        ..own
+    })
+}
+
+/// A surface's form on the device.
+fn common_form(form: &shape::Surface) -> Surface {
+    let is_round = form.form == Form::Round;
+    Surface {
+        anchor: form.anchor,
+        radius: form.radius,
+        axis: if is_round { form.to_centre } else { form.normal },
+        constant: if is_round { form.anchor_power } else { form.distance },
+        u_axis: form.u_axis,
+        v_axis: form.v_axis,
+        error: form.error * if is_round { ROUND_ERROR } else { 1.0 },
+        ..Surface::default()
     }
+}
+
+/// A rare shape's form on the device, if the device knows it.
+fn rare_form(shape: &Rare, error: f32) -> Result<Surface, GpuError> {
+    if let Rare::Disk(disk) = shape {
+        return Ok(Surface {
+            radius: layout::IS_DISK,
+            axis: disk.normal,
+            constant: disk.distance,
+            u_axis: disk.x_axis,
+            v_axis: disk.y_axis,
+            error,
+            ..Surface::default()
+        });
+    }
+    if let Rare::Cylinder(cylinder) = shape {
+        let [x, y, z] = cylinder.x_axis;
+        return Ok(Surface {
+            anchor: cylinder.middle,
+            radius: layout::IS_CYLINDER,
+            axis: cylinder.axis,
+            constant: cylinder.radius,
+            u_axis: [x, y, z, 0.0],
+            v_axis: cylinder.v_axis,
+            error: error * ROUND_ERROR,
+            ..Surface::default()
+        });
+    }
+    let [_, many] = shape.names();
+    Err(GpuError::Unsupported(many.to_owned()))
 }
 
 /// A row of the host's table for the device, whose rows have a field for everything that any of its kinds has.

@@ -154,7 +154,7 @@ fn the_density_of_a_met_light_is_that_of_the_sample() {
         for u in [[0.1, 0.2], [0.5, 0.5], [0.9, 0.8]] {
             let p = Vec3::<f32>::zero();
             let sample = table.sample(Wrapping(0), p, u);
-            let ray = crate::math::Ray { o: p, d: sample.wi };
+            let ray = crate::math::Ray::new(p, sample.wi);
             let (t, normal) = match light {
                 AreaLight::Sphere(s) => {
                     let t = s.intersect(&ray);

@@ -222,12 +222,14 @@ impl Jumble {
             }
             _ => o,
         };
-        Ray { o, d: d.normalized() }
+        Ray::new(o, d.normalized())
     }
 }
 
-/// Hits of a world for rays, as bits: distance, surface, instance, and whether anything is nearer than each ray's
-/// limit.
+/// Of a ray, as bits: distance, surface, instance and weights of its hit, and whether anything is nearer than its limit.
+type Answer = (u32, u32, u32, [u32; 2], bool);
+
+/// The answers of a world to rays.
 struct Ask<'a> {
     world: &'a World,
     rays: &'a [Ray<f32>],
@@ -235,7 +237,7 @@ struct Ask<'a> {
 }
 
 impl Kernel for Ask<'_> {
-    type Output = Vec<(u32, u32, u32, bool)>;
+    type Output = Vec<Answer>;
 
     #[inline(always)]
     fn run<F: Float>(self) -> Self::Output {
@@ -246,10 +248,10 @@ impl Kernel for Ask<'_> {
                 numbers.iter_mut().zip(chunk).for_each(|(x, ray)| *x = f(ray));
                 F::load(&numbers)
             };
-            let ray = Ray {
-                o: Vec3::new(column(&|r| r.o.x), column(&|r| r.o.y), column(&|r| r.o.z)),
-                d: Vec3::new(column(&|r| r.d.x), column(&|r| r.d.y), column(&|r| r.d.z)),
-            };
+            let ray = Ray::new(
+                Vec3::new(column(&|r| r.o.x), column(&|r| r.o.y), column(&|r| r.o.z)),
+                Vec3::new(column(&|r| r.d.x), column(&|r| r.d.y), column(&|r| r.d.z)),
+            );
             let mut t_max = [0.0; MAX_LANES];
             t_max[..limits.len()].copy_from_slice(limits);
             let asks = F::Mask::from_bits((1_u32 << chunk.len()) - 1);
@@ -259,10 +261,14 @@ impl Kernel for Ask<'_> {
             hit.t.store(&mut t);
             hit.surface.store(&mut rows);
             hit.instance.store(&mut instances);
+            let mut weights = [[0.0; MAX_LANES]; 2];
+            hit.weights[0].store(&mut weights[0]);
+            hit.weights[1].store(&mut weights[1]);
             all.extend((0..chunk.len()).map(|i| {
                 let is_some = t[i] < NOTHING;
                 let (row, instance) = if is_some { (rows[i], instances[i]) } else { (u32::MAX, 0) };
-                (t[i].to_bits(), row, instance, occluded >> i & 1 != 0)
+                let weights = weights.map(|each| if is_some { each[i].to_bits() } else { 0 });
+                (t[i].to_bits(), row, instance, weights, occluded >> i & 1 != 0)
             }));
         }
         all
@@ -344,7 +350,7 @@ fn shapes_that_no_box_holds_stay_beside_the_tree() {
     bounded.quads.push((Quad::new(DVec3::splat(3e38), DVec3::X * 3e38, DVec3::Y), 2));
     let tree = World::new(&bounded, Finder::Bvh);
     assert_eq!((tree.simple.spheres.len(), tree.simple.quads.len()), (1, 1));
-    let ray = Ray { o: Vec3::zero(), d: Vec3::<f32>::splat([1.0, 0.0, 0.0]) };
+    let ray = Ray::new(Vec3::zero(), Vec3::<f32>::splat([1.0, 0.0, 0.0]));
     let hit = tree.intersect(&ray, true);
     assert_eq!((hit.t, hit.surface.0), (4.0, 1));
 }
@@ -352,7 +358,7 @@ fn shapes_that_no_box_holds_stay_beside_the_tree() {
 #[test]
 fn a_tree_of_nothing_has_no_hits() {
     let tree = World::new(&Simple::default(), Finder::Bvh);
-    let ray = Ray { o: Vec3::zero(), d: Vec3::<f32>::splat([1.0, 0.0, 0.0]) };
+    let ray = Ray::new(Vec3::zero(), Vec3::<f32>::splat([1.0, 0.0, 0.0]));
     assert!(!tree.intersect(&ray, true).is_some() && !tree.occluded(&ray, NOTHING, true, false));
 }
 
@@ -411,7 +417,7 @@ fn no_tree_is_deeper_than_a_rays_stack() {
 
 /// A ray that is not finite: one coordinate, or some, are NaN or infinite.
 fn broken(jumble: &Jumble, stream: &mut Stream) -> Ray<f32> {
-    let Ray { o, d } = jumble.ray(stream);
+    let Ray { o, d, .. } = jumble.ray(stream);
     let mut numbers = [o.x, o.y, o.z, d.x, d.y, d.z];
     let which = match stream.random_range(0..3) {
         0 => 1 << stream.random_range(0..6),
@@ -422,11 +428,11 @@ fn broken(jumble: &Jumble, stream: &mut Stream) -> Ray<f32> {
         numbers[coordinate] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][stream.random_range(0..3)];
     }
     let [ox, oy, oz, dx, dy, dz] = numbers;
-    Ray { o: Vec3::new(ox, oy, oz), d: Vec3::new(dx, dy, dz) }
+    Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz))
 }
 
 /// What every world answers for some rays at every level.
-fn every_answer(jumble: &Jumble, rays: &[Ray<f32>], limits: &[f32]) -> Vec<Vec<(u32, u32, u32, bool)>> {
+fn every_answer(jumble: &Jumble, rays: &[Ray<f32>], limits: &[f32]) -> Vec<Vec<Answer>> {
     let all = [Treed::Nothing, Treed::Everything, Treed::Meshes];
     let worlds = all.map(|treed| World::with_tree_of(&jumble.surfaces, treed));
     let ask = |level| worlds.iter().map(move |world| dispatch(level, Ask { world, rays, limits }));
@@ -440,7 +446,7 @@ fn rays_that_are_not_finite_meet_nothing_in_any_world_at_any_level() {
         let jumble = jumble(stream);
         let rays: Vec<_> = (0..100).map(|_| broken(&jumble, stream)).collect();
         let limits: Vec<_> = (0..100).map(|i| [NOTHING, 1e30, 1.0, f32::NAN][i % 4]).collect();
-        let nothing = vec![(NOTHING.to_bits(), u32::MAX, 0, false); rays.len()];
+        let nothing = vec![(NOTHING.to_bits(), u32::MAX, 0, [0; 2], false); rays.len()];
         for answers in every_answer(&jumble, &rays, &limits) {
             let wrong = answers.iter().zip(&rays).find(|(answer, _)| **answer != nothing[0]);
             assert!(wrong.is_none(), "{wrong:?} in {:?}", jumble.surfaces);
@@ -454,9 +460,8 @@ fn rays_without_a_direction_end_and_are_answered_alike() {
     for _ in 0..100 {
         let jumble = jumble(stream);
         let zero = [0.0_f32, -0.0];
-        let ray = |stream: &mut Stream| Ray {
-            o: jumble.ray(stream).o,
-            d: Vec3::splat([(); 3].map(|()| zero[stream.random_range(0..2)])),
+        let ray = |stream: &mut Stream| {
+            Ray::new(jumble.ray(stream).o, Vec3::splat([(); 3].map(|()| zero[stream.random_range(0..2)])))
         };
         let rays: Vec<_> = (0..100).map(|_| ray(stream)).collect();
         let answers = every_answer(&jumble, &rays, &[NOTHING; 100]);
@@ -482,9 +487,9 @@ fn a_ray_that_overflows_on_its_way_into_an_instance_meets_nothing_there() {
     let tree = World::new(&surfaces, Finder::Bvh);
     // From so far that its origin has no finite coordinate in the mesh's space.
     let d = Vec3::<f32>::splat([-1.0, -1.0, -1.0]).normalized();
-    let ray = Ray { o: d * -1e3, d };
+    let ray = Ray::new(d * -1e3, d);
     for level in Level::available() {
         let found = dispatch(level, Ask { world: &tree, rays: &[ray], limits: &[NOTHING] });
-        assert_eq!(found, [(NOTHING.to_bits(), u32::MAX, 0, false)], "{level}");
+        assert_eq!(found, [(NOTHING.to_bits(), u32::MAX, 0, [0; 2], false)], "{level}");
     }
 }

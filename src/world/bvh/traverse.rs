@@ -8,7 +8,7 @@ use super::node::{Child, Node, Nodes, Target, WIDTH};
 use super::tree::Bvh;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
-use crate::shape::{BOUNDS_ERROR, NOTHING, Sheared};
+use crate::shape::{BOUNDS_ERROR, Meeting, NOTHING, Sheared};
 use crate::world::{Hit, NO_INSTANCE};
 
 /// Children that wait while a ray looks at nearer ones: seven at each level at most.
@@ -21,7 +21,7 @@ struct Waiting {
     child: Child,
 }
 
-/// The rays of all lanes, one column for each number.
+/// The rays of all lanes, one column for each number. Their time is none of them: nothing in a tree moves.
 #[derive(Clone, Copy)]
 pub(super) struct Rays {
     o: [[f32; MAX_LANES]; 3],
@@ -55,7 +55,7 @@ impl Rays {
             let get = |columns: &[[f32; MAX_LANES]; 3]| {
                 Vec3::new(columns[0][lane], columns[1][lane], columns[2][lane])
             };
-            f(lane, Ray { o: get(&self.o), d: get(&self.d) });
+            f(lane, Ray::new(get(&self.o), get(&self.d)));
         }
     }
 }
@@ -87,7 +87,7 @@ impl<F: Float> Probe<F> {
         let back = d.map(|d| d.is_sign_negative());
         let moved = |i: usize, by: f32| o[i] + if back[i] { -by } else { by };
         Probe {
-            ray: Ray { o: splat(o), d: splat(d) },
+            ray: Ray::new(splat(o), splat(d)),
             sheared: Sheared::one(ray),
             inverse: splat(d.map(|d| 1.0 / d)),
             near_o: splat([0, 1, 2].map(|i| moved(i, error))),
@@ -200,23 +200,33 @@ fn visit<F: Float, const NEAREST_FIRST: bool>(
     }
 }
 
-/// Distances to eight things, and their rows.
+/// A meeting with what is no triangle.
 #[inline(always)]
-fn distances<'a, F: Float>(tree: &'a Nodes, target: Target, probe: &Probe<F>) -> (F, &'a [u32; WIDTH]) {
+fn without_weights<F: Float>(t: F) -> Meeting<F> {
+    Meeting { t, weights: [F::zero(); 2] }
+}
+
+/// Where a ray meets eight things, and their rows.
+#[inline(always)]
+fn meetings<'a, F: Float>(
+    tree: &'a Nodes,
+    target: Target,
+    probe: &Probe<F>,
+) -> (Meeting<F>, &'a [u32; WIDTH]) {
     let ray = &probe.ray;
     match target {
         Target::Triangles(index) => {
             let block = &tree.triangles[index];
             let (sheared, order) = &probe.sheared;
-            (sheared.meet(block.corners(*order), tree.has_needles).t, &block.rows)
+            (sheared.meet(block.corners(*order), tree.has_needles), &block.rows)
         }
         Target::Spheres(index) => {
             let block = &tree.spheres[index];
-            (block.form().intersect(ray), &block.rows)
+            (without_weights(block.form().intersect(ray)), &block.rows)
         }
         Target::Quads(index) => {
             let block = &tree.quads[index];
-            (block.form().intersect(ray), &block.rows)
+            (without_weights(block.form().intersect(ray)), &block.rows)
         }
         Target::Node(_) | Target::Instance(_) => unreachable!("no leaf"),
     }
@@ -227,11 +237,16 @@ pub(super) struct Found {
     pub(super) t: [f32; MAX_LANES],
     pub(super) surface: [u32; MAX_LANES],
     pub(super) instance: [u32; MAX_LANES],
+    pub(super) weights: [[f32; MAX_LANES]; 2],
 }
 
 impl Found {
-    pub(super) const NOTHING: Found =
-        Found { t: [NOTHING; MAX_LANES], surface: [u32::MAX; MAX_LANES], instance: [NO_INSTANCE; MAX_LANES] };
+    pub(super) const NOTHING: Found = Found {
+        t: [NOTHING; MAX_LANES],
+        surface: [u32::MAX; MAX_LANES],
+        instance: [NO_INSTANCE; MAX_LANES],
+        weights: [[0.0; MAX_LANES]; 2],
+    };
 }
 
 /// What one ray met first so far.
@@ -240,13 +255,14 @@ struct Nearest {
     t: f32,
     surface: u32,
     instance: u32,
+    weights: [f32; 2],
 }
 
 impl Nearest {
     /// Asks a leaf in the tree of an instance.
     #[inline(always)]
     fn ask<F: Float>(&mut self, tree: &Nodes, target: Target, probe: &Probe<F>, instance: u32) {
-        let (t, surfaces) = distances(tree, target, probe);
+        let (Meeting { t, weights }, surfaces) = meetings(tree, target, probe);
         let mut near = (t.lt(F::splat(NOTHING)) & t.le(F::splat(self.t))).bits();
         if near == 0 {
             return;
@@ -259,7 +275,8 @@ impl Nearest {
             // A tie goes to the lower instance and surface, so that no order of visits shows.
             let lower = (instance, surfaces[i]) < (self.instance, self.surface);
             if each[i] < self.t || (each[i] == self.t && lower) {
-                *self = Nearest { t: each[i], surface: surfaces[i], instance };
+                let weights = [weights[0].lane(i), weights[1].lane(i)];
+                *self = Nearest { t: each[i], surface: surfaces[i], instance, weights };
             }
         }
     }
@@ -289,7 +306,8 @@ impl Kernel for Closest<'_> {
             |lane, ray| {
                 let probe = Probe::<F::Octet>::new(&ray, world.share);
                 let limit = t_max[lane];
-                let mut nearest = Nearest { t: limit, surface: u32::MAX, instance: NO_INSTANCE };
+                let (surface, instance) = (u32::MAX, NO_INSTANCE);
+                let mut nearest = Nearest { t: limit, surface, instance, weights: [0.0; 2] };
                 visit::<_, true>(
                     tree,
                     &probe,
@@ -324,6 +342,8 @@ impl Kernel for Closest<'_> {
                 found.t[lane] = nearest.t;
                 found.surface[lane] = nearest.surface;
                 found.instance[lane] = nearest.instance;
+                found.weights[0][lane] = nearest.weights[0];
+                found.weights[1][lane] = nearest.weights[1];
             },
         );
         found
@@ -378,12 +398,12 @@ impl Kernel for Any<'_> {
                                 #[inline(always)]
                                 |target, limit| {
                                     meets =
-                                        distances(mesh, target, &probe).0.lt(F::Octet::splat(limit)).any();
+                                        meetings(mesh, target, &probe).0.t.lt(F::Octet::splat(limit)).any();
                                     (!meets).then_some(limit)
                                 },
                             );
                         } else {
-                            meets = distances(tree, target, &probe).0.lt(F::Octet::splat(limit)).any();
+                            meets = meetings(tree, target, &probe).0.t.lt(F::Octet::splat(limit)).any();
                         }
                         (!meets).then_some(limit)
                     },
@@ -415,8 +435,12 @@ impl Bvh {
         }
         let rays = Rays::new(ray, asks);
         let found = F::outlined(Closest { world: self, tree, rays, t_max: column(t_max) });
-        let Found { t, surface, instance } = &found;
-        Hit { t: F::load(t), surface: F::Uint::load(surface), instance: F::Uint::load(instance) }
+        Hit {
+            t: F::load(&found.t),
+            surface: F::Uint::load(&found.surface),
+            instance: F::Uint::load(&found.instance),
+            weights: [F::load(&found.weights[0]), F::load(&found.weights[1])],
+        }
     }
 
     /// The lanes whose ray meets anything, as [`World::occluded`](crate::world::World::occluded) says.

@@ -120,7 +120,7 @@ fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -
     let mut seen = Seen::default();
     for (input, out) in rays.iter().zip(probe::<7, 17>(device, LINES, &bits(rays), tables)) {
         let [ox, oy, oz, dx, dy, dz, limit] = *input;
-        let ray = Ray { o: Vec3::new(ox, oy, oz), d: Vec3::new(dx, dy, dz) };
+        let ray = Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
         let hit: Hit<f32> = world.intersect(&ray, true);
         let t = f32::from_bits(out[0]);
         let size = ray.o.max_abs() + hit.t.min(1e30);
@@ -148,7 +148,7 @@ fn compare(device: &Device, scene: &Scene, tables: &Tables, rays: &[[f32; 7]]) -
         let moved = 64.0 * ULP * size * steep;
         // What is shared is off by what taking rays to it and points back does.
         let moved = if hit.instance.0 == NO_INSTANCE { moved } else { moved + point.error * steep };
-        let (u, v) = surfaces.uv(&point, true);
+        let [u, v] = surfaces.uv(&point, true);
         let turned = moved / point.error.max(ULP) * 1e-5 + 1e-4;
         let good = close(0, hit.t, moved)
             && near(3, point.p, moved)
@@ -281,7 +281,7 @@ fn of_equal_distances_the_lower_number_counts() {
     let mut ties = 0;
     let out = probe::<7, 17>(&device, LINES, &bits(&rays), &tables);
     for (ray, out) in rays.iter().zip(out) {
-        let ray = Ray { o: Vec3::new(ray[0], ray[1], ray[2]), d: Vec3::new(ray[3], ray[4], ray[5]) };
+        let ray = Ray::new(Vec3::new(ray[0], ray[1], ray[2]), Vec3::new(ray[3], ray[4], ray[5]));
         let hit: Hit<f32> = world.intersect(&ray, true);
         let both = hit.surface.0 >= FIRST_TRIANGLE && out[1] >= FIRST_TRIANGLE;
         ties += usize::from(both && most - out[1] != hit.surface.0 & !FIRST_TRIANGLE);

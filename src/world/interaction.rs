@@ -1,0 +1,169 @@
+//! Where light meets a surface: all that scattering depends on there, and the rays that go on from it.
+
+use super::{CompiledScene, Hit, SurfacePoint};
+use crate::light::LightSample;
+use crate::material::{Bsdf, Site};
+use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3};
+use crate::shape::offset_origin;
+
+/// In which lanes uv are computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Uv {
+    /// Where the material depends on them.
+    WherePatterned,
+    /// In all lanes that met a surface.
+    Everywhere,
+}
+
+/// A ray's meeting with a surface. Everything is in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct Interaction<F: Float> {
+    /// The point, its error bound, its normals and the surface's row.
+    pub point: SurfacePoint<F>,
+    /// The surface's own coordinates, in the lanes that [`Uv`] names; nonsense in others.
+    pub uv: [F; 2],
+    /// The coordinates that the material sees: those within a check where the entity's own material is a checkerboard.
+    /// Nonsense in lanes whose material does not look at them.
+    pub material_uv: [F; 2],
+    /// [`NO_INSTANCE`](super::NO_INSTANCE), or one more than the index in [`Instances`](super::Instances).
+    pub instance: F::Uint,
+    /// The entity's own row in the material table.
+    pub entity_material: F::Uint,
+    /// The row that the entity has at this point: that of the check where the entity's own is a checkerboard.
+    pub material: F::Uint,
+    /// cos θ between the outward normal and the way back along the ray.
+    pub cos_o: F,
+    /// The ray's time, which rays from here inherit.
+    pub time: F,
+    /// Whether light may scatter around another normal than the surface's own.
+    is_smoothed: bool,
+}
+
+impl CompiledScene {
+    /// The meeting of rays with what they hit, in the lanes that `met` names. Other lanes hold nonsense; the scene has
+    /// a surface.
+    #[inline(always)]
+    pub fn interaction<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>, met: F::Mask, uv: Uv) -> Interaction<F> {
+        let point = self.surfaces.point(ray, hit);
+        let entity_material = self.surfaces.material(&point);
+        let mut material = entity_material;
+        let mut own = [F::zero(); 2];
+        if uv == Uv::Everywhere {
+            own = self.surfaces.uv(&point, met);
+        }
+        let mut material_uv = own;
+        if self.materials.uses_uv() {
+            let looks = met & self.materials.looks_at_uv::<F>(material);
+            if looks.any() {
+                if uv == Uv::WherePatterned {
+                    own = self.surfaces.uv(&point, looks);
+                }
+                (material, material_uv) = self.materials.resolve(material, own);
+            }
+        }
+        Interaction {
+            uv: own,
+            material_uv,
+            instance: hit.instance,
+            entity_material,
+            material,
+            cos_o: -ray.d.dot(point.n),
+            time: ray.time,
+            is_smoothed: self.surfaces.has_shading_normals(),
+            point,
+        }
+    }
+
+    /// How light scatters at a point.
+    #[inline(always)]
+    pub fn bsdf<F: Float>(&self, at: &Interaction<F>) -> Bsdf<F> {
+        self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv })
+    }
+
+    /// Radiance that a surface emits back along the ray that met it.
+    #[inline(always)]
+    pub fn emitted<F: Float>(&self, at: &Interaction<F>) -> Rgb<F> {
+        self.surfaces.emission(&at.point).only(at.cos_o.gt(F::zero()))
+    }
+}
+
+impl<F: Float> Interaction<F> {
+    /// The frame that light scatters in: around the shading normal, with its tangents.
+    #[inline(always)]
+    pub fn frame(&self) -> Frame<F> {
+        Frame::around(self.point.shading)
+    }
+
+    /// The lanes in which a direction, in the world and in the frame, is on one side of the surface and of the
+    /// smooth one that its shading normals tell of. No light passes where they differ: it would leak through.
+    #[inline(always)]
+    pub fn passes(&self, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
+        if !self.is_smoothed {
+            return F::Mask::splat(true);
+        }
+        (d.dot(self.point.n) * wi.z).gt(F::zero())
+    }
+
+    /// The origin of a ray that leaves towards `d` without meeting the surface where it starts.
+    #[inline(always)]
+    fn origin(&self, d: Vec3<F>) -> Vec3<F> {
+        offset_origin(self.point.p, self.point.n, self.point.error, d)
+    }
+
+    /// The ray that light is scattered along, or comes from: towards `d`, of length one.
+    #[inline(always)]
+    pub fn scattered(&self, d: Vec3<F>) -> Ray<F> {
+        Ray { o: self.origin(d), d, time: self.time }
+    }
+
+    /// The ray to a sample of a light, and the distance before which something is in the way.
+    #[inline(always)]
+    pub fn shadow(&self, light: &LightSample<F>) -> (Ray<F>, F) {
+        let (ray, length) = light.shadow_ray(self.origin(light.wi));
+        (Ray { time: self.time, ..ray }, length)
+    }
+
+    /// The ray that met the surface, beyond it.
+    #[inline(always)]
+    pub fn straight_on(&self, ray: &Ray<F>) -> Ray<F> {
+        self.scattered(ray.d)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::scalar::Wrapping;
+    use crate::shape::{Plane, Shape};
+    use crate::world::{Look, NO_LIGHT, SurfaceTable};
+
+    #[test]
+    fn rays_set_out_on_the_side_that_they_go_to() {
+        let plane = Plane { normal: [0.0, 0.0, 1.0], distance: 3.0 };
+        let look = Look { material: 0, emission: [0.0; 3], flip_normal: false, entity: 0, light: NO_LIGHT };
+        let mut table = SurfaceTable::default();
+        table.push(plane.surface(), look);
+        let ray =
+            Ray { time: 0.25, ..Ray::new(Vec3::splat([1.0, 2.0, 10.0]), Vec3::splat([0.0, 0.0, -1.0])) };
+        let hit = Hit { t: plane.intersect(&ray), surface: Wrapping(0), ..Hit::<f32>::none() };
+        let at = Interaction {
+            point: table.point(&ray, &hit),
+            uv: [0.0; 2],
+            material_uv: [0.0; 2],
+            instance: hit.instance,
+            entity_material: Wrapping(0),
+            material: Wrapping(0),
+            cos_o: 1.0,
+            time: ray.time,
+            is_smoothed: true,
+        };
+        let (back, on) = (at.scattered(-ray.d), at.straight_on(&ray));
+        assert!(back.o.z > 3.0 && on.o.z < 3.0, "{back:?} {on:?}");
+        assert_eq!([plane.intersect(&back), plane.intersect(&on)], [f32::INFINITY; 2]);
+        assert_eq!(on.d, ray.d);
+        assert_eq!([back.time, on.time], [0.25; 2]);
+        // A light below the smooth surface and above the real one, or the other way round, would leak.
+        let up = Vec3::splat([0.0, 0.0, 1.0]);
+        assert!(at.passes(up, up) && at.passes(-up, -up) && !at.passes(up, -up) && !at.passes(-up, up));
+    }
+}

@@ -1,0 +1,94 @@
+//! The limits of a scene's tables.
+
+use super::compile::{SHARING_PAYS_FROM, shared};
+use crate::scene::{Scene, Shape};
+use crate::shape::MOST_TRIANGLES;
+
+/// The most surfaces and triangles of a scene: their numbers have 30 bits where the tree keeps them.
+pub const MOST_PRIMITIVES: u64 = MOST_TRIANGLES as u64;
+
+/// The most vertices of a scene: lanes look them up by signed numbers of 32 bits (see
+/// [`Float::gather`](crate::math::Float::gather)).
+pub const MOST_VERTICES: u64 = i32::MAX as u64;
+
+/// A box is so many quads.
+const SIDES_OF_A_BOX: usize = 6;
+
+/// A scene with more in it than can be numbered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TooLarge {
+    /// Too many surfaces and triangles.
+    #[error(
+        "the scene has {0} surfaces and triangles in all, more than stride can number ({MOST_PRIMITIVES}); take \
+         meshes of fewer triangles, or fewer of them"
+    )]
+    Primitives(u64),
+    /// Too many vertices.
+    #[error(
+        "the meshes of the scene have {0} vertices in all, more than stride can number ({MOST_VERTICES}); take \
+         meshes of fewer vertices, or fewer of them"
+    )]
+    Vertices(u64),
+}
+
+/// How much the tables of a scene have to hold. Copies of a mesh count once where they share one, and each where they
+/// do not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Size {
+    /// Surfaces, instances and triangles.
+    pub primitives: u64,
+    /// Vertices of meshes.
+    pub vertices: u64,
+}
+
+impl Size {
+    /// That of the scene as [`compile`](super::compile()) makes it.
+    pub fn of(scene: &Scene) -> Size {
+        let (meshes, of_entity) = shared(scene, SHARING_PAYS_FROM);
+        let mut size = Size::default();
+        for (entity, shared) in scene.entities.iter().zip(of_entity) {
+            size = match &entity.shape {
+                Shape::Mesh { mesh, .. } if shared.is_none() => {
+                    size.with(mesh.triangles.len(), mesh.positions.len())
+                }
+                Shape::Box { .. } => size.with(SIDES_OF_A_BOX, 0),
+                _ => size.with(1, 0),
+            };
+        }
+        meshes.into_iter().fold(size, |size, mesh| size.with(mesh.triangles.len(), mesh.positions.len()))
+    }
+
+    fn with(self, primitives: usize, vertices: usize) -> Size {
+        // Copies cost no memory before the tables are built: there may be any number of them.
+        Size {
+            primitives: self.primitives.saturating_add(primitives as u64),
+            vertices: self.vertices.saturating_add(vertices as u64),
+        }
+    }
+
+    /// Whether the tables have room for it.
+    pub fn check(self) -> Result<(), TooLarge> {
+        if self.primitives > MOST_PRIMITIVES {
+            return Err(TooLarge::Primitives(self.primitives));
+        }
+        if self.vertices > MOST_VERTICES {
+            return Err(TooLarge::Vertices(self.vertices));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_numbered_is_refused() {
+        let check = |primitives, vertices| Size { primitives, vertices }.check();
+        assert_eq!(check(1 << 30, (1 << 31) - 1), Ok(()));
+        assert_eq!(check((1 << 30) + 1, 0), Err(TooLarge::Primitives((1 << 30) + 1)));
+        assert_eq!(check(0, 1 << 31), Err(TooLarge::Vertices(1 << 31)));
+        let message = check(3 << 30, 0).unwrap_err().to_string();
+        assert!(message.contains("3221225472") && message.contains("1073741824"), "{message}");
+    }
+}

@@ -1,0 +1,107 @@
+//! Hits on shapes of which most scenes have none, completed one by one in functions of their own: scenes without such
+//! shapes have no code for them in their paths.
+
+use crate::math::lanes::{Kernel, MAX_LANES};
+use crate::math::{Float, Mask, Uint, Vec3};
+use crate::shape::Rare;
+
+/// The lanes that met a rare shape, and where.
+pub(super) struct Rares<'a> {
+    shapes: &'a [Rare],
+    /// Bit `i` is set if lane `i` is one of them.
+    lanes: u32,
+    /// Each lane's index among the shapes.
+    index: [u32; MAX_LANES],
+    /// The points, one column for each coordinate.
+    p: [[f32; MAX_LANES]; 3],
+}
+
+#[inline(always)]
+fn columns<F: Float>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
+    let mut columns = [[0.0; MAX_LANES]; 3];
+    v.store(&mut columns);
+    columns
+}
+
+impl<'a> Rares<'a> {
+    #[inline(always)]
+    pub(super) fn new<F: Float>(shapes: &'a [Rare], lanes: F::Mask, index: F::Uint, p: Vec3<F>) -> Rares<'a> {
+        let mut indices = [0; MAX_LANES];
+        index.store(&mut indices);
+        Rares { shapes, lanes: lanes.bits(), index: indices, p: columns(p) }
+    }
+
+    /// Calls `f` for each of the lanes with its shape and its point.
+    #[inline(always)]
+    fn for_each(&self, mut f: impl FnMut(usize, &Rare, Vec3<f32>)) {
+        let mut lanes = self.lanes;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize & (MAX_LANES - 1);
+            lanes &= lanes - 1;
+            let [x, y, z] = &self.p;
+            f(lane, &self.shapes[self.index[lane] as usize], Vec3::new(x[lane], y[lane], z[lane]));
+        }
+    }
+
+    /// See [`Rare::point`].
+    #[inline(always)]
+    pub(super) fn points<F: Float>(self) -> (Vec3<F>, F) {
+        let [x, y, z, off] = &F::outlined(Points(self));
+        (Vec3::new(F::load(x), F::load(y), F::load(z)), F::load(off))
+    }
+
+    /// See [`Rare::uv`].
+    #[inline(always)]
+    pub(super) fn uv<F: Float>(self, n: Vec3<F>) -> (F, F) {
+        let [u, v] = &F::outlined(Uvs { at: self, n: columns(n) });
+        (F::load(u), F::load(v))
+    }
+}
+
+/// Normals and distances off the surfaces.
+struct Points<'a>(Rares<'a>);
+
+impl Kernel for Points<'_> {
+    type Output = [[f32; MAX_LANES]; 4];
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> Self::Output {
+        let mut out = [[0.0; MAX_LANES]; 4];
+        self.0.for_each(
+            #[inline(always)]
+            |lane, shape, p| {
+                let (n, off) = shape.point(p);
+                out[0][lane] = n.x;
+                out[1][lane] = n.y;
+                out[2][lane] = n.z;
+                out[3][lane] = off;
+            },
+        );
+        out
+    }
+}
+
+/// uv where the normals are known.
+struct Uvs<'a> {
+    at: Rares<'a>,
+    n: [[f32; MAX_LANES]; 3],
+}
+
+impl Kernel for Uvs<'_> {
+    type Output = [[f32; MAX_LANES]; 2];
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> Self::Output {
+        let mut out = [[0.0; MAX_LANES]; 2];
+        let [x, y, z] = &self.n;
+        self.at.for_each(
+            #[inline(always)]
+            |lane, shape, p| {
+                let (u, v) = shape.uv(p, Vec3::new(x[lane], y[lane], z[lane]));
+                out[0][lane] = u;
+                out[1][lane] = v;
+            },
+        );
+        out
+    }
+}

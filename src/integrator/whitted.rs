@@ -119,8 +119,9 @@ impl Whitted {
         observer.event::<f32>(|| ray_event(depth, &ray));
         let hit = self.world.intersect(&ray, true);
         if !hit.is_some() {
-            observer.event::<f32>(|| Event::Escape { radiance: scene.environment });
-            return beta * Rgb::splat(scene.environment);
+            let radiance = scene.lights.escaped(ray.d, |_| 1.0);
+            observer.event::<f32>(|| Event::Escape { radiance: rgb(radiance) });
+            return beta * radiance;
         }
         let point = scene.surfaces.point(&ray, &hit);
         let emitted = scene.surfaces.emission(&point);

@@ -3,8 +3,6 @@
 use super::area::AreaLight;
 use super::columns::LaneLights;
 use super::contract::Light;
-#[cfg(test)]
-use super::made_up::{Sky, Sun};
 use super::point::PointLight;
 use super::sample::{EmittedRay, Escaped, LightSample};
 use super::triangle::Triangle;
@@ -150,7 +148,7 @@ kinds! {
     Disk: AreaLight<Disk>,
     Cylinder: AreaLight<Cylinder>,
     #[cfg(test)]
-    Sky: Sky,
+    Sky: super::made_up::Sky,
     #[cfg(test)]
-    Sun: Sun,
+    Sun: super::made_up::Sun,
 }

@@ -12,7 +12,7 @@ mod flat;
 mod kinds;
 mod lamps;
 #[cfg(test)]
-mod made_up;
+pub(crate) mod made_up;
 mod point;
 mod quad;
 mod rectangle;

@@ -1,8 +1,8 @@
 //! What lights give, against irradiance by formula; densities against what is met.
 
 use super::*;
-use crate::light::made_up::{Sky, Sun};
 use crate::light::PointLight;
+use crate::light::made_up::{Sky, Sun};
 use crate::math::Ray;
 use crate::math::lanes::scalar::Wrapping;
 use crate::sampling::Stream;

@@ -14,8 +14,7 @@ pub struct LightBounds {
     pub mean: [f64; 3],
     /// How far they are from there: the mean of the squared distance, each counted by its power.
     pub spread: f64,
-    /// Power in W, the mean of the channels, up to a factor that all lights share. In double precision: a scene may be as
-    /// large and as bright as it likes.
+    /// Power in W, the mean of the channels. In double precision: a scene may be as large and as bright as it likes.
     pub power: f64,
     /// The number of the mesh that they are all triangles of.
     pub mesh: Option<u32>,

@@ -22,11 +22,11 @@ pub trait Light {
     /// What lanes look up.
     fn row(&self) -> LightRow;
 
-    /// Its place, its power in W (up to a factor that all lights share), and where it shines, for the choice among
-    /// lights; `None` at infinity.
+    /// Its place, its power, and where it shines, for the choice among lights; `None` at infinity.
     fn bounds(&self) -> Option<LightBounds>;
 
-    /// A direction from `p` to the light, drawn with `u` in [0, 1)².
+    /// A direction from `p` to the light, drawn with `u` in [0, 1)². Which way a surface at `p` faces counts for the
+    /// choice among lights alone (see [`LightTable::choose`](super::LightTable::choose)).
     fn sample<F: Float>(
         lights: &LaneLights<'_, F>,
         p: Vec3<F>,

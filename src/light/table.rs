@@ -196,15 +196,18 @@ impl LightTable {
     /// The probability with which [`LightTable::choose`] chooses a light. Lanes that do not ask hold nonsense.
     #[inline(always)]
     pub fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
+        let mut in_tree = asks;
+        if self.has_infinite() {
+            for &one in &self.infinite {
+                in_tree = in_tree & !light.eq(F::Uint::splat(one));
+            }
+        }
+        let chance = self.tree.chance(p, n, light, in_tree);
         if !self.has_infinite() {
-            return self.tree.chance(p, n, light, asks);
+            return chance;
         }
         let share = F::splat(1.0 / self.groups() as f32);
-        let mut in_tree = asks;
-        for &one in &self.infinite {
-            in_tree = in_tree & !light.eq(F::Uint::splat(one));
-        }
-        F::select(in_tree, self.tree.chance(p, n, light, in_tree) * share, share)
+        F::select(in_tree, chance * share, share)
     }
 
     /// A direction from `p` to a light, drawn with `u` in [0, 1)².

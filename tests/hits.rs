@@ -81,7 +81,7 @@ fn a_planes_uv_are_lengths_from_its_point_nearest_the_origin() {
         let seen = tilted.meet(&ray(target + n * 3.0, -n)).unwrap();
         let foot = tilted.uv(&ray(DVec3::ZERO, n));
         assert!(foot[0].abs() < 1e-6 && foot[1].abs() < 1e-6, "{foot:?}");
-        let (su, sv) = tilted.tables.surfaces.uv(&seen, true);
+        let [su, sv] = tilted.tables.surfaces.uv(&seen, true);
         assert!((f64::from(su) - a).abs() < 1e-5 && (f64::from(sv) - b).abs() < 1e-5);
         assert!((f64::from(u) - a).abs() < 1.01 && (f64::from(w) - b).abs() < 1.01);
     }

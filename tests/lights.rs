@@ -297,20 +297,19 @@ fn medley(count: u32, stream: &mut Stream) -> LightTable {
         let strength = [10_f32.powf(stream.random_range(-1.0..1.0)); 3];
         let flipped = stream.random_bool(0.3);
         match stream.random_range(0..6) {
-            0 => table
-                .push_point(PointLight { position: place.to_array().map(|x| x as f32), intensity: strength }),
-            1 => table.push_area(AreaLight::Sphere(Sphere::new(place, size)), flipped, strength),
+            0 => table.push(PointLight { position: place.to_array().map(|x| x as f32), intensity: strength }),
+            1 => table.push(AreaLight { shape: Sphere::new(place, size), flipped, emission: strength }),
             2 => {
                 let (a, b) = (direction(stream) * size, direction(stream) * size * 0.5);
-                table.push_area(AreaLight::Quad(Quad::new(place, a, b)), flipped, strength)
+                table.push(AreaLight { shape: Quad::new(place, a, b), flipped, emission: strength })
             }
             3 => {
                 let disk = Disk::new(place, direction(stream), size);
-                table.push_area(AreaLight::Disk(disk), flipped, strength)
+                table.push(AreaLight { shape: disk, flipped, emission: strength })
             }
             4 => {
                 let cylinder = Cylinder::new(place, place + direction(stream) * size * 3.0, size);
-                table.push_area(AreaLight::Cylinder(cylinder), flipped, strength)
+                table.push(AreaLight { shape: cylinder, flipped, emission: strength })
             }
             // From afar they are one light, chosen by power: a dome that is flatter or rounder, of a few triangles or
             // of many.
@@ -444,7 +443,7 @@ fn with_two_hundred_lights_the_tree_has_a_small_part_of_the_variance_of_chance()
             stream.random_range(0.5..2.0),
         );
         let strength = [stream.random_range(0.5..2.0_f32); 3];
-        table.push_area(AreaLight::Sphere(Sphere::new(place, 0.05)), false, strength);
+        table.push(AreaLight { shape: Sphere::new(place, 0.05), flipped: false, emission: strength });
     }
     table.build_tree();
     let (mut tree, mut uniform) = (0.0, 0.0);

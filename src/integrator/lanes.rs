@@ -143,7 +143,8 @@ pub(super) struct Vertex<F: Float> {
     pub emitted: Rgb<F>,
 }
 
-/// Follows every living path's ray. What leaves the scene sees the environment; `None` if that is all.
+/// Follows every living path's ray. What leaves the scene sees lights at infinity, with the weight that a path's memory
+/// gives to the density with which they would have been sampled; `None` if that is all.
 #[inline(always)]
 pub(super) fn meet<F: Float, M>(
     view: &View<'_>,
@@ -151,6 +152,7 @@ pub(super) fn meet<F: Float, M>(
     alive: F::Mask,
     rays: &mut u64,
     observer: &mut Observer<'_>,
+    weight: impl Fn(&M, F) -> F,
 ) -> Option<Vertex<F>> {
     let scene = view.scene;
     *rays += u64::from(alive.bits().count_ones());
@@ -163,9 +165,13 @@ pub(super) fn meet<F: Float, M>(
     let met = alive & hit.is_some();
     let escaped = alive & !hit.is_some();
     if escaped.any() {
-        let environment = Rgb::splat(scene.environment);
-        state.l = Rgb::select(escaped, state.l + state.beta * environment, state.l);
-        observer.event::<F>(|| Event::Escape { radiance: scene.environment });
+        let radiance = scene.lights.escaped(
+            state.ray.d,
+            #[inline(always)]
+            |pdf| weight(&state.memory, pdf),
+        );
+        state.l = Rgb::select(escaped, state.l + state.beta * radiance, state.l);
+        observer.event::<F>(|| Event::Escape { radiance: rgb(radiance) });
     }
     if !met.any() {
         observer.event::<F>(|| Event::End { reason: "it left the scene", radiance: rgb(state.l) });

@@ -8,6 +8,8 @@ mod next_event;
 mod observe;
 mod paths;
 mod queue;
+#[cfg(test)]
+mod tests;
 mod tracer;
 mod whitted;
 

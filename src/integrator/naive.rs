@@ -8,7 +8,7 @@ use crate::sampling::Block;
 use crate::world::Interaction;
 
 /// The path tracer of the report's §4.3: directions come from the BxDF alone, and lights are found by
-/// chance. Point lights, which no path can hit, are sampled directly.
+/// chance. Delta lights, which no path can hit, are sampled directly.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Naive;
 
@@ -30,7 +30,16 @@ impl Transport for Naive {
         rays: &mut u64,
         observer: &mut Observer<'_>,
     ) -> F::Mask {
-        let Some(vertex) = meet(view, state, alive, rays, observer) else { return F::Mask::splat(false) };
+        let vertex = meet(
+            view,
+            state,
+            alive,
+            rays,
+            observer,
+            #[inline(always)]
+            |_, _| F::splat(1.0),
+        );
+        let Some(vertex) = vertex else { return F::Mask::splat(false) };
         let met = vertex.met;
         state.l = Rgb::select(met, state.l + state.beta * vertex.emitted, state.l);
         let going = met & state.depth.lt(F::Uint::splat(view.settings.max_depth));
@@ -41,9 +50,9 @@ impl Transport for Naive {
 
         let scattering = Scattering::new(view.scene, &vertex.at, &state.ray);
         let smooth = going & scattering.bsdf.is_smooth();
-        if !view.scene.point_lights.is_empty() && smooth.any() {
+        if !view.scene.lights.delta_lights().is_empty() && smooth.any() {
             *rays += u64::from(smooth.bits().count_ones());
-            let direct = point_light(view, state, &vertex.at, &scattering, smooth, observer);
+            let direct = delta_light(view, state, &vertex.at, &scattering, smooth, observer);
             state.l = Rgb::select(smooth, state.l + state.beta * direct, state.l);
         }
 
@@ -53,9 +62,9 @@ impl Transport for Naive {
     }
 }
 
-/// Radiance that one point light sends back along the ray by way of a vertex.
+/// Radiance that one delta light sends back along the ray by way of a vertex.
 #[inline(always)]
-fn point_light<F: Float>(
+fn delta_light<F: Float>(
     view: &View<'_>,
     state: &State<F, ()>,
     at: &Interaction<F>,
@@ -64,7 +73,7 @@ fn point_light<F: Float>(
     observer: &mut Observer<'_>,
 ) -> Rgb<F> {
     let [_, _, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
-    let light = view.scene.point_lights.sample_one(at.point.p, choice);
+    let light = view.scene.lights.sample_delta(at.point.p, choice);
     let wi = scattering.frame.to_local(light.wi);
     let (shadow, length) = at.shadow(&light);
     let visible = !view.world.occluded(&shadow, length, asks, F::Mask::splat(false));

@@ -28,8 +28,7 @@ pub const ROULETTE_AT_MOST: f32 = 0.999;
 /// two (Veach 1997, ch. 9, the power heuristic). Russian roulette ends paths whose throughput is low
 /// (report §6.2.1).
 ///
-/// The constant environment is left to the BxDF, whose own density is already the best for a matte surface
-/// under an even sky.
+/// The constant environment is left to the BxDF (see [`Environment`](crate::light::Environment)).
 #[derive(Clone, Copy, Debug)]
 pub struct NextEvent {
     /// Whether Russian roulette is played.
@@ -81,7 +80,16 @@ impl Transport for NextEvent {
         rays: &mut u64,
         observer: &mut Observer<'_>,
     ) -> F::Mask {
-        let Some(vertex) = meet(view, state, alive, rays, observer) else { return F::Mask::splat(false) };
+        let vertex = meet(
+            view,
+            state,
+            alive,
+            rays,
+            observer,
+            #[inline(always)]
+            |departure, asked| weight_of_escaped(departure, asked),
+        );
+        let Some(vertex) = vertex else { return F::Mask::splat(false) };
         let met = vertex.met;
         let weight = weight_of_met(view, state, &vertex);
         state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);
@@ -139,6 +147,12 @@ fn power_heuristic<F: Float>(first: F, second: F) -> F {
     F::splat(1.0) / (ratio * ratio + 1.0)
 }
 
+/// The weight of a light at infinity that the BxDF's direction found, against the density of having asked for it.
+#[inline(always)]
+fn weight_of_escaped<F: Float>(departure: &Departure<F>, asked: F) -> F {
+    F::select(departure.pdf.gt(F::zero()), power_heuristic(departure.pdf, asked), F::splat(1.0))
+}
+
 /// The weight of emission that the BxDF's direction found, against having asked for it.
 #[inline(always)]
 fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F, Departure<F>>, vertex: &Vertex<F>) -> F {
@@ -183,8 +197,7 @@ fn direct_light<F: Float>(
     if !possible.any() {
         return Rgb::black();
     }
-    // No BxDF can find a point.
-    let found = bsdf.pdf(*wo, wi).only(!lights.is_point::<F>(light));
+    let found = bsdf.pdf(*wo, wi).only(!sample.delta);
     *rays += u64::from(possible.bits().count_ones());
     let (shadow, length) = at.shadow(&sample);
     let past_triangles = lights.is_past_triangles::<F>(light);

@@ -118,8 +118,9 @@ impl Whitted {
         observer.event::<f32>(|| ray_event(depth, &ray));
         let hit = self.world.intersect(&ray, true);
         if !hit.is_some() {
-            observer.event::<f32>(|| Event::Escape { radiance: scene.environment });
-            return beta * Rgb::splat(scene.environment);
+            let radiance = scene.lights.escaped(ray.d, |_| 1.0);
+            observer.event::<f32>(|| Event::Escape { radiance: rgb(radiance) });
+            return beta * radiance;
         }
         let at = scene.interaction(&ray, &hit, true, Uv::WherePatterned);
         let (point, emitted) = (&at.point, scene.emitted(&at));

@@ -1,7 +1,5 @@
 //! What a light, or a group of lights, can do to a point at most: its place, its power, and where it shines.
 
-use crate::math::Bounds;
-use crate::shape::{Cylinder, Disk, Shape, Sphere};
 use std::f64::consts::PI;
 
 /// Bounds of one or more lights (Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with
@@ -16,8 +14,7 @@ pub struct LightBounds {
     pub mean: [f64; 3],
     /// How far they are from there: the mean of the squared distance, each counted by its power.
     pub spread: f64,
-    /// Power, up to a common factor: the mean of the channels. In double precision: a scene may be as large
-    /// and as bright as it likes.
+    /// Power in W, the mean of the channels. In double precision: a scene may be as large and as bright as it likes.
     pub power: f64,
     /// The number of the mesh that they are all triangles of.
     pub mesh: Option<u32>,
@@ -29,7 +26,25 @@ pub struct LightBounds {
     pub cos_e: f32,
 }
 
-fn grey(c: [f32; 3]) -> f64 {
+/// What has no power and no extent, and shines in all directions.
+impl Default for LightBounds {
+    fn default() -> LightBounds {
+        LightBounds {
+            lo: [0.0; 3],
+            hi: [0.0; 3],
+            mean: [0.0; 3],
+            spread: 0.0,
+            power: 0.0,
+            mesh: None,
+            axis: [0.0, 0.0, 1.0],
+            cos_o: -1.0,
+            cos_e: 0.0,
+        }
+    }
+}
+
+/// The mean of the channels.
+pub(super) fn grey(c: [f32; 3]) -> f64 {
     c.into_iter().map(f64::from).sum::<f64>() / 3.0
 }
 
@@ -43,93 +58,6 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 }
 
 impl LightBounds {
-    /// Of a point light.
-    pub fn point(position: [f32; 3], intensity: [f32; 3]) -> LightBounds {
-        let power = 4.0 * PI * grey(intensity);
-        LightBounds {
-            lo: position,
-            hi: position,
-            mean: position.map(f64::from),
-            spread: 0.0,
-            power,
-            mesh: None,
-            axis: [0.0, 0.0, 1.0],
-            cos_o: -1.0,
-            cos_e: 0.0,
-        }
-    }
-
-    /// Of a sphere, whichever side emits.
-    pub fn sphere(sphere: &Sphere, emission: [f32; 3]) -> LightBounds {
-        let r = sphere.radius;
-        let power = 4.0 * PI * PI * f64::from(r) * f64::from(r) * grey(emission);
-        LightBounds {
-            lo: sphere.centre.map(|c| c - r),
-            hi: sphere.centre.map(|c| c + r),
-            mean: sphere.centre.map(f64::from),
-            spread: f64::from(r) * f64::from(r),
-            power,
-            mesh: None,
-            axis: [0.0, 0.0, 1.0],
-            cos_o: -1.0,
-            cos_e: 0.0,
-        }
-    }
-
-    /// Of a triangle or parallelogram with these corners that emits where `normal` points.
-    pub fn flat(corners: &[[f32; 3]], normal: [f32; 3], area: f32, emission: [f32; 3]) -> LightBounds {
-        let bounds = Bounds::of(corners.iter().copied());
-        let count = corners.len() as f64;
-        let mean = [0, 1, 2].map(|c| corners.iter().map(|p| f64::from(p[c])).sum::<f64>() / count);
-        // The second moment of a triangle's area is a quarter of its corners', that of a parallelogram's a third.
-        let of_corners = corners.iter().map(|p| distance2(p.map(f64::from), mean)).sum::<f64>() / count;
-        let share = if corners.len() == 3 { 1.0 / 4.0 } else { 1.0 / 3.0 };
-        LightBounds {
-            lo: bounds.low,
-            hi: bounds.high,
-            mean,
-            spread: share * of_corners,
-            power: PI * f64::from(area) * grey(emission),
-            mesh: None,
-            axis: normal,
-            cos_o: 1.0,
-            cos_e: 0.0,
-        }
-    }
-
-    /// Of a disk that emits where `normal` points.
-    pub fn disk(disk: &Disk, normal: [f32; 3], emission: [f32; 3]) -> LightBounds {
-        let (bounds, r) = (disk.bounds(), f64::from(disk.radius));
-        LightBounds {
-            lo: bounds.low,
-            hi: bounds.high,
-            mean: disk.centre.map(f64::from),
-            spread: r * r / 2.0,
-            power: PI * PI * r * r * grey(emission),
-            mesh: None,
-            axis: normal,
-            cos_o: 1.0,
-            cos_e: 0.0,
-        }
-    }
-
-    /// Of a cylinder, whichever side emits.
-    pub fn cylinder(cylinder: &Cylinder, emission: [f32; 3]) -> LightBounds {
-        let bounds = cylinder.bounds();
-        let [r, half] = [cylinder.radius, cylinder.half].map(f64::from);
-        LightBounds {
-            lo: bounds.low,
-            hi: bounds.high,
-            mean: cylinder.middle.map(f64::from),
-            spread: r * r + half * half / 3.0,
-            power: PI * f64::from(cylinder.area()) * grey(emission),
-            mesh: None,
-            axis: [0.0, 0.0, 1.0],
-            cos_o: -1.0,
-            cos_e: 0.0,
-        }
-    }
-
     /// The radius of a ball about the mean that holds them all.
     pub fn radius(&self) -> f64 {
         let reach = [0, 1, 2].map(|c| {
@@ -205,6 +133,20 @@ fn cone_union(a: DirectionCone, b: DirectionCone) -> DirectionCone {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::{AreaLight, Light, PointLight, flat};
+    use crate::shape::{Cylinder, Disk, Sphere};
+    use std::f64::consts::PI;
+
+    fn point(position: [f32; 3], intensity: [f32; 3]) -> LightBounds {
+        PointLight { position, intensity }.bounds().unwrap()
+    }
+
+    fn of<S>(shape: S) -> LightBounds
+    where
+        AreaLight<S>: Light,
+    {
+        AreaLight { shape, flipped: false, emission: [1.0; 3] }.bounds().unwrap()
+    }
 
     #[test]
     fn a_cone_around_two_cones_holds_their_axes() {
@@ -221,8 +163,8 @@ mod tests {
     #[test]
     fn bounds_of_a_group_hold_its_members() {
         let sphere = Sphere::new(glam::DVec3::new(1.0, 2.0, 3.0), 0.5);
-        let a = LightBounds::sphere(&sphere, [1.0; 3]);
-        let b = LightBounds::point([5.0, 0.0, 0.0], [2.0; 3]);
+        let a = of(sphere);
+        let b = point([5.0, 0.0, 0.0], [2.0; 3]);
         let both = a.union(&b);
         assert_eq!((both.lo, both.hi), ([0.5, 0.0, 0.0], [5.0, 2.5, 3.5]));
         assert_eq!(both.power, a.power + b.power);
@@ -233,7 +175,7 @@ mod tests {
     fn moments_of_a_group_are_those_of_its_points() {
         let points: Vec<([f32; 3], f32)> =
             (0..7_u8).map(f32::from).map(|i| ([i * i, 3.0 - i, (i - 2.0) * (i - 5.0)], 1.0 + i)).collect();
-        let lights: Vec<_> = points.iter().map(|&(at, power)| LightBounds::point(at, [power; 3])).collect();
+        let lights: Vec<_> = points.iter().map(|&(at, power)| point(at, [power; 3])).collect();
         let forwards = lights.iter().copied().reduce(|a, b| a.union(&b)).unwrap();
         let backwards = lights.iter().rev().copied().reduce(|a, b| a.union(&b)).unwrap();
         let total: f64 = points.iter().map(|&(_, power)| f64::from(power)).sum();
@@ -257,8 +199,8 @@ mod tests {
     fn moments_of_surfaces_are_those_of_their_points() {
         let [a, b, c] = [[1.0, 0.0, 2.0], [4.0, 1.0, 2.0], [0.0, 3.0, -1.0]];
         let d = [0, 1, 2].map(|i| b[i] + c[i] - a[i]);
-        let triangle = LightBounds::flat(&[a, b, c], [0.0, 0.0, 1.0], 1.0, [1.0; 3]);
-        let quad = LightBounds::flat(&[a, b, c, d], [0.0, 0.0, 1.0], 1.0, [1.0; 3]);
+        let triangle = flat::bounds(&[a, b, c], [0.0, 0.0, 1.0], 1.0, [1.0; 3]);
+        let quad = flat::bounds(&[a, b, c, d], [0.0, 0.0, 1.0], 1.0, [1.0; 3]);
         let steps = 400;
         let grid = (0..steps).flat_map(|i| (0..steps).map(move |j| [i, j]));
         let unit: Vec<[f64; 2]> =
@@ -274,8 +216,8 @@ mod tests {
         };
         let disk = Disk::new(glam::DVec3::new(1.0, 2.0, 3.0), glam::DVec3::new(0.6, 0.0, 0.8), 2.0);
         let tube = Cylinder::new(glam::DVec3::new(1.0, 2.0, 3.0), glam::DVec3::new(1.0, 5.0, 7.0), 2.0);
-        let disk_bounds = LightBounds::disk(&disk, disk.normal, [1.0; 3]);
-        let tube_bounds = LightBounds::cylinder(&tube, [1.0; 3]);
+        let disk_bounds = of(disk);
+        let tube_bounds = of(tube);
         let frame = crate::math::Frame::<f32>::around(crate::math::Vec3::splat(tube.axis));
         let turned = |[u, v]: [f64; 2]| {
             let (angle, r) = (2.0 * PI * u, 2.0 * libm::sqrt(v));

@@ -1,7 +1,112 @@
-//! The cylinder, sampled by the directions in which it is seen.
+//! The emitting cylinder.
 
-use crate::math::{Float, Vec3, trig};
+use super::area::{self, AreaLight};
+use super::bounds::{LightBounds, grey};
+use super::columns::{LaneLights, LightRow};
+use super::contract::Light;
+use super::sample::{EmittedRay, LightSample};
+use crate::math::{Float, Frame, Mask, Rgb, Vec3, trig};
+use crate::shape::{Cylinder, POSITION_ERROR, Shape};
 use std::f32::consts::PI;
+
+/// Seen from outside, sampled by the directions in which it is seen; one that emits inwards, uniformly by area: of that
+/// any part may be seen through an end.
+impl Light for AreaLight<Cylinder> {
+    fn row(&self) -> LightRow {
+        let (cylinder, surface) = (&self.shape, self.shape.surface());
+        // A point on the light is made from the end and the axis, however far they are.
+        let from = cylinder.from();
+        let extent = from.iter().fold(2.0 * cylinder.half + cylinder.radius, |m, x| m.max(x.abs()));
+        LightRow {
+            origin: from,
+            edge_v: cylinder.axis.map(|x| x * 2.0 * cylinder.half),
+            normal: cylinder.axis,
+            radius: cylinder.radius,
+            area: surface.area,
+            error: surface.error + extent * POSITION_ERROR,
+            inward: self.flipped,
+            emission: self.emission,
+            ..LightRow::default()
+        }
+    }
+
+    fn bounds(&self) -> Option<LightBounds> {
+        use std::f64::consts::PI;
+        let (cylinder, bounds) = (&self.shape, self.shape.bounds());
+        let [r, half] = [cylinder.radius, cylinder.half].map(f64::from);
+        Some(LightBounds {
+            lo: bounds.low,
+            hi: bounds.high,
+            mean: cylinder.middle.map(f64::from),
+            spread: r * r + half * half / 3.0,
+            power: PI * f64::from(cylinder.area()) * grey(self.emission),
+            ..LightBounds::default()
+        })
+    }
+
+    #[inline(always)]
+    fn sample<F: Float>(
+        lights: &LaneLights<'_, F>,
+        p: Vec3<F>,
+        emission: Rgb<F>,
+        u: [F; 2],
+    ) -> LightSample<F> {
+        let end = lights.origin;
+        let (axis, along) = (lights.normal(), lights.edge_v());
+        let radius = lights.radius();
+        let inward = lights.inward();
+        let seen = seen(lights, end - p);
+        let towards = seen.sample(u);
+        let mut on_light = end + axis * towards.height + towards.normal * radius;
+        let (mut normal, mut wi, mut pdf) = (towards.normal, towards.wi, towards.pdf);
+        let mut shines = seen.outside & !inward;
+        if inward.any() {
+            let (sin, cos) = trig::sin_cos_turns(u[0]);
+            let outwards = Frame::around(axis).to_world(Vec3::new(cos, sin, F::zero()));
+            let at = end + along * u[1] + outwards * radius;
+            let to_light = at - p;
+            let distance2 = to_light.dot(to_light);
+            let back = to_light * (F::splat(1.0) / distance2.sqrt());
+            let cos = back.dot(outwards);
+            on_light = Vec3::select(inward, at, on_light);
+            normal = Vec3::select(inward, -outwards, normal);
+            wi = Vec3::select(inward, back, wi);
+            pdf = F::select(inward, distance2 / (cos * lights.area()), pdf);
+            shines = shines | (inward & cos.gt(F::zero()));
+        }
+        let off = on_light.max_abs().max(p.max_abs()) * POSITION_ERROR + lights.error();
+        LightSample {
+            wi,
+            target: on_light + normal * off,
+            radiance: emission.only(shines),
+            pdf: pdf.only(shines),
+            delta: F::Mask::splat(false),
+            infinite: F::Mask::splat(false),
+        }
+    }
+
+    #[inline(always)]
+    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, t: F, cos_light: F) -> Option<(F::Mask, F)> {
+        let seen = seen(lights, lights.origin - p);
+        Some((seen.outside & !lights.inward(), seen.pdf(t, cos_light)))
+    }
+
+    #[inline(always)]
+    fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, [a, b, c, d]: [F; 4]) -> EmittedRay<F> {
+        let (sin, cos) = trig::sin_cos_turns(a);
+        let outwards = Frame::around(lights.normal()).to_world(Vec3::new(cos, sin, F::zero()));
+        let point = lights.origin + lights.edge_v() * b + outwards * lights.radius();
+        let n = Vec3::select(lights.inward(), -outwards, outwards);
+        area::emit(lights, emission, point, n, [c, d])
+    }
+}
+
+/// What a cylinder looks like, one end of whose axis lies at `to_end` from the point.
+#[inline(always)]
+fn seen<F: Float>(lights: &LaneLights<'_, F>, to_end: Vec3<F>) -> Seen<F> {
+    let (axis, along) = (lights.normal(), lights.edge_v());
+    Seen::new(to_end, axis, along.dot(axis), lights.radius())
+}
 
 /// A cylinder seen from a point outside of it.
 ///
@@ -9,7 +114,7 @@ use std::f32::consts::PI;
 /// angle. In α the cylinder fills an arc, evenly; for each α it is seen along one line from end to end, of which the
 /// distance across the axis says between which sines. Both are uniform, which is all but uniform by solid angle, and
 /// wastes no sample on the side that is hidden.
-pub(super) struct Seen<F: Float> {
+struct Seen<F: Float> {
     /// Towards the axis, at a right angle to it, and of length one.
     towards: Vec3<F>,
     axis: Vec3<F>,
@@ -21,7 +126,7 @@ pub(super) struct Seen<F: Float> {
     /// How far along the axis the ends are.
     ends: [F; 2],
     /// Whether the point is outside; if not, nothing else here means anything.
-    pub(super) outside: F::Mask,
+    outside: F::Mask,
 }
 
 /// Directions from end to end along one line of a cylinder: of β, the angle by which they rise along the axis.
@@ -69,21 +174,21 @@ fn around_one<F: Float>(height: F, length: F, across: F) -> (F, F) {
 }
 
 /// A direction to a cylinder.
-pub(super) struct Towards<F> {
+struct Towards<F> {
     /// Of length one.
-    pub(super) wi: Vec3<F>,
+    wi: Vec3<F>,
     /// The outward normal where it leads.
-    pub(super) normal: Vec3<F>,
+    normal: Vec3<F>,
     /// How far along the axis that is from the lower end.
-    pub(super) height: F,
+    height: F,
     /// Density by solid angle.
-    pub(super) pdf: F,
+    pdf: F,
 }
 
 impl<F: Float> Seen<F> {
     /// The cylinder one end of whose axis lies at `from` from the point. `axis` is of length one.
     #[inline(always)]
-    pub(super) fn new(from: Vec3<F>, axis: Vec3<F>, length: F, radius: F) -> Self {
+    fn new(from: Vec3<F>, axis: Vec3<F>, length: F, radius: F) -> Self {
         let low = from.dot(axis);
         let across = from - axis * low;
         let distance = across.length();
@@ -106,7 +211,7 @@ impl<F: Float> Seen<F> {
 
     /// A direction, drawn with `u` in [0, 1)².
     #[inline(always)]
-    pub(super) fn sample(&self, [u, v]: [F; 2]) -> Towards<F> {
+    fn sample(&self, [u, v]: [F; 2]) -> Towards<F> {
         let turn = u * 2.0 - 1.0;
         let (sin, cos) = trig::sin_cos_turns(turn.abs() * self.half_arc);
         let sin = sin.copysign(turn);
@@ -133,7 +238,7 @@ impl<F: Float> Seen<F> {
     /// Across the axis, point, axis and what is met are the corners of a triangle, whose sides D and r are known; of the
     /// third, t·cos is the share along the normal: D² = r² + ρ² + 2r·t·cos.
     #[inline(always)]
-    pub(super) fn pdf(&self, t: F, cos: F) -> F {
+    fn pdf(&self, t: F, cos: F) -> F {
         let near = self.distance - self.radius;
         let far2 = near * (self.distance + self.radius);
         let across2 = far2 - self.radius * 2.0 * (t * cos);

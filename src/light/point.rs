@@ -1,7 +1,12 @@
 //! The point light.
 
-use super::LightSample;
-use crate::math::{Float, Rgb, Uint, Vec3};
+use super::bounds::{LightBounds, grey};
+use super::columns::{LaneLights, LightRow};
+use super::contract::Light;
+use super::sample::{EmittedRay, LightSample};
+use crate::math::{Float, Mask, Ray, Rgb, Vec3};
+use crate::sampling::warp;
+use std::f64::consts::PI;
 
 /// Sends the same intensity in every direction. No path can hit it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,63 +17,50 @@ pub struct PointLight {
     pub intensity: [f32; 3],
 }
 
-/// The sample of a point light as seen from `p`.
-#[inline(always)]
-pub(super) fn sample<F: Float>(p: Vec3<F>, position: Vec3<F>, intensity: Rgb<F>) -> LightSample<F> {
-    let to_light = position - p;
-    let distance2 = to_light.dot(to_light);
-    LightSample {
-        wi: to_light * (F::splat(1.0) / distance2.sqrt()),
-        target: position,
-        radiance: intensity * (F::splat(1.0) / distance2),
-        pdf: F::splat(1.0),
-    }
-}
+impl Light for PointLight {
+    const DELTA: bool = true;
 
-/// All point lights, one column for each property, so that each lane can look at another one.
-#[derive(Clone, Debug, Default)]
-pub struct PointLights {
-    position: [Vec<f32>; 3],
-    intensity: [Vec<f32>; 3],
-}
-
-impl PointLights {
-    /// Adds a light.
-    pub fn push(&mut self, light: PointLight) {
-        for c in 0..3 {
-            self.position[c].push(light.position[c]);
-            self.intensity[c].push(light.intensity[c]);
-        }
+    fn row(&self) -> LightRow {
+        LightRow { origin: self.position, emission: self.intensity, ..LightRow::default() }
     }
 
-    /// How many lights there are.
-    pub fn len(&self) -> usize {
-        self.position[0].len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The lights, in the order in which they were added.
-    pub fn iter(&self) -> impl Iterator<Item = PointLight> + '_ {
-        (0..self.len()).map(|i| PointLight {
-            position: [0, 1, 2].map(|c| self.position[c][i]),
-            intensity: [0, 1, 2].map(|c| self.intensity[c][i]),
+    fn bounds(&self) -> Option<LightBounds> {
+        Some(LightBounds {
+            lo: self.position,
+            hi: self.position,
+            mean: self.position.map(f64::from),
+            power: 4.0 * PI * grey(self.intensity),
+            ..LightBounds::default()
         })
     }
 
-    /// One light each lane, all equally likely and weighted for it, chosen with `choice` in [0, 1).
     #[inline(always)]
-    pub fn sample_one<F: Float>(&self, p: Vec3<F>, choice: F) -> LightSample<F> {
-        let count = self.len() as f32;
-        let index = (choice * count).to_uint();
-        // A product that rounds up to `count` still means the last light.
-        let last = F::Uint::splat(self.len() as u32 - 1);
-        let index = F::Uint::select(index.lt(last), index, last);
-        let (position, intensity) =
-            (Vec3::gather(&self.position, index), Rgb::gather(&self.intensity, index));
-        sample(p, position, intensity * F::splat(count))
+    fn sample<F: Float>(
+        lights: &LaneLights<'_, F>,
+        p: Vec3<F>,
+        emission: Rgb<F>,
+        _u: [F; 2],
+    ) -> LightSample<F> {
+        let to_light = lights.origin - p;
+        let distance2 = to_light.dot(to_light);
+        LightSample {
+            wi: to_light * (F::splat(1.0) / distance2.sqrt()),
+            target: lights.origin,
+            radiance: emission * (F::splat(1.0) / distance2),
+            pdf: F::splat(1.0),
+            delta: F::Mask::splat(true),
+            infinite: F::Mask::splat(false),
+        }
+    }
+
+    #[inline(always)]
+    fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, [_, _, c, d]: [F; 4]) -> EmittedRay<F> {
+        EmittedRay {
+            ray: Ray::new(lights.origin, warp::uniform_sphere([c, d])),
+            cos: F::splat(1.0),
+            radiance: emission,
+            pdf_position: F::splat(1.0),
+            pdf_direction: warp::uniform_sphere_pdf(),
+        }
     }
 }

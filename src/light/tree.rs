@@ -38,17 +38,21 @@ pub struct LightTree {
 impl LightTree {
     /// The tree over lights with these bounds.
     pub fn new(bounds: &[LightBounds]) -> LightTree {
-        let groups = Groups::new(bounds);
+        LightTree::of(bounds, (0..bounds.len() as u32).collect())
+    }
+
+    /// The tree over some of the lights with these bounds.
+    pub(super) fn of(bounds: &[LightBounds], lights: Vec<u32>) -> LightTree {
+        let is_any = |is: fn(&LightBounds) -> bool| lights.iter().any(|&light| is(&bounds[light as usize]));
+        let kinds =
+            Kinds { is_directed: is_any(|b| b.cos_o > -1.0), has_meshes: is_any(|b| b.mesh.is_some()) };
+        let groups = Groups::new(bounds, lights);
         let (top, nodes) = groups.nodes();
         let (mut place, mut units) = (vec![0; bounds.len()], vec![0; bounds.len()]);
         for (light, group) in groups.lights() {
             place[light as usize] = group.first;
             units[light as usize] = group.units;
         }
-        let kinds = Kinds {
-            is_directed: bounds.iter().any(|b| b.cos_o > -1.0),
-            has_meshes: bounds.iter().any(|b| b.mesh.is_some()),
-        };
         LightTree { top, nodes, kinds, shares: groups.shares, place, units }
     }
 
@@ -298,16 +302,19 @@ impl<const DRAWS: bool> Kernel for Descent<'_, DRAWS> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::{Light, PointLight, flat};
     use crate::math::lanes::{Level, dispatch};
     use crate::sampling::Stream;
     use rand::RngExt;
 
+    fn point(position: [f32; 3], intensity: [f32; 3]) -> LightBounds {
+        PointLight { position, intensity }.bounds().unwrap()
+    }
+
     fn scattered(count: u32) -> Vec<LightBounds> {
         let unit =
             |i: u32, k: u32| crate::math::Uint::to_unit(Wrapping((i * 3 + k).wrapping_mul(2_654_435_769)));
-        (0..count)
-            .map(|i| LightBounds::point([0, 1, 2].map(|k| 10.0 * unit(i, k)), [1.0 + unit(i, 7); 3]))
-            .collect()
+        (0..count).map(|i| point([0, 1, 2].map(|k| 10.0 * unit(i, k)), [1.0 + unit(i, 7); 3])).collect()
     }
 
     #[test]
@@ -338,8 +345,8 @@ mod tests {
 
     #[test]
     fn near_and_strong_lights_are_preferred() {
-        let far = LightBounds::point([100.0, 0.0, 0.0], [1.0; 3]);
-        let near = LightBounds::point([1.0, 0.0, 0.0], [1.0; 3]);
+        let far = point([100.0, 0.0, 0.0], [1.0; 3]);
+        let near = point([1.0, 0.0, 0.0], [1.0; 3]);
         let tree = LightTree::new(&[far, near]);
         let (p, n) = (Vec3::<f32>::zero(), Vec3::splat([1.0_f32, 0.0, 0.0]));
         assert!(tree.chance(p, n, Wrapping(1), true) > 0.99);
@@ -351,7 +358,7 @@ mod tests {
         let square = |i: u32, mesh: Option<u32>| {
             let corners =
                 [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[x, y]| [x + i as f32, y, 0.0]);
-            let own = LightBounds::flat(&corners, [0.0, 0.0, 1.0], 1.0, [(1 << i) as f32; 3]);
+            let own = flat::bounds(&corners, [0.0, 0.0, 1.0], 1.0, [(1 << i) as f32; 3]);
             LightBounds { mesh, ..own }
         };
         let strip = |mesh: Option<u32>| LightTree::new(&(0..8).map(|i| square(i, mesh)).collect::<Vec<_>>());
@@ -420,7 +427,7 @@ mod tests {
                 let at = |turn: f32, r: f32| [6.0 + r * turn.cos(), 6.0 + r * turn.sin(), 2.0 + 0.01 * turn];
                 let turn = i as f32 / 10.0;
                 let corners = [at(turn, 1.0), at(turn, 1.3), at(turn + 0.1, 1.2)];
-                let own = LightBounds::flat(&corners, [0.0, 0.0, -1.0], 0.1 + 0.01 * i as f32, [1.0; 3]);
+                let own = flat::bounds(&corners, [0.0, 0.0, -1.0], 0.1 + 0.01 * i as f32, [1.0; 3]);
                 LightBounds { mesh: Some(3), ..own }
             })
             .collect();
@@ -451,7 +458,7 @@ mod tests {
 
     #[test]
     fn ten_thousand_lights_in_one_place_still_make_a_tree() {
-        let tree = LightTree::new(&vec![LightBounds::point([1.0; 3], [1.0; 3]); 10_000]);
+        let tree = LightTree::new(&vec![point([1.0; 3], [1.0; 3]); 10_000]);
         let p = Vec3::<f32>::zero();
         let sum: f64 = (0..10_000).map(|l| f64::from(tree.chance(p, p, Wrapping(l), true))).sum();
         assert!((sum - 1.0).abs() < 1e-3, "{sum}");

@@ -3,7 +3,7 @@
 use super::surfaces::{Look, NO_LIGHT, SurfaceTable};
 use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
-use crate::light::{AreaLight, LightTable, PointLight, PointLights};
+use crate::light::{AreaLight, Environment, LightTable, PointLight};
 use crate::material::{self, MaterialTable, Row};
 use crate::scene::{self, MaterialKind, Scene};
 use crate::shape::{Cylinder, Disk, Mesh, Plane, Quad, Shape, Sphere};
@@ -19,12 +19,8 @@ pub struct CompiledScene {
     pub surfaces: SurfaceTable,
     /// The materials.
     pub materials: MaterialTable,
-    /// The lights that no path can hit.
-    pub point_lights: PointLights,
-    /// Every light that can be sampled: points, and emitters with a finite area.
+    /// Every light that can be sampled, and what rays see that leave the scene.
     pub lights: LightTable,
-    /// Radiance from everywhere outside.
-    pub environment: [f32; 3],
     /// The ambient term of `whitted`.
     pub ambient: [f32; 3],
 }
@@ -108,14 +104,11 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     let mut all = Simple::default();
     let mut triangles = Triangles::default();
     let mut lights = LightTable::default();
-    let mut point_lights = PointLights::default();
     // The last mesh that emits.
     let mut lamp = None;
     for light in &scene.lights {
         let scene::Light::Point { position, intensity } = *light;
-        let point = PointLight { position: narrow(position), intensity: colour(intensity) };
-        point_lights.push(point);
-        lights.push_point(point);
+        lights.push(PointLight { position: narrow(position), intensity: colour(intensity) });
     }
     for (index, entity) in scene.entities.iter().enumerate() {
         let emission = colour(entity.emission);
@@ -132,21 +125,21 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
             scene::Shape::Sphere { center, radius } => {
                 let sphere = Sphere::new(center, radius);
                 if emits {
-                    look.light = lights.push_area(AreaLight::Sphere(sphere), flipped, emission);
+                    look.light = lights.push(AreaLight { shape: sphere, flipped, emission });
                 }
                 all.spheres.push((sphere, surfaces.push(sphere.surface(), look)));
             }
             scene::Shape::Quad { corner, u, v } => {
                 let quad = Quad::new(corner, u, v);
                 if emits {
-                    look.light = lights.push_area(AreaLight::Quad(quad), flipped, emission);
+                    look.light = lights.push(AreaLight { shape: quad, flipped, emission });
                 }
                 all.quads.push((quad, surfaces.push(quad.surface(), look)));
             }
             scene::Shape::Box { min, max } => {
                 for quad in Quad::sides(min, max) {
                     if emits {
-                        look.light = lights.push_area(AreaLight::Quad(quad), flipped, emission);
+                        look.light = lights.push(AreaLight { shape: quad, flipped, emission });
                     }
                     all.quads.push((quad, surfaces.push(quad.surface(), look)));
                 }
@@ -154,14 +147,14 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
             scene::Shape::Disk { center, normal, radius } => {
                 let disk = Disk::new(center, normal, radius);
                 if emits {
-                    look.light = lights.push_area(AreaLight::Disk(disk), flipped, emission);
+                    look.light = lights.push(AreaLight { shape: disk, flipped, emission });
                 }
                 all.rare.push((disk.into(), surfaces.push_rare(disk.into(), look)));
             }
             scene::Shape::Cylinder { from, to, radius } => {
                 let cylinder = Cylinder::new(from, to, radius);
                 if emits {
-                    look.light = lights.push_area(AreaLight::Cylinder(cylinder), flipped, emission);
+                    look.light = lights.push(AreaLight { shape: cylinder, flipped, emission });
                 }
                 all.rare.push((cylinder.into(), surfaces.push_rare(cylinder.into(), look)));
             }
@@ -184,6 +177,7 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     all.triangles = Arc::new(triangles);
     all.instances = Arc::new(instances);
     surfaces.set_triangles(Arc::clone(&all.triangles), Arc::clone(&all.instances));
+    lights.set_environment(Environment { radiance: colour(scene.environment) });
     lights.build_tree();
     if scene.render.integrator == scene::Integrator::Whitted {
         lights.build_lamps();
@@ -195,9 +189,7 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
         camera: Camera::new(&scene.camera, width, height),
         surfaces,
         materials: MaterialTable::new(scene.materials.iter().map(|m| material_row(&m.kind)).collect()),
-        point_lights,
         lights,
-        environment: colour(scene.environment),
         ambient: colour(scene.render.ambient),
     };
     (compiled, all)

@@ -5,7 +5,7 @@ use super::layout::{self, CHANCE_BITS, Light, LightNode, Material, Scene, Surfac
 use super::tree::Tree;
 use crate::film::{self, Splatter};
 use crate::gpu::{GpuError, Job};
-use crate::light::{self, LightRow, LightTable};
+use crate::light::{self, LightKind, LightRow, LightTable};
 use crate::material::{Checkerboard, Glass, Kind, Row};
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
@@ -66,8 +66,7 @@ impl Weights {
 
 impl Tables {
     pub(super) fn new(job: &Job<'_>) -> Result<Tables, GpuError> {
-        let CompiledScene { camera, surfaces: table, materials, lights, environment, ambient, .. } =
-            job.scene;
+        let CompiledScene { camera, surfaces: table, materials, lights, ambient, .. } = job.scene;
         if job.render.max_depth > MAX_DEPTH && job.render.max_depth != UNLIMITED {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
         }
@@ -92,7 +91,10 @@ impl Tables {
         let places = order.places(table.len());
         tree.put_surfaces(&places);
         let surfaces = order.rows.iter().map(|&row| surface(table, row)).collect::<Result<_, _>>()?;
-        let point_lights = lights.rows().take_while(|light| light.kind == light::POINT).count();
+        if !lights.infinite_lights().is_empty() {
+            return Err(GpuError::Unsupported("lights at infinity".to_owned()));
+        }
+        let point_lights = lights.rows().take_while(|&(kind, _)| kind == LightKind::Point as u32).count();
         let mut offset_nodes = [[0.0; 4]; 17];
         let (offset_kind, offset_radius) = match job.offset {
             FilmOffset::Centre => (layout::OFFSET_CENTRE, 0.0),
@@ -116,7 +118,7 @@ impl Tables {
             aperture_radius: camera.aperture_radius,
             forward: camera.forward,
             focus_distance: camera.focus_distance,
-            environment: *environment,
+            environment: lights.environment().radiance,
             seed: job.render.seed,
             ambient: *ambient,
             max_depth: job.render.max_depth,
@@ -321,6 +323,9 @@ pub(super) fn material(row: &Row) -> Material {
 /// The lights and the nodes of their tree, behind which come those of lamps that are meshes.
 pub(super) fn light_tables(table: &LightTable) -> (Vec<Light>, Vec<LightNode>) {
     let mut lights: Vec<_> = table.rows().map(light_row).collect();
+    for (i, light) in lights.iter_mut().enumerate() {
+        (light.place, light.units) = (table.tree().place(i), table.tree().units(i));
+    }
     let mut nodes: Vec<_> = table.tree().nodes().map(light_node).collect();
     for lamp in table.mesh_lamps() {
         let root = nodes.len() as u32;
@@ -335,10 +340,10 @@ pub(super) fn light_tables(table: &LightTable) -> (Vec<Light>, Vec<LightNode>) {
     (lights, nodes)
 }
 
-fn light_row(light: LightRow) -> Light {
+fn light_row((kind, light): (u32, LightRow)) -> Light {
     Light {
         origin: light.origin,
-        kind: light.kind,
+        kind,
         edge_u: light.edge_u,
         radius: light.radius,
         edge_v: light.edge_v,
@@ -347,9 +352,7 @@ fn light_row(light: LightRow) -> Light {
         error: light.error,
         emission: light.emission,
         inward: u32::from(light.inward),
-        place: light.place,
         square: u32::from(light.square),
-        units: light.units,
         ..Light::default()
     }
 }

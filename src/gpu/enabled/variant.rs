@@ -14,7 +14,7 @@ use crate::film::sums::{MAX_RADIANCE, MAX_SUMMED};
 use crate::film::weights::{CELL_BITS, POSITION_BITS, TABLE_BITS};
 use crate::gpu::GpuError;
 use crate::integrator::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
-use crate::light;
+use crate::light::{self, LightKind};
 use crate::material::Kind;
 use crate::math::lanes::scalar::Wrapping;
 use crate::sampling::{Block, sobol};
@@ -106,12 +106,12 @@ pub(super) fn text(variant: Variant) -> String {
         ("KIND_CHECKERBOARD", Kind::Checkerboard as u32),
         ("KIND_BROKEN", broken_kind()),
         ("NO_LIGHT", NO_LIGHT),
-        ("LIGHT_POINT", light::POINT),
-        ("LIGHT_SPHERE", light::SPHERE),
-        ("LIGHT_QUAD", light::QUAD),
-        ("LIGHT_TRIANGLE", light::TRIANGLE),
-        ("LIGHT_DISK", light::DISK),
-        ("LIGHT_CYLINDER", light::CYLINDER),
+        ("LIGHT_POINT", LightKind::Point as u32),
+        ("LIGHT_SPHERE", LightKind::Sphere as u32),
+        ("LIGHT_QUAD", LightKind::Quad as u32),
+        ("LIGHT_TRIANGLE", LightKind::Triangle as u32),
+        ("LIGHT_DISK", LightKind::Disk as u32),
+        ("LIGHT_CYLINDER", LightKind::Cylinder as u32),
         ("FIRST_TRIANGLE", FIRST_TRIANGLE),
         ("NO_TRIANGLE", u32::MAX),
         ("NO_INSTANCE", NO_INSTANCE),

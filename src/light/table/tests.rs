@@ -1,13 +1,21 @@
 //! What lights give, against irradiance by formula; densities against what is met.
 
 use super::*;
+use crate::light::PointLight;
+use crate::light::made_up::{Sky, Sun};
+use crate::math::Ray;
 use crate::math::lanes::scalar::Wrapping;
-use crate::shape::Shears;
+use crate::sampling::Stream;
+use crate::shape::{Cylinder, Disk, Quad, Shape, Shears, Sphere};
 use glam::DVec3;
+use rand::RngExt;
 
-fn table(light: AreaLight, flipped: bool, emission: f32) -> LightTable {
+fn table<S>(shape: S, flipped: bool, emission: f32) -> LightTable
+where
+    AreaLight<S>: Listed,
+{
     let mut table = LightTable::default();
-    table.push_area(light, flipped, [emission; 3]);
+    table.push(AreaLight { shape, flipped, emission: [emission; 3] });
     table.build_tree();
     table
 }
@@ -29,10 +37,10 @@ fn a_sphere_gives_the_irradiance_of_its_cone() {
     for (distance, radius) in [(4.0, 1.0), (1000.0, 1.0), (1.001, 1.0)] {
         let sphere = Sphere::new(DVec3::Z * distance, radius);
         let expected = std::f64::consts::PI * 2.0 * (radius / distance).powi(2);
-        let got = irradiance(&table(AreaLight::Sphere(sphere), false, 2.0), 200);
+        let got = irradiance(&table(sphere, false, 2.0), 200);
         assert!((got / expected - 1.0).abs() < 1e-3, "{got} is not {expected}");
         // Seen from outside, a sphere that emits inwards is dark.
-        assert_eq!(irradiance(&table(AreaLight::Sphere(sphere), true, 2.0), 20), 0.0);
+        assert_eq!(irradiance(&table(sphere, true, 2.0), 20), 0.0);
     }
 }
 
@@ -41,9 +49,9 @@ fn a_sphere_around_us_lights_us_as_a_sky() {
     // From inside, radiance is L everywhere: E = π·L, wherever we stand.
     for z in [0.0, 0.7, -0.5] {
         let sphere = Sphere::new(DVec3::Z * z, 1.0);
-        let got = irradiance(&table(AreaLight::Sphere(sphere), true, 1.0), 400);
+        let got = irradiance(&table(sphere, true, 1.0), 400);
         assert!((got / std::f64::consts::PI - 1.0).abs() < 3e-3, "{got} is not π");
-        assert_eq!(irradiance(&table(AreaLight::Sphere(sphere), false, 1.0), 20), 0.0);
+        assert_eq!(irradiance(&table(sphere, false, 1.0), 20), 0.0);
     }
 }
 
@@ -54,9 +62,9 @@ fn a_quad_gives_the_irradiance_of_its_form_factor() {
     let quad = Quad::new(DVec3::new(-0.5, -0.5, 1.0), DVec3::Y, DVec3::X);
     let s = 1.25_f64.sqrt();
     let expected = 4.0 * (0.5 / s * (0.5 / s).atan());
-    let got = irradiance(&table(AreaLight::Quad(quad), false, 1.0), 200);
+    let got = irradiance(&table(quad, false, 1.0), 200);
     assert!((got / expected - 1.0).abs() < 1e-4, "{got} is not {expected}");
-    assert_eq!(irradiance(&table(AreaLight::Quad(quad), true, 1.0), 10), 0.0);
+    assert_eq!(irradiance(&table(quad, true, 1.0), 10), 0.0);
 }
 
 #[test]
@@ -65,9 +73,9 @@ fn a_disk_gives_the_irradiance_of_its_form_factor() {
     for (distance, radius) in [(1.0, 1.0), (0.5, 1.0), (50.0, 1.0)] {
         let disk = Disk::new(DVec3::Z * distance, DVec3::NEG_Z, radius);
         let expected = std::f64::consts::PI * radius * radius / (radius * radius + distance * distance);
-        let got = irradiance(&table(AreaLight::Disk(disk), false, 1.0), 300);
+        let got = irradiance(&table(disk, false, 1.0), 300);
         assert!((got / expected - 1.0).abs() < 1e-3, "{got} is not {expected}");
-        assert_eq!(irradiance(&table(AreaLight::Disk(disk), true, 1.0), 10), 0.0);
+        assert_eq!(irradiance(&table(disk, true, 1.0), 10), 0.0);
     }
 }
 
@@ -93,7 +101,7 @@ fn a_cylinder_gives_the_irradiance_of_its_solid_angle() {
         let ends = [-half, half].map(|y| DVec3::new(0.0, y, height));
         let cylinder = Cylinder::new(ends[0], ends[1], radius);
         let expected = integral(height, radius, half);
-        let got = irradiance(&table(AreaLight::Cylinder(cylinder), false, 1.0), 200);
+        let got = irradiance(&table(cylinder, false, 1.0), 200);
         assert!((got / expected - 1.0).abs() < 1e-3, "{got} is not {expected}");
     }
 }
@@ -101,7 +109,7 @@ fn a_cylinder_gives_the_irradiance_of_its_solid_angle() {
 #[test]
 fn a_long_tube_around_us_lights_us_as_a_sky() {
     let tube = Cylinder::new(DVec3::new(0.2, -300.0, 0.1), DVec3::new(0.2, 300.0, 0.1), 1.0);
-    let table = table(AreaLight::Cylinder(tube), true, 1.0);
+    let table = table(tube, true, 1.0);
     // By area, most samples are far away: many are needed.
     let got = irradiance(&table, 2000);
     assert!((got / std::f64::consts::PI - 1.0).abs() < 1e-2, "{got} is not π");
@@ -115,14 +123,13 @@ fn two_triangles_give_the_irradiance_of_their_square() {
         [corner(0.0, 0.0), corner(0.0, 1.0), corner(1.0, 0.0)],
         [corner(1.0, 1.0), corner(1.0, 0.0), corner(0.0, 1.0)],
     ];
-    let sum: f64 =
-        halves.map(|half| irradiance(&table(AreaLight::Triangle(half), false, 1.0), 200)).iter().sum();
+    let sum: f64 = halves.map(|half| irradiance(&table(Triangle(half), false, 1.0), 200)).iter().sum();
     assert!((sum / expected(s) - 1.0).abs() < 1e-4, "{sum} is not {}", expected(s));
-    assert_eq!(irradiance(&table(AreaLight::Triangle(halves[0]), true, 1.0), 10), 0.0);
+    assert_eq!(irradiance(&table(Triangle(halves[0]), true, 1.0), 10), 0.0);
     // A triangle without area is never chosen, and spoils nothing.
     let mut with_none = LightTable::default();
-    with_none.push_area(AreaLight::Triangle([[0.0, 0.0, 2.0]; 3]), false, [1.0; 3]);
-    with_none.push_area(AreaLight::Triangle(halves[0]), false, [1.0; 3]);
+    with_none.push(AreaLight { shape: Triangle([[0.0, 0.0, 2.0]; 3]), flipped: false, emission: [1.0; 3] });
+    with_none.push(AreaLight { shape: Triangle(halves[0]), flipped: false, emission: [1.0; 3] });
     with_none.build_tree();
     let up = Vec3::<f32>::splat([0.0, 0.0, 1.0]);
     for u in [0.0, 0.3, 0.999] {
@@ -131,52 +138,224 @@ fn two_triangles_give_the_irradiance_of_their_square() {
     }
 }
 
+/// The density by which a light is sampled, against the one of the ray that meets it: where it does, and with which
+/// outward normal.
+fn densities_agree<S>(shape: S, flipped: bool, meet: impl Fn(&Ray<f32>) -> (f32, Vec3<f32>))
+where
+    AreaLight<S>: Listed,
+{
+    let table = table(shape, flipped, 1.0);
+    for u in [[0.1, 0.2], [0.5, 0.5], [0.9, 0.8]] {
+        let p = Vec3::<f32>::zero();
+        let sample = table.sample(Wrapping(0), p, u);
+        let (t, normal) = meet(&Ray::new(p, sample.wi));
+        let normal = if flipped { -normal } else { normal };
+        let pdf = table.pdf(Wrapping(0), p, t, -sample.wi.dot(normal));
+        assert!((pdf / sample.pdf - 1.0).abs() < 1e-4, "{pdf} is not {}", sample.pdf);
+    }
+}
+
 #[test]
 fn the_density_of_a_met_light_is_that_of_the_sample() {
-    let sphere = AreaLight::Sphere(Sphere::new(DVec3::new(1.0, 2.0, 5.0), 1.5));
-    let around = AreaLight::Sphere(Sphere::new(DVec3::new(0.3, -0.2, 0.1), 3.0));
-    let quad = AreaLight::Quad(Quad::new(DVec3::new(-1.0, -1.0, 3.0), DVec3::Y, DVec3::X * 2.0));
-    let triangle = AreaLight::Triangle([[-1.0, -1.0, 3.0], [-1.0, 2.0, 3.5], [1.5, -1.0, 2.5]]);
-    let disk = AreaLight::Disk(Disk::new(DVec3::new(1.0, 0.5, 3.0), DVec3::new(0.0, -0.6, -0.8), 1.5));
+    let sphere = Sphere::new(DVec3::new(1.0, 2.0, 5.0), 1.5);
+    let around = Sphere::new(DVec3::new(0.3, -0.2, 0.1), 3.0);
+    for (sphere, flipped) in [(sphere, false), (around, true)] {
+        densities_agree(sphere, flipped, |ray| {
+            let t = sphere.intersect(ray);
+            (t, (ray.at(t) - Vec3::splat(sphere.centre)).normalized())
+        });
+    }
+    let quad = Quad::new(DVec3::new(-1.0, -1.0, 3.0), DVec3::Y, DVec3::X * 2.0);
+    densities_agree(quad, false, |ray| (quad.intersect(ray), Vec3::splat(quad.normal)));
+    let corners = [[-1.0, -1.0, 3.0], [-1.0, 2.0, 3.5], [1.5, -1.0, 2.5]];
+    densities_agree(Triangle(corners), false, |ray| {
+        let [a, b, c] = corners.map(Vec3::splat);
+        (Shears::new(ray).meet([a, b, c], true).t, (b - a).cross(c - a).normalized())
+    });
+    let disk = Disk::new(DVec3::new(1.0, 0.5, 3.0), DVec3::new(0.0, -0.6, -0.8), 1.5);
+    densities_agree(disk, false, |ray| (disk.intersect(ray), Vec3::splat(disk.normal)));
     let [from, to] = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 2.5, 5.0)];
-    let tube = AreaLight::Cylinder(Cylinder::new(from, to, 0.5));
-    let shade = AreaLight::Cylinder(Cylinder::new(DVec3::NEG_Z, DVec3::new(0.1, 0.2, 2.0), 1.5));
-    for (light, flipped) in [
-        (sphere, false),
-        (around, true),
-        (quad, false),
-        (triangle, false),
-        (disk, false),
-        (tube, false),
-        (shade, true),
-    ] {
-        let table = table(light, flipped, 1.0);
-        for u in [[0.1, 0.2], [0.5, 0.5], [0.9, 0.8]] {
-            let p = Vec3::<f32>::zero();
-            let sample = table.sample(Wrapping(0), p, u);
-            let ray = crate::math::Ray::new(p, sample.wi);
-            let (t, normal) = match light {
-                AreaLight::Sphere(s) => {
-                    let t = s.intersect(&ray);
-                    let out = (ray.at(t) - Vec3::splat(s.centre)).normalized();
-                    (t, if flipped { -out } else { out })
-                }
-                AreaLight::Quad(q) => (q.intersect(&ray), Vec3::splat(q.normal)),
-                AreaLight::Disk(d) => (d.intersect(&ray), Vec3::splat(d.normal)),
-                AreaLight::Cylinder(c) => {
-                    let t = c.intersect(&ray);
-                    let w = ray.at(t) - Vec3::splat(c.middle);
-                    let axis = Vec3::splat(c.axis);
-                    let out = (w - axis * w.dot(axis)).normalized();
-                    (t, if flipped { -out } else { out })
-                }
-                AreaLight::Triangle(corners) => {
-                    let [a, b, c] = corners.map(Vec3::splat);
-                    (Shears::new(&ray).meet([a, b, c], true).t, (b - a).cross(c - a).normalized())
-                }
-            };
-            let pdf = table.pdf(Wrapping(0), p, t, -sample.wi.dot(normal));
-            assert!((pdf / sample.pdf - 1.0).abs() < 1e-4, "{pdf} is not {}", sample.pdf);
+    let tube = Cylinder::new(from, to, 0.5);
+    let shade = Cylinder::new(DVec3::NEG_Z, DVec3::new(0.1, 0.2, 2.0), 1.5);
+    for (cylinder, flipped) in [(tube, false), (shade, true)] {
+        densities_agree(cylinder, flipped, |ray| {
+            let t = cylinder.intersect(ray);
+            let (w, axis) = (ray.at(t) - Vec3::splat(cylinder.middle), Vec3::splat(cylinder.axis));
+            (t, (w - axis * w.dot(axis)).normalized())
+        });
+    }
+}
+
+fn wide(v: Vec3<f32>) -> DVec3 {
+    DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
+}
+
+/// Rays that leave a light carry its power, and leave it where its bounds say that it is; their directions follow the
+/// density that they tell: of any half-space about a direction, the share is the integral.
+#[test]
+fn emitted_rays_carry_the_power_of_their_light() {
+    fn check<L: Listed + Copy>(name: &str, light: L) {
+        let mut table = LightTable::default();
+        table.push(light);
+        let bounds = light.bounds().unwrap();
+        let stream = &mut Stream::new(48, 0, 0);
+        let draws = 200_000;
+        let (mut flux, mut cos, mut mean, mut spread) = (0.0, 0.0, DVec3::ZERO, 0.0);
+        // The solid angle that the directions fill, and the area of the origins.
+        let (mut angle, mut area) = (0.0, 0.0);
+        for _ in 0..draws {
+            let u = [stream.random(), stream.random(), stream.random(), stream.random()];
+            let emitted = table.emit::<f32>(Wrapping(0), u);
+            assert!((wide(emitted.ray.d).length() - 1.0).abs() < 1e-5);
+            let at = wide(emitted.ray.o);
+            flux += f64::from(emitted.flux().r);
+            cos += f64::from(emitted.cos);
+            (angle, area) = (
+                angle + f64::from(1.0 / emitted.pdf_direction),
+                area + f64::from(1.0 / emitted.pdf_position),
+            );
+            mean += at;
+            spread += at.distance_squared(DVec3::from(bounds.mean));
+        }
+        let n = f64::from(draws);
+        let extent = bounds.spread.sqrt();
+        assert!((flux / n / bounds.power - 1.0).abs() < 1e-4, "{name}: {} is not {}", flux / n, bounds.power);
+        assert!(
+            (mean / n).distance(DVec3::from(bounds.mean)) <= 1e-2 * extent + 1e-5,
+            "{name}: {}",
+            mean / n
+        );
+        assert!((spread / n - bounds.spread).abs() <= 1e-2 * bounds.spread, "{name}: {}", spread / n);
+        let row = light.row();
+        let on_surface = row.area > 0.0;
+        let (mean_cos, whole) = if on_surface { (2.0 / 3.0, f64::from(row.area)) } else { (1.0, 1.0) };
+        assert!((cos / n - mean_cos).abs() < 5e-3, "{name}: cosines of {} on average", cos / n);
+        assert!((area / n / whole - 1.0).abs() < 1e-4, "{name}: {} is not the area", area / n);
+        // 1/pdf has a mean of the solid angle, though near the horizon it has no variance that is finite.
+        let half = 2.0 * std::f64::consts::PI;
+        let filled = if on_surface { half } else { 2.0 * half };
+        assert!((angle / n / filled - 1.0).abs() < 0.05, "{name}: {} is not the solid angle", angle / n);
+    }
+    fn both<S: Copy>(name: &str, shape: S)
+    where
+        AreaLight<S>: Listed,
+    {
+        for flipped in [false, true] {
+            check(name, AreaLight { shape, flipped, emission: [2.0; 3] });
         }
     }
+    check("point", PointLight { position: [1.0, 2.0, -3.0], intensity: [5.0; 3] });
+    both("sphere", Sphere::new(DVec3::new(1.0, 2.0, 5.0), 1.5));
+    both("quad", Quad::new(DVec3::new(-1.0, -1.0, 3.0), DVec3::new(0.3, 1.0, 0.2), DVec3::X * 2.0));
+    both("triangle", Triangle([[-1.0, -1.0, 3.0], [-1.0, 2.0, 3.5], [1.5, -1.0, 2.5]]));
+    both("disk", Disk::new(DVec3::new(1.0, 0.5, 3.0), DVec3::new(0.0, -0.6, -0.8), 1.5));
+    both("cylinder", Cylinder::new(DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 2.5, 5.0), 0.5));
+}
+
+/// Of what leaves a surface, all goes to the side that emits, from a point that is not within it.
+#[test]
+fn emitted_rays_leave_the_side_that_shines() {
+    let stream = &mut Stream::new(49, 0, 0);
+    let sphere = Sphere::new(DVec3::new(0.0, 0.0, 2.0), 1.0);
+    for flipped in [false, true] {
+        let table = table(sphere, flipped, 1.0);
+        for _ in 0..10_000 {
+            let u = [stream.random(), stream.random(), stream.random(), stream.random()];
+            let emitted = table.emit::<f32>(Wrapping(0), u);
+            let out = wide(emitted.ray.o) - DVec3::new(0.0, 0.0, 2.0);
+            assert_eq!(out.length() > 1.0, !flipped);
+            let cos = wide(emitted.ray.d).dot(out.normalize()) * if flipped { -1.0 } else { 1.0 };
+            assert!((cos - f64::from(emitted.cos)).abs() < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn lights_at_infinity_are_chosen_beside_the_tree() {
+    let point = |x: f32| PointLight { position: [x, 0.0, 1.0], intensity: [1.0; 3] };
+    let sky = Sky { radiance: [1.0; 3], reach: 10.0 };
+    let sun = Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3], reach: 10.0 };
+    let (p, n) = (Vec3::<f32>::zero(), Vec3::splat([0.0_f32, 0.0, 1.0]));
+    for (points, infinite) in [(0, 1), (0, 2), (1, 1), (3, 2), (20, 1)] {
+        let mut table = LightTable::default();
+        // Between the others, so that the tree's lights are not the first ones.
+        for i in 0..points {
+            table.push(point(i as f32));
+            if i == 0 {
+                table.push(sky);
+            }
+        }
+        if points == 0 {
+            table.push(sky);
+        }
+        if infinite == 2 {
+            table.push(sun);
+        }
+        table.build_tree();
+        assert_eq!(table.infinite_lights().len(), infinite);
+        let chance = |light: u32| f64::from(table.chance(p, n, Wrapping(light), true));
+        let all = table.len() as u32;
+        let sum: f64 = (0..all).map(chance).sum();
+        assert!((sum - 1.0).abs() < 1e-5, "{points} points: {sum}");
+        let share = 1.0 / (infinite + usize::from(points > 0)) as f64;
+        for &light in table.infinite_lights() {
+            assert!((chance(light) - share).abs() < 1e-6);
+        }
+        let (mut seen, draws) = (vec![0.0; all as usize], 10_000);
+        for i in 0..draws {
+            let (light, chance) = table.choose(p, n, (i as f32 + 0.5) / draws as f32, true);
+            let again = table.chance(p, n, light, true);
+            assert!((chance - again).abs() <= 1e-5 * chance, "{chance} is not {again}");
+            seen[light.0 as usize] += 1.0;
+        }
+        for (light, seen) in seen.iter().enumerate() {
+            let expected = chance(light as u32) * f64::from(draws);
+            assert!((seen - expected).abs() < 2.5, "light {light}: {seen} of {expected}");
+        }
+    }
+}
+
+#[test]
+fn lights_at_infinity_are_infinitely_far_away() {
+    let mut table = LightTable::default();
+    table.push(PointLight { position: [0.0, 0.0, 2.0], intensity: [8.0; 3] });
+    table.push(Sky { radiance: [1.0; 3], reach: 10.0 });
+    table.push(Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3], reach: 10.0 });
+    table.build_tree();
+    let o = Vec3::splat([1.0_f32, -2.0, 0.5]);
+    let samples = [0, 1, 2].map(|light| table.sample(Wrapping(light), o, [0.3, 0.6]));
+    assert_eq!(samples.map(|sample| sample.infinite), [false, true, true]);
+    assert_eq!(samples.map(|sample| sample.delta), [true, false, true]);
+    for sample in samples {
+        let (ray, distance) = sample.shadow_ray(o);
+        assert_eq!(distance.is_infinite(), sample.infinite);
+        assert!(wide(ray.d).distance(wide(sample.wi)) < 1e-6);
+    }
+    // Delta lights alone, each as likely: what they give is that of all.
+    assert_eq!(table.delta_lights(), [0, 2]);
+    let [near, far] = [0.25, 0.75].map(|choice| table.sample_delta(Vec3::<f32>::zero(), choice));
+    assert_eq!((near.wi.lane(0), near.weight().r), ([0.0, 0.0, 1.0], 4.0));
+    assert_eq!((far.wi.lane(0), far.weight().r), ([0.0, 0.6, 0.8], 6.0));
+}
+
+#[test]
+fn what_escapes_is_weighed_by_the_density_of_its_light() {
+    let d = Vec3::splat([0.0_f32, 0.0, 1.0]);
+    let mut table = LightTable::default();
+    table.set_environment(Environment { radiance: [1.0, 2.0, 3.0] });
+    table.push(Sun { towards: [0.0, 0.0, 1.0], irradiance: [3.0; 3], reach: 10.0 });
+    // The environment is never sampled, and the sun has no size.
+    assert_eq!(table.escaped(d, |_| 0.0).lane(0), [1.0, 2.0, 3.0]);
+    table.push(Sky { radiance: [8.0; 3], reach: 10.0 });
+    let given = std::cell::Cell::new(0.0);
+    let seen = table.escaped(d, |pdf| {
+        given.set(pdf);
+        0.25
+    });
+    assert_eq!(seen.lane(0), [3.0, 4.0, 5.0]);
+    assert_eq!(given.get(), 0.5 / (4.0 * std::f32::consts::PI));
+    // What is told is what choosing and sampling give.
+    let (light, chance) = table.choose(Vec3::zero(), d, 0.75, true);
+    let sample = table.sample(light, Vec3::zero(), [0.1, 0.2]);
+    assert_eq!((light.0, chance * sample.pdf), (1, given.get()));
 }

@@ -28,16 +28,16 @@ fn balanced_from(lights: usize) -> u32 {
 }
 
 impl Groups {
-    /// Of lights with these bounds.
-    pub(super) fn new(bounds: &[LightBounds]) -> Groups {
+    /// Of some of the lights with these bounds.
+    pub(super) fn new(bounds: &[LightBounds], mut lights: Vec<u32>) -> Groups {
         let mut groups = Groups::default();
         // Only shares of power count, and these fit into f32 whatever the powers are.
         let greatest = bounds.iter().map(|b| b.power).fold(f64::MIN_POSITIVE, f64::max);
         let bounds: Vec<LightBounds> =
             bounds.iter().map(|b| LightBounds { power: b.power / greatest, ..*b }).collect();
-        let mut lights: Vec<u32> = (0..bounds.len() as u32).collect();
         if !lights.is_empty() {
-            let power = bounds.iter().map(|b| b.power).sum::<f64>().max(f64::MIN_POSITIVE);
+            let power = lights.iter().map(|&l| bounds[l as usize].power).sum::<f64>();
+            let power = power.max(f64::MIN_POSITIVE);
             groups.add(&bounds, &mut lights, UNITS / power, 0);
             groups.shares.sort();
         }

@@ -8,7 +8,7 @@ use super::super::tree::Tree;
 use super::super::variant::{Plan, Variant};
 use super::{Device, device};
 use crate::film::sums::{MAX_RADIANCE, PixelSums, check};
-use crate::light::{AreaLight, LightTable, PointLight};
+use crate::light::{AreaLight, LightTable, PointLight, Triangle};
 use crate::material::{Bxdf, Checkerboard, Dielectric, Glass, MaterialTable, Matte, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Frame, Ray, Rgb, Vec3, trig};
@@ -431,24 +431,39 @@ fn glass_parts_light_as_on_the_cpu() {
 /// triangle, a disk, and two cylinders of which one shines inwards.
 fn lights() -> LightTable {
     let mut lights = LightTable::default();
-    lights.push_point(PointLight { position: [3.0, 1.0, 2.0], intensity: [4.0, 5.0, 6.0] });
-    lights.push_point(PointLight { position: [-2.0, -2.5, 0.5], intensity: [1.0, 0.5, 0.25] });
-    let sphere = |x: f64, y: f64, z: f64, r| AreaLight::Sphere(Sphere::new(DVec3::new(x, y, z), r));
-    lights.push_area(sphere(1.0, -3.0, 2.0, 0.5), false, [3.0, 2.0, 1.0]);
-    lights.push_area(sphere(-40.0, 30.0, 10.0, 2.0), false, [100.0; 3]);
-    lights.push_area(sphere(0.0, 0.0, 0.0, 12.0), true, [0.5, 0.4, 0.3]);
-    let quad = |z, v| AreaLight::Quad(Quad::new(DVec3::new(-1.0, -1.0, z), DVec3::Y * 2.0, v));
-    lights.push_area(quad(3.0, DVec3::new(1.5, 0.0, 0.5)), false, [2.0; 3]);
-    lights.push_area(quad(-3.0, DVec3::new(1.5, 0.7, 0.5)), true, [7.0, 0.0, 0.0]);
+    lights.push(PointLight { position: [3.0, 1.0, 2.0], intensity: [4.0, 5.0, 6.0] });
+    lights.push(PointLight { position: [-2.0, -2.5, 0.5], intensity: [1.0, 0.5, 0.25] });
+    let sphere = |x: f64, y: f64, z: f64, r| Sphere::new(DVec3::new(x, y, z), r);
+    lights.push(AreaLight { shape: sphere(1.0, -3.0, 2.0, 0.5), flipped: false, emission: [3.0, 2.0, 1.0] });
+    lights.push(AreaLight { shape: sphere(-40.0, 30.0, 10.0, 2.0), flipped: false, emission: [100.0; 3] });
+    lights.push(AreaLight { shape: sphere(0.0, 0.0, 0.0, 12.0), flipped: true, emission: [0.5, 0.4, 0.3] });
+    let quad = |z, v| Quad::new(DVec3::new(-1.0, -1.0, z), DVec3::Y * 2.0, v);
+    lights.push(AreaLight {
+        shape: quad(3.0, DVec3::new(1.5, 0.0, 0.5)),
+        flipped: false,
+        emission: [2.0; 3],
+    });
+    lights.push(AreaLight {
+        shape: quad(-3.0, DVec3::new(1.5, 0.7, 0.5)),
+        flipped: true,
+        emission: [7.0, 0.0, 0.0],
+    });
     let corners = [[-2.0, 1.0, 2.5], [0.5, 2.0, 2.0], [-1.0, 3.5, 3.0]];
-    lights.push_area(AreaLight::Triangle(corners), true, [1.0, 2.0, 3.0]);
+    lights.push(AreaLight { shape: Triangle(corners), flipped: true, emission: [1.0, 2.0, 3.0] });
     let disk = Disk::new(DVec3::new(1.5, -1.0, -2.0), DVec3::new(0.0, 0.6, 0.8), 0.7);
-    lights.push_area(AreaLight::Disk(disk), false, [2.0, 1.0, 4.0]);
-    let tube = |from: [f64; 3], to: [f64; 3], radius| {
-        AreaLight::Cylinder(Cylinder::new(DVec3::from(from), DVec3::from(to), radius))
-    };
-    lights.push_area(tube([-3.0, 2.0, -1.0], [-1.0, 3.0, 0.5], 0.4), false, [1.0, 3.0, 2.0]);
-    lights.push_area(tube([0.0, -1.0, -5.0], [0.5, 1.0, 5.0], 5.0), true, [0.5, 0.6, 0.2]);
+    lights.push(AreaLight { shape: disk, flipped: false, emission: [2.0, 1.0, 4.0] });
+    let tube =
+        |from: [f64; 3], to: [f64; 3], radius| Cylinder::new(DVec3::from(from), DVec3::from(to), radius);
+    lights.push(AreaLight {
+        shape: tube([-3.0, 2.0, -1.0], [-1.0, 3.0, 0.5], 0.4),
+        flipped: false,
+        emission: [1.0, 3.0, 2.0],
+    });
+    lights.push(AreaLight {
+        shape: tube([0.0, -1.0, -5.0], [0.5, 1.0, 5.0], 5.0),
+        flipped: true,
+        emission: [0.5, 0.6, 0.2],
+    });
     lights.build_tree();
     lights
 }

@@ -1,0 +1,114 @@
+//! Lights at infinity, which no scene has yet: what integrators find of them, against radiance by formula.
+
+use super::{Paths, Pixel, build};
+use crate::light::LightTable;
+use crate::light::made_up::{Sky, Sun};
+use crate::math::lanes::Level;
+use crate::sampling::warp::FilmOffset;
+use crate::scene;
+use crate::world::{Finder, World, compile};
+use std::path::Path;
+use std::sync::Arc;
+
+/// A floor of a material seen aslant, at the origin, below a lamp of which the floor sees a sixteenth; with lights
+/// added. The mean and its standard error, of so many samples.
+fn seen(
+    integrator: &str,
+    material: &str,
+    lamp: f32,
+    level: Level,
+    add: impl FnOnce(&mut LightTable),
+) -> (f64, f64) {
+    let text = format!(
+        r#"
+        [film]
+        width = 1
+        height = 1
+        [camera]
+        eye = [3, 0, 2]
+        look_at = [0, 0, 0]
+        vertical_fov = 0.01
+        [render]
+        integrator = "{integrator}"
+        [materials.floor]
+        {material}
+        [materials.black]
+        type = "matte"
+        reflectance = [0, 0, 0]
+        [[entities]]
+        name = "floor"
+        shape = {{ type = "plane", normal = [0, 0, 1], distance = 0 }}
+        material = "floor"
+        [[entities]]
+        name = "lamp"
+        shape = {{ type = "sphere", center = [0, 0, 4], radius = 1 }}
+        material = "black"
+        emission = [{lamp}, {lamp}, {lamp}]
+        "#
+    );
+    let scene = scene::parse(&text, Path::new("test.toml")).unwrap().scene;
+    let (mut tables, surfaces) = compile(&scene, 1, 1);
+    add(&mut tables.lights);
+    tables.lights.build_tree();
+    let world = World::new(&surfaces, Finder::Simple);
+    let integrator = build(&scene.render, FilmOffset::Centre, Arc::new(tables), Arc::new(world));
+    let (mut out, samples) = (Vec::new(), 20_000);
+    let pixels = &[Pixel { index: 0, x: 0, y: 0 }];
+    integrator.trace(level, &Paths { pixels, first_sample: 0, samples }, &mut out);
+    let values: Vec<f64> = out.iter().map(|path| f64::from(path.sample.radiance[1])).collect();
+    let mean = values.iter().sum::<f64>() / f64::from(samples);
+    let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / f64::from(samples - 1);
+    (mean, (variance / f64::from(samples)).sqrt())
+}
+
+const MATTE: &str = "type = \"matte\"\nreflectance = [0.5, 0.5, 0.5]";
+const MIRROR: &str = "type = \"mirror\"\nreflectance = [0.5, 0.5, 0.5]";
+const SKY: Sky = Sky { radiance: [2.0; 3], reach: 10.0 };
+const SUN: Sun = Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3], reach: 10.0 };
+
+#[track_caller]
+fn agrees((mean, error): (f64, f64), expected: f64) {
+    assert!((mean - expected).abs() <= 4.5 * error + 1e-5, "{mean} ± {error} is not {expected}");
+    // Or the test could not tell it from twice or half of what comes from infinity.
+    assert!(error < 0.03 * expected, "{mean} ± {error}");
+}
+
+#[test]
+fn a_sky_that_is_sampled_lights_a_floor_as_the_environment_does() {
+    for level in Level::available() {
+        for integrator in ["path", "path-naive", "whitted"] {
+            // The lamp hides a sixteenth of the sky, counted by cosines.
+            agrees(
+                seen(integrator, MATTE, 0.0, level, |lights| _ = lights.push(SKY)),
+                0.5 * 2.0 * 15.0 / 16.0,
+            );
+            let lit = 0.5 * (2.0 * 15.0 / 16.0 + 10.0 / 16.0);
+            agrees(seen(integrator, MATTE, 10.0, level, |lights| _ = lights.push(SKY)), lit);
+            // In a mirror nothing but the escaping ray finds it.
+            agrees(seen(integrator, MIRROR, 0.0, level, |lights| _ = lights.push(SKY)), 0.5 * 2.0);
+        }
+        // Two skies are one of the sum of their radiances.
+        let two = |lights: &mut LightTable| {
+            lights.push(SKY);
+            lights.push(Sky { radiance: [1.0; 3], ..SKY });
+        };
+        agrees(seen("path", MATTE, 0.0, level, two), 0.5 * 3.0 * 15.0 / 16.0);
+    }
+}
+
+#[test]
+fn a_sun_lights_a_floor_by_its_cosine() {
+    let expected = 0.5 / std::f64::consts::PI * 3.0 * 0.8;
+    for level in Level::available() {
+        for integrator in ["path", "path-naive", "whitted"] {
+            agrees(seen(integrator, MATTE, 0.0, level, |lights| _ = lights.push(SUN)), expected);
+            // No ray finds it.
+            let (mean, _) = seen(integrator, MIRROR, 0.0, level, |lights| _ = lights.push(SUN));
+            assert_eq!(mean, 0.0);
+            // What stands before it takes all of it, however near that is.
+            let behind = Sun { towards: [0.0, 0.0, 1.0], ..SUN };
+            let (mean, _) = seen(integrator, MATTE, 0.0, level, |lights| _ = lights.push(behind));
+            assert_eq!(mean, 0.0);
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Lights as columns, from which each lane can look up another one.
+
+use crate::math::{Float, Mask, Rgb, Uint, Vec3};
+
+/// What a light puts into the columns of a [`LightTable`](super::LightTable). What its kind does not use is zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightRow {
+    /// Position of a point, centre of a sphere or disk, corner of a quad or triangle, one end of a cylinder's axis.
+    pub origin: [f32; 3],
+    /// First edge of a quad or triangle, from the corner; a radius of a disk.
+    pub edge_u: [f32; 3],
+    /// Second edge; the radius at a right angle; a cylinder's axis from end to end.
+    pub edge_v: [f32; 3],
+    /// Normal of the side of a quad, triangle or disk that emits; direction of a cylinder's axis.
+    pub normal: [f32; 3],
+    /// Radius of a sphere or cylinder.
+    pub radius: f32,
+    /// Area of a surface.
+    pub area: f32,
+    /// The surface's share of the error bound of a point on it.
+    pub error: f32,
+    /// Whether a surface emits against its own outward side.
+    pub inward: bool,
+    /// Whether a quad's sides meet at right angles.
+    pub square: bool,
+    /// Radiance; intensity of a point.
+    pub emission: [f32; 3],
+}
+
+/// The rows of lights, one column for each property.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Columns {
+    kind: Vec<u32>,
+    // As in a `LightRow`.
+    origin: [Vec<f32>; 3],
+    edge_u: [Vec<f32>; 3],
+    edge_v: [Vec<f32>; 3],
+    normal: [Vec<f32>; 3],
+    radius: Vec<f32>,
+    area: Vec<f32>,
+    error: Vec<f32>,
+    /// 1 for yes.
+    inward: Vec<f32>,
+    /// 1 for yes.
+    square: Vec<f32>,
+    emission: [Vec<f32>; 3],
+    /// Bit `k` is set if some light is of kind `k`.
+    kinds: u32,
+}
+
+fn push3(columns: &mut [Vec<f32>; 3], values: [f32; 3]) {
+    for (column, value) in columns.iter_mut().zip(values) {
+        column.push(value);
+    }
+}
+
+impl Columns {
+    /// Adds a light of a kind.
+    pub(super) fn push(&mut self, kind: u32, row: &LightRow) {
+        let LightRow { origin, edge_u, edge_v, normal, radius, area, error, inward, square, emission } = *row;
+        self.kind.push(kind);
+        push3(&mut self.origin, origin);
+        push3(&mut self.edge_u, edge_u);
+        push3(&mut self.edge_v, edge_v);
+        push3(&mut self.normal, normal);
+        self.radius.push(radius);
+        self.area.push(area);
+        self.error.push(error);
+        self.inward.push(f32::from(u8::from(inward)));
+        self.square.push(f32::from(u8::from(square)));
+        push3(&mut self.emission, emission);
+        self.kinds |= 1 << kind;
+    }
+
+    /// How many lights there are.
+    #[inline(always)]
+    pub(super) fn len(&self) -> usize {
+        self.kind.len()
+    }
+
+    /// Whether some light is of a kind.
+    #[inline(always)]
+    pub(super) fn has(&self, kind: u32) -> bool {
+        self.kinds >> kind & 1 != 0
+    }
+
+    /// The kinds of all lights.
+    pub(super) fn kinds(&self) -> &[u32] {
+        &self.kind
+    }
+
+    /// A light's row.
+    pub(super) fn row(&self, light: usize) -> LightRow {
+        let at = |columns: &[Vec<f32>; 3]| [0, 1, 2].map(|c: usize| columns[c][light]);
+        LightRow {
+            origin: at(&self.origin),
+            edge_u: at(&self.edge_u),
+            edge_v: at(&self.edge_v),
+            normal: at(&self.normal),
+            radius: self.radius[light],
+            area: self.area[light],
+            error: self.error[light],
+            inward: self.inward[light] > 0.0,
+            square: self.square[light] > 0.0,
+            emission: at(&self.emission),
+        }
+    }
+
+    /// The lanes whose light is of a kind.
+    #[inline(always)]
+    pub(super) fn are<F: Float>(&self, light: F::Uint, kind: u32) -> F::Mask {
+        if !self.has(kind) {
+            return F::Mask::splat(false);
+        }
+        F::Uint::gather(&self.kind, light).eq(F::Uint::splat(kind))
+    }
+}
+
+/// One light for each lane: its row, looked up where it is needed (see [`LightRow`]).
+#[derive(Clone, Copy)]
+pub struct LaneLights<'a, F: Float> {
+    columns: &'a Columns,
+    light: F::Uint,
+    kind: F::Uint,
+    /// See [`LightRow::origin`].
+    pub origin: Vec3<F>,
+}
+
+impl<'a, F: Float> LaneLights<'a, F> {
+    /// The lights of these indices.
+    #[inline(always)]
+    pub(super) fn new(columns: &'a Columns, light: F::Uint) -> Self {
+        LaneLights {
+            columns,
+            light,
+            kind: F::Uint::gather(&columns.kind, light),
+            origin: Vec3::gather(&columns.origin, light),
+        }
+    }
+
+    /// Whether there are lights of a kind at all.
+    #[inline(always)]
+    pub(super) fn has(&self, kind: u32) -> bool {
+        self.columns.has(kind)
+    }
+
+    /// The lanes whose light is of a kind.
+    #[inline(always)]
+    pub(super) fn are(&self, kind: u32) -> F::Mask {
+        self.kind.eq(F::Uint::splat(kind))
+    }
+
+    /// See [`LightRow::edge_u`] and [`LightRow::edge_v`].
+    #[inline(always)]
+    pub fn edges(&self) -> [Vec3<F>; 2] {
+        [Vec3::gather(&self.columns.edge_u, self.light), Vec3::gather(&self.columns.edge_v, self.light)]
+    }
+
+    /// See [`LightRow::edge_v`].
+    #[inline(always)]
+    pub fn edge_v(&self) -> Vec3<F> {
+        Vec3::gather(&self.columns.edge_v, self.light)
+    }
+
+    /// See [`LightRow::normal`].
+    #[inline(always)]
+    pub fn normal(&self) -> Vec3<F> {
+        Vec3::gather(&self.columns.normal, self.light)
+    }
+
+    /// See [`LightRow::radius`].
+    #[inline(always)]
+    pub fn radius(&self) -> F {
+        F::gather(&self.columns.radius, self.light)
+    }
+
+    /// See [`LightRow::area`].
+    #[inline(always)]
+    pub fn area(&self) -> F {
+        F::gather(&self.columns.area, self.light)
+    }
+
+    /// See [`LightRow::error`].
+    #[inline(always)]
+    pub fn error(&self) -> F {
+        F::gather(&self.columns.error, self.light)
+    }
+
+    /// See [`LightRow::inward`].
+    #[inline(always)]
+    pub fn inward(&self) -> F::Mask {
+        F::gather(&self.columns.inward, self.light).gt(F::zero())
+    }
+
+    /// See [`LightRow::square`].
+    #[inline(always)]
+    pub fn square(&self) -> F::Mask {
+        F::gather(&self.columns.square, self.light).gt(F::zero())
+    }
+
+    /// See [`LightRow::emission`].
+    #[inline(always)]
+    pub fn emission(&self) -> Rgb<F> {
+        Rgb::gather(&self.columns.emission, self.light)
+    }
+}

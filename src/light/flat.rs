@@ -1,0 +1,75 @@
+//! What flat surfaces that emit have in common.
+
+use super::area;
+use super::bounds::{LightBounds, distance2, grey};
+use super::columns::LaneLights;
+use super::sample::{EmittedRay, LightSample};
+use crate::math::{Bounds, Float, Mask, Rgb, Vec3};
+use crate::shape::POSITION_ERROR;
+use std::f64::consts::PI;
+
+/// Of a triangle or parallelogram with these corners that emits where `normal` points.
+pub(super) fn bounds(corners: &[[f32; 3]], normal: [f32; 3], area: f32, emission: [f32; 3]) -> LightBounds {
+    let bounds = Bounds::of(corners.iter().copied());
+    let count = corners.len() as f64;
+    let mean = [0, 1, 2].map(|c| corners.iter().map(|p| f64::from(p[c])).sum::<f64>() / count);
+    // The second moment of a triangle's area is a quarter of its corners', that of a parallelogram's a third.
+    let of_corners = corners.iter().map(|p| distance2(p.map(f64::from), mean)).sum::<f64>() / count;
+    let share = if corners.len() == 3 { 1.0 / 4.0 } else { 1.0 / 3.0 };
+    LightBounds {
+        lo: bounds.low,
+        hi: bounds.high,
+        mean,
+        spread: share * of_corners,
+        power: PI * f64::from(area) * grey(emission),
+        axis: normal,
+        cos_o: 1.0,
+        ..LightBounds::default()
+    }
+}
+
+/// The point of a flat light that is `at` these shares of its edges, seen from `p`: if `at` is uniform by area, with a
+/// density of distance²/(cos θ·area) by solid angle; in the lanes of `own` with the density there.
+#[inline(always)]
+pub(super) fn sample<F: Float>(
+    lights: &LaneLights<'_, F>,
+    edges: [Vec3<F>; 2],
+    p: Vec3<F>,
+    emission: Rgb<F>,
+    at: [F; 2],
+    own: Option<(F::Mask, F)>,
+) -> LightSample<F> {
+    let normal = lights.normal();
+    let on_light = lights.origin + edges[0] * at[0] + edges[1] * at[1];
+    let to_light = on_light - p;
+    let distance2 = to_light.dot(to_light);
+    let wi = to_light * (F::splat(1.0) / distance2.sqrt());
+    let cos = -wi.dot(normal);
+    let shines = cos.gt(F::zero());
+    let off = on_light.max_abs().max(p.max_abs()) * POSITION_ERROR + lights.error();
+    let mut pdf = distance2 / (cos * lights.area());
+    if let Some((lanes, own)) = own {
+        pdf = F::select(lanes, own, pdf);
+    }
+    LightSample {
+        wi,
+        target: on_light + normal * off,
+        radiance: emission.only(shines),
+        pdf: pdf.only(shines),
+        delta: F::Mask::splat(false),
+        infinite: F::Mask::splat(false),
+    }
+}
+
+/// A ray from the point that is `at` these shares of the edges, if `at` is uniform by area.
+#[inline(always)]
+pub(super) fn emit<F: Float>(
+    lights: &LaneLights<'_, F>,
+    emission: Rgb<F>,
+    at: [F; 2],
+    u: [F; 2],
+) -> EmittedRay<F> {
+    let edges = lights.edges();
+    let point = lights.origin + edges[0] * at[0] + edges[1] * at[1];
+    area::emit(lights, emission, point, lights.normal(), u)
+}

@@ -1,0 +1,154 @@
+//! The list of all kinds of lights, and how lanes whose lights are of different kinds are served.
+
+use super::area::AreaLight;
+use super::columns::LaneLights;
+use super::contract::Light;
+use super::point::PointLight;
+use super::sample::{EmittedRay, Escaped, LightSample};
+use super::triangle::Triangle;
+use crate::math::{Float, Mask, Rgb, Vec3};
+use crate::shape::{Cylinder, Disk, Quad, Sphere};
+
+/// A light whose kind is in the list.
+pub trait Listed: Light {
+    /// Its [`LightKind`].
+    const KIND: u32;
+}
+
+macro_rules! kinds {
+    (
+        $first:ident: $First:ty,
+        $($(#[$attribute:meta])* $name:ident: $Type:ty,)+
+    ) => {
+        /// The kinds of lights, by the numbers with which tables tell them apart.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u32)]
+        pub enum LightKind {
+            #[doc = concat!("[`", stringify!($First), "`]")]
+            $first,
+            $(
+                $(#[$attribute])*
+                #[doc = concat!("[`", stringify!($Type), "`]")]
+                $name,
+            )+
+        }
+
+        impl Listed for $First {
+            const KIND: u32 = LightKind::$first as u32;
+        }
+        $(
+            $(#[$attribute])*
+            impl Listed for $Type {
+                const KIND: u32 = LightKind::$name as u32;
+            }
+        )+
+
+        /// Whether any kind is at infinity: without one, nothing is compiled for them.
+        pub(super) const ANY_INFINITE: bool = {
+            let mut any = <$First>::INFINITE;
+            $(
+                $(#[$attribute])*
+                {
+                    any = any || <$Type>::INFINITE;
+                }
+            )+
+            any
+        };
+
+        /// See [`Light::sample`]. With `DELTA`, all lanes' lights are delta lights.
+        #[inline(always)]
+        pub(super) fn sample<F: Float, const DELTA: bool>(
+            lights: &LaneLights<'_, F>,
+            p: Vec3<F>,
+            emission: Rgb<F>,
+            u: [F; 2],
+        ) -> LightSample<F> {
+            let mut sample = <$First>::sample(lights, p, emission, u);
+            $(
+                $(#[$attribute])*
+                {
+                    if (<$Type>::DELTA || !DELTA) && lights.has(<$Type>::KIND) {
+                        let lanes = lights.are(<$Type>::KIND);
+                        if lanes.any() {
+                            let own = <$Type>::sample(lights, p, emission, u);
+                            sample = LightSample::select(lanes, own, sample);
+                        }
+                    }
+                }
+            )+
+            sample
+        }
+
+        /// See [`Light::pdf`]; `by_area` is the density of a point drawn uniformly by area.
+        #[inline(always)]
+        pub(super) fn pdf<F: Float>(
+            lights: &LaneLights<'_, F>,
+            p: Vec3<F>,
+            t: F,
+            cos_light: F,
+            by_area: F,
+        ) -> F {
+            let mut pdf = by_area;
+            $(
+                $(#[$attribute])*
+                {
+                    if lights.has(<$Type>::KIND) {
+                        let lanes = lights.are(<$Type>::KIND);
+                        if lanes.any() && let Some((own, density)) = <$Type>::pdf(lights, p, t, cos_light) {
+                            pdf = F::select(lanes & own, density, pdf);
+                        }
+                    }
+                }
+            )+
+            pdf
+        }
+
+        /// See [`Light::escaped`]. All lanes' lights are of the same kind.
+        #[inline(always)]
+        pub(super) fn escaped<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, d: Vec3<F>) -> Escaped<F> {
+            $(
+                $(#[$attribute])*
+                {
+                    if <$Type>::INFINITE && lights.are(<$Type>::KIND).any() {
+                        return <$Type>::escaped(lights, emission, d);
+                    }
+                }
+            )+
+            let _ = (lights, emission, d);
+            Escaped::nothing()
+        }
+
+        /// See [`Light::emit`].
+        #[inline(always)]
+        pub(super) fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, u: [F; 4]) -> EmittedRay<F> {
+            let mut emitted = <$First>::emit(lights, emission, u);
+            $(
+                $(#[$attribute])*
+                {
+                    if lights.has(<$Type>::KIND) {
+                        let lanes = lights.are(<$Type>::KIND);
+                        if lanes.any() {
+                            let own = <$Type>::emit(lights, emission, u);
+                            emitted = EmittedRay::select(lanes, own, emitted);
+                        }
+                    }
+                }
+            )+
+            emitted
+        }
+    };
+}
+
+// A new kind comes last: the GPU knows the first ones by their numbers.
+kinds! {
+    Point: PointLight,
+    Sphere: AreaLight<Sphere>,
+    Quad: AreaLight<Quad>,
+    Triangle: AreaLight<Triangle>,
+    Disk: AreaLight<Disk>,
+    Cylinder: AreaLight<Cylinder>,
+    #[cfg(test)]
+    Sky: super::made_up::Sky,
+    #[cfg(test)]
+    Sun: super::made_up::Sun,
+}

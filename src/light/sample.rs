@@ -1,0 +1,119 @@
+//! What lights answer: a direction towards one, what a ray sees beyond the scene, and a ray that leaves a light.
+
+use crate::math::{Float, Mask, Ray, Rgb, Vec3};
+use crate::shape::POSITION_ERROR;
+
+/// The share of its length that a shadow ray has: what is left out is as for a hit so far from the origin.
+pub const SHADOW_LENGTH: f32 = 1.0 - POSITION_ERROR;
+
+/// A point on a light, seen from a point in the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample<F: Float> {
+    /// Direction to the light, of length one.
+    pub wi: Vec3<F>,
+    /// The point on the light, moved off its surface by its error bound so that the light doesn't shadow
+    /// itself. A ray's distance to a surface is off by roundings of its origin, too, which therefore count as well.
+    /// Of a light at infinity it means nothing.
+    pub target: Vec3<F>,
+    /// Radiance from there; for a delta light, irradiance on a surface that faces it: of a point, intensity over
+    /// distance². Zero where the light doesn't shine.
+    pub radiance: Rgb<F>,
+    /// Density of `wi` by solid angle; 1 for a delta light, whose direction is certain.
+    pub pdf: F,
+    /// Whether no BxDF can find this direction: see [`Light::DELTA`](super::Light::DELTA).
+    pub delta: F::Mask,
+    /// Whether the light is at infinity: see [`Light::INFINITE`](super::Light::INFINITE).
+    pub infinite: F::Mask,
+}
+
+impl<F: Float> LightSample<F> {
+    /// The ray from `o` to the light, and the distance before which something is in the way: infinite for a light at
+    /// infinity.
+    ///
+    /// `target` is moved off the light by the error of a point on it. From far away rounding does more to the ray:
+    /// it meets the light too early by some roundings of its length, and ends that much before the light.
+    #[inline(always)]
+    pub fn shadow_ray(&self, o: Vec3<F>) -> (Ray<F>, F) {
+        let segment = self.target - o;
+        let length = segment.length();
+        let mut d = segment * (F::splat(1.0) / length);
+        let mut distance = length * SHADOW_LENGTH;
+        if self.infinite.any() {
+            d = Vec3::select(self.infinite, self.wi, d);
+            distance = F::select(self.infinite, F::splat(f32::INFINITY), distance);
+        }
+        (Ray::new(o, d), distance)
+    }
+
+    /// Radiance over density; black where the density is zero.
+    #[inline(always)]
+    pub fn weight(&self) -> Rgb<F> {
+        (self.radiance * (F::splat(1.0) / self.pdf)).only(self.pdf.gt(F::zero()))
+    }
+
+    /// `a` where the mask holds, `b` elsewhere.
+    #[inline(always)]
+    pub(super) fn select(mask: F::Mask, a: Self, b: Self) -> Self {
+        LightSample {
+            wi: Vec3::select(mask, a.wi, b.wi),
+            target: Vec3::select(mask, a.target, b.target),
+            radiance: Rgb::select(mask, a.radiance, b.radiance),
+            pdf: F::select(mask, a.pdf, b.pdf),
+            delta: (mask & a.delta) | (!mask & b.delta),
+            infinite: (mask & a.infinite) | (!mask & b.infinite),
+        }
+    }
+}
+
+/// What a ray sees of a light at infinity when it leaves the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Escaped<F: Float> {
+    /// Radiance from there.
+    pub radiance: Rgb<F>,
+    /// Density by solid angle with which sampling the light would have drawn the ray's direction; zero if it is never
+    /// drawn.
+    pub pdf: F,
+}
+
+impl<F: Float> Escaped<F> {
+    /// Of a light that no ray can see.
+    #[inline(always)]
+    pub fn nothing() -> Self {
+        Escaped { radiance: Rgb::black(), pdf: F::zero() }
+    }
+}
+
+/// A ray that leaves a light, as paths that start at lights need it.
+#[derive(Clone, Copy, Debug)]
+pub struct EmittedRay<F: Float> {
+    /// From a point on the light, moved off its surface by its error bound.
+    pub ray: Ray<F>,
+    /// cos θ between the ray and the normal of the side that emits; 1 for a light without a surface.
+    pub cos: F,
+    /// Radiance along the ray; intensity of a point.
+    pub radiance: Rgb<F>,
+    /// Density of the origin by area; 1 for a point, whose place is certain.
+    pub pdf_position: F,
+    /// Density of the direction by solid angle, given the origin.
+    pub pdf_direction: F,
+}
+
+impl<F: Float> EmittedRay<F> {
+    /// The flux in W that the ray stands for: its mean over all rays is the power of the light.
+    #[inline(always)]
+    pub fn flux(&self) -> Rgb<F> {
+        self.radiance * (self.cos / (self.pdf_position * self.pdf_direction))
+    }
+
+    /// `a` where the mask holds, `b` elsewhere.
+    #[inline(always)]
+    pub(super) fn select(mask: F::Mask, a: Self, b: Self) -> Self {
+        EmittedRay {
+            ray: Ray::new(Vec3::select(mask, a.ray.o, b.ray.o), Vec3::select(mask, a.ray.d, b.ray.d)),
+            cos: F::select(mask, a.cos, b.cos),
+            radiance: Rgb::select(mask, a.radiance, b.radiance),
+            pdf_position: F::select(mask, a.pdf_position, b.pdf_position),
+            pdf_direction: F::select(mask, a.pdf_direction, b.pdf_direction),
+        }
+    }
+}

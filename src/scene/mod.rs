@@ -7,6 +7,7 @@
 //! | [`fingerprint`] | whether two scenes are the same, and what differs |
 //! | [`mesh`] | the readers of mesh files |
 //! | `open_glass` | glass that bounds no solid |
+//! | `spelling` | the nearest spelling of a name |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
 //!
 //! A [`Scene`] is what a file says, checked: every name is resolved to an index, every number is finite and
@@ -27,6 +28,7 @@ pub mod diagnostic;
 pub mod fingerprint;
 pub mod mesh;
 mod open_glass;
+mod spelling;
 pub mod toml;
 
 pub use description::*;

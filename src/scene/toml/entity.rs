@@ -4,12 +4,13 @@ use std::collections::HashMap;
 
 use super::limits::RADIANCE;
 use super::materials::Names;
-use super::report::{Placed, Read, Reports, quote};
+use super::report::{Placed, Read, Reports};
 use super::shape::{RawMaterial, RawPart, RawShape, SHAPES};
 use super::table::{At, Fields, Key, OneOf, Table};
 use super::value::{self, Flag, Word};
 use crate::scene::description::{Colour, Entity, Material};
 use crate::scene::mesh::FileMaterial;
+use crate::scene::spelling::quote;
 
 /// An entity whose material is still a name. Its parts are kept apart, so that a wrong shape does not hide a
 /// wrong material.

@@ -2,7 +2,7 @@
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `report` | errors and warnings, and the nearest spelling |
+//! | `report` | errors and warnings with their places |
 //! | `form` | what a value may be |
 //! | `value` | the values themselves: numbers, vectors, words |
 //! | `table` | the shapes that values come in: tables, lists, one-of-several |
@@ -25,6 +25,7 @@ use ::toml::de::{DeTable, DeValue, Error as SyntaxError};
 use super::description::Scene;
 use super::diagnostic::{Cursor, Diagnostic, SceneErrors};
 use super::fingerprint::Sources;
+use super::spelling;
 use form::{Form, Value};
 use report::Reports;
 
@@ -182,8 +183,8 @@ fn similar_file(path: &Path) -> Option<String> {
         .iter()
         .find(|other| **other == with_extension)
         .map(String::as_str)
-        .or_else(|| report::nearest(name, beside.iter().map(String::as_str)))?;
-    Some(format!("did you mean {}?", report::quote(nearest)))
+        .or_else(|| spelling::nearest(name, beside.iter().map(String::as_str)))?;
+    Some(format!("did you mean {}?", spelling::quote(nearest)))
 }
 
 /// The text of a scene file, which is UTF-8.

@@ -2,11 +2,12 @@
 
 use super::entity::{self, Linked, OfFiles, RawEntity, link_entities};
 use super::materials::{self, Raw};
-use super::report::{Read, Reports, quote};
+use super::report::{Read, Reports};
 use super::table::{Block, Fields, Key, ListOf, MapOf, OneOf, Table};
 use super::{camera, film, light, render};
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
 use crate::scene::open_glass::{Warning, open_glass};
+use crate::scene::spelling::quote;
 
 /// The whole file.
 pub(super) static SCENE: Block<Scene> = Block { table: &SCENE_TABLE, build: scene };

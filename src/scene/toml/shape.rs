@@ -5,11 +5,12 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::limits::{COORDINATE, DIRECTION, EDGE, LENGTH, LONGEST, PARALLEL, POINT, SHORTEST};
-use super::report::{Placed, Read, Reports, instead, quote};
+use super::report::{Placed, Read, Reports};
 use super::table::{At, Block, Fields, Key, Named, OneOf, Table, Variant, WordOrMap};
 use super::value::{Direction, NonZero, Number, Rows, Triple, Vector, Word, unit};
 use crate::scene::description::{Mesh, Shape};
 use crate::scene::mesh::{FileMaterial, MeshFile, Split};
+use crate::scene::spelling::{instead, quote};
 
 /// A shape, or the parts of a mesh, each of which becomes an entity.
 pub(super) enum RawShape {

@@ -6,8 +6,9 @@ use ::toml::de::{DeTable, DeValue};
 use serde_json::{Value as Json, json};
 
 use super::form::{Form, Value};
-use super::report::{self, Placed, Reported, Reports, quote};
+use super::report::{Placed, Reported, Reports};
 use super::value;
+use crate::scene::spelling::{self, quote};
 
 /// What it means that a key is absent.
 enum Absent {
@@ -164,7 +165,7 @@ impl<'d, 't> Fields<'d, 't> {
                 let help = |reports: &Reports<'_>| unknown_key_help(name.get_ref(), &known, reports);
                 let reported = reports.error_with(name.span().start, message, help);
                 misspelt
-                    .extend(report::nearest(name.get_ref(), known.clone()).map(|meant| (meant, reported)));
+                    .extend(spelling::nearest(name.get_ref(), known.clone()).map(|meant| (meant, reported)));
             }
         }
         Ok(Self { at: value.span().start, what: table.what, table: entries, misspelt })
@@ -227,12 +228,12 @@ fn unknown_key_help<'c>(
     known: &(impl Iterator<Item = &'c str> + Clone),
     reports: &Reports<'_>,
 ) -> Option<String> {
-    if report::nearest(name, known.clone()).is_none()
+    if spelling::nearest(name, known.clone()).is_none()
         && let Some(header) = reports.header_of(name)
     {
         return Some(format!("{} belongs under {header}", quote(name)));
     }
-    report::instead(name, known.clone())
+    spelling::instead(name, known.clone())
 }
 
 /// A table that becomes one value.
@@ -307,14 +308,14 @@ impl<T> Form for OneOf<T> {
         let table = expect_table(key, &format!("a {}", self.what), value, reports)?;
         let Some(tag) = table.get("type") else {
             let is_like_it =
-                |name: &str| !self.is_key(name) && report::nearest(name, ["type"].into_iter()).is_some();
+                |name: &str| !self.is_key(name) && spelling::nearest(name, ["type"].into_iter()).is_some();
             if let Some((name, _)) = table.iter().find(|(name, _)| is_like_it(name.get_ref())) {
                 let message = format!("unknown key {} in {key}", quote(name.get_ref()));
-                let help = report::instead(name.get_ref(), ["type"].into_iter());
+                let help = spelling::instead(name.get_ref(), ["type"].into_iter());
                 return Err(reports.error_with(name.span().start, message, |_| help));
             }
             let message = format!("missing key \"type\" in {key}");
-            let types = || report::list(self.tags()).map(|all| format!("a {} is one of {all}", self.what));
+            let types = || spelling::list(self.tags()).map(|all| format!("a {} is one of {all}", self.what));
             return Err(reports.error_with(value.span().start, message, |_| types()));
         };
         let word = value::Word.read("type", tag, reports)?;
@@ -334,7 +335,7 @@ pub(super) struct WordOr<T: 'static>(pub(super) OneOf<T>);
 
 impl<T> WordOr<T> {
     /// Reads the word alone.
-    pub(super) fn read_word(&self, word: &str, at: usize, reports: &mut Reports<'_>) -> Result<T, Reported> {
+    fn read_word(&self, word: &str, at: usize, reports: &mut Reports<'_>) -> Result<T, Reported> {
         let variant = self.0.pick(word, at, reports)?;
         let (what, misspelt) = (variant.table.what, Vec::new());
         let fields = Fields { at, what, table: &DeTable::new(), misspelt };
@@ -351,7 +352,7 @@ impl<T> Form for WordOr<T> {
             DeValue::Table(_) => self.0.read(key, value, reports),
             other => {
                 let message = format!("{key} must be a string or a table, not {}", value::kind(other));
-                let help = report::list(self.0.tags()).map(|all| format!("valid here: {all}"));
+                let help = spelling::list(self.0.tags()).map(|all| format!("valid here: {all}"));
                 Err(reports.error_with(value.span().start, message, |_| help))
             }
         }
@@ -423,7 +424,7 @@ impl<F: Form> Form for MapOf<F> {
             .map(|(name, value)| Named {
                 name: name.get_ref().to_string(),
                 at: name.span().start,
-                value: self.0.read(&format!("{key}.{}", report::shorten(name.get_ref())), value, reports),
+                value: self.0.read(&format!("{key}.{}", spelling::shorten(name.get_ref())), value, reports),
             })
             .collect();
         entries.sort_by_key(|entry| entry.at);
@@ -464,7 +465,7 @@ impl<T: Clone + Sync, F: Form> Form for WordOrMap<T, F> {
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(name, _)| name.span().start);
         let read = entries.into_iter().map(|(name, value)| {
-            let key = format!("{key}.{}", report::shorten(name.get_ref()));
+            let key = format!("{key}.{}", spelling::shorten(name.get_ref()));
             let value = self.value.read(&key, value, reports)?;
             Ok(Named { name: name.get_ref().to_string(), at: name.span().start, value })
         });

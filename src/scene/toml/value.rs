@@ -1,11 +1,15 @@
 //! The values themselves: numbers, vectors, words.
 
+use std::marker::PhantomData;
+
 use ::toml::de::{DeFloat, DeInteger, DeValue};
 use glam::DVec3;
 use serde_json::{Value as Json, json};
 
 use super::form::{Form, Value};
-use super::report::{Reported, Reports, instead, quote};
+use super::report::{Reported, Reports};
+use crate::scene::description;
+use crate::scene::spelling::{self, quote};
 
 /// What a value is, with an article, in a beginner's words.
 pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
@@ -447,44 +451,27 @@ impl Form for Word {
 }
 
 /// One of a few words.
-pub(super) struct Choice<T: 'static> {
-    /// What all of them are: "integrator".
-    pub(super) what: &'static str,
-    pub(super) options: &'static [(&'static str, T)],
+pub(super) struct Choice<T>(PhantomData<T>);
+
+impl<T> Choice<T> {
+    pub(super) const NEW: Self = Self(PhantomData);
 }
 
-impl<T: Copy + Sync> Choice<T> {
-    /// What `word` stands for.
-    pub(super) fn pick(&self, word: &str, at: usize, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        match self.options.iter().find(|(name, _)| *name == word) {
-            Some((_, choice)) => Ok(*choice),
-            None => {
-                let names = self.options.iter().map(|(name, _)| *name);
-                Err(unknown_word(self.what, word, names, at, reports))
-            }
-        }
-    }
-}
-
-impl<T: Copy + PartialEq> Choice<T> {
-    /// The word for a choice.
-    pub(super) fn name(&self, choice: T) -> &'static str {
-        self.options.iter().find(|(_, other)| *other == choice).map_or("?", |(name, _)| *name)
-    }
-}
-
-impl<T: Copy + Sync> Form for Choice<T> {
+impl<T: description::Choice + Sync> Form for Choice<T> {
     type Output = T;
 
     fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        match value.get_ref() {
-            DeValue::String(word) => self.pick(word, value.span().start, reports),
-            _ => Err(wrong_type(key, "a string", value, reports)),
+        let DeValue::String(word) = value.get_ref() else {
+            return Err(wrong_type(key, "a string", value, reports));
+        };
+        match T::find(word) {
+            Some(choice) => Ok(choice),
+            None => Err(unknown_word(T::WHAT, word, T::names(), value.span().start, reports)),
         }
     }
 
     fn schema(&self) -> Json {
-        json!({ "enum": self.options.iter().map(|(name, _)| *name).collect::<Vec<_>>() })
+        json!({ "enum": T::names().collect::<Vec<_>>() })
     }
 }
 
@@ -496,5 +483,5 @@ pub(super) fn unknown_word<'c>(
     at: usize,
     reports: &mut Reports<'_>,
 ) -> Reported {
-    reports.error_with(at, format!("unknown {what} {}", quote(word)), |_| instead(word, known))
+    reports.error_with(at, spelling::unknown(what, word), |_| spelling::instead(word, known))
 }

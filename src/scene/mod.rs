@@ -34,4 +34,5 @@ pub mod toml;
 pub use description::*;
 pub use diagnostic::{Diagnostic, Position, SceneErrors};
 pub use fingerprint::{Fingerprint, Sources};
-pub use toml::{Loaded, Watch, load, load_watched, parse};
+pub use mesh::cache::Watch;
+pub use toml::{Loaded, load, load_watched, parse};

@@ -25,6 +25,7 @@ use ::toml::de::{DeTable, DeValue, Error as SyntaxError};
 use super::description::Scene;
 use super::diagnostic::{Cursor, Diagnostic, SceneErrors};
 use super::fingerprint::Sources;
+use super::mesh::cache::{MeshCache, Watch};
 use super::spelling;
 use form::{Form, Value};
 use report::Reports;
@@ -44,7 +45,6 @@ mod shape;
 mod table;
 mod value;
 
-pub use report::Watch;
 pub use schema::schema;
 
 /// The largest scene file in bytes. Text of this size describes a hundred thousand entities.
@@ -85,8 +85,8 @@ fn parse_watched<'a>(
 ) -> Result<Loaded, SceneErrors> {
     let (document, syntax_errors) = parse_toml(text);
     let document = Value::new(0..0, DeValue::Table(document));
-    let mut reports =
-        Reports::beside(text, file_name.parent().unwrap_or(Path::new("")), scene::header_of, watch);
+    let meshes = MeshCache::new(file_name.parent().unwrap_or(Path::new("")), watch);
+    let mut reports = Reports::new(text, meshes, scene::header_of);
     // What a parser makes of text that is not TOML is a guess; errors in a guess would mislead.
     let scene = match reports.syntax_errors(&syntax_errors) {
         Ok(()) => scene::SCENE.read("scene", &document, &mut reports),

@@ -1,23 +1,20 @@
 //! Errors and warnings about places of a text while it is read.
 
-use std::collections::{HashMap, HashSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use ::toml::de::Error as SyntaxError;
 
 use crate::scene::diagnostic::{Cursor, Diagnostic, Position, SceneErrors};
 use crate::scene::fingerprint::Sources;
-use crate::scene::mesh::{self, MeshFile, Split};
+use crate::scene::mesh::cache::{Found, MeshCache, Unreadable};
+use crate::scene::mesh::{MeshFile, Split};
 use crate::scene::spelling::shorten;
 
 /// Errors that are described one by one; a file of garbage has millions.
 const MAX_ERRORS: usize = 100;
 
-/// What hears how far the files that a scene names have been read: of which so many bytes of so many.
-pub type Watch<'a> = &'a mut dyn FnMut(&Path, u64, u64);
-
-/// Proof that an error has been reported: only [`Reports::error`] makes one.
+/// Proof that an error has been reported: only [`Reports`] makes one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reported(());
 
@@ -48,90 +45,37 @@ pub(super) struct Reports<'t> {
     unlisted: usize,
     warnings: Vec<Report>,
     unlisted_warnings: usize,
-    /// Where the files are that the text names.
-    folder: PathBuf,
-    /// Those that were read; a file that could not be is complained of once.
-    meshes: HashMap<(PathBuf, Split), Result<Arc<MeshFile>, Reported>>,
-    /// Notes about them that were shown: a file that is split in two ways gives most of its notes twice.
-    noted: HashSet<(PathBuf, String)>,
+    /// The mesh files that the text names.
+    meshes: MeshCache<'t>,
     /// The header under which a key belongs that stands in the wrong place.
     header_of: HeaderOf,
-    watch: Option<Watch<'t>>,
 }
 
 impl<'t> Reports<'t> {
-    pub(super) fn new(text: &'t str) -> Self {
-        Self::beside(text, Path::new(""), |_| None, None)
+    /// Nothing yet about a text and the mesh files that it names.
+    pub(super) fn new(text: &'t str, meshes: MeshCache<'t>, header_of: HeaderOf) -> Self {
+        let (errors, warnings) = (Vec::new(), Vec::new());
+        Self { text, errors, unlisted: 0, warnings, unlisted_warnings: 0, meshes, header_of }
     }
 
-    /// For a text whose files are in `folder`.
-    pub(super) fn beside(
-        text: &'t str,
-        folder: &Path,
-        header_of: HeaderOf,
-        watch: Option<Watch<'t>>,
-    ) -> Self {
-        Self {
-            text,
-            errors: Vec::new(),
-            unlisted: 0,
-            warnings: Vec::new(),
-            unlisted_warnings: 0,
-            folder: folder.into(),
-            meshes: HashMap::new(),
-            noted: HashSet::new(),
-            header_of,
-            watch,
-        }
-    }
-
-    /// What is in a mesh file, read once for each way to split it.
+    /// The contents of a mesh file; messages about it are placed where the text names it.
     pub(super) fn mesh(&mut self, file: &Placed<String>, split: Split) -> Result<Arc<MeshFile>, Reported> {
-        let path = self.folder.join(&file.value);
-        let key = (path.clone(), split);
-        if let Some(mesh) = self.meshes.get(&key) {
-            return mesh.clone();
-        }
-        // One that cannot be read whole cannot be read in parts.
-        if let Some(Err(reported)) =
-            self.meshes.iter().find(|((p, _), read)| *p == path && read.is_err()).map(|(_, r)| r)
-        {
-            return Err(*reported);
-        }
-        let mut unheard = |_: &Path, _, _| {};
-        let watch: Watch<'_> = match &mut self.watch {
-            Some(watch) => *watch,
-            None => &mut unheard,
-        };
-        let mesh = match mesh::read(&path, &key.1, &mut |bytes, of| watch(&path, bytes, of)) {
-            Ok(mesh) => {
-                // Other splits leave the file's materials to the scene's.
-                let uses_materials = key.1 == Split::Materials;
-                for note in mesh.notes.iter().filter(|note| uses_materials || !note.is_of_material) {
-                    if self.noted.insert((path.clone(), note.message.clone())) {
-                        let message = format!("{}: {note}", path.display());
-                        self.warn(Some(file.at), message, "the rest of it is rendered");
-                    }
+        match self.meshes.get(&file.value, split) {
+            Ok(Found { file: mesh, notes }) => {
+                for note in notes {
+                    self.warn(Some(file.at), note, "the rest of it is rendered");
                 }
-                Ok(Arc::new(mesh))
+                Ok(mesh)
             }
-            Err(error) => Err(self.error(file.at, error.to_string())),
-        };
-        self.meshes.insert(key, mesh.clone());
-        mesh
+            Err(Unreadable::First(error)) => Err(self.error(file.at, error.to_string())),
+            // It has been reported then.
+            Err(Unreadable::Again) => Err(Reported(())),
+        }
     }
 
     /// The meshes that were read, and where from.
     pub(super) fn sources(&self) -> Sources {
-        let mut sources = Vec::new();
-        for ((path, _), read) in &self.meshes {
-            for (part, mesh) in read.iter().flat_map(|file| &file.parts) {
-                let separator = if part.is_empty() { "" } else { ": " };
-                sources.push((format!("{}{separator}{part}", path.display()), Arc::clone(mesh)));
-            }
-        }
-        sources.sort_by(|a, b| a.0.cmp(&b.0));
-        Sources(sources)
+        self.meshes.sources()
     }
 
     /// The header under which a key belongs that stands in the wrong place, if there is one.
@@ -264,9 +208,13 @@ fn locate(text: &str, mut reports: Vec<Report>, file: &Path) -> Vec<Diagnostic> 
 mod tests {
     use super::*;
 
+    fn reports_of_nothing() -> Reports<'static> {
+        Reports::new("", MeshCache::new(Path::new(""), None), |_| None)
+    }
+
     #[test]
     fn a_flood_of_errors_is_counted_but_not_described() {
-        let mut reports = Reports::new("");
+        let mut reports = reports_of_nothing();
         for _ in 0..MAX_ERRORS + 2 {
             reports.error(0, "wrong");
         }
@@ -277,7 +225,7 @@ mod tests {
 
     #[test]
     fn a_flood_of_warnings_is_counted_too() {
-        let mut reports = Reports::new("");
+        let mut reports = reports_of_nothing();
         (0..MAX_ERRORS + 2).for_each(|_| reports.warn(None, "odd", "look"));
         let warnings = reports.into_warnings("a.toml".as_ref());
         assert_eq!(warnings.len(), MAX_ERRORS + 1);

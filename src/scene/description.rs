@@ -7,10 +7,11 @@ mod choice;
 mod colour;
 mod film;
 mod filter;
+pub mod limits;
 mod render;
 
 pub use self::choice::Choice;
-pub use self::colour::{Colour, MOST_RADIANCE};
+pub use self::colour::Colour;
 pub use self::film::{FilmMode, FilmSettings, LONGEST_SIDE, MOST_STOPS, Tone};
 pub use self::filter::Filter;
 pub use self::render::{Integrator, MOST_BOUNCES, RenderSettings, Sampler, UNLIMITED, endless};

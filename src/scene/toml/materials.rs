@@ -7,11 +7,9 @@ use super::limits::{LONGEST, SHORTEST};
 use super::report::{Placed, Read, Reported, Reports};
 use super::table::{At, Fields, Key, Named, OneOf, Table, Variant};
 use super::value::{self, Number, Pair, Word};
+use crate::scene::description::limits::MAX_NESTING;
 use crate::scene::description::{Colour, Material, MaterialKind};
 use crate::scene::spelling::{list, nearest, quote, shorten};
-
-/// Checkerboards inside checkerboards inside …: the GPU follows them with a bounded loop.
-const MAX_NESTING: usize = 16;
 
 /// A material as the file has it: other materials are names.
 pub(super) enum Raw {

@@ -20,8 +20,9 @@ pub use crate::shape::Mesh;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
-/// A whole scene, checked: indices are in range and every value is possible.
-#[derive(Clone, Debug, PartialEq)]
+/// A whole scene. One that a reader gives is checked: indices are in range and every value is possible. The default
+/// is what an empty scene file gives.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// The picture's shape and how samples become pixels.
     pub film: FilmSettings,
@@ -108,6 +109,19 @@ pub struct Entity {
     pub emission: Colour,
     /// Whether the outward side is the other one.
     pub flip_normal: bool,
+}
+
+/// A dark sphere of radius 1 at the origin, of the first material.
+impl Default for Entity {
+    fn default() -> Self {
+        Entity {
+            name: "entity".to_owned(),
+            shape: Shape::Sphere { center: DVec3::ZERO, radius: 1.0 },
+            material: 0,
+            emission: [0.0; 3],
+            flip_normal: false,
+        }
+    }
 }
 
 /// A form and its place.

@@ -3,14 +3,12 @@
 use glam::{DAffine3, DVec3};
 use rand::RngExt;
 use std::collections::HashMap;
-use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
-use stride::camera::CameraSettings;
 use stride::math::Vec3;
 use stride::sampling::Stream;
 use stride::scene::{
     Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, Mesh, RenderSettings, Sampler,
-    Scene, Shape, Tone,
+    Scene, Shape,
 };
 
 pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -54,7 +52,7 @@ pub fn checkerboard(even: usize, odd: usize, checks: f64) -> Material {
 
 /// A dark entity of the given material.
 pub fn entity(shape: Shape, material: usize) -> Entity {
-    Entity { name: "entity".into(), shape, material, emission: [0.0; 3], flip_normal: false }
+    Entity { shape, material, ..Entity::default() }
 }
 
 pub fn plane(normal: DVec3, distance: f64, material: usize) -> Entity {
@@ -101,37 +99,16 @@ pub fn point_light(position: DVec3, intensity: f64) -> Light {
 /// noise.
 pub fn scene(materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
-        film: FilmSettings {
-            width: 16,
-            height: 16,
-            exposure: 0.0,
-            tone: Tone::Srgb,
-            filter: Filter::None,
-            mode: None,
-        },
-        camera: CameraSettings {
-            eye: DVec3::ZERO,
-            forward: DVec3::X,
-            up: DVec3::Z,
-            vertical_fov: FRAC_PI_2,
-            focal_length: 1.0,
-            near: 0.0,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-        },
+        film: FilmSettings { width: 16, height: 16, filter: Filter::None, ..FilmSettings::default() },
         render: RenderSettings {
             integrator: Integrator::PathNaive,
             sampler: Sampler::Independent,
-            max_depth: 5,
             samples: 16,
-            adaptive: false,
-            seed: 0,
-            ambient: [0.0; 3],
+            ..RenderSettings::default()
         },
         materials,
         entities,
-        lights: Vec::new(),
-        environment: [0.0; 3],
+        ..Scene::default()
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::camera::CameraSettings;
 use crate::scene::{
     Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, Mesh, RenderSettings, Sampler,
-    Scene, Shape, Tone,
+    Scene, Shape,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use std::sync::Arc;
@@ -21,7 +21,7 @@ fn mirror(reflectance: [f64; 3]) -> Material {
 }
 
 fn entity(shape: Shape, material: usize) -> Entity {
-    Entity { name: "an entity".to_owned(), shape, material, emission: [0.0; 3], flip_normal: false }
+    Entity { shape, material, ..Entity::default() }
 }
 
 pub(super) fn plane(normal: [f64; 3], distance: f64, material: usize) -> Entity {
@@ -54,37 +54,16 @@ fn cuboid(min: [f64; 3], max: [f64; 3], material: usize) -> Entity {
 
 pub(super) fn scene(width: u32, height: u32, materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
-        film: FilmSettings {
-            width,
-            height,
-            exposure: 0.0,
-            tone: Tone::Srgb,
-            filter: Filter::Tent { radius: 1.0 },
-            mode: None,
-        },
-        camera: CameraSettings {
-            eye: DVec3::ZERO,
-            forward: DVec3::X,
-            up: DVec3::Z,
-            vertical_fov: std::f64::consts::FRAC_PI_2,
-            focal_length: 1.0,
-            near: 0.0,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-        },
+        film: FilmSettings { width, height, ..FilmSettings::default() },
         render: RenderSettings {
             integrator: Integrator::PathNaive,
             sampler: Sampler::Independent,
-            max_depth: 5,
             samples: 1,
-            adaptive: false,
-            seed: 0,
-            ambient: [0.0; 3],
+            ..RenderSettings::default()
         },
         materials,
         entities,
-        lights: Vec::new(),
-        environment: [0.0; 3],
+        ..Scene::default()
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! | file | what is in it |
 //! |---|---|
+//! | [`check`] | the promises of a scene, and what breaks them |
 //! | [`description`] | the scene as plain data |
 //! | [`diagnostic`] | errors and warnings with their places |
 //! | [`fingerprint`] | whether two scenes are the same, and what differs |
@@ -23,6 +24,7 @@
 //! # Ok::<(), stride::scene::SceneErrors>(())
 //! ```
 
+pub mod check;
 pub mod description;
 pub mod diagnostic;
 pub mod fingerprint;

@@ -2,9 +2,10 @@
 
 use super::entity::{self, Linked, OfFiles, RawEntity, link_entities};
 use super::materials::{self, Raw};
-use super::report::{Read, Reports};
+use super::report::{Read, Reported, Reports};
 use super::table::{Block, Fields, Key, ListOf, MapOf, OneOf, Table};
 use super::{camera, film, light, render};
+use crate::scene::check::Problem;
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
 use crate::scene::open_glass::{Warning, open_glass};
 use crate::scene::spelling::quote;
@@ -106,11 +107,19 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
         lights: lights?,
         environment: environment?,
     };
+    let scene = scene.checked().map_err(|problems| complain(&problems, reports))?;
     warn_of_darkness(&scene, reports);
     for Warning { first, message, help } in open_glass(&scene, quote) {
         reports.warn(Some(places[first]), message, help);
     }
     Ok(scene)
+}
+
+/// Reports that this reader let something pass that it should have refused, with a place.
+fn complain(problems: &[Problem], reports: &mut Reports<'_>) -> Reported {
+    let list: Vec<String> = problems.iter().map(Problem::to_string).collect();
+    let message = format!("stride read something else than it promises: {}", list.join("; "));
+    reports.error_with(0, message, |_| Some("this is a defect of stride; please report it".into()))
 }
 
 /// Warns of a scene that can only be black.

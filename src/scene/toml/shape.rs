@@ -8,6 +8,7 @@ use super::limits::{COORDINATE, DIRECTION, EDGE, LENGTH, LONGEST, PARALLEL, POIN
 use super::report::{Placed, Read, Reports};
 use super::table::{At, Block, Fields, Key, Named, OneOf, Table, Variant, WordOrMap};
 use super::value::{Direction, NonZero, Number, Rows, Triple, Vector, Word, unit};
+use crate::scene::check::is_flat;
 use crate::scene::description::{Mesh, Shape};
 use crate::scene::mesh::{FileMaterial, MeshFile, Split};
 use crate::scene::spelling::{instead, quote};
@@ -332,10 +333,7 @@ fn transform(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<DAffine
             DAffine3 { matrix3: rotate * DMat3::from_diagonal(scale), translation: translate }
         }
     };
-    // Against the largest that vectors of these lengths could have.
-    let [x, y, z] = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
-    let largest = x.length() * y.length() * z.length();
-    if largest == 0.0 || transform.matrix3.determinant().abs() < 1e-9 * largest {
+    if is_flat(&transform) {
         let at = match matrix {
             Some(_) => fields.place_of(&MATRIX),
             None => fields.place_of(&SCALE),

@@ -7,6 +7,7 @@
 //! | [`diagnostic`] | errors and warnings with their places |
 //! | [`fingerprint`] | whether two scenes are the same, and what differs |
 //! | [`mesh`] | the readers of mesh files |
+//! | [`names`] | names of materials, and an order of those that name others |
 //! | `open_glass` | glass that bounds no solid |
 //! | `spelling` | the nearest spelling of a name |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
@@ -29,6 +30,7 @@ pub mod description;
 pub mod diagnostic;
 pub mod fingerprint;
 pub mod mesh;
+pub mod names;
 mod open_glass;
 mod spelling;
 pub mod toml;

@@ -1,15 +1,14 @@
 //! The keys of materials, and what is made of them: names become indices, checkerboards come after the materials that
 //! they name, and none contains itself.
 
-use std::collections::HashMap;
-
 use super::limits::{LONGEST, SHORTEST};
 use super::report::{Placed, Read, Reported, Reports};
 use super::table::{At, Fields, Key, Named, OneOf, Table, Variant};
 use super::value::{self, Number, Pair, Word};
 use crate::scene::description::limits::MAX_NESTING;
 use crate::scene::description::{Colour, Material, MaterialKind};
-use crate::scene::spelling::{list, nearest, quote, shorten};
+use crate::scene::names::{self, Disorder, Names};
+use crate::scene::spelling::quote;
 
 /// A material as the file has it: other materials are names.
 pub(super) enum Raw {
@@ -116,32 +115,23 @@ fn broken(_: &Fields<'_, '_>, _: &mut Reports<'_>) -> Read<Raw> {
 /// The file's materials, in its order.
 pub(super) type RawMaterials = [Named<Result<Raw, Reported>>];
 
-/// Finds materials by name.
-pub(super) struct Names<'m> {
-    materials: &'m RawMaterials,
-    by_name: HashMap<&'m str, usize>,
+/// The names of the file's materials, in its order.
+pub(super) fn names(materials: &RawMaterials) -> Names<'_> {
+    Names::new(materials.iter().map(|material| material.name.as_str()))
 }
 
-impl<'m> Names<'m> {
-    pub(super) fn new(materials: &'m RawMaterials) -> Self {
-        let by_name = materials.iter().enumerate().map(|(i, material)| (material.name.as_str(), i)).collect();
-        Self { materials, by_name }
-    }
-
-    /// The index, in the order of the file, of the material that the file names.
-    pub(super) fn find(&self, name: &Placed<String>, reports: &mut Reports<'_>) -> Result<usize, Reported> {
-        if let Some(&index) = self.by_name.get(name.value.as_str()) {
-            return Ok(index);
-        }
-        Err(reports.error_with(name.at, format!("no material {}", quote(&name.value)), |_| {
-            let names = self.materials.iter().map(|material| material.name.as_str());
-            Some(match (nearest(&name.value, names.clone()), list(names)) {
-                (Some(nearest), _) => format!("did you mean {}?", quote(nearest)),
-                (None, Some(all)) => format!("the materials are {all}"),
-                (None, None) => "this file has no [materials.NAME]".into(),
-            })
-        }))
-    }
+/// The index, in the order of the file, of the material that the file names.
+pub(super) fn find(
+    name: &Placed<String>,
+    names: &Names<'_>,
+    reports: &mut Reports<'_>,
+) -> Result<usize, Reported> {
+    names.find(&name.value).ok_or_else(|| {
+        reports.error_with(name.at, format!("no material {}", quote(&name.value)), |_| {
+            let none = || "this file has no [materials.NAME]".into();
+            Some(names.instead(&name.value).unwrap_or_else(none))
+        })
+    })
 }
 
 /// Materials in their final order.
@@ -160,7 +150,7 @@ pub(super) fn resolve(
     let mut edges = vec![Vec::new(); raw.len()];
     let kinds: Vec<_> =
         raw.iter().zip(&mut edges).map(|(material, edges)| link(material, edges, names, reports)).collect();
-    let order = order(raw, &edges, reports)?;
+    let order = order(raw, &edges, names, reports)?;
 
     let mut index_of = vec![0; raw.len()];
     for (index, &i) in order.iter().enumerate() {
@@ -195,7 +185,7 @@ fn link(
         Raw::Checkerboard { even, odd, checks_per_unit } => {
             let [even, odd] = [even, odd].map(|part| {
                 let name = part.as_ref().map_err(|reported| *reported)?;
-                let index = names.find(name, reports)?;
+                let index = find(name, names, reports)?;
                 edges.push(Placed { at: name.at, value: index });
                 Ok(index)
             });
@@ -206,76 +196,26 @@ fn link(
     })
 }
 
-/// How far a material has come in [`order`].
-#[derive(Clone, Copy, PartialEq)]
-enum Mark {
-    New,
-    Open,
-    Done,
-}
-
-/// The materials in an order in which everything comes after what it names: depth first, with a stack of our
-/// own, as a file may chain as many checkerboards as it has room for.
+/// The materials in an order in which everything comes after what it names.
 fn order(
     raw: &RawMaterials,
     edges: &[Vec<Placed<usize>>],
+    names: &Names<'_>,
     reports: &mut Reports<'_>,
 ) -> Result<Vec<usize>, Reported> {
-    let mut marks = vec![Mark::New; raw.len()];
-    let mut nesting = vec![0; raw.len()];
-    let mut order = Vec::with_capacity(raw.len());
-    let mut outcome = Ok(());
-    for root in 0..raw.len() {
-        if marks[root] != Mark::New {
-            continue;
+    let named: Vec<Vec<usize>> =
+        edges.iter().map(|edges| edges.iter().map(|edge| edge.value).collect()).collect();
+    names::order(&named, |disorder| match disorder {
+        Disorder::Circle { nodes, last, edge } => {
+            let message = format!("checkerboard contains itself: {}", names.circle(&nodes));
+            reports.error(edges[last][edge].at, message)
         }
-        marks[root] = Mark::Open;
-        let mut stack = vec![(root, edges[root].iter())];
-        while let Some((node, rest)) = stack.last_mut() {
-            let node = *node;
-            let Some(edge) = rest.next() else {
-                stack.pop();
-                marks[node] = Mark::Done;
-                order.push(node);
-                nesting[node] = edges[node].iter().map(|edge| nesting[edge.value] + 1).max().unwrap_or(0);
-                // Those that contain it are as wrong, but one message is enough.
-                if nesting[node] == MAX_NESTING + 1 {
-                    let name = quote(&raw[node].name);
-                    let message = format!("checkerboard {name} is nested more than {MAX_NESTING} deep");
-                    outcome = Err(reports.error(raw[node].at, message));
-                }
-                continue;
-            };
-            match marks[edge.value] {
-                Mark::New => {
-                    marks[edge.value] = Mark::Open;
-                    stack.push((edge.value, edges[edge.value].iter()));
-                }
-                Mark::Open => {
-                    let cycle = stack.iter().map(|(i, _)| *i).skip_while(|i| *i != edge.value);
-                    let message = format!("checkerboard contains itself: {}", chain(raw, cycle, edge.value));
-                    outcome = Err(reports.error(edge.at, message));
-                }
-                Mark::Done => {}
-            }
+        Disorder::TooDeep(node) => {
+            let name = quote(&raw[node].name);
+            let message = format!("checkerboard {name} is nested more than {MAX_NESTING} deep");
+            reports.error(raw[node].at, message)
         }
-    }
-    outcome.map(|()| order)
-}
-
-/// `a → b → a`; the middle of a long chain is left out.
-fn chain(raw: &RawMaterials, nodes: impl Iterator<Item = usize>, last: usize) -> String {
-    const MOST: usize = 8;
-    let mut text = String::new();
-    for (i, node) in nodes.enumerate() {
-        if i == MOST {
-            text.push_str("… → ");
-            break;
-        }
-        text.push_str(&shorten(&raw[node].name));
-        text.push_str(" → ");
-    }
-    text + &shorten(&raw[last].name)
+    })
 }
 
 /// Warns of materials that no entity shows.

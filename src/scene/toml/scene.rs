@@ -80,7 +80,7 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
     let environment = fields.get(&ENVIRONMENT, reports);
 
     let raw_materials = raw_materials?;
-    let names = materials::Names::new(&raw_materials);
+    let names = materials::names(&raw_materials);
     let mut of_files = OfFiles::after(raw_materials.len());
     let entities = raw_entities.and_then(|raw| link_entities(raw, &names, &mut of_files, reports));
     let mut resolved = materials::resolve(&raw_materials, &names, reports)?;

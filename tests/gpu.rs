@@ -16,8 +16,8 @@ use stride::output::open_film;
 use stride::render::accumulator::{Inbox, Outbox, Outcome};
 use stride::render::{Accumulator, Region, Schedule};
 use stride::scene::{
-    Entity, FilmSettings, Filter, Integrator, Material, MaterialKind, RenderSettings, Sampler, Scene, Shape,
-    Tone,
+    Entity, FilmSettings, Filter, Integrator, Material, MaterialKind, MatteParameters, MirrorParameters,
+    PlaneParameters, RenderSettings, Sampler, Scene, Shape, SphereParameters, Tone,
 };
 use stride::world::{Finder, World, compile};
 
@@ -31,7 +31,7 @@ fn scene(width: u32, height: u32) -> Scene {
         emission: [emission; 3],
         flip_normal: false,
     };
-    let sphere = |x, y, z, radius| Shape::Sphere { center: DVec3::new(x, y, z), radius };
+    let sphere = |x, y, z, radius| Shape::Sphere(SphereParameters { center: DVec3::new(x, y, z), radius });
     Scene {
         film: FilmSettings {
             width,
@@ -61,11 +61,11 @@ fn scene(width: u32, height: u32) -> Scene {
             ambient: [0.0; 3],
         },
         materials: vec![
-            material(MaterialKind::Matte { reflectance: [0.7, 0.6, 0.5] }),
-            material(MaterialKind::Mirror { reflectance: [0.9, 0.9, 0.8] }),
+            material(MaterialKind::Matte(MatteParameters { reflectance: [0.7, 0.6, 0.5] })),
+            material(MaterialKind::Mirror(MirrorParameters { reflectance: [0.9, 0.9, 0.8] })),
         ],
         entities: vec![
-            entity(Shape::Plane { normal: DVec3::Z, distance: -1.0 }, 0, 0.0),
+            entity(Shape::Plane(PlaneParameters { normal: DVec3::Z, distance: -1.0 }), 0, 0.0),
             entity(sphere(4.0, -1.0, 0.0, 1.0), 1, 0.0),
             entity(sphere(5.0, 1.5, 1.5, 0.8), 0, 4.0),
         ],

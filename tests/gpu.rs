@@ -16,7 +16,8 @@ use stride::output::open_film;
 use stride::render::accumulator::{Inbox, Outbox, Outcome};
 use stride::render::{Accumulator, Region, Schedule};
 use stride::scene::{
-    Entity, FilmSettings, Integrator, Material, MaterialKind, RenderSettings, Sampler, Scene, Shape,
+    Entity, FilmSettings, Integrator, Material, MaterialKind, MatteParameters, MirrorParameters,
+    PlaneParameters, RenderSettings, Sampler, Scene, Shape, SphereParameters,
 };
 use stride::world::{Finder, World, compile};
 
@@ -25,7 +26,7 @@ fn scene(width: u32, height: u32) -> Scene {
     let material = |kind| Material { name: "a material".to_owned(), kind };
     let entity =
         |shape, material, emission| Entity { shape, material, emission: [emission; 3], ..Entity::default() };
-    let sphere = |x, y, z, radius| Shape::Sphere { center: DVec3::new(x, y, z), radius };
+    let sphere = |x, y, z, radius| Shape::Sphere(SphereParameters { center: DVec3::new(x, y, z), radius });
     Scene {
         film: FilmSettings { width, height, ..FilmSettings::default() },
         camera: CameraSettings { vertical_fov: 1.2, ..CameraSettings::default() },
@@ -36,11 +37,11 @@ fn scene(width: u32, height: u32) -> Scene {
             ..RenderSettings::default()
         },
         materials: vec![
-            material(MaterialKind::Matte { reflectance: [0.7, 0.6, 0.5] }),
-            material(MaterialKind::Mirror { reflectance: [0.9, 0.9, 0.8] }),
+            material(MaterialKind::Matte(MatteParameters { reflectance: [0.7, 0.6, 0.5] })),
+            material(MaterialKind::Mirror(MirrorParameters { reflectance: [0.9, 0.9, 0.8] })),
         ],
         entities: vec![
-            entity(Shape::Plane { normal: DVec3::Z, distance: -1.0 }, 0, 0.0),
+            entity(Shape::Plane(PlaneParameters { normal: DVec3::Z, distance: -1.0 }), 0, 0.0),
             entity(sphere(4.0, -1.0, 0.0, 1.0), 1, 0.0),
             entity(sphere(5.0, 1.5, 1.5, 0.8), 0, 4.0),
         ],

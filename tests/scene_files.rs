@@ -56,7 +56,7 @@ fn the_figures_are_variations_of_the_cover() {
     assert_eq!(scene("figure-6-6.toml"), film(&|s| (s.render.samples, s.render.max_depth) = (200, 2)));
     let bigger_light = film(&|s| {
         let light = s.entities.last_mut().expect("the light");
-        light.shape = Shape::Sphere { center: DVec3::new(7.0, 0.0, 3.0), radius: 2.0 };
+        light.shape = Shape::Sphere(SphereParameters { center: DVec3::new(7.0, 0.0, 3.0), radius: 2.0 });
         light.emission = [0.25; 3];
     });
     assert_eq!(scene("figure-6-7.toml"), bigger_light);
@@ -80,10 +80,10 @@ fn the_cover_is_the_reports_program() {
     assert_eq!((lights, environment), (vec![], [0.0; 3]));
 
     let kind = |entity: &Entity| materials[entity.material].kind.clone();
-    let matte = |r, g, b| MaterialKind::Matte { reflectance: [r, g, b] };
-    let mirror = |r, g, b| MaterialKind::Mirror { reflectance: [r, g, b] };
-    let plane = |x, y, z, distance| Shape::Plane { normal: DVec3::new(x, y, z), distance };
-    let sphere = |x, y, z, radius| Shape::Sphere { center: DVec3::new(x, y, z), radius };
+    let matte = |r, g, b| MaterialKind::Matte(MatteParameters { reflectance: [r, g, b] });
+    let mirror = |r, g, b| MaterialKind::Mirror(MirrorParameters { reflectance: [r, g, b] });
+    let plane = |x, y, z, distance| Shape::Plane(PlaneParameters { normal: DVec3::new(x, y, z), distance });
+    let sphere = |x, y, z, radius| Shape::Sphere(SphereParameters { center: DVec3::new(x, y, z), radius });
     let grey = matte(0.75, 0.75, 0.75);
     let expected = [
         (plane(0.0, 1.0, 0.0, -6.0), Some(matte(0.75, 0.25, 0.25))),
@@ -101,7 +101,7 @@ fn the_cover_is_the_reports_program() {
         assert!(!entity.flip_normal);
         match (kind(entity), material) {
             (kind, Some(material)) => assert_eq!(kind, material, "{}", entity.name),
-            (MaterialKind::Checkerboard { even, odd, checks_per_unit }, None) => {
+            (MaterialKind::Checkerboard(CheckerboardParameters { even, odd, checks_per_unit }), None) => {
                 assert_eq!(materials[even].kind, grey);
                 assert_eq!(materials[odd].kind, mirror(0.6, 0.4, 0.2));
                 assert_eq!(checks_per_unit, [10.0, 10.0]);
@@ -258,39 +258,51 @@ fn every_key_reaches_the_scene() {
     let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
     assert_eq!(names, ["matte", "mirror", "inner", "glass", "board", "tinted"]);
     let checks = |i: usize| match scene.materials[i].kind {
-        MaterialKind::Checkerboard { even, odd, checks_per_unit } => (even, odd, checks_per_unit),
+        MaterialKind::Checkerboard(CheckerboardParameters { even, odd, checks_per_unit }) => {
+            (even, odd, checks_per_unit)
+        }
         ref other => panic!("{other:?}"),
     };
     assert_eq!(checks(2), (0, 1, [1.0, 1.0]));
     assert_eq!(checks(4), (2, 3, [1.0, 2.5]));
-    let clear = MaterialKind::Glass { ior: 1.0, reflectance: [1.0; 3], transmittance: [1.0; 3] };
+    let clear =
+        MaterialKind::Glass(GlassParameters { ior: 1.0, reflectance: [1.0; 3], transmittance: [1.0; 3] });
     assert_eq!(scene.materials[3].kind, clear);
-    let tinted =
-        MaterialKind::Glass { ior: 1.5, reflectance: [1.0, 1.0, 0.5], transmittance: [0.5, 1.0, 1.0] };
+    let tinted = MaterialKind::Glass(GlassParameters {
+        ior: 1.5,
+        reflectance: [1.0, 1.0, 0.5],
+        transmittance: [0.5, 1.0, 1.0],
+    });
     assert_eq!(scene.materials[5].kind, tinted);
 
     let entity =
         |name: &str, shape, material| Entity { name: name.into(), shape, material, ..Entity::default() };
     let corner = DVec3::new(1.0, 2.0, 3.0);
-    let quad = Shape::Quad { corner, u: DVec3::X * 2.0, v: DVec3::Y * 2.0 };
-    let ball = Shape::Sphere { center: DVec3::new(-1e18, 0.0, 1e18), radius: 1e5 };
-    let plane = Shape::Plane { normal: DVec3::new(0.0, 0.6, 0.8), distance: -2.0 };
+    let quad = Shape::Quad(QuadParameters { corner, u: DVec3::X * 2.0, v: DVec3::Y * 2.0 });
+    let ball = Shape::Sphere(SphereParameters { center: DVec3::new(-1e18, 0.0, 1e18), radius: 1e5 });
+    let plane = Shape::Plane(PlaneParameters { normal: DVec3::new(0.0, 0.6, 0.8), distance: -2.0 });
     assert_eq!(scene.entities[0], entity("entity 1", quad, 4));
     let emission = [0.0, 0.0, 1073741824.0];
     let ball = Entity { emission, flip_normal: true, ..entity("ball", ball, 5) };
     assert_eq!(scene.entities[1], ball);
-    let Shape::Plane { normal, .. } = scene.entities[2].shape else { panic!("no plane") };
+    let Shape::Plane(PlaneParameters { normal, .. }) = scene.entities[2].shape else { panic!("no plane") };
     assert!((normal - DVec3::new(0.0, 0.6, 0.8)).length() < 1e-15 && (normal.length() - 1.0).abs() < 1e-15);
     let third = Entity { shape: plane, ..scene.entities[2].clone() };
     assert_eq!(third, entity("entity 3", third.shape.clone(), 1));
-    let Shape::Disk { center, normal, radius } = scene.entities[3].shape else { panic!("no disk") };
+    let Shape::Disk(DiskParameters { center, normal, radius }) = scene.entities[3].shape else {
+        panic!("no disk")
+    };
     assert!((center, radius) == (corner, 2.5) && (normal - DVec3::new(0.0, -0.6, 0.8)).length() < 1e-15);
-    let tube = Shape::Cylinder { from: corner, to: DVec3::new(4.0, 5.0, 6.0), radius: 0.5 };
+    let tube =
+        Shape::Cylinder(CylinderParameters { from: corner, to: DVec3::new(4.0, 5.0, 6.0), radius: 0.5 });
     assert_eq!(scene.entities[4], entity("entity 5", tube, 1));
     let (min, max) = (DVec3::new(-1.0, -2.0, -3.0), DVec3::new(1.0, 2.0, 3.5));
-    assert_eq!(scene.entities[5], entity("entity 6", Shape::Box { min, max }, 1));
+    assert_eq!(scene.entities[5], entity("entity 6", Shape::Box(BoxParameters { min, max }), 1));
     let position = DVec3::new(1.0, 2.0, 3.0);
-    assert_eq!(scene.lights, [Light::Point { position, intensity: [10.0, 20.0, 30.0] }]);
+    assert_eq!(
+        scene.lights,
+        [Light::Point(PointLightParameters { position, intensity: [10.0, 20.0, 30.0] })]
+    );
     assert_eq!(scene.environment, [0.5, 0.25, 0.125]);
 }
 
@@ -341,8 +353,9 @@ fn parts_of_meshes_have_materials_of_their_own() {
     }
     let of_file = parts(", materials = \"file\"");
     assert_eq!(names(&of_file), ["house: brick of house.obj: brick", "house: pane of house.obj: pane"]);
-    assert_eq!(of_file[0].1.kind, MaterialKind::Matte { reflectance: [0.5, 0.25, 0.125] });
-    let pane = MaterialKind::Glass { ior: 1.25, reflectance: [1.0; 3], transmittance: [1.0; 3] };
+    assert_eq!(of_file[0].1.kind, MaterialKind::Matte(MatteParameters { reflectance: [0.5, 0.25, 0.125] }));
+    let pane =
+        MaterialKind::Glass(GlassParameters { ior: 1.25, reflectance: [1.0; 3], transmittance: [1.0; 3] });
     assert_eq!(of_file[1].1.kind, pane);
     // What the file's materials emit counts before the entity's emission.
     assert_eq!((of_file[0].2, of_file[1].2), (9.0, 1.0));
@@ -641,5 +654,5 @@ fn hostile_files_neither_crash_nor_hang() {
 #[test]
 fn the_broken_material_is_there_for_tests() {
     let text = "[materials.bad]\ntype = \"broken\"\n";
-    assert_eq!(read(text).scene.materials[0].kind, MaterialKind::Broken);
+    assert_eq!(read(text).scene.materials[0].kind, MaterialKind::Broken(BrokenParameters {}));
 }

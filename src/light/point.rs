@@ -2,6 +2,19 @@
 
 use super::LightSample;
 use crate::math::{Float, Rgb, Uint, Vec3};
+use crate::parameter::limits::{INTENSITY, POINT};
+use crate::parameter::{Colour, Kind, parameters};
+use glam::DVec3;
+
+parameters! {
+    /// Sends the same intensity in every direction.
+    pub struct PointLightParameters: "point", "a point light" {
+        /// Where the light is.
+        position: DVec3 = POINT,
+        /// Radiant intensity in W/sr, the same in every direction.
+        intensity: Colour = Kind::Colour(INTENSITY),
+    }
+}
 
 /// Sends the same intensity in every direction. No path can hit it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,17 +1,25 @@
 //! The promises of a scene, and what breaks them. Readers of all formats end here, and so can programs that make
 //! scenes themselves.
 
-use super::description::limits::{FLAT, LONGEST, MAX_NESTING, MOST_RADIANCE, PARALLEL, SHORTEST};
 use super::description::{
-    CameraSettings, Colour, Entity, FilmSettings, Filter, LONGEST_SIDE, MOST_BOUNCES, MOST_STOPS, Material,
-    MaterialKind, Mesh, RenderSettings, Scene, Shape, UNLIMITED, endless,
+    CameraSettings, Entity, FilmSettings, Filter, LONGEST_SIDE, Light, MOST_BOUNCES, MOST_STOPS, Material,
+    Mesh, RenderSettings, Scene, Shape, UNLIMITED, endless,
 };
+use super::names::MAX_NESTING;
 use super::spelling::quote;
+use crate::parameter::limits::{COORDINATE, DISTANCE, LENGTH, PARALLEL, RADIANCE};
+use crate::parameter::{Family, Kind, Number, Value};
 use glam::{DAffine3, DVec3};
 use std::collections::HashSet;
 use std::f64::consts::PI;
 use std::fmt;
 use std::sync::Arc;
+
+/// The volume below which a transform counts as flat, as a fraction of the largest that its axes' lengths allow.
+const FLAT: f64 = 1e-9;
+
+/// What rounding may add to a length of one, and more.
+const ROUNDING: f64 = 1e-6;
 
 /// The part of a scene that a problem is in. It displays as `material 3 ("white")`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,6 +34,8 @@ pub enum Part {
     Material(usize, String),
     /// The entity of this index and name.
     Entity(usize, String),
+    /// The light of this index.
+    Light(usize),
     /// The environment.
     Environment,
 }
@@ -38,6 +48,7 @@ impl fmt::Display for Part {
             Part::Render => f.write_str("the render settings"),
             Part::Material(index, name) => write!(f, "material {} ({})", index + 1, quote(name)),
             Part::Entity(index, name) => write!(f, "entity {} ({})", index + 1, quote(name)),
+            Part::Light(index) => write!(f, "light {}", index + 1),
             Part::Environment => f.write_str("the environment"),
         }
     }
@@ -71,6 +82,7 @@ impl Scene {
         check_values(self, &mut problems);
         check_materials(&self.materials, &mut problems);
         check_entities(&self.entities, self.materials.len(), &mut problems);
+        check_lights(&self.lights, &mut problems);
         problems
     }
 }
@@ -86,11 +98,19 @@ impl Finder<'_> {
         self.problems.push(Problem { part: (self.part)(), message: message.into() });
     }
 
-    fn number(&mut self, name: &str, number: f64, [least, most]: [f64; 2]) {
+    fn number(&mut self, name: &str, number: f64, limits: Number) {
         // NaN is in no range.
-        if !(least..=most).contains(&number) {
-            self.add(format!("{name} must be from {least:e} to {most:e}, not {number:e}"));
+        let within = (limits.least..=limits.most).contains(&number)
+            && limits.above.is_none_or(|above| number > above)
+            && limits.below.is_none_or(|below| number < below);
+        if !within {
+            let objection = limits.objection(number).unwrap_or_default();
+            self.add(format!("{name} {objection}, not {number:e}"));
         }
+    }
+
+    fn numbers(&mut self, name: &str, numbers: &[f64], limits: Number) {
+        numbers.iter().for_each(|&number| self.number(name, number, limits));
     }
 
     fn integer(&mut self, name: &str, number: u32, [least, most]: [u32; 2]) {
@@ -99,46 +119,37 @@ impl Finder<'_> {
         }
     }
 
-    fn radiance(&mut self, name: &str, colour: Colour) {
-        if !colour.iter().all(|channel| (0.0..=MOST_RADIANCE).contains(channel)) {
-            self.add(format!("{name} must be from 0 to {MOST_RADIANCE} in each channel, not {colour:?}"));
-        }
-    }
-
     fn direction(&mut self, name: &str, direction: DVec3) {
-        // Rounding leaves a length of one within this.
-        if !((direction.length() - 1.0).abs() <= 1e-6) {
+        if !((direction.length() - 1.0).abs() <= ROUNDING) {
             self.add(format!("{name} must have a length of 1, not {:e}", direction.length()));
         }
     }
 }
-
-/// The limits of lengths that may not be zero.
-const LENGTH: [f64; 2] = [SHORTEST, LONGEST];
-
-/// The limits of lengths that may be zero.
-const DISTANCE: [f64; 2] = [0.0, LONGEST];
 
 /// Checks the values of film, camera, render settings and environment, each against its limits.
 fn check_values(scene: &Scene, problems: &mut Vec<Problem>) {
     check_film(&scene.film, &mut Finder { part: &|| Part::Film, problems });
     check_camera(&scene.camera, &mut Finder { part: &|| Part::Camera, problems });
     check_render(&scene.render, &mut Finder { part: &|| Part::Render, problems });
-    Finder { part: &|| Part::Environment, problems }.radiance("radiance", scene.environment);
+    Finder { part: &|| Part::Environment, problems }.numbers("radiance", &scene.environment, RADIANCE);
+}
+
+fn between([least, most]: [f64; 2]) -> Number {
+    Number::between(least, most)
 }
 
 fn check_film(film: &FilmSettings, found: &mut Finder<'_>) {
     found.integer("width", film.width, [1, LONGEST_SIDE]);
     found.integer("height", film.height, [1, LONGEST_SIDE]);
-    found.number("exposure", film.exposure, [-MOST_STOPS, MOST_STOPS]);
+    found.number("exposure", film.exposure, between([-MOST_STOPS, MOST_STOPS]));
     if film.filter != Filter::None {
-        found.number("the filter's radius", film.filter.radius(), Filter::RADII);
+        found.number("the filter's radius", film.filter.radius(), between(Filter::RADII));
     }
     match film.filter {
-        Filter::Gaussian { sigma, .. } => found.number("the filter's sigma", sigma, Filter::SIGMAS),
+        Filter::Gaussian { sigma, .. } => found.number("the filter's sigma", sigma, between(Filter::SIGMAS)),
         Filter::Mitchell { b, c, .. } => {
-            found.number("the filter's b", b, [0.0, 1.0]);
-            found.number("the filter's c", c, [0.0, 1.0]);
+            found.number("the filter's b", b, between([0.0, 1.0]));
+            found.number("the filter's c", c, between([0.0, 1.0]));
         }
         _ => {}
     }
@@ -148,9 +159,7 @@ fn check_film(film: &FilmSettings, found: &mut Finder<'_>) {
 }
 
 fn check_camera(camera: &CameraSettings, found: &mut Finder<'_>) {
-    for coordinate in camera.eye.to_array() {
-        found.number("eye", coordinate, [-LONGEST, LONGEST]);
-    }
+    found.numbers("eye", &camera.eye.to_array(), COORDINATE);
     found.direction("forward", camera.forward);
     found.direction("up", camera.up);
     if camera.forward.cross(camera.up).length() < PARALLEL {
@@ -173,7 +182,7 @@ fn check_render(render: &RenderSettings, found: &mut Finder<'_>) {
     if let Some(problem) = endless(render.integrator, render.max_depth) {
         found.add(problem);
     }
-    found.radiance("ambient", render.ambient);
+    found.numbers("ambient", &render.ambient, RADIANCE);
 }
 
 /// Checks that materials name only materials before them, and are not nested too deep.
@@ -182,7 +191,8 @@ fn check_materials(materials: &[Material], problems: &mut Vec<Problem>) {
     for (i, material) in materials.iter().enumerate() {
         let part = || Part::Material(i, material.name.clone());
         let mut found = Finder { part: &part, problems };
-        for named in named_by(&material.kind) {
+        check_parameters(&material.kind, &mut found);
+        for named in material.kind.materials() {
             if named >= i {
                 found.add(format!("it names material {}, which is not before it", named + 1));
             } else {
@@ -196,13 +206,50 @@ fn check_materials(materials: &[Material], problems: &mut Vec<Problem>) {
     }
 }
 
-/// The materials that a material names.
-fn named_by(kind: &MaterialKind) -> impl Iterator<Item = usize> {
-    let named = match kind {
-        MaterialKind::Checkerboard { even, odd, .. } => Some([*even, *odd]),
-        _ => None,
-    };
-    named.into_iter().flatten()
+/// Checks the parameters of a material, a shape or a light, each against its limits, and all together.
+fn check_parameters<F: Family>(member: &F, found: &mut Finder<'_>) {
+    let Some(declaration) = member.declaration() else { return };
+    let (values, before) = (member.values(), found.problems.len());
+    for (parameter, value) in declaration.parameters.iter().zip(&values) {
+        let name = parameter.name;
+        match (parameter.kind, *value) {
+            (Kind::Number(limits), Value::Number(number)) => found.number(name, number, limits),
+            (Kind::Pair(limits), Value::Pair(pair)) => found.numbers(name, &pair, limits),
+            (Kind::Colour(limits), Value::Colour(colour)) => found.numbers(name, &colour, limits),
+            (Kind::Direction(_), Value::Vector(direction)) => found.direction(name, direction),
+            (Kind::NonZero(_), Value::Vector(DVec3::ZERO)) => {
+                found.add(format!("{name} must not be zero in all of x, y, z"));
+            }
+            (Kind::Vector(limits) | Kind::NonZero(limits), Value::Vector(vector)) => {
+                found.numbers(name, &vector.to_array(), limits);
+            }
+            // Of names it matters what they stand for.
+            _ => {}
+        }
+    }
+    let place = F::DECLARATIONS.iter().position(|other| other.name == declaration.name);
+    let Some(place) = place.filter(|_| found.problems.len() == before) else { return };
+    match F::build(place, &values, &mut Vec::new()) {
+        Err(problem) => found.add(problem.message),
+        Ok(built) => {
+            // A reader makes some directions one long; here they are.
+            for ((parameter, value), built) in declaration.parameters.iter().zip(&values).zip(built.values())
+            {
+                if let (Value::Vector(given), Value::Vector(built)) = (value, built)
+                    && given.distance(built) > ROUNDING * built.length()
+                {
+                    found.add(format!("{} must be {built}, not {given}", parameter.name));
+                }
+            }
+        }
+    }
+}
+
+/// Checks the lights that are not surfaces.
+fn check_lights(lights: &[Light], problems: &mut Vec<Problem>) {
+    for (i, light) in lights.iter().enumerate() {
+        check_parameters(light, &mut Finder { part: &|| Part::Light(i), problems });
+    }
 }
 
 /// Checks the entities: their materials are there, what they emit fits the film, and meshes are meshes.
@@ -214,7 +261,8 @@ fn check_entities(entities: &[Entity], materials: usize, problems: &mut Vec<Prob
         if entity.material >= materials {
             found.add(format!("there is no material {}, only {materials}", entity.material + 1));
         }
-        found.radiance("emission", entity.emission);
+        found.numbers("emission", &entity.emission, RADIANCE);
+        check_parameters(&entity.shape, &mut found);
         if let Shape::Mesh { mesh, transform } = &entity.shape {
             // Entities of one file share a mesh.
             if checked.insert(Arc::as_ptr(mesh)) {
@@ -251,12 +299,15 @@ pub(super) fn is_flat(transform: &DAffine3) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{FilmMode, Integrator};
+    use crate::scene::{
+        CheckerboardParameters, FilmMode, Integrator, MaterialKind, MatteParameters, PlaneParameters,
+        PointLightParameters, QuadParameters, SphereParameters,
+    };
     use glam::DMat3;
 
     /// A scene of two materials, the second of them a checkerboard of the first, and of a sphere and a triangle.
     fn good() -> Scene {
-        let matte = MaterialKind::Matte { reflectance: [0.5; 3] };
+        let matte = MaterialKind::Matte(MatteParameters { reflectance: [0.5; 3] });
         let mesh = Mesh {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2]],
@@ -271,8 +322,8 @@ mod tests {
     }
 
     fn board(name: &str, even: usize, odd: usize) -> Material {
-        let kind = MaterialKind::Checkerboard { even, odd, checks_per_unit: [1.0; 2] };
-        Material { name: name.into(), kind }
+        let parameters = CheckerboardParameters { even, odd, checks_per_unit: [1.0; 2] };
+        Material { name: name.into(), kind: parameters.into() }
     }
 
     fn turned(scene: &mut Scene, turn: DMat3) {
@@ -342,6 +393,32 @@ mod tests {
             (|s| s.materials[0] = board("loop", 7, 7), "material 1 (\"loop\"): it names material 8"),
             (|s| s.entities[0].material = 2, "entity 1 (\"entity\"): there is no material 3, only 2"),
             (|s| s.entities[0].emission[0] = 2e9, "entity 1 (\"entity\"): emission must be"),
+            (
+                |s| s.materials[0].kind = MatteParameters { reflectance: [0.5, 1.5, 0.5] }.into(),
+                "material 1 (\"white\"): reflectance must be from 0 to 1, not 1.5e0",
+            ),
+            (
+                |s| s.entities[0].shape = SphereParameters { center: DVec3::ZERO, radius: 0.0 }.into(),
+                "entity 1 (\"entity\"): radius must be above 0",
+            ),
+            (
+                |s| s.entities[0].shape = PlaneParameters { normal: DVec3::Z * 2.0, distance: 0.0 }.into(),
+                "entity 1 (\"entity\"): normal must be [0, 0, 1], not [0, 0, 2]",
+            ),
+            (
+                |s| {
+                    let (corner, u, v) = (DVec3::ZERO, DVec3::X, DVec3::X);
+                    s.entities[0].shape = QuadParameters { corner, u, v }.into();
+                },
+                "entity 1 (\"entity\"): v is parallel to u",
+            ),
+            (
+                |s| {
+                    let (position, intensity) = (DVec3::NAN, [1.0; 3]);
+                    s.lights.push(PointLightParameters { position, intensity }.into());
+                },
+                "light 1: position must be a finite number",
+            ),
             (
                 |s| turned(s, DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0))),
                 "entity 2 (\"ramp\"): the transform makes everything flat",

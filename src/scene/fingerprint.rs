@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use sha2::{Digest as _, Sha256};
 
-use super::description::{CameraSettings, Entity, Integrator, Light, Material, MaterialKind, Scene, Shape};
+use super::description::{CameraSettings, Entity, Integrator, Material, Scene, Shape};
+use crate::parameter::{Family, Value};
 use crate::shape::Mesh;
 
 /// The meshes that a scene was read from, in any order, each with its file's name and that of its part.
@@ -63,13 +64,7 @@ impl Fingerprint {
             parts.push(Part::new(&format!("the emission of {name}"), |digest| digest.numbers(emission)));
         }
         for (i, light) in lights.iter().enumerate() {
-            parts.push(Part::new(&format!("light {}", i + 1), |digest| match light {
-                Light::Point { position, intensity } => {
-                    digest.tag("point");
-                    digest.numbers(&position.to_array());
-                    digest.numbers(intensity);
-                }
-            }));
+            parts.push(Part::new(&format!("light {}", i + 1), |digest| digest.declared(light)));
         }
         for (i, mesh) in meshes.into_iter().enumerate() {
             let file = sources.0.iter().find(|(_, known)| Arc::ptr_eq(known, mesh));
@@ -180,34 +175,6 @@ impl Digest {
     /// Meshes go by their place among those that shapes name, in order: what is in them counts once.
     fn shape<'s>(&mut self, shape: &'s Shape, meshes: &mut Vec<&'s Arc<Mesh>>) {
         match shape {
-            Shape::Plane { normal, distance } => {
-                self.tag("plane");
-                self.numbers(&normal.to_array());
-                self.numbers(&[*distance]);
-            }
-            Shape::Sphere { center, radius } => {
-                self.tag("sphere");
-                self.numbers(&center.to_array());
-                self.numbers(&[*radius]);
-            }
-            Shape::Quad { corner, u, v } => {
-                self.tag("quad");
-                [corner, u, v].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
-            }
-            Shape::Disk { center, normal, radius } => {
-                self.tag("disk");
-                [center, normal].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
-                self.numbers(&[*radius]);
-            }
-            Shape::Cylinder { from, to, radius } => {
-                self.tag("cylinder");
-                [from, to].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
-                self.numbers(&[*radius]);
-            }
-            Shape::Box { min, max } => {
-                self.tag("box");
-                [min, max].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
-            }
             Shape::Mesh { mesh, transform } => {
                 self.tag("mesh");
                 let known = meshes.iter().position(|known| Arc::ptr_eq(known, mesh));
@@ -218,36 +185,29 @@ impl Digest {
                 self.word(place as u64);
                 self.numbers(&transform.to_cols_array());
             }
+            declared => self.declared(declared),
         }
     }
 
-    /// A material with all that it is made of. Checkerboards come after what they name, so that this ends.
+    /// The name and the values of what is declared. Materials have more to them than their index.
+    fn declared(&mut self, declared: &impl Family) {
+        self.tag(declared.declaration().map_or("", |declaration| declaration.name));
+        for value in declared.values() {
+            match value {
+                Value::Number(number) => self.numbers(&[number]),
+                Value::Pair(pair) => self.numbers(&pair),
+                Value::Colour(colour) => self.numbers(&colour),
+                Value::Vector(vector) => self.numbers(&vector.to_array()),
+                Value::Material(_) => {}
+            }
+        }
+    }
+
+    /// A material, and those that it names after it, in order. They come before it in the scene, so that this ends.
     fn material(&mut self, index: usize, materials: &[Material]) {
         let Material { name: _, kind } = &materials[index];
-        match kind {
-            MaterialKind::Matte { reflectance } => {
-                self.tag("matte");
-                self.numbers(reflectance);
-            }
-            MaterialKind::Mirror { reflectance } => {
-                self.tag("mirror");
-                self.numbers(reflectance);
-            }
-            MaterialKind::Glass { ior, reflectance, transmittance } => {
-                self.tag("glass");
-                self.numbers(&[*ior]);
-                self.numbers(reflectance);
-                self.numbers(transmittance);
-            }
-            MaterialKind::Checkerboard { even, odd, checks_per_unit } => {
-                self.tag("checkerboard");
-                self.numbers(checks_per_unit);
-                self.material(*even, materials);
-                self.material(*odd, materials);
-            }
-            #[cfg(feature = "broken-material")]
-            MaterialKind::Broken => self.tag("broken"),
-        }
+        self.declared(kind);
+        kind.materials().for_each(|named| self.material(named, materials));
     }
 
     fn mesh(&mut self, mesh: &Mesh) {

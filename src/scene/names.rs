@@ -1,9 +1,11 @@
 //! Names of materials: the index that each stands for, and an order in which each material comes after those that it
 //! names.
 
-use super::description::limits::MAX_NESTING;
 use super::spelling::{list, nearest, quote, shorten};
 use std::collections::HashMap;
+
+/// The most materials inside each other: the GPU follows them with a bounded loop.
+pub const MAX_NESTING: usize = 16;
 
 /// Finds materials by name.
 pub struct Names<'n> {

@@ -3,8 +3,31 @@
 use super::disk::around;
 use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, Shape, Surface, UNIT_ROUNDOFF, overlap};
 use crate::math::{Float, Frame, Ray, Vec3};
+use crate::parameter::limits::{LENGTH, POINT, SHORTEST};
+use crate::parameter::{Kind, Problem, parameters};
 use glam::DVec3;
 use std::f32::consts::TAU;
+
+parameters! {
+    /// The points at a distance from a line between its ends, which are open; outward is away from the line.
+    pub struct CylinderParameters: "cylinder", "a cylinder" {
+        /// The end of the cylinder's axis where v is 0. Both ends are open.
+        from: DVec3 = POINT,
+        /// The end where v is 1.
+        to: DVec3 = POINT,
+        /// The radius of the cylinder. Its u is the angle about the axis over 2π.
+        radius: f64 = Kind::Number(LENGTH),
+    }
+    check = with_a_length;
+}
+
+fn with_a_length(tube: CylinderParameters, _: &mut Vec<Problem>) -> Result<CylinderParameters, Problem> {
+    if tube.from.distance(tube.to) < SHORTEST {
+        let message = "to is the same point as from: the cylinder has no length".into();
+        return Err(Problem { parameter: "to", message, help: None });
+    }
+    Ok(tube)
+}
 
 /// A cylinder's share of its hits' error bound, for each unit of its radius and half its length.
 ///

@@ -3,8 +3,22 @@
 use super::plane::distance_to_plane;
 use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Shape, Surface, overlap};
 use crate::math::{Float, Frame, Ray, Vec3};
+use crate::parameter::limits::{DIRECTION, LENGTH, POINT};
+use crate::parameter::{Kind, parameters};
 use glam::DVec3;
 use std::f32::consts::PI;
+
+parameters! {
+    /// The points X of a plane with |X − center| ≤ radius; outward is the normal, of length one.
+    pub struct DiskParameters: "disk", "a disk" {
+        /// The centre of the disk.
+        center: DVec3 = POINT,
+        /// The direction the disk faces, of any length.
+        normal: DVec3 = DIRECTION,
+        /// The radius of the disk. Its uv are the angle about the normal over 2π and the distance from the centre over the radius.
+        radius: f64 = Kind::Number(LENGTH),
+    }
+}
 
 /// The points of a plane that are at most the radius from a centre.
 ///

@@ -3,7 +3,30 @@
 use super::plane::distance_to_plane;
 use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Shape, Surface, overlap};
 use crate::math::{Float, Ray, Vec3};
+use crate::parameter::limits::{EDGE, PARALLEL, POINT};
+use crate::parameter::{Problem, parameters, unit};
 use glam::DVec3;
+
+parameters! {
+    /// The parallelogram corner + a·u + b·v with a and b in 0…1; outward is u × v.
+    pub struct QuadParameters: "quad", "a quad" {
+        /// The corner of the quad where uv is (0, 0).
+        corner: DVec3 = POINT,
+        /// The first edge, from the corner.
+        u: DVec3 = EDGE,
+        /// The second edge, from the corner. The quad faces u × v.
+        v: DVec3 = EDGE,
+    }
+    check = with_an_area;
+}
+
+fn with_an_area(quad: QuadParameters, _: &mut Vec<Problem>) -> Result<QuadParameters, Problem> {
+    if unit(quad.u).cross(unit(quad.v)).length() < PARALLEL {
+        let message = "v is parallel to u: the quad has no area".into();
+        return Err(Problem { parameter: "v", message, help: None });
+    }
+    Ok(quad)
+}
 
 /// The points corner + a·u + b·v with a and b in 0…1, which are also its uv.
 #[derive(Clone, Copy, Debug, PartialEq)]

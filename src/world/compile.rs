@@ -5,7 +5,9 @@ use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
 use crate::light::{AreaLight, LightTable, PointLight, PointLights};
 use crate::material::{Kind, MaterialTable, Row};
-use crate::scene::{self, MaterialKind, Scene};
+use crate::scene::{
+    self, CheckerboardParameters, GlassParameters, MaterialKind, MatteParameters, MirrorParameters, Scene,
+};
 use crate::shape::{Cylinder, Disk, Mesh, Plane, Quad, Rare, Shape, Sphere};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -46,22 +48,24 @@ fn colour(c: [f64; 3]) -> [f32; 3] {
 
 fn material_row(kind: &MaterialKind) -> Row {
     match *kind {
-        MaterialKind::Matte { reflectance } => Row::matte(colour(reflectance)),
-        MaterialKind::Mirror { reflectance } => Row { kind: Kind::Mirror, ..Row::matte(colour(reflectance)) },
-        MaterialKind::Glass { ior, reflectance, transmittance } => Row {
+        MaterialKind::Matte(MatteParameters { reflectance }) => Row::matte(colour(reflectance)),
+        MaterialKind::Mirror(MirrorParameters { reflectance }) => {
+            Row { kind: Kind::Mirror, ..Row::matte(colour(reflectance)) }
+        }
+        MaterialKind::Glass(GlassParameters { ior, reflectance, transmittance }) => Row {
             kind: Kind::Glass,
             transmittance: colour(transmittance),
             ior: ior as f32,
             ..Row::matte(colour(reflectance))
         },
-        MaterialKind::Checkerboard { even, odd, checks_per_unit } => Row {
+        MaterialKind::Checkerboard(CheckerboardParameters { even, odd, checks_per_unit }) => Row {
             kind: Kind::Checkerboard,
             checks: [even as u32, odd as u32],
             checks_per_unit: checks_per_unit.map(|x| x as f32),
             ..Row::matte([0.0; 3])
         },
         #[cfg(feature = "broken-material")]
-        MaterialKind::Broken => Row { kind: Kind::Broken, ..Row::matte([1.0; 3]) },
+        MaterialKind::Broken(_) => Row { kind: Kind::Broken, ..Row::matte([1.0; 3]) },
     }
 }
 
@@ -117,7 +121,7 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     // The last mesh that emits.
     let mut lamp = None;
     for light in &scene.lights {
-        let scene::Light::Point { position, intensity } = *light;
+        let scene::Light::Point(scene::PointLightParameters { position, intensity }) = *light;
         let point = PointLight { position: narrow(position), intensity: colour(intensity) };
         point_lights.push(point);
         lights.push_point(point);
@@ -130,25 +134,25 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
         let mut look =
             Look { material, emission, flip_normal: flipped, entity: index as u32, light: NO_LIGHT };
         match entity.shape {
-            scene::Shape::Plane { normal, distance } => {
+            scene::Shape::Plane(scene::PlaneParameters { normal, distance }) => {
                 let plane = Plane { normal: narrow(normal), distance: distance as f32 };
                 all.planes.push((plane, surfaces.push(plane.surface(), look)));
             }
-            scene::Shape::Sphere { center, radius } => {
+            scene::Shape::Sphere(scene::SphereParameters { center, radius }) => {
                 let sphere = Sphere::new(center, radius);
                 if emits {
                     look.light = lights.push_area(AreaLight::Sphere(sphere), flipped, emission);
                 }
                 all.spheres.push((sphere, surfaces.push(sphere.surface(), look)));
             }
-            scene::Shape::Quad { corner, u, v } => {
+            scene::Shape::Quad(scene::QuadParameters { corner, u, v }) => {
                 let quad = Quad::new(corner, u, v);
                 if emits {
                     look.light = lights.push_area(AreaLight::Quad(quad), flipped, emission);
                 }
                 all.quads.push((quad, surfaces.push(quad.surface(), look)));
             }
-            scene::Shape::Box { min, max } => {
+            scene::Shape::Box(scene::BoxParameters { min, max }) => {
                 for quad in Quad::sides(min, max) {
                     if emits {
                         look.light = lights.push_area(AreaLight::Quad(quad), flipped, emission);
@@ -156,14 +160,14 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
                     all.quads.push((quad, surfaces.push(quad.surface(), look)));
                 }
             }
-            scene::Shape::Disk { center, normal, radius } => {
+            scene::Shape::Disk(scene::DiskParameters { center, normal, radius }) => {
                 let disk = Disk::new(center, normal, radius);
                 if emits {
                     look.light = lights.push_area(AreaLight::Disk(disk), flipped, emission);
                 }
                 all.rare.push((Rare::Disk(disk), surfaces.push(disk.surface(), look)));
             }
-            scene::Shape::Cylinder { from, to, radius } => {
+            scene::Shape::Cylinder(scene::CylinderParameters { from, to, radius }) => {
                 let cylinder = Cylinder::new(from, to, radius);
                 if emits {
                     look.light = lights.push_area(AreaLight::Cylinder(cylinder), flipped, emission);

@@ -1,7 +1,7 @@
 //! How light is followed.
 
 use super::choice::Choice;
-use super::colour::Colour;
+use crate::parameter::Colour;
 use std::fmt;
 use std::str::FromStr;
 

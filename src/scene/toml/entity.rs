@@ -4,9 +4,10 @@ use std::collections::HashMap;
 
 use super::limits::RADIANCE;
 use super::materials::find;
+use super::one_of::OneOf;
 use super::report::{Placed, Read, Reports};
 use super::shape::{RawMaterial, RawPart, RawShape, SHAPES};
-use super::table::{At, Fields, Key, OneOf, Table};
+use super::table::{At, Fields, Key, Table};
 use super::value::{self, Flag, Word};
 use crate::scene::description::{Colour, Entity, Material};
 use crate::scene::mesh::FileMaterial;

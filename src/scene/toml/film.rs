@@ -1,8 +1,10 @@
 //! The keys of the film, and what is made of them.
 
+use super::one_of::{OneOf, Variant, WordOr};
 use super::report::{Read, Reports};
-use super::table::{Fields, Key, OneOf, Table, Variant, WordOr};
-use super::value::{Choice, Integer, Number};
+use super::table::{Fields, Key, Table};
+use super::value::{Choice, Integer};
+use crate::parameter::Number;
 use crate::scene::description::{FilmMode, FilmSettings, Filter, LONGEST_SIDE, MOST_STOPS, Tone};
 
 pub(super) static FILM_TABLE: Table =
@@ -34,6 +36,7 @@ static FILTER: Key<WordOr<Filter>> = Key::default(
 
 const FILTERS: WordOr<Filter> = WordOr(OneOf {
     what: "filter",
+    members: None,
     variants: &[
         Variant::new("none", &NO_FILTER_TABLE, no_filter),
         Variant::new("box", &BOX_TABLE, box_filter),

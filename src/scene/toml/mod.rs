@@ -5,13 +5,16 @@
 //! | `report` | errors and warnings with their places |
 //! | `form` | what a value may be |
 //! | `value` | the values themselves: numbers, vectors, words |
-//! | `table` | the shapes that values come in: tables, lists, one-of-several |
-//! | `limits` | the limits of values that several tables have in common |
+//! | `table` | the shapes that values come in: tables, lists |
+//! | `declared` | tables whose keys are declared with the shape, material or light that they describe |
+//! | `one_of` | one of several tables |
+//! | `limits` | the forms of values that several tables have in common |
 //! | `film`, `camera`, `render`, `materials`, `shape`, `entity`, `light` | the keys of a table, and what is made of them |
 //! | `scene` | the tables of a file, and the [`Scene`] that is made of them |
 //! | `schema` | the JSON Schema |
 //!
-//! The reader and the JSON Schema both follow the tables of keys: name, form, default and description.
+//! The reader and the JSON Schema both follow the tables of keys: name, form, default and description. Those of shapes,
+//! materials and lights come from [`crate::parameter`].
 //!
 //! Reading goes on after an error, so that all errors of a file are shown at once. A value that could not be
 //! read is a `report::Reported`, which only reporting an error can make: no error path yields a scene.
@@ -31,12 +34,14 @@ use form::{Form, Value};
 use report::Reports;
 
 mod camera;
+mod declared;
 mod entity;
 mod film;
 mod form;
 mod light;
 mod limits;
 mod materials;
+mod one_of;
 mod render;
 mod report;
 mod scene;

@@ -1,9 +1,11 @@
 //! The tables of a scene file, and the scene that is made of them: what no single table can check.
 
+use super::declared::Values;
 use super::entity::{self, Linked, OfFiles, RawEntity, link_entities};
-use super::materials::{self, Raw};
+use super::materials;
+use super::one_of::OneOf;
 use super::report::{Read, Reported, Reports};
-use super::table::{Block, Fields, Key, ListOf, MapOf, OneOf, Table};
+use super::table::{Block, Fields, Key, ListOf, MapOf, Table};
 use super::{camera, film, light, render};
 use crate::scene::check::Problem;
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
@@ -34,7 +36,7 @@ static RENDER: Key<Block<RenderSettings>> = Key::default(
     "{}",
     "How light is followed.",
 );
-static MATERIALS: Key<MapOf<OneOf<Raw>>> = Key::default(
+static MATERIALS: Key<MapOf<OneOf<Values>>> = Key::default(
     "materials",
     MapOf(materials::MATERIAL),
     "{}",

@@ -8,6 +8,7 @@ use serde_json::{Value as Json, json};
 
 use super::form::{Form, Value};
 use super::report::{Reported, Reports};
+use crate::parameter::{Number, unit};
 use crate::scene::description;
 use crate::scene::spelling::{self, quote};
 
@@ -53,15 +54,6 @@ fn wrong_type(key: &str, expected: &str, value: &Value<'_>, reports: &mut Report
         DeValue::String(text) if text.trim().parse::<f64>().is_ok() => Some("take the quotes away".into()),
         _ => None,
     })
-}
-
-/// A limit as one would write it.
-fn limit(value: f64) -> String {
-    if value.abs() >= 1e12 || value != 0.0 && value.abs() < 1e-4 {
-        format!("{value:e}")
-    } else {
-        value.to_string()
-    }
 }
 
 /// A whole number, without a point.
@@ -121,68 +113,7 @@ impl Form for IntegerOr {
     }
 }
 
-/// A number that 32 bits can hold, within limits. Integers are accepted.
-#[derive(Clone, Copy)]
-pub(super) struct Number {
-    /// The number is above this.
-    above: Option<f64>,
-    least: f64,
-    most: f64,
-    /// The number is below this.
-    below: Option<f64>,
-}
-
-impl Number {
-    pub(super) const fn between(least: f64, most: f64) -> Self {
-        Self { above: None, least, most, below: None }
-    }
-
-    /// Above zero, and no smaller than `least`.
-    pub(super) const fn positive(least: f64, most: f64) -> Self {
-        Self { above: Some(0.0), least, most, below: None }
-    }
-
-    /// Above zero and below `limit`.
-    pub(super) const fn inside(limit: f64) -> Self {
-        Self { above: Some(0.0), least: 0.0, most: limit, below: Some(limit) }
-    }
-
-    /// What `number` must be and is not.
-    fn objection(&self, number: f64) -> Option<String> {
-        if !number.is_finite() {
-            return Some("must be a finite number".into());
-        }
-        let single = number as f32;
-        if !single.is_finite() {
-            return Some(format!(
-                "must be at most {}, the largest that 32 bits hold",
-                limit(f32::MAX.into())
-            ));
-        }
-        // What is rendered has 32 bits: a limit that rounding would reach is reached.
-        let rounded = f64::from(single);
-        match (self.above, self.below) {
-            (Some(above), Some(below)) if number <= above || rounded >= below => {
-                return Some(format!("must be above {} and below {}", limit(above), limit(below)));
-            }
-            (Some(above), None) if number <= above => return Some(format!("must be above {}", limit(above))),
-            _ => {}
-        }
-        if number != 0.0 && single == 0.0 {
-            return Some("is so small that 32 bits would round it to 0".into());
-        }
-        if (self.least..=self.most).contains(&number) {
-            None
-        } else if self.above.is_none() {
-            Some(format!("must be from {} to {}", limit(self.least), limit(self.most)))
-        } else if number < self.least {
-            Some(format!("must be at least {}", limit(self.least)))
-        } else {
-            Some(format!("must be at most {}", limit(self.most)))
-        }
-    }
-}
-
+/// Integers are accepted.
 impl Form for Number {
     type Output = f64;
 
@@ -327,11 +258,6 @@ impl Form for Direction {
     fn schema(&self) -> Json {
         self.0.schema()
     }
-}
-
-/// A vector that is not zero, made one long. Scaled first: squares of its parts may not fit.
-pub(super) fn unit(vector: DVec3) -> DVec3 {
-    (vector / vector.abs().max_element()).normalize()
 }
 
 /// One number for two axes, or two numbers.

@@ -56,12 +56,6 @@ impl<T> OneOf<T> {
             .chain(self.variants.iter().map(|variant| variant.tag))
     }
 
-    /// Whether one of them has a key of this name.
-    fn is_key(&self, name: &str) -> bool {
-        self.declarations().iter().any(|declaration| names(declaration).any(|known| known == name))
-            || self.variants.iter().any(|variant| variant.table.names().any(|known| known == name))
-    }
-
     fn pick(&self, tag: &str, at: usize, reports: &mut Reports<'_>) -> Result<&'static Variant<T>, Reported> {
         match self.variants.iter().find(|variant| variant.tag == tag) {
             Some(variant) => Ok(variant),
@@ -79,8 +73,9 @@ impl<T> Form for OneOf<T> {
     fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
         let table = expect_table(key, &format!("a {}", self.what), value, reports)?;
         let Some(tag) = table.get("type") else {
-            let is_like_it =
-                |name: &str| !self.is_key(name) && spelling::nearest(name, ["type"].into_iter()).is_some();
+            let is_like_it = |name: &str| {
+                self.owners(name).is_empty() && spelling::nearest(name, ["type"].into_iter()).is_some()
+            };
             if let Some((name, _)) = table.iter().find(|(name, _)| is_like_it(name.get_ref())) {
                 let message = format!("unknown key {} in {key}", quote(name.get_ref()));
                 let help = spelling::instead(name.get_ref(), ["type"].into_iter());
@@ -96,13 +91,19 @@ impl<T> Form for OneOf<T> {
         {
             let declaration = &members.declarations[place];
             let known = ["type"].into_iter().chain(names(declaration));
-            let fields = Fields::open(declaration.what, known, key, value, reports)?;
+            let fields = Fields::open(declaration.what, known, &[], key, value, reports)?;
             return (members.build)(Values::read(place, declaration, &fields, reports), reports);
         }
         let variant = self.pick(&word, tag.span().start, reports)?;
         let known = ["type"].into_iter().chain(variant.table.names());
-        let fields = Fields::open(variant.table.what, known, key, value, reports)?;
+        let fields = Fields::open(variant.table.what, known, variant.table.keys, key, value, reports)?;
         (variant.build)(&fields, reports)
+    }
+
+    fn owners(&self, key: &str) -> Vec<&'static str> {
+        let declared = self.shown().filter(|declaration| names(declaration).any(|name| name == key));
+        let variants = self.variants.iter().filter(|variant| variant.table.names().any(|name| name == key));
+        declared.map(|declared| declared.what).chain(variants.map(|variant| variant.table.what)).collect()
     }
 
     fn schema(&self) -> Json {

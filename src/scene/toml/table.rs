@@ -54,6 +54,8 @@ impl<F> Key<F> {
 pub(super) trait AnyKey: Sync {
     fn name(&self) -> &'static str;
     fn is_required(&self) -> bool;
+    /// What the tables are that may be its value and have a key of this name.
+    fn owners(&self, key: &str) -> Vec<&'static str>;
     /// The schema of the value, with description and default.
     fn schema(&self) -> Json;
 }
@@ -65,6 +67,10 @@ impl<F: Form> AnyKey for Key<F> {
 
     fn is_required(&self) -> bool {
         matches!(self.absent, Absent::Wrong)
+    }
+
+    fn owners(&self, key: &str) -> Vec<&'static str> {
+        self.form.owners(key)
     }
 
     fn schema(&self) -> Json {
@@ -154,10 +160,12 @@ pub(super) struct Fields<'d, 't> {
 }
 
 impl<'d, 't> Fields<'d, 't> {
-    /// Checks that `value` is a table with known keys only. `what` is what it describes, with an article.
+    /// Checks that `value` is a table with known keys only. `what` is what it describes, with an article; `keys` are
+    /// those inside of which other keys may belong.
     pub(super) fn open(
         what: &'static str,
         known: impl Iterator<Item = &'static str> + Clone,
+        keys: &[&'static dyn AnyKey],
         key: &str,
         value: &'d Value<'t>,
         reports: &mut Reports<'_>,
@@ -167,10 +175,14 @@ impl<'d, 't> Fields<'d, 't> {
         for (name, _) in entries {
             if !known.clone().any(|known| known == name.get_ref()) {
                 let message = format!("unknown key {} in {}", quote(name.get_ref()), what);
-                let help = |reports: &Reports<'_>| unknown_key_help(name.get_ref(), &known, reports);
+                let inside = keys.iter().find_map(|key| belongs_inside(*key, name.get_ref()));
+                let is_misplaced = inside.is_some();
+                let help = |reports: &Reports<'_>| {
+                    inside.or_else(|| unknown_key_help(name.get_ref(), &known, reports))
+                };
                 let reported = reports.error_with(name.span().start, message, help);
-                misspelt
-                    .extend(spelling::nearest(name.get_ref(), known.clone()).map(|meant| (meant, reported)));
+                let nearest = spelling::nearest(name.get_ref(), known.clone()).filter(|_| !is_misplaced);
+                misspelt.extend(nearest.map(|meant| (meant, reported)));
             }
         }
         Ok(Self { at: value.span().start, what, table: entries, misspelt })
@@ -234,6 +246,13 @@ pub(super) fn expect_table<'d, 't>(
     }
 }
 
+/// That a key of this name belongs inside the table that is the value of another key.
+fn belongs_inside(key: &dyn AnyKey, name: &str) -> Option<String> {
+    let owners = key.owners(name);
+    (!owners.is_empty())
+        .then(|| format!("{} belongs inside {}, as a key of {}", quote(name), key.name(), owners.join(", ")))
+}
+
 fn unknown_key_help<'c>(
     name: &str,
     known: &(impl Iterator<Item = &'c str> + Clone),
@@ -260,7 +279,7 @@ impl<T> Form for Block<T> {
     type Output = T;
 
     fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        let fields = Fields::open(self.table.what, self.table.names(), key, value, reports)?;
+        let fields = Fields::open(self.table.what, self.table.names(), self.table.keys, key, value, reports)?;
         (self.build)(&fields, reports)
     }
 

@@ -4,18 +4,13 @@
 //! W·m⁻²·sr⁻¹. Vectors are in world space, right-handed.
 
 pub use crate::camera::CameraSettings;
-pub use crate::light::{AnyLight as Light, PointLightParameters};
-#[cfg(feature = "broken-material")]
-pub use crate::material::BrokenParameters;
-pub use crate::material::{
-    CheckerboardParameters, GlassParameters, MaterialKind, MatteParameters, MirrorParameters,
-};
+pub use crate::light::AnyLight as Light;
+pub use crate::light::list::*;
+pub use crate::material::list::*;
 pub use crate::parameter::Colour;
 use crate::parameter::{Family, Value};
-pub use crate::shape::{
-    AnyShape as Shape, BoxParameters, CylinderParameters, DiskParameters, Mesh, PlaneParameters,
-    QuadParameters, SphereParameters,
-};
+pub use crate::shape::list::*;
+pub use crate::shape::{AnyShape as Shape, Mesh};
 
 /// A whole scene, checked: indices are in range and every value is possible.
 #[derive(Clone, Debug, PartialEq)]

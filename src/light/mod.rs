@@ -1,19 +1,19 @@
 //! Lights: how to sample a direction towards one, and which one to ask.
 
-mod any;
 mod bounds;
 mod cone;
 mod cylinder;
 mod lamps;
+pub(crate) mod list;
 mod point;
 mod rectangle;
 mod table;
 mod tree;
 
-pub use any::AnyLight;
 pub use bounds::LightBounds;
 pub use lamps::{LEAST_TRIANGLES, Lamp, MeshLamp};
-pub use point::{PointLight, PointLightParameters, PointLights};
+pub use list::*;
+pub use point::{PointLight, PointLights};
 pub use table::{
     AreaLight, CYLINDER, DISK, LEAST_SOLID_ANGLE, LightRow, LightTable, POINT, QUAD, SPHERE, TRIANGLE,
 };

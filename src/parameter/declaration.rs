@@ -184,25 +184,30 @@ macro_rules! parameters {
 }
 pub(crate) use parameters;
 
-/// Lists a family: an enum with a member for each declaration, and its [`Family`]. Members that are not declared come
-/// after a semicolon, as an enum has them.
+/// Lists a family: an enum with a member for each declaration, which stands in a module beside that of the list, and its
+/// [`Family`]. Members that are not declared come after a semicolon, as an enum has them.
 macro_rules! family {
     (
         $(#[$attribute:meta])*
         pub enum $family:ident {
             $(
                 $(#[cfg($condition:meta)])?
-                $member:ident($parameters:ty),
+                $member:ident($module:ident::$parameters:ident),
             )*
             $(; $($undeclared:tt)*)?
         }
     ) => {
+        $(
+            $(#[cfg($condition)])?
+            pub use super::$module::$parameters;
+        )*
+
         $(#[$attribute])*
         #[derive(Clone, Debug, PartialEq)]
         pub enum $family {
             $(
                 $(#[cfg($condition)])?
-                #[doc = concat!("With these [parameters](", stringify!($parameters), ").")]
+                #[doc = concat!("With [parameters](", stringify!($parameters), ").")]
                 $member($parameters),
             )*
             $($($undeclared)*)?

@@ -13,18 +13,13 @@ pub use self::film::{FilmMode, FilmSettings, LONGEST_SIDE, MOST_STOPS, Tone};
 pub use self::filter::Filter;
 pub use self::render::{Integrator, MOST_BOUNCES, RenderSettings, Sampler, UNLIMITED, endless};
 pub use crate::camera::CameraSettings;
-pub use crate::light::{AnyLight as Light, PointLightParameters};
-#[cfg(feature = "broken-material")]
-pub use crate::material::BrokenParameters;
-pub use crate::material::{
-    CheckerboardParameters, GlassParameters, MaterialKind, MatteParameters, MirrorParameters,
-};
+pub use crate::light::AnyLight as Light;
+pub use crate::light::list::*;
+pub use crate::material::list::*;
 pub use crate::parameter::Colour;
 use crate::parameter::{Family, Value};
-pub use crate::shape::{
-    AnyShape as Shape, BoxParameters, CylinderParameters, DiskParameters, Mesh, PlaneParameters,
-    QuadParameters, SphereParameters,
-};
+pub use crate::shape::list::*;
+pub use crate::shape::{AnyShape as Shape, Mesh};
 use glam::DVec3;
 
 /// A whole scene. One that a reader gives is checked: indices are in range and every value is possible. The default

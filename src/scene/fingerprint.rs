@@ -414,6 +414,54 @@ mod tests {
         assert!(told.ends_with("a.ply") && !told.contains("shape"), "{told}");
     }
 
+    /// Films of years ago are continued: the digits of a scene with every shape, material and light are what they were.
+    #[test]
+    fn digits_stay_as_films_have_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                   element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        std::fs::write(folder.path().join("a.ply"), ply).unwrap();
+        let text = r#"
+            [materials]
+            white = { type = "matte", reflectance = [0.5, 0.25, 0.125] }
+            board = { type = "checkerboard", even = "water", odd = "inner", checks_per_unit = [2, 3] }
+            steel = { type = "mirror", reflectance = [0.75, 0.5, 0.25] }
+            water = { type = "glass", ior = 1.33, reflectance = [1, 0.5, 0], transmittance = [0.25, 0.5, 1] }
+            inner = { type = "checkerboard", even = "steel", odd = "white" }
+            [[entities]]
+            shape = { type = "plane", normal = [0, 0, 2], distance = -3 }
+            material = "board"
+            [[entities]]
+            shape = { type = "sphere", center = [0, 0.5, 1], radius = 0.25 }
+            material = "white"
+            emission = [1, 2, 3]
+            [[entities]]
+            shape = { type = "quad", corner = [0, 1, 2], u = [3, 4, 5], v = [6, 7, 9] }
+            material = "steel"
+            flip_normal = true
+            [[entities]]
+            shape = { type = "disk", center = [0, 1, 2], normal = [0, 3, 4], radius = 2 }
+            material = "water"
+            [[entities]]
+            shape = { type = "cylinder", from = [0, 1, 2], to = [3, 4, 5], radius = 6 }
+            material = "inner"
+            [[entities]]
+            shape = { type = "box", min = [0, 1, 2], max = [3, 4, 5] }
+            material = "white"
+            [[entities]]
+            shape = { type = "mesh", file = "a.ply", transform = { scale = 2, translate = [1, 2, 3] } }
+            material = "white"
+            [[lights]]
+            type = "point"
+            position = [1, 2, 3]
+            intensity = [4, 5, 6]
+        "#;
+        let loaded = crate::scene::parse(text, &folder.path().join("a.toml"));
+        let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+        let digits = Fingerprint::of(&loaded.scene, &loaded.sources).digits();
+        assert_eq!(digits, "1c9ee8392e7e51b4c26a48b9ddbbb562b7acfb2d20ca45f4760e8233d6aee6b7");
+    }
+
     /// Colours in an MTL file and numbers in a buffer are no less of the scene for standing in a third file.
     #[test]
     fn what_mesh_files_name_in_their_turn_counts() {

@@ -4,10 +4,10 @@
 //! a sphere's outside, a quad's u × v, a triangle's counter-clockwise side, a disk's normal, and away from a cylinder's
 //! axis. A box is six quads.
 
-mod any;
 mod cuboid;
 mod cylinder;
 mod disk;
+pub(crate) mod list;
 mod mesh;
 mod plane;
 mod quad;
@@ -15,15 +15,14 @@ mod rare;
 mod sphere;
 mod triangle;
 
-pub use any::AnyShape;
-pub use cuboid::BoxParameters;
-pub use cylinder::{Cylinder, CylinderParameters};
-pub use disk::{Disk, DiskParameters};
+pub use cylinder::Cylinder;
+pub use disk::Disk;
+pub use list::*;
 pub use mesh::{FARTHEST, MOST as MOST_TRIANGLES, Mesh, MeshError};
-pub use plane::{Plane, PlaneParameters};
-pub use quad::{Quad, QuadForm, QuadParameters};
+pub use plane::Plane;
+pub use quad::{Quad, QuadForm};
 pub use rare::Rare;
-pub use sphere::{Sphere, SphereForm, SphereParameters};
+pub use sphere::{Sphere, SphereForm};
 pub use triangle::{Meeting, NEEDLE, Sheared, Shears, Sides, TRIANGLE_ERROR, is_needle, triangle_error};
 
 use crate::math::{Bounds, Float, Ray, Vec3};

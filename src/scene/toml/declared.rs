@@ -132,3 +132,42 @@ impl Values {
         self.build(|name, reports| Err(reports.error(name.at, "only materials name materials")), reports)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::description::{Light, MaterialKind, Shape};
+    use ::toml::de::DeValue;
+
+    /// Of one family: that fields have types of their kinds, and that defaults can be read.
+    fn is_sound<F: Family>() {
+        for (place, declaration) in F::DECLARATIONS.iter().enumerate() {
+            let unknown: Vec<_> =
+                declaration.parameters.iter().map(|parameter| parameter.kind.unknown()).collect();
+            let mut warnings = Vec::new();
+            let built = F::build(place, &unknown, &mut warnings);
+            let built = built.unwrap_or_else(|problem| panic!("{problem:?} of what is unknown"));
+            assert_eq!(warnings, [], "of what is unknown");
+            assert_eq!(built.declaration().map(|own| own.name), Some(declaration.name));
+            assert_eq!(built.values().len(), unknown.len(), "{}", declaration.what);
+            for parameter in declaration.parameters {
+                assert!(!parameter.about.is_empty() && parameter.about.trim() == parameter.about);
+                let Some(default) = parameter.default else { continue };
+                let value = DeValue::parse(default).unwrap_or_else(|error| panic!("{default}: {error}"));
+                let mut reports = Reports::alone(default);
+                assert!(parameter.kind.read(parameter.name, &value, &mut reports).is_ok(), "{default}");
+            }
+        }
+        let mut names: Vec<_> = F::DECLARATIONS.iter().map(|declaration| declaration.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), F::DECLARATIONS.len());
+    }
+
+    #[test]
+    fn declarations_are_sound() {
+        is_sound::<Shape>();
+        is_sound::<MaterialKind>();
+        is_sound::<Light>();
+    }
+}

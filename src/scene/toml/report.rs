@@ -58,6 +58,12 @@ impl<'t> Reports<'t> {
         Self { text, errors, unlisted: 0, warnings, unlisted_warnings: 0, meshes, header_of }
     }
 
+    /// The same about a text that names no files.
+    #[cfg(test)]
+    pub(super) fn alone(text: &'t str) -> Self {
+        Self::new(text, MeshCache::new(Path::new(""), None), |_| None)
+    }
+
     /// The contents of a mesh file; messages about it are placed where the text names it.
     pub(super) fn mesh(&mut self, file: &Placed<String>, split: Split) -> Result<Arc<MeshFile>, Reported> {
         match self.meshes.get(&file.value, split) {
@@ -208,13 +214,9 @@ fn locate(text: &str, mut reports: Vec<Report>, file: &Path) -> Vec<Diagnostic> 
 mod tests {
     use super::*;
 
-    fn reports_of_nothing() -> Reports<'static> {
-        Reports::new("", MeshCache::new(Path::new(""), None), |_| None)
-    }
-
     #[test]
     fn a_flood_of_errors_is_counted_but_not_described() {
-        let mut reports = reports_of_nothing();
+        let mut reports = Reports::alone("");
         for _ in 0..MAX_ERRORS + 2 {
             reports.error(0, "wrong");
         }
@@ -225,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_flood_of_warnings_is_counted_too() {
-        let mut reports = reports_of_nothing();
+        let mut reports = Reports::alone("");
         (0..MAX_ERRORS + 2).for_each(|_| reports.warn(None, "odd", "look"));
         let warnings = reports.into_warnings("a.toml".as_ref());
         assert_eq!(warnings.len(), MAX_ERRORS + 1);

@@ -1,12 +1,6 @@
 //! The list of shapes.
 
-use super::cuboid::BoxParameters;
-use super::cylinder::CylinderParameters;
-use super::disk::DiskParameters;
 use super::mesh::Mesh;
-use super::plane::PlaneParameters;
-use super::quad::QuadParameters;
-use super::sphere::SphereParameters;
 use crate::parameter::family;
 use glam::DAffine3;
 use std::sync::Arc;
@@ -14,12 +8,12 @@ use std::sync::Arc;
 family! {
     /// A form and its place, as a scene describes it.
     pub enum AnyShape {
-        Plane(PlaneParameters),
-        Sphere(SphereParameters),
-        Quad(QuadParameters),
-        Disk(DiskParameters),
-        Cylinder(CylinderParameters),
-        Box(BoxParameters),
+        Plane(plane::PlaneParameters),
+        Sphere(sphere::SphereParameters),
+        Quad(quad::QuadParameters),
+        Disk(disk::DiskParameters),
+        Cylinder(cylinder::CylinderParameters),
+        Box(cuboid::BoxParameters),
         ;
         /// Triangles; outward is their counter-clockwise side.
         Mesh {

@@ -1,11 +1,10 @@
 //! The list of lights that are not surfaces.
 
-use super::point::PointLightParameters;
 use crate::parameter::family;
 
 family! {
     /// A light that is not a surface, as a scene describes it.
     pub enum AnyLight {
-        Point(PointLightParameters),
+        Point(point::PointLightParameters),
     }
 }

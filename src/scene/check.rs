@@ -2,7 +2,7 @@
 //! scenes themselves.
 
 use super::description::{
-    CameraSettings, Entity, FilmSettings, Filter, LONGEST_SIDE, Light, MOST_BOUNCES, MOST_STOPS, Material,
+    CameraSettings, EXPOSURES, Entity, FilmSettings, Filter, LONGEST_SIDE, Light, MOST_BOUNCES, Material,
     Mesh, RenderSettings, Scene, Shape, UNLIMITED, endless,
 };
 use super::names::MAX_NESTING;
@@ -134,22 +134,18 @@ fn check_values(scene: &Scene, problems: &mut Vec<Problem>) {
     Finder { part: &|| Part::Environment, problems }.numbers("radiance", &scene.environment, RADIANCE);
 }
 
-fn between([least, most]: [f64; 2]) -> Number {
-    Number::between(least, most)
-}
-
 fn check_film(film: &FilmSettings, found: &mut Finder<'_>) {
     found.integer("width", film.width, [1, LONGEST_SIDE]);
     found.integer("height", film.height, [1, LONGEST_SIDE]);
-    found.number("exposure", film.exposure, between([-MOST_STOPS, MOST_STOPS]));
+    found.number("exposure", film.exposure, EXPOSURES);
     if film.filter != Filter::None {
-        found.number("the filter's radius", film.filter.radius(), between(Filter::RADII));
+        found.number("the filter's radius", film.filter.radius(), Filter::RADII);
     }
     match film.filter {
-        Filter::Gaussian { sigma, .. } => found.number("the filter's sigma", sigma, between(Filter::SIGMAS)),
+        Filter::Gaussian { sigma, .. } => found.number("the filter's sigma", sigma, Filter::SIGMAS),
         Filter::Mitchell { b, c, .. } => {
-            found.number("the filter's b", b, between([0.0, 1.0]));
-            found.number("the filter's c", c, between([0.0, 1.0]));
+            found.number("the filter's b", b, Filter::SHARES);
+            found.number("the filter's c", c, Filter::SHARES);
         }
         _ => {}
     }

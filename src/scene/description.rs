@@ -9,7 +9,7 @@ mod filter;
 mod render;
 
 pub use self::choice::Choice;
-pub use self::film::{FilmMode, FilmSettings, LONGEST_SIDE, MOST_STOPS, Tone};
+pub use self::film::{EXPOSURES, FilmMode, FilmSettings, LONGEST_SIDE, Tone};
 pub use self::filter::Filter;
 pub use self::render::{Integrator, MOST_BOUNCES, RenderSettings, Sampler, UNLIMITED, endless};
 pub use crate::camera::CameraSettings;

@@ -2,14 +2,15 @@
 
 use super::choice::Choice;
 use super::filter::Filter;
+use crate::parameter::Number;
 use std::fmt;
 use std::str::FromStr;
 
 /// The most pixels in a row or in a column of a film.
 pub const LONGEST_SIDE: u32 = 65_536;
 
-/// The most stops by which a picture may be made brighter or darker.
-pub const MOST_STOPS: f64 = 64.0;
+/// What the exposure may be, in stops.
+pub const EXPOSURES: Number = Number::between(-64.0, 64.0);
 
 /// The picture's shape and how samples become pixels.
 #[derive(Clone, Debug, PartialEq)]

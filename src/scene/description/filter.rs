@@ -1,6 +1,7 @@
 //! Reconstruction filters.
 
 use super::choice::Choice;
+use crate::parameter::Number;
 use std::fmt;
 use std::str::FromStr;
 
@@ -48,11 +49,14 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// The least and the greatest radius.
-    pub const RADII: [f64; 2] = [1e-6, 16.0];
+    /// What the radius may be.
+    pub const RADII: Number = Number::positive(1e-6, 16.0);
 
-    /// The least and the greatest standard deviation.
-    pub const SIGMAS: [f64; 2] = [0.05, 16.0];
+    /// What the standard deviation of [`Filter::Gaussian`] may be.
+    pub const SIGMAS: Number = Number::between(0.05, 16.0);
+
+    /// What B and C of [`Filter::Mitchell`] may be.
+    pub const SHARES: Number = Number::between(0.0, 1.0);
 
     /// Half the filter's width in pixels.
     pub fn radius(self) -> f64 {

@@ -5,7 +5,7 @@ use super::report::{Read, Reports};
 use super::table::{Fields, Key, Table};
 use super::value::{Choice, Integer};
 use crate::parameter::Number;
-use crate::scene::description::{FilmMode, FilmSettings, Filter, LONGEST_SIDE, MOST_STOPS, Tone};
+use crate::scene::description::{EXPOSURES, FilmMode, FilmSettings, Filter, LONGEST_SIDE, Tone};
 
 pub(super) static FILM_TABLE: Table =
     Table::new("the film", &[&WIDTH, &HEIGHT, &EXPOSURE, &TONE, &FILTER, &MODE]);
@@ -14,12 +14,8 @@ const SIDE: Integer = Integer { least: 1, most: LONGEST_SIDE };
 
 static WIDTH: Key<Integer> = Key::default("width", SIDE, "640", "Pixels in a row.");
 static HEIGHT: Key<Integer> = Key::default("height", SIDE, "480", "Rows of pixels.");
-static EXPOSURE: Key<Number> = Key::default(
-    "exposure",
-    Number::between(-MOST_STOPS, MOST_STOPS),
-    "0",
-    "Stops: PNG and window show radiance times 2 to this power.",
-);
+static EXPOSURE: Key<Number> =
+    Key::default("exposure", EXPOSURES, "0", "Stops: PNG and window show radiance times 2 to this power.");
 static TONE: Key<Choice<Tone>> = Key::default(
     "tone",
     Choice::NEW,
@@ -57,39 +53,24 @@ static MITCHELL_TABLE: Table =
 static BLACKMAN_HARRIS_TABLE: Table = Table::new("filter \"blackman-harris\"", &[&BLACKMAN_HARRIS_RADIUS]);
 static LANCZOS_TABLE: Table = Table::new("filter \"lanczos\"", &[&LANCZOS_RADIUS]);
 
-const FILTER_RADIUS: Number = Number::positive(Filter::RADII[0], Filter::RADII[1]);
-
 static BOX_RADIUS: Key<Number> =
-    Key::default("radius", FILTER_RADIUS, "0.5", "Half the filter's width in pixels.");
+    Key::default("radius", Filter::RADII, "0.5", "Half the filter's width in pixels.");
 static TENT_RADIUS: Key<Number> =
-    Key::default("radius", FILTER_RADIUS, "1.0", "Half the filter's width in pixels.");
+    Key::default("radius", Filter::RADII, "1.0", "Half the filter's width in pixels.");
 static GAUSSIAN_RADIUS: Key<Number> =
-    Key::default("radius", FILTER_RADIUS, "1.5", "Half the filter's width in pixels.");
-static SIGMA: Key<Number> = Key::default(
-    "sigma",
-    Number::between(Filter::SIGMAS[0], Filter::SIGMAS[1]),
-    "0.5",
-    "Standard deviation in pixels.",
-);
+    Key::default("radius", Filter::RADII, "1.5", "Half the filter's width in pixels.");
+static SIGMA: Key<Number> = Key::default("sigma", Filter::SIGMAS, "0.5", "Standard deviation in pixels.");
 static MITCHELL_RADIUS: Key<Number> =
-    Key::default("radius", FILTER_RADIUS, "2.0", "Half the filter's width in pixels.");
-static MITCHELL_B: Key<Number> = Key::default(
-    "b",
-    Number::between(0.0, 1.0),
-    "0.3333333333333333",
-    "Mitchell and Netravali's B: 1 blurs.",
-);
-static MITCHELL_C: Key<Number> = Key::default(
-    "c",
-    Number::between(0.0, 1.0),
-    "0.3333333333333333",
-    "Mitchell and Netravali's C: 1 rings.",
-);
+    Key::default("radius", Filter::RADII, "2.0", "Half the filter's width in pixels.");
+static MITCHELL_B: Key<Number> =
+    Key::default("b", Filter::SHARES, "0.3333333333333333", "Mitchell and Netravali's B: 1 blurs.");
+static MITCHELL_C: Key<Number> =
+    Key::default("c", Filter::SHARES, "0.3333333333333333", "Mitchell and Netravali's C: 1 rings.");
 static BLACKMAN_HARRIS_RADIUS: Key<Number> =
-    Key::default("radius", FILTER_RADIUS, "1.5", "Half the filter's width in pixels.");
+    Key::default("radius", Filter::RADII, "1.5", "Half the filter's width in pixels.");
 static LANCZOS_RADIUS: Key<Number> = Key::default(
     "radius",
-    FILTER_RADIUS,
+    Filter::RADII,
     "3.0",
     "Half the filter's width in pixels: the lobes on each side of its middle.",
 );

@@ -320,8 +320,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
                 let largest = array(tube.middle).abs().max_element() + f64::from(tube.radius + tube.half);
                 (across(&tube, p).length() - f64::from(tube.radius), largest.max(p.abs().max_element()))
             }
-            Shape::Mesh { .. } => unreachable!("meshes have a test of their own"),
-            Shape::Box(_) => unreachable!("the sides of a box are quads"),
+            _ => unreachable!("meshes have a test of their own, and the sides of a box are quads"),
         };
         let error = f64::from(point.error);
         seen.used = seen.used.max(off.abs() / error);

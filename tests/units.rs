@@ -41,7 +41,10 @@ fn scaled(scene: &Scene, s: f64) -> Scene {
                 *radius *= s;
             }
             Shape::Box(BoxParameters { min, max }) => [min, max].into_iter().for_each(|vector| *vector *= s),
-            Shape::Mesh { transform, .. } => *transform = DAffine3::from_scale(DVec3::splat(s)) * *transform,
+            other => {
+                let Shape::Mesh { transform, .. } = other else { panic!("a shape of unknown lengths") };
+                *transform = DAffine3::from_scale(DVec3::splat(s)) * *transform;
+            }
         }
     }
     for Light::Point(PointLightParameters { position, intensity }) in &mut scene.lights {

@@ -185,6 +185,7 @@ pub(super) fn shown(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Args;
 
     #[test]
     fn sizes_crops_and_times_are_read_or_refused() {
@@ -222,6 +223,19 @@ mod tests {
         for bad in ["", "s", "0", "-1s", "nan", "inf", "1e300h", "5 parsecs"] {
             assert!(duration(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn help_names_all_that_can_be_chosen() {
+        let command = SceneArguments::augment_args(clap::Command::new("stride"));
+        let help = |id: &str| {
+            let argument = command.get_arguments().find(|argument| argument.get_id() == id).unwrap();
+            argument.get_help().unwrap().to_string()
+        };
+        assert!(Integrator::names().all(|name| help("integrator").contains(name)));
+        assert!(Sampler::names().all(|name| help("sampler").contains(name)));
+        assert!(Filter::names().all(|name| help("filter").contains(name)));
+        assert!(FilmMode::names().all(|name| help("film_mode").contains(name)));
     }
 
     #[test]

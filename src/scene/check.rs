@@ -120,7 +120,8 @@ impl Finder<'_> {
     }
 
     fn direction(&mut self, name: &str, direction: DVec3) {
-        if !((direction.length() - 1.0).abs() <= ROUNDING) {
+        let is_unit = (direction.length() - 1.0).abs() <= ROUNDING;
+        if !is_unit {
             self.add(format!("{name} must have a length of 1, not {:e}", direction.length()));
         }
     }
@@ -161,7 +162,8 @@ fn check_camera(camera: &CameraSettings, found: &mut Finder<'_>) {
     if camera.forward.cross(camera.up).length() < PARALLEL {
         found.add("up is parallel to the direction of view");
     }
-    if !(camera.vertical_fov > 0.0 && camera.vertical_fov < PI) {
+    let has_view = camera.vertical_fov > 0.0 && camera.vertical_fov < PI;
+    if !has_view {
         found.add(format!("vertical_fov must be above 0 and below π, not {:e}", camera.vertical_fov));
     }
     found.number("focal_length", camera.focal_length, LENGTH);

@@ -127,7 +127,7 @@ impl Tone {
     }
 }
 
-/// Those that a scene may choose: a picture's codes are no numbers to work with.
+/// Those that a scene may choose; [`Tone::Linear`] is for windows alone.
 impl Choice for Tone {
     const WHAT: &'static str = "tone curve";
     const NAMED: &'static [(&'static str, Self)] = &[("srgb", Tone::Srgb), ("filmic", Tone::Filmic)];

@@ -27,6 +27,22 @@ pub struct CameraSettings {
     pub focus_distance: f64,
 }
 
+/// What an empty scene file gives: a pinhole at the origin that looks along x with z up, 90° high.
+impl Default for CameraSettings {
+    fn default() -> Self {
+        CameraSettings {
+            eye: DVec3::ZERO,
+            forward: DVec3::X,
+            up: DVec3::Z,
+            vertical_fov: std::f64::consts::FRAC_PI_2,
+            focal_length: 1.0,
+            near: 0.0,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+        }
+    }
+}
+
 /// A camera over a film of a given size, ready to make rays.
 ///
 /// The focal plane lies at the focal length in front of the eye; half its height is l·tan(θ/2).
@@ -106,16 +122,7 @@ mod tests {
     use super::*;
 
     fn settings() -> CameraSettings {
-        CameraSettings {
-            eye: DVec3::new(1.0, 2.0, 3.0),
-            forward: DVec3::X,
-            up: DVec3::Z,
-            vertical_fov: std::f64::consts::FRAC_PI_2,
-            focal_length: 1.0,
-            near: 0.0,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-        }
+        CameraSettings { eye: DVec3::new(1.0, 2.0, 3.0), ..CameraSettings::default() }
     }
 
     fn close(a: Vec3<f32>, b: [f32; 3]) {

@@ -6,6 +6,7 @@
 //! |---|---|
 //! | [`math`] | vectors, lanes, rays, frames |
 //! | [`sampling`] | random streams, warps, each beside its density |
+//! | [`parameter`] | how shapes, materials and lights are declared |
 //! | [`shape`] | plane, sphere, quad, triangle mesh |
 //! | [`material`] | materials, BxDFs |
 //! | [`light`] | area and point lights |
@@ -29,6 +30,7 @@ pub mod light;
 pub mod material;
 pub mod math;
 pub mod output;
+pub mod parameter;
 pub mod render;
 pub mod sampling;
 pub mod scene;

@@ -133,8 +133,8 @@ fn a_lamp_two_percent_brighter_is_noticed() {
         entity.emission = entity.emission.map(|e| e * 1.02);
     }
     for light in &mut brighter.lights {
-        let stride::scene::Light::Point { intensity, .. } = light;
-        *intensity = intensity.map(|e| e * 1.02);
+        let stride::scene::Light::Point(point) = light;
+        point.intensity = point.intensity.map(|e| e * 1.02);
     }
     brighter.environment = brighter.environment.map(|e| e * 1.02);
     let verdict = verdict(many_lights(), brighter, [4096, 1024]);

@@ -121,6 +121,9 @@ fn people_are_told_the_same() {
     let folder = Folder::new();
     let (a, b) = (folder.picture("a.png", 8, 8, 1.0), folder.picture("b.exr", 8, 8, 0.5));
     let output = compare(&[&a, &b]);
+    // A picture for screens is no radiance.
+    let said = stderr(&output);
+    assert!(said.starts_with("warning: ") && said.contains("a.png is"), "{said}");
     let text = String::from_utf8(output.stdout).unwrap();
     for word in [
         "mean A",
@@ -137,6 +140,7 @@ fn people_are_told_the_same() {
         assert!(text.contains(word), "{word:?} is not in\n{text}");
     }
     let hdr = compare(&[&b, &b]);
+    assert_eq!(stderr(&hdr), "");
     assert!(String::from_utf8(hdr.stdout).unwrap().contains("HDR-FLIP through ACES at"));
 }
 

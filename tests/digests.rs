@@ -19,7 +19,7 @@ use stride::integrator::{FirstHit, Paths};
 use stride::math::lanes::Level;
 use stride::output::read_picture;
 use stride::render::Region;
-use stride::scene::{Integrator, Material, MaterialKind, Sampler, Scene, load};
+use stride::scene::{Integrator, Material, MaterialKind, MatteParameters, Sampler, Scene, load};
 use stride::world::Finder;
 
 const INTEGRATORS: [(&str, Integrator); 3] =
@@ -60,7 +60,10 @@ fn mesh_room(width: u32, height: u32) -> Scene {
         mesh(icosphere(v(7.0, 0.3, 0.3), 0.9, 2, false), 3),
         emitting(ball(v(4.0, 0.0, 2.2), 0.4, 2, 0), 6.0),
     ];
-    let red = Material { name: "red".into(), kind: MaterialKind::Matte { reflectance: [0.8, 0.2, 0.1] } };
+    let red = Material {
+        name: "red".into(),
+        kind: MaterialKind::Matte(MatteParameters { reflectance: [0.8, 0.2, 0.1] }),
+    };
     let materials =
         vec![matte([0.7, 0.6, 0.5]), mirror([0.9, 0.8, 0.7]), glass(1.5), red, checkerboard(0, 3, 2.0)];
     let mut all = scene(materials, entities);

@@ -128,8 +128,8 @@ fn a_ball_in_the_glowing_sphere_of_the_same_albedo_cannot_be_told_from_it() {
     let sheet = || quad(v(1.0, -1.0, -0.3), DVec3::X * 0.5, DVec3::Y * 0.5, 0);
     room.entities.push(glowing(sheet()));
     let mut back = flipped(glowing(sheet()));
-    let stride::scene::Shape::Quad { corner, .. } = &mut back.shape else { unreachable!() };
-    corner.z -= 1e-3;
+    let stride::scene::Shape::Quad(quad) = &mut back.shape else { unreachable!() };
+    quad.corner.z -= 1e-3;
     // The gap between them is dark at the rim only where a path creeps in, which none does within 10⁻³.
     room.entities.push(back);
     room.entities.push(glowing(cuboid(v(0.6, 0.5, -0.9), v(0.9, 0.7, -0.4), 0)));

@@ -16,61 +16,37 @@ use stride::output::open_film;
 use stride::render::accumulator::{Inbox, Outbox, Outcome};
 use stride::render::{Accumulator, Region, Schedule};
 use stride::scene::{
-    Entity, FilmSettings, Filter, Integrator, Material, MaterialKind, RenderSettings, Sampler, Scene, Shape,
-    Tone,
+    Entity, FilmSettings, Integrator, Material, MaterialKind, MatteParameters, MirrorParameters,
+    PlaneParameters, RenderSettings, Sampler, Scene, Shape, SphereParameters,
 };
 use stride::world::{Finder, World, compile};
 
 /// A mirror sphere and a light over a matte floor.
 fn scene(width: u32, height: u32) -> Scene {
     let material = |kind| Material { name: "a material".to_owned(), kind };
-    let entity = |shape, material, emission| Entity {
-        name: "an entity".to_owned(),
-        shape,
-        material,
-        emission: [emission; 3],
-        flip_normal: false,
-    };
-    let sphere = |x, y, z, radius| Shape::Sphere { center: DVec3::new(x, y, z), radius };
+    let entity =
+        |shape, material, emission| Entity { shape, material, emission: [emission; 3], ..Entity::default() };
+    let sphere = |x, y, z, radius| Shape::Sphere(SphereParameters { center: DVec3::new(x, y, z), radius });
     Scene {
-        film: FilmSettings {
-            width,
-            height,
-            exposure: 0.0,
-            tone: Tone::Srgb,
-            filter: Filter::Tent { radius: 1.0 },
-            mode: None,
-        },
-        camera: CameraSettings {
-            eye: DVec3::ZERO,
-            forward: DVec3::X,
-            up: DVec3::Z,
-            vertical_fov: 1.2,
-            focal_length: 1.0,
-            near: 0.0,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-        },
+        film: FilmSettings { width, height, ..FilmSettings::default() },
+        camera: CameraSettings { vertical_fov: 1.2, ..CameraSettings::default() },
         render: RenderSettings {
             integrator: Integrator::PathNaive,
             sampler: Sampler::Independent,
-            max_depth: 5,
             samples: 1,
-            adaptive: false,
-            seed: 0,
-            ambient: [0.0; 3],
+            ..RenderSettings::default()
         },
         materials: vec![
-            material(MaterialKind::Matte { reflectance: [0.7, 0.6, 0.5] }),
-            material(MaterialKind::Mirror { reflectance: [0.9, 0.9, 0.8] }),
+            material(MaterialKind::Matte(MatteParameters { reflectance: [0.7, 0.6, 0.5] })),
+            material(MaterialKind::Mirror(MirrorParameters { reflectance: [0.9, 0.9, 0.8] })),
         ],
         entities: vec![
-            entity(Shape::Plane { normal: DVec3::Z, distance: -1.0 }, 0, 0.0),
+            entity(Shape::Plane(PlaneParameters { normal: DVec3::Z, distance: -1.0 }), 0, 0.0),
             entity(sphere(4.0, -1.0, 0.0, 1.0), 1, 0.0),
             entity(sphere(5.0, 1.5, 1.5, 0.8), 0, 4.0),
         ],
-        lights: Vec::new(),
         environment: [0.1, 0.1, 0.2],
+        ..Scene::default()
     }
 }
 

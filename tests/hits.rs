@@ -9,7 +9,10 @@ use stride::integrator::Event;
 use stride::math::{Frame, Ray, Vec3};
 use stride::render::Region;
 use stride::sampling::Stream;
-use stride::scene::{Entity, Scene, Shape};
+use stride::scene::{
+    CylinderParameters, DiskParameters, Entity, PlaneParameters, QuadParameters, Scene, Shape,
+    SphereParameters,
+};
 use stride::shape::{Cylinder, NOTHING, Rare, offset_origin};
 use stride::world::{CompiledScene, Finder, SurfacePoint, World, compile};
 
@@ -284,18 +287,18 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
         }
         let p = wide(point.p);
         let (off, largest) = match shape {
-            Shape::Plane { normal, distance } => {
+            Shape::Plane(PlaneParameters { normal, distance }) => {
                 let n = wide(narrow(normal));
                 // The plane is what its rounded numbers say.
                 let distance = f64::from(distance as f32);
                 (p.dot(n) - distance, distance.abs().max(p.abs().max_element()))
             }
-            Shape::Quad { corner, u, v } => {
+            Shape::Quad(QuadParameters { corner, u, v }) => {
                 let n = wide(point.n);
                 let distance = f64::from(u.cross(v).normalize().dot(corner) as f32);
                 (p.dot(n) - distance, distance.abs().max(p.abs().max_element()))
             }
-            Shape::Sphere { center, radius } => {
+            Shape::Sphere(SphereParameters { center, radius }) => {
                 let ball = alone.world.simple.spheres[0].0;
                 // Of a wall the centre is far, and no number that matters is as large.
                 let largest = match array(ball.to_centre) {
@@ -304,18 +307,17 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
                 };
                 (power(&ball, p) / (2.0 * radius), largest.max(p.abs().max_element()))
             }
-            Shape::Disk { center, normal, .. } => {
+            Shape::Disk(DiskParameters { center, normal, .. }) => {
                 let n = wide(narrow(normal));
                 let distance = f64::from(normal.dot(center) as f32);
                 (p.dot(n) - distance, distance.abs().max(p.abs().max_element()))
             }
-            Shape::Cylinder { .. } => {
+            Shape::Cylinder(_) => {
                 let tube = tube(&alone);
                 let largest = array(tube.middle).abs().max_element() + f64::from(tube.radius + tube.half);
                 (across(&tube, p).length() - f64::from(tube.radius), largest.max(p.abs().max_element()))
             }
-            Shape::Mesh { .. } => unreachable!("meshes have a test of their own"),
-            Shape::Box { .. } => unreachable!("the sides of a box are quads"),
+            _ => unreachable!("meshes have a test of their own, and the sides of a box are quads"),
         };
         let error = f64::from(point.error);
         seen.used = seen.used.max(off.abs() / error);
@@ -332,9 +334,9 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
             let away = Ray::new(offset_origin(point.p, point.n, point.error, d), d);
             seen.rays += 1;
             let t = alone.world.intersect(&away, true).t;
-            let inward = matches!(shape, Shape::Sphere { .. }) && point.n.dot(d) < 0.0;
+            let inward = matches!(shape, Shape::Sphere(_)) && point.n.dot(d) < 0.0;
             match shape {
-                Shape::Sphere { .. } if inward => {
+                Shape::Sphere(_) if inward => {
                     // Into a sphere it meets the other end of its chord, of which it starts inside.
                     let ball = alone.world.simple.spheres[0].0;
                     let inside = -power(&ball, wide(away.o));
@@ -347,7 +349,7 @@ fn leave(shape: Shape, size: f64, near: DVec3, hits: u32, stream: &mut Stream) -
                     let t = f64::from(t);
                     assert!((0.5 * chord..=2.0 * chord).contains(&t), "{shape:?} {away:?}: {t}, not {chord}");
                 }
-                Shape::Cylinder { .. } if point.n.dot(d) < 0.0 => {
+                Shape::Cylinder(_) if point.n.dot(d) < 0.0 => {
                     // Into a cylinder likewise, unless it leaves by an end.
                     let tube = tube(&alone);
                     let (m, d) = (across(&tube, wide(away.o)), wide(away.d));
@@ -377,22 +379,30 @@ fn rays_that_leave_a_surface_never_meet_it_where_they_start() {
             let near = direction(stream) * scale * place;
             let (normal, e) = (direction(stream), direction(stream));
             let shapes = [
-                Shape::Plane { normal, distance: normal.dot(near) },
-                Shape::Plane { normal: DVec3::Z, distance: near.z },
-                Shape::Quad { corner: near, u: e * scale, v: e.any_orthogonal_vector() * scale * 0.7 },
-                Shape::Quad { corner: near, u: DVec3::X * scale, v: DVec3::Y * scale },
-                Shape::Sphere { center: near, radius: scale },
-                Shape::Disk { center: near, normal: e, radius: scale },
-                Shape::Disk { center: near, normal: DVec3::Y, radius: 0.1 * scale },
-                Shape::Cylinder { from: near, to: near + e * scale, radius: scale },
-                Shape::Cylinder {
+                Shape::Plane(PlaneParameters { normal, distance: normal.dot(near) }),
+                Shape::Plane(PlaneParameters { normal: DVec3::Z, distance: near.z }),
+                Shape::Quad(QuadParameters {
+                    corner: near,
+                    u: e * scale,
+                    v: e.any_orthogonal_vector() * scale * 0.7,
+                }),
+                Shape::Quad(QuadParameters { corner: near, u: DVec3::X * scale, v: DVec3::Y * scale }),
+                Shape::Sphere(SphereParameters { center: near, radius: scale }),
+                Shape::Disk(DiskParameters { center: near, normal: e, radius: scale }),
+                Shape::Disk(DiskParameters { center: near, normal: DVec3::Y, radius: 0.1 * scale }),
+                Shape::Cylinder(CylinderParameters { from: near, to: near + e * scale, radius: scale }),
+                Shape::Cylinder(CylinderParameters {
                     from: near - e * 5.0 * scale,
                     to: near + e * 5.0 * scale,
                     radius: 0.1 * scale,
-                },
-                Shape::Cylinder { from: near, to: near + DVec3::X * 0.1 * scale, radius: scale },
+                }),
+                Shape::Cylinder(CylinderParameters {
+                    from: near,
+                    to: near + DVec3::X * 0.1 * scale,
+                    radius: scale,
+                }),
                 // Seen from up close, almost flat.
-                Shape::Sphere { center: near + e * scale * 1e3, radius: scale * 1e3 },
+                Shape::Sphere(SphereParameters { center: near + e * scale * 1e3, radius: scale * 1e3 }),
             ];
             for shape in shapes {
                 let seen = leave(shape.clone(), scale, near, 2000, stream);

@@ -7,7 +7,8 @@ use glam::DVec3;
 use std::marker::PhantomData;
 use stride::integrator::{Finished, Paths};
 use stride::material::{
-    Bxdf, Checkerboard, Glass, MaterialTable, Matte, Mirror, Site, TransportMode, fresnel_dielectric,
+    Bxdf, CheckerboardParameters, Described, GlassParameters, MaterialTable, MatteParameters,
+    MirrorParameters, Site, TransportMode, fresnel_dielectric,
 };
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{Float, Frame, Ray, Rgb, Uint, Vec3, trig};
@@ -167,10 +168,10 @@ law!(scattering_is_the_same_at_every_level, F, x, {
     let [wo, wi] = directions::<F>(x);
     let [a, b, c, ..] = unit::<F>(x);
     let table = MaterialTable::new(vec![
-        Matte::row([0.75, 0.5, 0.25]),
-        Mirror::row([0.6, 0.4, 0.2]),
-        Glass::row(1.5, [0.5; 3], [0.9, 0.8, 0.7]),
-        Checkerboard::row(0, 1, [3.0, 7.0]),
+        MatteParameters { reflectance: [0.75, 0.5, 0.25] }.row(),
+        MirrorParameters { reflectance: [0.6, 0.4, 0.2] }.row(),
+        GlassParameters { ior: 1.5, reflectance: [0.5; 3], transmittance: [0.9, 0.8, 0.7] }.row(),
+        CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [3.0, 7.0] }.row(),
     ]);
     // Each lane of another material.
     let (material, uv) = table.resolve(x[7] & F::Uint::splat(3), [a * 50.0 - 25.0, b * 50.0 - 25.0]);

@@ -18,7 +18,7 @@ use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Frame, Ray, Vec3};
 use stride::render::Region;
 use stride::sampling::Stream;
-use stride::scene::{Entity, Filter, Integrator, Mesh, Sampler, Scene, Shape};
+use stride::scene::{Entity, Filter, Integrator, Mesh, Sampler, Scene, Shape, SphereParameters};
 use stride::shape::{NOTHING, offset_origin};
 use stride::world::{CompiledScene, Finder, World, compile};
 
@@ -352,7 +352,7 @@ fn balls(ball: impl Fn(DVec3, f64) -> Shape) -> Scene {
 
 #[test]
 fn fine_meshes_with_normals_look_like_spheres() {
-    let round = balls(|center, radius| Shape::Sphere { center, radius });
+    let round = balls(|center, radius| Shape::Sphere(SphereParameters { center, radius }));
     let mesh = |smooth: bool, n: u32| {
         balls(move |centre, radius| Shape::Mesh {
             mesh: Arc::new(icosphere(centre, radius, n, smooth)),

@@ -9,8 +9,8 @@ use common::statistics::{check_against_tables, normal_tails, sidak};
 use glam::DVec3;
 use std::f64::consts::TAU;
 use stride::material::{
-    Bsdf, Bxdf, BxdfSample, Dielectric, Glass, Lambertian, MaterialTable, Matte, Mirror, Site,
-    SpecularReflection, TransportMode,
+    Bsdf, Bxdf, BxdfSample, Described, Dielectric, GlassParameters, Lambertian, MaterialTable,
+    MatteParameters, MirrorParameters, Site, SpecularReflection, TransportMode,
 };
 use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Rgb, Vec3};
@@ -44,10 +44,10 @@ const MODE: TransportMode = TransportMode::Radiance;
 fn materials() -> MaterialTable {
     let reflectance = [0.7, 0.4, 0.2];
     MaterialTable::new(vec![
-        Matte::row(reflectance),
-        Mirror::row(reflectance),
-        Glass::row(1.5, [1.0; 3], [1.0; 3]),
-        Glass::row(0.75, [0.8; 3], [0.9; 3]),
+        MatteParameters { reflectance: reflectance }.row(),
+        MirrorParameters { reflectance: reflectance }.row(),
+        GlassParameters { ior: 1.5, reflectance: [1.0; 3], transmittance: [1.0; 3] }.row(),
+        GlassParameters { ior: 0.75, reflectance: [0.8; 3], transmittance: [0.9; 3] }.row(),
     ])
 }
 

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use stride::scene::toml::schema;
 use stride::scene::*;
 
 fn read(text: &str) -> Loaded {
@@ -55,7 +56,7 @@ fn the_figures_are_variations_of_the_cover() {
     assert_eq!(scene("figure-6-6.toml"), film(&|s| (s.render.samples, s.render.max_depth) = (200, 2)));
     let bigger_light = film(&|s| {
         let light = s.entities.last_mut().expect("the light");
-        light.shape = Shape::Sphere { center: DVec3::new(7.0, 0.0, 3.0), radius: 2.0 };
+        light.shape = Shape::Sphere(SphereParameters { center: DVec3::new(7.0, 0.0, 3.0), radius: 2.0 });
         light.emission = [0.25; 3];
     });
     assert_eq!(scene("figure-6-7.toml"), bigger_light);
@@ -71,7 +72,7 @@ fn the_figures_are_variations_of_the_cover() {
 
 #[test]
 fn the_cover_is_the_reports_program() {
-    let Scene { film, camera, render, materials, entities, lights, environment } = scene("cover.toml");
+    let Scene { film, camera, render, materials, entities, lights, environment, .. } = scene("cover.toml");
     assert_eq!((film.width, film.height, film.filter), (640, 480, Filter::Tent { radius: 1.0 }));
     assert_eq!((camera.eye, camera.forward, camera.up), (DVec3::ZERO, DVec3::X, DVec3::Z));
     assert_eq!(camera.vertical_fov, std::f64::consts::FRAC_PI_2);
@@ -79,10 +80,10 @@ fn the_cover_is_the_reports_program() {
     assert_eq!((lights, environment), (vec![], [0.0; 3]));
 
     let kind = |entity: &Entity| materials[entity.material].kind.clone();
-    let matte = |r, g, b| MaterialKind::Matte { reflectance: [r, g, b] };
-    let mirror = |r, g, b| MaterialKind::Mirror { reflectance: [r, g, b] };
-    let plane = |x, y, z, distance| Shape::Plane { normal: DVec3::new(x, y, z), distance };
-    let sphere = |x, y, z, radius| Shape::Sphere { center: DVec3::new(x, y, z), radius };
+    let matte = |r, g, b| MaterialKind::Matte(MatteParameters { reflectance: [r, g, b] });
+    let mirror = |r, g, b| MaterialKind::Mirror(MirrorParameters { reflectance: [r, g, b] });
+    let plane = |x, y, z, distance| Shape::Plane(PlaneParameters { normal: DVec3::new(x, y, z), distance });
+    let sphere = |x, y, z, radius| Shape::Sphere(SphereParameters { center: DVec3::new(x, y, z), radius });
     let grey = matte(0.75, 0.75, 0.75);
     let expected = [
         (plane(0.0, 1.0, 0.0, -6.0), Some(matte(0.75, 0.25, 0.25))),
@@ -100,7 +101,7 @@ fn the_cover_is_the_reports_program() {
         assert!(!entity.flip_normal);
         match (kind(entity), material) {
             (kind, Some(material)) => assert_eq!(kind, material, "{}", entity.name),
-            (MaterialKind::Checkerboard { even, odd, checks_per_unit }, None) => {
+            (MaterialKind::Checkerboard(CheckerboardParameters { even, odd, checks_per_unit }), None) => {
                 assert_eq!(materials[even].kind, grey);
                 assert_eq!(materials[odd].kind, mirror(0.6, 0.4, 0.2));
                 assert_eq!(checks_per_unit, [10.0, 10.0]);
@@ -115,41 +116,41 @@ fn the_cover_is_the_reports_program() {
 #[test]
 fn an_empty_file_has_the_defaults_of_the_design() {
     let Loaded { scene, warnings, .. } = read("");
-    let expected = Scene {
-        film: FilmSettings {
-            width: 640,
-            height: 480,
-            exposure: 0.0,
-            tone: Tone::Srgb,
-            filter: Filter::Tent { radius: 1.0 },
-            mode: None,
-        },
-        camera: CameraSettings {
-            eye: DVec3::ZERO,
-            forward: DVec3::X,
-            up: DVec3::Z,
-            vertical_fov: std::f64::consts::FRAC_PI_2,
-            focal_length: 1.0,
-            near: 0.0,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-        },
-        render: RenderSettings {
-            integrator: Integrator::Path,
-            sampler: Sampler::Sobol,
-            max_depth: 5,
-            samples: 500,
-            adaptive: false,
-            seed: 0,
-            ambient: [0.0; 3],
-        },
-        materials: vec![],
-        entities: vec![],
-        lights: vec![],
-        environment: [0.0; 3],
-    };
-    assert_eq!(scene, expected);
+    assert_eq!(scene, Scene::default());
+    assert_eq!(
+        (scene.film.width, scene.film.height, scene.film.filter),
+        (640, 480, Filter::Tent { radius: 1.0 })
+    );
+    assert_eq!((scene.camera.eye, scene.camera.forward, scene.camera.up), (DVec3::ZERO, DVec3::X, DVec3::Z));
+    assert_eq!(scene.camera.vertical_fov, std::f64::consts::FRAC_PI_2);
+    assert_eq!((scene.render.integrator, scene.render.sampler), (Integrator::Path, Sampler::Sobol));
+    assert_eq!((scene.render.max_depth, scene.render.samples, scene.render.seed), (5, 500, 0));
     assert_eq!(warnings.len(), 2);
+}
+
+#[test]
+fn every_name_of_a_choice_is_read_shown_and_in_the_schema() {
+    fn hold<C: Choice + std::fmt::Debug + PartialEq>(table: &str, key: &str, of: fn(&Scene) -> C) {
+        let described = &schema()["properties"][table]["properties"][key];
+        let listed = [&described["enum"], &described["anyOf"][0]["enum"]];
+        let names: Vec<&str> = C::names().collect();
+        let names = serde_json::json!(names);
+        assert!(listed.contains(&&names), "{described}");
+        for (name, choice) in C::NAMED {
+            let text = |value: &str| format!("[{table}]\n{key} = {value}");
+            assert_eq!(of(&read(&text(&format!("\"{name}\""))).scene), *choice);
+            if !described["anyOf"].is_null() {
+                assert_eq!(of(&read(&text(&format!("{{ type = \"{name}\" }}"))).scene), *choice);
+            }
+            assert_eq!((C::of_name(name), choice.name()), (Ok(*choice), *name));
+        }
+    }
+    hold::<Integrator>("render", "integrator", |scene| scene.render.integrator);
+    hold::<Sampler>("render", "sampler", |scene| scene.render.sampler);
+    hold::<Tone>("film", "tone", |scene| scene.film.tone);
+    hold::<Filter>("film", "filter", |scene| scene.film.filter);
+    hold::<FilmMode>("film", "mode", |scene| scene.film.mode());
+    assert_eq!(Sampler::listed(), "sobol or independent");
 }
 
 #[test]
@@ -242,81 +243,66 @@ fn every_key_reaches_the_scene() {
         "the normal's length is 5, and distance is a length all the same",
     ];
     assert_eq!(warnings, told);
-    assert_eq!(
-        scene.film,
-        FilmSettings {
-            width: 1,
-            height: 65536,
-            exposure: -1.5,
-            tone: Tone::Filmic,
-            filter: Filter::Box { radius: 0.5 },
-            mode: None
-        }
-    );
-    assert_eq!(
-        scene.camera,
-        CameraSettings {
-            eye: DVec3::new(1.0, 2.0, 3.0),
-            forward: DVec3::NEG_Z,
-            up: DVec3::Y,
-            vertical_fov: std::f64::consts::FRAC_PI_4,
-            focal_length: 2.0,
-            near: 0.25,
-            aperture_radius: 0.5,
-            focus_distance: 9.0,
-        }
-    );
-    assert_eq!(
-        scene.render,
-        RenderSettings {
-            integrator: Integrator::Whitted,
-            sampler: Sampler::Independent,
-            max_depth: 0,
-            samples: u32::MAX,
-            adaptive: false,
-            seed: u32::MAX,
-            ambient: [0.1, 0.2, 0.3],
-        }
-    );
+    let film = &scene.film;
+    assert_eq!((film.width, film.height, film.exposure, film.mode), (1, 65536, -1.5, None));
+    assert_eq!((film.tone, film.filter), (Tone::Filmic, Filter::Box { radius: 0.5 }));
+    let camera = &scene.camera;
+    let eye = DVec3::new(1.0, 2.0, 3.0);
+    assert_eq!((camera.eye, camera.forward, camera.up), (eye, DVec3::NEG_Z, DVec3::Y));
+    assert_eq!((camera.vertical_fov, camera.near), (std::f64::consts::FRAC_PI_4, 0.25));
+    assert_eq!((camera.focal_length, camera.aperture_radius, camera.focus_distance), (2.0, 0.5, 9.0));
+    let render = &scene.render;
+    assert_eq!((render.integrator, render.sampler), (Integrator::Whitted, Sampler::Independent));
+    assert_eq!((render.max_depth, render.samples, render.seed), (0, u32::MAX, u32::MAX));
+    assert_eq!((render.adaptive, render.ambient), (false, [0.1, 0.2, 0.3]));
     let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
     assert_eq!(names, ["matte", "mirror", "inner", "glass", "board", "tinted"]);
     let checks = |i: usize| match scene.materials[i].kind {
-        MaterialKind::Checkerboard { even, odd, checks_per_unit } => (even, odd, checks_per_unit),
+        MaterialKind::Checkerboard(CheckerboardParameters { even, odd, checks_per_unit }) => {
+            (even, odd, checks_per_unit)
+        }
         ref other => panic!("{other:?}"),
     };
     assert_eq!(checks(2), (0, 1, [1.0, 1.0]));
     assert_eq!(checks(4), (2, 3, [1.0, 2.5]));
-    let clear = MaterialKind::Glass { ior: 1.0, reflectance: [1.0; 3], transmittance: [1.0; 3] };
+    let clear =
+        MaterialKind::Glass(GlassParameters { ior: 1.0, reflectance: [1.0; 3], transmittance: [1.0; 3] });
     assert_eq!(scene.materials[3].kind, clear);
-    let tinted =
-        MaterialKind::Glass { ior: 1.5, reflectance: [1.0, 1.0, 0.5], transmittance: [0.5, 1.0, 1.0] };
+    let tinted = MaterialKind::Glass(GlassParameters {
+        ior: 1.5,
+        reflectance: [1.0, 1.0, 0.5],
+        transmittance: [0.5, 1.0, 1.0],
+    });
     assert_eq!(scene.materials[5].kind, tinted);
 
-    let entity = |name: &str, shape, material, emission, flip_normal| Entity {
-        name: name.into(),
-        shape,
-        material,
-        emission,
-        flip_normal,
-    };
+    let entity =
+        |name: &str, shape, material| Entity { name: name.into(), shape, material, ..Entity::default() };
     let corner = DVec3::new(1.0, 2.0, 3.0);
-    let quad = Shape::Quad { corner, u: DVec3::X * 2.0, v: DVec3::Y * 2.0 };
-    let ball = Shape::Sphere { center: DVec3::new(-1e18, 0.0, 1e18), radius: 1e5 };
-    let plane = Shape::Plane { normal: DVec3::new(0.0, 0.6, 0.8), distance: -2.0 };
-    assert_eq!(scene.entities[0], entity("entity 1", quad, 4, [0.0; 3], false));
-    assert_eq!(scene.entities[1], entity("ball", ball, 5, [0.0, 0.0, 1073741824.0], true));
-    let Shape::Plane { normal, .. } = scene.entities[2].shape else { panic!("no plane") };
+    let quad = Shape::Quad(QuadParameters { corner, u: DVec3::X * 2.0, v: DVec3::Y * 2.0 });
+    let ball = Shape::Sphere(SphereParameters { center: DVec3::new(-1e18, 0.0, 1e18), radius: 1e5 });
+    let plane = Shape::Plane(PlaneParameters { normal: DVec3::new(0.0, 0.6, 0.8), distance: -2.0 });
+    assert_eq!(scene.entities[0], entity("entity 1", quad, 4));
+    let emission = [0.0, 0.0, 1073741824.0];
+    let ball = Entity { emission, flip_normal: true, ..entity("ball", ball, 5) };
+    assert_eq!(scene.entities[1], ball);
+    let Shape::Plane(PlaneParameters { normal, .. }) = scene.entities[2].shape else { panic!("no plane") };
     assert!((normal - DVec3::new(0.0, 0.6, 0.8)).length() < 1e-15 && (normal.length() - 1.0).abs() < 1e-15);
     let third = Entity { shape: plane, ..scene.entities[2].clone() };
-    assert_eq!(third, entity("entity 3", third.shape.clone(), 1, [0.0; 3], false));
-    let Shape::Disk { center, normal, radius } = scene.entities[3].shape else { panic!("no disk") };
+    assert_eq!(third, entity("entity 3", third.shape.clone(), 1));
+    let Shape::Disk(DiskParameters { center, normal, radius }) = scene.entities[3].shape else {
+        panic!("no disk")
+    };
     assert!((center, radius) == (corner, 2.5) && (normal - DVec3::new(0.0, -0.6, 0.8)).length() < 1e-15);
-    let tube = Shape::Cylinder { from: corner, to: DVec3::new(4.0, 5.0, 6.0), radius: 0.5 };
-    assert_eq!(scene.entities[4], entity("entity 5", tube, 1, [0.0; 3], false));
+    let tube =
+        Shape::Cylinder(CylinderParameters { from: corner, to: DVec3::new(4.0, 5.0, 6.0), radius: 0.5 });
+    assert_eq!(scene.entities[4], entity("entity 5", tube, 1));
     let (min, max) = (DVec3::new(-1.0, -2.0, -3.0), DVec3::new(1.0, 2.0, 3.5));
-    assert_eq!(scene.entities[5], entity("entity 6", Shape::Box { min, max }, 1, [0.0; 3], false));
+    assert_eq!(scene.entities[5], entity("entity 6", Shape::Box(BoxParameters { min, max }), 1));
     let position = DVec3::new(1.0, 2.0, 3.0);
-    assert_eq!(scene.lights, [Light::Point { position, intensity: [10.0, 20.0, 30.0] }]);
+    assert_eq!(
+        scene.lights,
+        [Light::Point(PointLightParameters { position, intensity: [10.0, 20.0, 30.0] })]
+    );
     assert_eq!(scene.environment, [0.5, 0.25, 0.125]);
 }
 
@@ -367,8 +353,9 @@ fn parts_of_meshes_have_materials_of_their_own() {
     }
     let of_file = parts(", materials = \"file\"");
     assert_eq!(names(&of_file), ["house: brick of house.obj: brick", "house: pane of house.obj: pane"]);
-    assert_eq!(of_file[0].1.kind, MaterialKind::Matte { reflectance: [0.5, 0.25, 0.125] });
-    let pane = MaterialKind::Glass { ior: 1.25, reflectance: [1.0; 3], transmittance: [1.0; 3] };
+    assert_eq!(of_file[0].1.kind, MaterialKind::Matte(MatteParameters { reflectance: [0.5, 0.25, 0.125] }));
+    let pane =
+        MaterialKind::Glass(GlassParameters { ior: 1.25, reflectance: [1.0; 3], transmittance: [1.0; 3] });
     assert_eq!(of_file[1].1.kind, pane);
     // What the file's materials emit counts before the entity's emission.
     assert_eq!((of_file[0].2, of_file[1].2), (9.0, 1.0));
@@ -667,5 +654,5 @@ fn hostile_files_neither_crash_nor_hang() {
 #[test]
 fn the_broken_material_is_there_for_tests() {
     let text = "[materials.bad]\ntype = \"broken\"\n";
-    assert_eq!(read(text).scene.materials[0].kind, MaterialKind::Broken);
+    assert_eq!(read(text).scene.materials[0].kind, MaterialKind::Broken(BrokenParameters {}));
 }

@@ -9,7 +9,7 @@ use exr::prelude::read_first_rgba_layer_from_file;
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::path::Path;
-use stride::scene::{Entity, Integrator, Scene, Shape};
+use stride::scene::{Entity, Integrator, PlaneParameters, Scene, Shape};
 
 fn reference(name: &str, spp: u32) -> Reference {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/reference/{name}-160x120.exr"));
@@ -441,7 +441,7 @@ fn the_smallpt_box_is_the_same_box_of_planes() {
         (DVec3::NEG_Y, -81.6),
     ];
     for (entity, (normal, distance)) in flat.entities.iter_mut().zip(walls) {
-        entity.shape = Shape::Plane { normal, distance };
+        entity.shape = Shape::Plane(PlaneParameters { normal, distance });
         entity.flip_normal = false;
     }
     let verdict = compare(&estimate(&bent).blocks(), &estimate(&flat).blocks());

@@ -9,7 +9,10 @@ use std::path::Path;
 use std::process::Command;
 use stride::film::compare::{FlipKind, compare};
 use stride::output::read_picture;
-use stride::scene::{Integrator, Light, MaterialKind, Scene, Shape};
+use stride::scene::{
+    BoxParameters, CheckerboardParameters, CylinderParameters, DiskParameters, Integrator, Light,
+    MaterialKind, PlaneParameters, PointLightParameters, QuadParameters, Scene, Shape, SphereParameters,
+};
 use stride::world::Finder;
 
 /// The scene in another unit, of which `s` make the old one. Its checkerboards are on planes.
@@ -24,26 +27,33 @@ fn scaled(scene: &Scene, s: f64) -> Scene {
     }
     for entity in &mut scene.entities {
         match &mut entity.shape {
-            Shape::Plane { distance, .. } => *distance *= s,
-            Shape::Sphere { center, radius } | Shape::Disk { center, radius, .. } => {
+            Shape::Plane(PlaneParameters { distance, .. }) => *distance *= s,
+            Shape::Sphere(SphereParameters { center, radius })
+            | Shape::Disk(DiskParameters { center, radius, .. }) => {
                 *center *= s;
                 *radius *= s;
             }
-            Shape::Quad { corner, u, v } => [corner, u, v].into_iter().for_each(|vector| *vector *= s),
-            Shape::Cylinder { from, to, radius } => {
+            Shape::Quad(QuadParameters { corner, u, v }) => {
+                [corner, u, v].into_iter().for_each(|vector| *vector *= s)
+            }
+            Shape::Cylinder(CylinderParameters { from, to, radius }) => {
                 [from, to].into_iter().for_each(|vector| *vector *= s);
                 *radius *= s;
             }
-            Shape::Box { min, max } => [min, max].into_iter().for_each(|vector| *vector *= s),
-            Shape::Mesh { transform, .. } => *transform = DAffine3::from_scale(DVec3::splat(s)) * *transform,
+            Shape::Box(BoxParameters { min, max }) => [min, max].into_iter().for_each(|vector| *vector *= s),
+            other => {
+                let Shape::Mesh { transform, .. } = other else { panic!("a shape of unknown lengths") };
+                *transform = DAffine3::from_scale(DVec3::splat(s)) * *transform;
+            }
         }
     }
-    for Light::Point { position, intensity } in &mut scene.lights {
+    for Light::Point(PointLightParameters { position, intensity }) in &mut scene.lights {
         *position *= s;
         *intensity = intensity.map(|c| c * s * s);
     }
     for material in &mut scene.materials {
-        if let MaterialKind::Checkerboard { checks_per_unit, .. } = &mut material.kind {
+        if let MaterialKind::Checkerboard(CheckerboardParameters { checks_per_unit, .. }) = &mut material.kind
+        {
             *checks_per_unit = checks_per_unit.map(|checks| checks / s);
         }
     }
@@ -329,7 +339,7 @@ materials.w = {{ type = \"matte\", reflectance = [0.5, 0.6, 0.7] }}\n"
         assert_eq!([one.2.len(), other.2.len()], warned, "{:?} {:?}", one.2, other.2);
     }
     let (shape, _, warnings) = load("[0, 0, 2]", "3");
-    assert_eq!(shape, Shape::Plane { normal: DVec3::Z, distance: 3.0 });
+    assert_eq!(shape, Shape::Plane(PlaneParameters { normal: DVec3::Z, distance: 3.0 }));
     let told = "a.toml:4:72: the normal's length is 2, and distance is a length all the same; if X·normal = distance is meant with the normal as it is, divide both by 2";
     assert_eq!(warnings, [told]);
     // Normals with three digits are of length one.

@@ -4,11 +4,18 @@ use super::failure::{Failure, usage};
 use super::loading::Loading;
 use crate::film::{Film, Layout};
 use crate::render::Region;
-use crate::scene::{self, FilmMode, Filter, Integrator, Sampler, Scene, Sources};
+use crate::scene::{
+    self, Choice, FilmMode, Filter, Integrator, LONGEST_SIDE, MOST_BOUNCES, Sampler, Scene, Sources,
+};
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+
+/// An option's help, with the names that it takes.
+pub(super) fn named<C: Choice>(about: &str) -> String {
+    format!("{about}: {}", C::listed())
+}
 
 /// What a command may change in a scene.
 #[derive(Debug, Default, clap::Args)]
@@ -21,17 +28,14 @@ pub(super) struct SceneArguments {
     /// Size of the film in pixels, instead of the scene's
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = size)]
     pub size: Option<(u32, u32)>,
-    /// How light is followed, instead of the scene's way: path, path-naive or whitted
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help = named::<Integrator>("How light is followed, instead of the scene's way"))]
     pub integrator: Option<Integrator>,
-    /// Where random numbers come from, instead of the scene's source: sobol or independent
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help = named::<Sampler>("Where random numbers come from, instead of the scene's source"))]
     pub sampler: Option<Sampler>,
     /// Largest number of bounces, instead of the scene's; 0 sees emitters only; or unlimited
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = max_depth)]
     pub max_depth: Option<u32>,
-    /// Reconstruction filter, instead of the scene's: none, box, tent, gaussian, mitchell, blackman-harris or lanczos
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help = named::<Filter>("Reconstruction filter, instead of the scene's"))]
     pub filter: Option<Filter>,
     /// How samples are filtered, instead of the scene's way: importance (each pixel draws its own from the filter) or
     /// continuous (each sample lands on every pixel in reach) [default: what suits the filter]
@@ -105,9 +109,10 @@ const MOST_PIXELS: u64 = 1 << 31;
 
 /// "640x480".
 pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
-    let error = || "a size is written like 640x480, each side 1 to 65536".to_owned();
+    let error = || format!("a size is written like 640x480, each side 1 to {LONGEST_SIDE}");
     let (width, height) = text.split_once(['x', '×']).ok_or_else(error)?;
-    let side = |text: &str| text.parse().ok().filter(|side| (1..=65_536).contains(side)).ok_or_else(error);
+    let side =
+        |text: &str| text.parse().ok().filter(|side| (1..=LONGEST_SIDE).contains(side)).ok_or_else(error);
     Ok((side(width)?, side(height)?))
 }
 
@@ -118,9 +123,9 @@ pub(super) fn seed(text: &str) -> Result<u32, String> {
 
 /// "12" or "unlimited" as a number of bounces.
 pub(super) fn max_depth(text: &str) -> Result<u32, String> {
-    let number = || text.parse().ok().filter(|depth| *depth <= 10_000);
+    let number = || text.parse().ok().filter(|depth| *depth <= MOST_BOUNCES);
     let depth = if text == "unlimited" { Some(scene::UNLIMITED) } else { number() };
-    depth.ok_or_else(|| "a number of bounces is 0 to 10000, or unlimited".to_owned())
+    depth.ok_or_else(|| format!("a number of bounces is 0 to {MOST_BOUNCES}, or unlimited"))
 }
 
 /// "10,20,64,48" as a part of the film.
@@ -180,6 +185,7 @@ pub(super) fn shown(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Args;
 
     #[test]
     fn sizes_crops_and_times_are_read_or_refused() {
@@ -217,6 +223,19 @@ mod tests {
         for bad in ["", "s", "0", "-1s", "nan", "inf", "1e300h", "5 parsecs"] {
             assert!(duration(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn help_names_all_that_can_be_chosen() {
+        let command = SceneArguments::augment_args(clap::Command::new("stride"));
+        let help = |id: &str| {
+            let argument = command.get_arguments().find(|argument| argument.get_id() == id).unwrap();
+            argument.get_help().unwrap().to_string()
+        };
+        assert!(Integrator::names().all(|name| help("integrator").contains(name)));
+        assert!(Sampler::names().all(|name| help("sampler").contains(name)));
+        assert!(Filter::names().all(|name| help("filter").contains(name)));
+        assert!(FilmMode::names().all(|name| help("film_mode").contains(name)));
     }
 
     #[test]

@@ -7,7 +7,8 @@ use crate::output::human;
 use crate::output::{Format, read_picture};
 use anyhow::Context;
 use serde_json::json;
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -26,6 +27,15 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let (format_b, b) = read_picture(&arguments.b)?;
     // Beside a picture made for a screen, radiance is looked at as a screen would show it.
     let screen = format_a == Format::Png || format_b == Format::Png;
+    if screen && format_a != format_b {
+        let for_screens = if format_a == Format::Png { &arguments.a } else { &arguments.b };
+        let _ = writeln!(
+            io::stderr(),
+            "warning: {} is made for screens, clipped at white, with an exposure and a tone curve; the other picture \
+             holds radiance: some of the difference may come of that",
+            for_screens.display()
+        );
+    }
     let kind = if screen { FlipKind::Ldr } else { FlipKind::Hdr };
     let found = compare(&a, &b, kind)
         .with_context(|| format!("{} and {}", arguments.a.display(), arguments.b.display()))?;

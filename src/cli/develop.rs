@@ -95,10 +95,9 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
     let film = FilmSettings {
         width: dumped.width,
         height: dumped.height,
-        exposure: 0.0,
-        tone: Tone::default(),
         filter,
         mode: Some(FilmMode::Continuous),
+        ..FilmSettings::default()
     };
     if let Some(problem) = film.problem() {
         return Err(usage(problem));

@@ -3,9 +3,10 @@
 use super::failure::Failure;
 use super::loading::Loading;
 use crate::math::Bounds;
+use crate::parameter::Family;
 use crate::scene::mesh::{self, MeshFile, Split};
-use crate::scene::{self, Light, MaterialKind, Scene};
-use crate::shape::{Rare, Shape};
+use crate::scene::{self, MaterialKind, Scene};
+use crate::shape::Shape;
 use crate::world::{CompiledScene, Finder, Simple, Size, Triangles, World, compile};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
@@ -66,27 +67,12 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     let mut facts = Facts::default();
     facts.line("scene", format!("{}×{} pixels", scene.film.width, scene.film.height));
     facts.line("entities", scene.entities.len());
-    let boxes = scene.entities.iter().filter(|e| matches!(e.shape, scene::Shape::Box { .. })).count();
-    let common = [
-        (surfaces.planes.len(), "plane", "planes"),
-        (surfaces.spheres.len(), "sphere", "spheres"),
-        (surfaces.quads.len() - 6 * boxes, "quad", "quads"),
+    let meshes = [
+        (surfaces.triangles.len(), ["triangle", "triangles"]),
+        (surfaces.instances.len(), ["instance of a mesh", "instances of meshes"]),
     ];
-    let rare = Rare::NAMES.iter().map(|&names| {
-        let [one, many] = names;
-        (surfaces.rare.iter().filter(|(shape, _)| shape.names() == names).count(), one, many)
-    });
-    let others = [
-        (boxes, "box of six quads", "boxes of six quads"),
-        (surfaces.triangles.len(), "triangle", "triangles"),
-        (surfaces.instances.len(), "instance of a mesh", "instances of meshes"),
-    ];
-    let kinds = common
-        .into_iter()
-        .chain(rare)
-        .chain(others)
-        .filter(|(n, ..)| *n > 0)
-        .map(|(n, one, many)| count(n, one, many));
+    let kinds = declared(scene.entities.iter().map(|entity| &entity.shape)).into_iter().chain(meshes);
+    let kinds = kinds.filter(|(n, _)| *n > 0).map(|(n, [one, many])| count(n, one, many));
     facts.line("surfaces", or_none(kinds.collect::<Vec<_>>().join(", ")));
     let around = bounds(scene, &compiled, &surfaces);
     if around.low[0] <= around.high[0] {
@@ -126,26 +112,29 @@ fn bounds(scene: &Scene, compiled: &CompiledScene, surfaces: &Simple) -> Bounds 
 }
 
 fn lights(scene: &Scene, sampled: usize) -> String {
-    let points = scene.lights.iter().filter(|light| matches!(light, Light::Point { .. })).count();
+    let declared = declared(scene.lights.iter()).into_iter().map(|(n, [one, many])| count(n, one, many));
     let shines = |c: &[f64; 3]| c.iter().any(|&x| x > 0.0);
     let emitters = scene.entities.iter().filter(|entity| shines(&entity.emission)).count();
     let sky = if shines(&scene.environment) { ", and the environment" } else { "" };
     format!(
         "{}, {}; {sampled} to choose among{sky}",
-        count(points, "point", "points"),
+        declared.collect::<Vec<_>>().join(", "),
         count(emitters, "entity that emits", "entities that emit")
     )
 }
 
-fn kind(kind: &MaterialKind) -> &'static str {
-    match kind {
-        MaterialKind::Matte { .. } => "matte",
-        MaterialKind::Mirror { .. } => "mirror",
-        MaterialKind::Glass { .. } => "glass",
-        MaterialKind::Checkerboard { .. } => "checkerboard",
-        #[cfg(feature = "broken-material")]
-        MaterialKind::Broken => "broken",
+/// How many there are of each declaration of a family, and what one and many are called.
+fn declared<'f, F: Family>(all: impl Iterator<Item = &'f F>) -> Vec<(usize, [&'static str; 2])> {
+    let mut counts: Vec<_> = F::DECLARATIONS.iter().map(|declaration| (0, declaration.counted)).collect();
+    for declaration in all.filter_map(F::declaration) {
+        let place = F::DECLARATIONS.iter().position(|known| known.name == declaration.name);
+        counts[place.unwrap_or_default()].0 += 1;
     }
+    counts
+}
+
+fn kind(kind: &MaterialKind) -> &'static str {
+    kind.declaration().map_or("", |declaration| declaration.name)
 }
 
 /// The first dozen.

@@ -2,10 +2,11 @@
 
 use super::lanes::{Scattering, State, Transport, Vertex, View, go_on, meet};
 use super::observe::{Event, Observer, first, rgb, vec3};
+use crate::light::NO_LIGHT;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::{Float, Mask, Rgb, Uint, Vec3};
 use crate::sampling::Block;
-use crate::world::{Interaction, NO_LIGHT};
+use crate::world::Interaction;
 
 /// Bounces that every path makes before Russian roulette may end it.
 pub const ROULETTE_FROM: u32 = 2;

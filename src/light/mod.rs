@@ -11,6 +11,7 @@ mod environment;
 mod flat;
 mod kinds;
 mod lamps;
+pub(crate) mod list;
 #[cfg(test)]
 pub(crate) mod made_up;
 mod point;
@@ -29,11 +30,18 @@ pub use contract::Light;
 pub use environment::Environment;
 pub use kinds::{LightKind, Listed};
 pub use lamps::{LEAST_TRIANGLES, Lamp, MeshLamp};
+pub use list::*;
 pub use point::PointLight;
 pub use quad::LEAST_SOLID_ANGLE;
 pub use sample::{EmittedRay, Escaped, LightSample, SHADOW_LENGTH};
-pub use table::LightTable;
+pub use table::{LightTable, NO_LIGHT};
 pub use tree::{
     BELOW_ONE, COUNT_FROM, FACING, GREATEST, LEAF, LEAST_SHARE, LightNode, LightTree, NARROW, NEARNESS,
 };
 pub use triangle::Triangle;
+
+/// The parameters of a light that is not a surface, as a scene describes it.
+pub trait Described {
+    /// Adds the light to a table and returns its index there.
+    fn add_to(&self, lights: &mut LightTable) -> u32;
+}

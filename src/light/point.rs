@@ -4,9 +4,23 @@ use super::bounds::{LightBounds, grey};
 use super::columns::{LaneLights, LightRow};
 use super::contract::Light;
 use super::sample::{EmittedRay, LightSample};
+use super::{Described, LightTable};
 use crate::math::{Float, Mask, Ray, Rgb, Vec3};
+use crate::parameter::limits::{INTENSITY, POINT};
+use crate::parameter::{Colour, Kind, parameters};
 use crate::sampling::warp;
+use glam::DVec3;
 use std::f64::consts::PI;
+
+parameters! {
+    /// Sends the same intensity in every direction.
+    pub struct PointLightParameters: "point", "a point light" {
+        /// Where the light is.
+        position: DVec3 = POINT,
+        /// Radiant intensity in W/sr, the same in every direction.
+        intensity: Colour = Kind::Colour(INTENSITY),
+    }
+}
 
 /// Sends the same intensity in every direction. No path can hit it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +29,16 @@ pub struct PointLight {
     pub position: [f32; 3],
     /// Radiant intensity in W/sr.
     pub intensity: [f32; 3],
+}
+
+impl Described for PointLightParameters {
+    fn add_to(&self, lights: &mut LightTable) -> u32 {
+        let narrow = |numbers: [f64; 3]| numbers.map(|x| x as f32);
+        lights.push(PointLight {
+            position: narrow(self.position.to_array()),
+            intensity: narrow(self.intensity),
+        })
+    }
 }
 
 impl Light for PointLight {

@@ -10,7 +10,11 @@ use super::sample::{EmittedRay, LightSample};
 use super::tree::{BELOW_ONE, LightTree};
 use super::triangle::Triangle;
 use crate::math::{Float, Mask, Rgb, Uint, Vec3};
+use crate::shape::{Piece, Rare};
 use std::ops::Range;
+
+/// The index of a surface that is not sampled as a light.
+pub const NO_LIGHT: u32 = u32::MAX;
 
 /// All lights, one column for each property, and the tree that chooses among those that have a place.
 #[derive(Clone, Debug, Default)]
@@ -44,6 +48,19 @@ impl LightTable {
             self.infinite.push(index);
         }
         index
+    }
+
+    /// Adds a piece of a shape whose outward side emits, or if `flipped` the other. Returns its index;
+    /// [`NO_LIGHT`] for planes and others that are not sampled, which paths find by chance.
+    pub fn push_piece(&mut self, piece: &Piece, flipped: bool, emission: [f32; 3]) -> u32 {
+        match *piece {
+            Piece::Sphere(shape) => self.push(AreaLight { shape, flipped, emission }),
+            Piece::Quad(shape) => self.push(AreaLight { shape, flipped, emission }),
+            Piece::Rare(Rare::Disk(shape)) => self.push(AreaLight { shape, flipped, emission }),
+            Piece::Rare(Rare::Cylinder(shape)) => self.push(AreaLight { shape, flipped, emission }),
+            #[allow(unreachable_patterns, reason = "a rare shape that is not sampled need not be listed")]
+            Piece::Plane(_) | Piece::Rare(_) => NO_LIGHT,
+        }
     }
 
     /// Adds the triangles of a mesh whose outward side emits `emission` and returns the first one's index.

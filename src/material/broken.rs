@@ -3,9 +3,16 @@
 use super::bxdf::{Bxdf, BxdfSample, TransportMode};
 use super::kind::Kind;
 use super::lobes::Lambertian;
-use super::program::Leaf;
+use super::program::{Described, Leaf};
 use super::row::{Numbers, Row, Site};
 use crate::math::{Float, Rgb, Vec3};
+use crate::parameter::parameters;
+
+parameters! {
+    /// Returns NaN, infinity and −1 in turn: for testing that samples are rejected.
+    pub struct BrokenParameters: "broken", "a broken material" {}
+    hidden = true;
+}
 
 /// Returns values that no sample may have.
 #[derive(Clone, Copy, Debug)]
@@ -14,9 +21,10 @@ pub struct Broken;
 impl Broken {
     /// The weights of its samples, for each third of the numbers that choose the lobe.
     pub const WEIGHTS: [f32; 3] = [f32::NAN, f32::INFINITY, -1.0];
+}
 
-    /// Its row.
-    pub fn row() -> Row {
+impl Described for BrokenParameters {
+    fn row(&self) -> Row {
         Row::new(Kind::Broken, [1.0; 3])
     }
 }

@@ -1,26 +1,41 @@
 //! Two materials by turns.
 
 use super::kind::Kind;
-use super::program::Chooser;
-use super::row::{Columns, NUMBERS, Row, narrow};
+use super::program::{Chooser, Described};
+use super::row::{Columns, NUMBERS, Row, narrow, padded};
 use crate::math::{Float, Uint};
+use crate::parameter::limits::LENGTH;
+use crate::parameter::{self, parameters};
+
+parameters! {
+    /// Alternates two materials over the surface's uv: `even` is where ⌊u·a⌋ + ⌊v·b⌋ is even, with a and b checks for
+    /// each unit.
+    pub struct CheckerboardParameters: "checkerboard", "a checkerboard" {
+        /// The name of the material where the numbers of the check along u and along v have an even sum.
+        even: usize = parameter::Kind::Material,
+        /// The name of the material elsewhere.
+        odd: usize = parameter::Kind::Material,
+        // On planes the size of checks is a length.
+        /// Checks for each unit of uv: one number, or one along u and one along v. A plane's uv are lengths in it.
+        checks_per_unit: [f64; 2] = parameter::Kind::Pair(LENGTH) => "1",
+    }
+}
 
 /// Alternates two materials over the surface's uv.
 #[derive(Clone, Copy, Debug)]
 pub struct Checkerboard;
 
-impl Checkerboard {
-    /// The row of a board with the row `even` where ⌊u·a⌋ + ⌊v·b⌋ is even, and `odd` elsewhere, of a and b checks along
-    /// u and v for each unit of uv.
-    pub fn row(even: usize, odd: usize, checks_per_unit: [f64; 2]) -> Row {
-        let [a, b] = narrow(checks_per_unit);
+impl Described for CheckerboardParameters {
+    fn row(&self) -> Row {
         Row {
-            choices: [even as u32, odd as u32],
-            numbers: [a, b, 0.0, 0.0, 0.0],
+            choices: [self.even, self.odd].map(|index| index as u32),
+            numbers: padded(narrow(self.checks_per_unit)),
             ..Row::new(Kind::Checkerboard, [0.0; 3])
         }
     }
+}
 
+impl Checkerboard {
     /// The checks for each unit of u and v among the numbers of a row.
     pub fn unpack([a, b, ..]: [f32; NUMBERS]) -> [f32; 2] {
         [a, b]

@@ -2,25 +2,39 @@
 
 use super::kind::Kind;
 use super::lobes::Dielectric;
-use super::program::Leaf;
-use super::row::{NUMBERS, Numbers, Row, Site, narrow};
+use super::program::{Described, Leaf};
+use super::row::{NUMBERS, Numbers, Row, Site, narrow, padded};
 use crate::math::{Float, Rgb};
+use crate::parameter::limits::FRACTION;
+use crate::parameter::{self, Colour, Number, parameters};
+
+parameters! {
+    /// A smooth dielectric interface; the inside is where the normal does not point.
+    pub struct GlassParameters: "glass", "a glass" {
+        /// Index of refraction of the inside over the outside: 1.5 for glass in air, 1.33 for water.
+        ior: f64 = parameter::Kind::Number(Number::positive(1e-3, 1e3)),
+        /// Tint of what is reflected.
+        reflectance: Colour = FRACTION => "[1, 1, 1]",
+        /// Tint of what is transmitted.
+        transmittance: Colour = FRACTION => "[1, 1, 1]",
+    }
+}
 
 /// A smooth dielectric interface; the inside is where the normal does not point.
 #[derive(Clone, Copy, Debug)]
 pub struct Glass;
 
-impl Glass {
-    /// The row of glass with this index of refraction of the inside over the outside, and these tints of what is
-    /// reflected and transmitted.
-    pub fn row(ior: f64, reflectance: [f64; 3], transmittance: [f64; 3]) -> Row {
-        let [r, g, b] = narrow(transmittance);
-        Row { numbers: [r, g, b, ior as f32, 0.0], ..Row::new(Kind::Glass, narrow(reflectance)) }
+impl Described for GlassParameters {
+    fn row(&self) -> Row {
+        let [r, g, b] = narrow(self.transmittance);
+        Row { numbers: padded([r, g, b, self.ior as f32]), ..Row::new(Kind::Glass, narrow(self.reflectance)) }
     }
+}
 
+impl Glass {
     /// The transmittance and the index of refraction among the numbers of a row.
     #[inline(always)]
-    pub fn unpack<F>([r, g, b, ior, _]: [F; NUMBERS]) -> ([F; 3], F) {
+    pub fn unpack<F>([r, g, b, ior, ..]: [F; NUMBERS]) -> ([F; 3], F) {
         ([r, g, b], ior)
     }
 }

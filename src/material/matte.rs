@@ -2,18 +2,27 @@
 
 use super::kind::Kind;
 use super::lobes::Lambertian;
-use super::program::Leaf;
+use super::program::{Described, Leaf};
 use super::row::{Numbers, Row, Site, narrow};
 use crate::math::Float;
+use crate::parameter::limits::FRACTION;
+use crate::parameter::{Colour, parameters};
+
+parameters! {
+    /// Scatters evenly, on both sides.
+    pub struct MatteParameters: "matte", "a matte material" {
+        /// The fraction of light that is reflected: red, green, blue, each 0 to 1.
+        reflectance: Colour = FRACTION,
+    }
+}
 
 /// Scatters evenly, on both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct Matte;
 
-impl Matte {
-    /// The row of a material that reflects this fraction in each channel.
-    pub fn row(reflectance: [f64; 3]) -> Row {
-        Row::new(Kind::Matte, narrow(reflectance))
+impl Described for MatteParameters {
+    fn row(&self) -> Row {
+        Row::new(Kind::Matte, narrow(self.reflectance))
     }
 }
 

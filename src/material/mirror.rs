@@ -2,18 +2,27 @@
 
 use super::kind::Kind;
 use super::lobes::SpecularReflection;
-use super::program::Leaf;
+use super::program::{Described, Leaf};
 use super::row::{Numbers, Row, Site, narrow};
 use crate::math::Float;
+use crate::parameter::limits::FRACTION;
+use crate::parameter::{Colour, parameters};
+
+parameters! {
+    /// Reflects perfectly, on both sides.
+    pub struct MirrorParameters: "mirror", "a mirror" {
+        /// The fraction of light that is reflected: red, green, blue, each 0 to 1.
+        reflectance: Colour = FRACTION,
+    }
+}
 
 /// Reflects perfectly, on both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct Mirror;
 
-impl Mirror {
-    /// The row of a mirror that reflects this fraction in each channel.
-    pub fn row(reflectance: [f64; 3]) -> Row {
-        Row::new(Kind::Mirror, narrow(reflectance))
+impl Described for MirrorParameters {
+    fn row(&self) -> Row {
+        Row::new(Kind::Mirror, narrow(self.reflectance))
     }
 }
 

@@ -5,26 +5,27 @@
 //! has a file for each scattering function. [`Bxdf`] is the contract that integrators see; [`MaterialTable`] finds the
 //! [`Bsdf`] of a hit.
 
+#[cfg(feature = "broken-material")]
+mod broken;
 mod bsdf;
 mod bxdf;
+mod checkerboard;
+mod glass;
 mod kind;
+pub(crate) mod list;
 mod lobes;
+mod matte;
+mod mirror;
 mod program;
 mod row;
 mod table;
 
-#[cfg(feature = "broken-material")]
-mod broken;
-mod checkerboard;
-mod glass;
-mod matte;
-mod mirror;
-
 pub use bsdf::Bsdf;
 pub use bxdf::{Bxdf, BxdfSample, TransportMode};
 pub use kind::Kind;
+pub use list::*;
 pub use lobes::{Dielectric, Lambertian, SpecularReflection, Sum, fresnel_dielectric};
-pub use program::{Chooser, Leaf};
+pub use program::{Chooser, Described, Leaf};
 pub use row::{CHOICES, Columns, NUMBERS, Numbers, Row, Site};
 pub use table::MaterialTable;
 

@@ -1,8 +1,14 @@
 //! Materials as programs.
 
 use super::bxdf::Bxdf;
-use super::row::{Columns, Numbers, Site};
+use super::row::{Columns, Numbers, Row, Site};
 use crate::math::Float;
+
+/// The parameters of a material, as a scene describes it.
+pub trait Described {
+    /// The row in which the material's program finds them.
+    fn row(&self) -> Row;
+}
 
 /// A material that scatters light: a program that makes a lobe, which may be a combination of several, of the numbers of
 /// a row and the point where they are looked at.

@@ -4,7 +4,7 @@ use super::kind::Kind;
 use crate::math::{Float, Rgb, Uint, Vec3};
 
 /// Numbers of a row beyond its colour: as many as the material with the most has.
-pub const NUMBERS: usize = 5;
+pub const NUMBERS: usize = 8;
 
 /// Rows that one row chooses among.
 pub const CHOICES: usize = 2;
@@ -32,6 +32,13 @@ impl Row {
 /// Numbers of a description as rows have them.
 pub(super) fn narrow<const N: usize>(numbers: [f64; N]) -> [f32; N] {
     numbers.map(|x| x as f32)
+}
+
+/// A program's numbers in the place of as many as a row has.
+pub(super) fn padded<const N: usize>(numbers: [f32; N]) -> [f32; NUMBERS] {
+    let mut all = [0.0; NUMBERS];
+    all[..N].copy_from_slice(&numbers);
+    all
 }
 
 /// The numbers of each lane's row, of which programs make lobes.
@@ -105,6 +112,9 @@ impl Columns {
                 self.number_if_used(2, row),
                 self.number_if_used(3, row),
                 self.number_if_used(4, row),
+                self.number_if_used(5, row),
+                self.number_if_used(6, row),
+                self.number_if_used(7, row),
             ]
         } else {
             [F::zero(); NUMBERS]

@@ -136,15 +136,18 @@ impl MaterialTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{Bxdf, Checkerboard, Glass, Matte, Mirror, TransportMode};
+    use crate::material::{
+        Bxdf, CheckerboardParameters, Described, GlassParameters, MatteParameters, MirrorParameters,
+        TransportMode,
+    };
     use crate::math::Vec3;
 
     fn checkers() -> MaterialTable {
         MaterialTable::new(vec![
-            Matte::row([0.1; 3]),
-            Mirror::row([0.2; 3]),
-            Checkerboard::row(0, 1, [10.0, 10.0]),
-            Checkerboard::row(2, 1, [1.0, 2.0]),
+            MatteParameters { reflectance: [0.1; 3] }.row(),
+            MirrorParameters { reflectance: [0.2; 3] }.row(),
+            CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [10.0, 10.0] }.row(),
+            CheckerboardParameters { even: 2, odd: 1, checks_per_unit: [1.0, 2.0] }.row(),
         ])
     }
 
@@ -173,9 +176,13 @@ mod tests {
     #[test]
     fn numbers_that_some_rows_have_are_read_in_their_lanes() {
         let site = Site { p: Vec3::zero(), uv: [0.0; 2] };
-        let glass = Glass::row(1.5, [0.5; 3], [0.75, 0.5, 0.25]);
-        let table =
-            MaterialTable::new(vec![Matte::row([0.1; 3]), glass, Checkerboard::row(0, 1, [3.0, 4.0])]);
+        let glass =
+            GlassParameters { ior: 1.5, reflectance: [0.5; 3], transmittance: [0.75, 0.5, 0.25] }.row();
+        let table = MaterialTable::new(vec![
+            MatteParameters { reflectance: [0.1; 3] }.row(),
+            glass,
+            CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [3.0, 4.0] }.row(),
+        ]);
         let bsdf = table.bsdf::<f32>(Wrapping(1), site);
         let wo = Vec3::new(0.0, 0.0, 1.0);
         let refracted = bsdf.sample(wo, [0.5; 2], 0.5, TransportMode::Radiance);

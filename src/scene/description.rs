@@ -3,16 +3,28 @@
 //! Lengths are the scene's own unit, angles are radians, colours are linear Rec. 709, radiance is in
 //! W·m⁻²·sr⁻¹. Vectors are in world space, right-handed.
 
+mod choice;
+mod film;
+mod filter;
+mod render;
+
+pub use self::choice::Choice;
+pub use self::film::{EXPOSURES, FilmMode, FilmSettings, LONGEST_SIDE, Tone};
+pub use self::filter::Filter;
+pub use self::render::{Integrator, MOST_BOUNCES, RenderSettings, Sampler, UNLIMITED, endless};
 pub use crate::camera::CameraSettings;
-pub use crate::shape::Mesh;
-use glam::{DAffine3, DVec3};
-use std::sync::Arc;
+pub use crate::light::AnyLight as Light;
+pub use crate::light::list::*;
+pub use crate::material::list::*;
+pub use crate::parameter::Colour;
+use crate::parameter::{Family, Value};
+pub use crate::shape::list::*;
+pub use crate::shape::{AnyShape as Shape, Mesh};
+use glam::DVec3;
 
-/// A linear Rec. 709 colour or radiance.
-pub type Colour = [f64; 3];
-
-/// A whole scene, checked: indices are in range and every value is possible.
-#[derive(Clone, Debug, PartialEq)]
+/// A whole scene. One that a reader gives is checked: indices are in range and every value is possible. The default
+/// is what an empty scene file gives.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// The picture's shape and how samples become pixels.
     pub film: FilmSettings,
@@ -35,220 +47,12 @@ impl Scene {
     pub fn has_light(&self) -> bool {
         let shines = |colour: &Colour| colour.iter().any(|&channel| channel > 0.0);
         self.entities.iter().any(|entity| shines(&entity.emission))
-            || self.lights.iter().any(|Light::Point { intensity, .. }| shines(intensity))
+            || self.lights.iter().any(|light| {
+                light.values().iter().any(|value| matches!(value, Value::Colour(colour) if shines(colour)))
+            })
             || shines(&self.environment)
             || self.render.integrator == Integrator::Whitted && shines(&self.render.ambient)
     }
-}
-
-/// The picture's shape and how samples become pixels.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FilmSettings {
-    /// Pixels in a row, 1 to 65,536.
-    pub width: u32,
-    /// Rows, 1 to 65,536.
-    pub height: u32,
-    /// Exposure of PNG and window in stops: display values are radiance × 2^exposure.
-    pub exposure: f64,
-    /// The tone curve of PNG and window.
-    pub tone: Tone,
-    /// The reconstruction filter.
-    pub filter: Filter,
-    /// How samples are filtered; none leaves it to [`Filter::usual_mode`].
-    pub mode: Option<FilmMode>,
-}
-
-impl FilmSettings {
-    /// How samples are filtered.
-    pub fn mode(&self) -> FilmMode {
-        self.mode.unwrap_or(self.filter.usual_mode())
-    }
-
-    /// What is wrong with the filter in this mode.
-    pub fn problem(&self) -> Option<&'static str> {
-        match (self.mode(), self.filter) {
-            (FilmMode::Importance, filter) if filter.has_negative_lobes() => Some(
-                "this filter is negative in places, and no sample can be drawn with a negative chance: it needs mode \"continuous\"",
-            ),
-            (FilmMode::Continuous, Filter::None) => Some(
-                "filter \"none\" takes samples in pixel centres only: mode \"continuous\" needs a filter with a width",
-            ),
-            (FilmMode::Continuous, filter) if filter.radius() < 0.5 => Some(
-                "samples would fall between the pixels: with mode \"continuous\" a filter's radius is at least 0.5",
-            ),
-            _ => None,
-        }
-    }
-}
-
-/// How samples are filtered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FilmMode {
-    /// Each pixel draws samples of its own from the filter, and all count the same (report §5.2.5).
-    Importance,
-    /// Samples are spread evenly over the film, and each lands on every pixel within the filter's reach.
-    Continuous,
-}
-
-/// How linear values become the codes of 8-bit pictures and screens.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tone {
-    /// As they are, by the transfer function of IEC 61966-2-1, clipped at one.
-    #[default]
-    Srgb,
-    /// Through Narkowicz's fit of the ACES film curve first (<https://knarkowicz.wordpress.com>, "ACES Filmic Tone
-    /// Mapping Curve", 2016): dark tones gain contrast, and highlights roll off, to white at ten.
-    Filmic,
-    /// Codes in proportion to the values, for looking at numbers in a window.
-    Linear,
-}
-
-impl Tone {
-    /// All of them, in the order in which a viewer goes through them.
-    pub const ALL: [Tone; 3] = [Tone::Srgb, Tone::Filmic, Tone::Linear];
-
-    /// The name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Tone::Srgb => "srgb",
-            Tone::Filmic => "filmic",
-            Tone::Linear => "linear",
-        }
-    }
-}
-
-/// A reconstruction filter with its radius in pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Filter {
-    /// Every sample through the pixel's centre.
-    None,
-    /// Equal weight within the radius (½: the pixel itself).
-    Box {
-        /// Half the filter's width in pixels.
-        radius: f64,
-    },
-    /// A triangle that falls to zero at the radius (1 by default).
-    Tent {
-        /// Half the filter's width in pixels.
-        radius: f64,
-    },
-    /// exp(−x²/2σ²), lowered so that it ends at zero.
-    Gaussian {
-        /// Half the filter's width in pixels.
-        radius: f64,
-        /// σ in pixels.
-        sigma: f64,
-    },
-    /// Two cubic pieces (Mitchell and Netravali 1988), stretched to the radius.
-    Mitchell {
-        /// Half the filter's width in pixels.
-        radius: f64,
-        /// B: 1 blurs.
-        b: f64,
-        /// C: 1 rings.
-        c: f64,
-    },
-    /// The window of four cosines (Harris 1978).
-    BlackmanHarris {
-        /// Half the filter's width in pixels.
-        radius: f64,
-    },
-    /// sinc x · sinc(x/radius).
-    Lanczos {
-        /// Half the filter's width in pixels, and how many lobes there are on each side.
-        radius: f64,
-    },
-}
-
-impl Filter {
-    /// Half the filter's width in pixels.
-    pub fn radius(self) -> f64 {
-        match self {
-            Filter::None => 0.0,
-            Filter::Box { radius }
-            | Filter::Tent { radius }
-            | Filter::Gaussian { radius, .. }
-            | Filter::Mitchell { radius, .. }
-            | Filter::BlackmanHarris { radius }
-            | Filter::Lanczos { radius } => radius,
-        }
-    }
-
-    /// The same, stretched or cut off at another radius.
-    pub fn with_radius(mut self, to: f64) -> Filter {
-        match &mut self {
-            Filter::None => {}
-            Filter::Box { radius }
-            | Filter::Tent { radius }
-            | Filter::Gaussian { radius, .. }
-            | Filter::Mitchell { radius, .. }
-            | Filter::BlackmanHarris { radius }
-            | Filter::Lanczos { radius } => *radius = to,
-        }
-        self
-    }
-
-    /// Whether some of its weights may be below zero.
-    pub fn has_negative_lobes(self) -> bool {
-        matches!(self, Filter::Mitchell { .. } | Filter::Lanczos { .. })
-    }
-
-    /// The mode of a film that doesn't say: what was measured to serve each filter best (see CONTRIBUTING.md).
-    pub fn usual_mode(self) -> FilmMode {
-        match self {
-            Filter::None | Filter::Box { .. } | Filter::Tent { .. } => FilmMode::Importance,
-            _ => FilmMode::Continuous,
-        }
-    }
-}
-
-/// What is wrong with following paths to any depth with this integrator, if it has no roulette to end them.
-pub fn endless(integrator: Integrator, max_depth: u32) -> Option<&'static str> {
-    (max_depth == UNLIMITED && integrator != Integrator::Path).then_some(
-        "max_depth can be \"unlimited\" only with integrator \"path\": no other plays Russian roulette",
-    )
-}
-
-/// As [`RenderSettings::max_depth`]: only Russian roulette ends paths.
-pub const UNLIMITED: u32 = u32::MAX;
-
-/// How light is followed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RenderSettings {
-    /// The integrator.
-    pub integrator: Integrator,
-    /// Where its random numbers come from.
-    pub sampler: Sampler,
-    /// The largest number of bounces: 0 sees emitters only, [`UNLIMITED`] sees all.
-    pub max_depth: u32,
-    /// Samples a pixel, at least one.
-    pub samples: u32,
-    /// Whether samples are spent where the error is: then `samples` is the most that a pixel gets.
-    pub adaptive: bool,
-    /// The seed of all randomness.
-    pub seed: u32,
-    /// The ambient term of `whitted`: radiance added at every diffuse hit, times its reflectance.
-    pub ambient: Colour,
-}
-
-/// How light is followed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Integrator {
-    /// Recursive ray tracing (Whitted 1980; report ch. 2).
-    Whitted,
-    /// The best unidirectional path tracer there is here.
-    Path,
-    /// The report's path tracer (§4.3): lights are found by chance.
-    PathNaive,
-}
-
-/// Where random numbers come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sampler {
-    /// Every number by itself: the error falls as 1/√n.
-    Independent,
-    /// Scrambled Sobol points: each decision's numbers are spread evenly over the samples of a pixel.
-    Sobol,
 }
 
 /// A named material.
@@ -258,42 +62,6 @@ pub struct Material {
     pub name: String,
     /// What it does with light.
     pub kind: MaterialKind,
-}
-
-/// What a material does with light.
-#[derive(Clone, Debug, PartialEq)]
-pub enum MaterialKind {
-    /// Scatters evenly, on both sides.
-    Matte {
-        /// The fraction reflected, 0 to 1 in each channel.
-        reflectance: Colour,
-    },
-    /// Reflects perfectly, on both sides.
-    Mirror {
-        /// The fraction reflected, 0 to 1 in each channel.
-        reflectance: Colour,
-    },
-    /// A smooth dielectric interface; the inside is where the normal does not point.
-    Glass {
-        /// Index of refraction of the inside over the outside, above zero.
-        ior: f64,
-        /// Tint of what is reflected, 0 to 1 in each channel.
-        reflectance: Colour,
-        /// Tint of what is transmitted, 0 to 1 in each channel.
-        transmittance: Colour,
-    },
-    /// Alternates two materials over the surface's uv.
-    Checkerboard {
-        /// Index of the material where ⌊u·a⌋ + ⌊v·b⌋ is even.
-        even: usize,
-        /// Index of the material elsewhere.
-        odd: usize,
-        /// Checks along u and v for each unit of uv, above zero.
-        checks_per_unit: [f64; 2],
-    },
-    /// Returns NaN, infinity and −1 in turn: for testing that samples are rejected.
-    #[cfg(feature = "broken-material")]
-    Broken,
 }
 
 /// A surface in the scene.
@@ -311,74 +79,15 @@ pub struct Entity {
     pub flip_normal: bool,
 }
 
-/// A form and its place.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
-    /// All X with X·normal = distance.
-    Plane {
-        /// Of length one.
-        normal: DVec3,
-        /// Signed distance from the origin along the normal.
-        distance: f64,
-    },
-    /// All X with |X − center| = radius.
-    Sphere {
-        /// The centre.
-        center: DVec3,
-        /// The radius, above zero.
-        radius: f64,
-    },
-    /// The parallelogram corner + a·u + b·v with a and b in 0…1; outward is u × v.
-    Quad {
-        /// The corner where uv is (0, 0).
-        corner: DVec3,
-        /// The first edge.
-        u: DVec3,
-        /// The second edge, not parallel to the first.
-        v: DVec3,
-    },
-    /// The points X of a plane with |X − center| ≤ radius; outward is the normal.
-    Disk {
-        /// The centre.
-        center: DVec3,
-        /// Of length one.
-        normal: DVec3,
-        /// The radius, above zero.
-        radius: f64,
-    },
-    /// The points at a distance from a line between its ends, which are open; outward is away from the line.
-    Cylinder {
-        /// One end of the line.
-        from: DVec3,
-        /// The other end, somewhere else.
-        to: DVec3,
-        /// The distance, above zero.
-        radius: f64,
-    },
-    /// The six sides of a box along the axes.
-    Box {
-        /// The least corner.
-        min: DVec3,
-        /// The greatest corner, above the least along each axis.
-        max: DVec3,
-    },
-    /// Triangles; outward is their counter-clockwise side.
-    Mesh {
-        /// The triangles, in the space of their file. Entities of one file share them.
-        mesh: Arc<Mesh>,
-        /// From there to the world; it can be inverted.
-        transform: DAffine3,
-    },
-}
-
-/// A light that is not a surface.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Light {
-    /// Sends the same intensity in every direction.
-    Point {
-        /// Where it is.
-        position: DVec3,
-        /// Radiant intensity in W/sr.
-        intensity: Colour,
-    },
+/// A dark sphere of radius 1 at the origin, of the first material.
+impl Default for Entity {
+    fn default() -> Self {
+        Entity {
+            name: "entity".to_owned(),
+            shape: Shape::Sphere(SphereParameters { center: DVec3::ZERO, radius: 1.0 }),
+            material: 0,
+            emission: [0.0; 3],
+            flip_normal: false,
+        }
+    }
 }

@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use sha2::{Digest as _, Sha256};
 
-use super::description::{CameraSettings, Entity, Integrator, Light, Material, MaterialKind, Scene, Shape};
+use super::description::{CameraSettings, Entity, Integrator, Material, Scene, Shape};
+use crate::parameter::{Family, Value};
 use crate::shape::Mesh;
 
 /// The meshes that a scene was read from, in any order, each with its file's name and that of its part.
@@ -63,13 +64,7 @@ impl Fingerprint {
             parts.push(Part::new(&format!("the emission of {name}"), |digest| digest.numbers(emission)));
         }
         for (i, light) in lights.iter().enumerate() {
-            parts.push(Part::new(&format!("light {}", i + 1), |digest| match light {
-                Light::Point { position, intensity } => {
-                    digest.tag("point");
-                    digest.numbers(&position.to_array());
-                    digest.numbers(intensity);
-                }
-            }));
+            parts.push(Part::new(&format!("light {}", i + 1), |digest| digest.declared(light)));
         }
         for (i, mesh) in meshes.into_iter().enumerate() {
             let file = sources.0.iter().find(|(_, known)| Arc::ptr_eq(known, mesh));
@@ -180,34 +175,6 @@ impl Digest {
     /// Meshes go by their place among those that shapes name, in order: what is in them counts once.
     fn shape<'s>(&mut self, shape: &'s Shape, meshes: &mut Vec<&'s Arc<Mesh>>) {
         match shape {
-            Shape::Plane { normal, distance } => {
-                self.tag("plane");
-                self.numbers(&normal.to_array());
-                self.numbers(&[*distance]);
-            }
-            Shape::Sphere { center, radius } => {
-                self.tag("sphere");
-                self.numbers(&center.to_array());
-                self.numbers(&[*radius]);
-            }
-            Shape::Quad { corner, u, v } => {
-                self.tag("quad");
-                [corner, u, v].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
-            }
-            Shape::Disk { center, normal, radius } => {
-                self.tag("disk");
-                [center, normal].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
-                self.numbers(&[*radius]);
-            }
-            Shape::Cylinder { from, to, radius } => {
-                self.tag("cylinder");
-                [from, to].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
-                self.numbers(&[*radius]);
-            }
-            Shape::Box { min, max } => {
-                self.tag("box");
-                [min, max].into_iter().for_each(|vector| self.numbers(&vector.to_array()));
-            }
             Shape::Mesh { mesh, transform } => {
                 self.tag("mesh");
                 let known = meshes.iter().position(|known| Arc::ptr_eq(known, mesh));
@@ -218,36 +185,29 @@ impl Digest {
                 self.word(place as u64);
                 self.numbers(&transform.to_cols_array());
             }
+            declared => self.declared(declared),
         }
     }
 
-    /// A material with all that it is made of. Checkerboards come after what they name, so that this ends.
+    /// The name and the values of what is declared. Materials have more to them than their index.
+    fn declared(&mut self, declared: &impl Family) {
+        self.tag(declared.declaration().map_or("", |declaration| declaration.name));
+        for value in declared.values() {
+            match value {
+                Value::Number(number) => self.numbers(&[number]),
+                Value::Pair(pair) => self.numbers(&pair),
+                Value::Colour(colour) => self.numbers(&colour),
+                Value::Vector(vector) => self.numbers(&vector.to_array()),
+                Value::Material(_) => {}
+            }
+        }
+    }
+
+    /// A material, and those that it names after it, in order. They come before it in the scene, so that this ends.
     fn material(&mut self, index: usize, materials: &[Material]) {
         let Material { name: _, kind } = &materials[index];
-        match kind {
-            MaterialKind::Matte { reflectance } => {
-                self.tag("matte");
-                self.numbers(reflectance);
-            }
-            MaterialKind::Mirror { reflectance } => {
-                self.tag("mirror");
-                self.numbers(reflectance);
-            }
-            MaterialKind::Glass { ior, reflectance, transmittance } => {
-                self.tag("glass");
-                self.numbers(&[*ior]);
-                self.numbers(reflectance);
-                self.numbers(transmittance);
-            }
-            MaterialKind::Checkerboard { even, odd, checks_per_unit } => {
-                self.tag("checkerboard");
-                self.numbers(checks_per_unit);
-                self.material(*even, materials);
-                self.material(*odd, materials);
-            }
-            #[cfg(feature = "broken-material")]
-            MaterialKind::Broken => self.tag("broken"),
-        }
+        self.declared(kind);
+        kind.materials().for_each(|named| self.material(named, materials));
     }
 
     fn mesh(&mut self, mesh: &Mesh) {
@@ -452,6 +412,54 @@ mod tests {
         assert_ne!(changed.digits(), ours.digits());
         let told = differing(&ours.outline().unwrap(), &changed.outline().unwrap());
         assert!(told.ends_with("a.ply") && !told.contains("shape"), "{told}");
+    }
+
+    /// Films of years ago are continued: the digits of a scene with every shape, material and light are what they were.
+    #[test]
+    fn digits_stay_as_films_have_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                   element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        std::fs::write(folder.path().join("a.ply"), ply).unwrap();
+        let text = r#"
+            [materials]
+            white = { type = "matte", reflectance = [0.5, 0.25, 0.125] }
+            board = { type = "checkerboard", even = "water", odd = "inner", checks_per_unit = [2, 3] }
+            steel = { type = "mirror", reflectance = [0.75, 0.5, 0.25] }
+            water = { type = "glass", ior = 1.33, reflectance = [1, 0.5, 0], transmittance = [0.25, 0.5, 1] }
+            inner = { type = "checkerboard", even = "steel", odd = "white" }
+            [[entities]]
+            shape = { type = "plane", normal = [0, 0, 2], distance = -3 }
+            material = "board"
+            [[entities]]
+            shape = { type = "sphere", center = [0, 0.5, 1], radius = 0.25 }
+            material = "white"
+            emission = [1, 2, 3]
+            [[entities]]
+            shape = { type = "quad", corner = [0, 1, 2], u = [3, 4, 5], v = [6, 7, 9] }
+            material = "steel"
+            flip_normal = true
+            [[entities]]
+            shape = { type = "disk", center = [0, 1, 2], normal = [0, 3, 4], radius = 2 }
+            material = "water"
+            [[entities]]
+            shape = { type = "cylinder", from = [0, 1, 2], to = [3, 4, 5], radius = 6 }
+            material = "inner"
+            [[entities]]
+            shape = { type = "box", min = [0, 1, 2], max = [3, 4, 5] }
+            material = "white"
+            [[entities]]
+            shape = { type = "mesh", file = "a.ply", transform = { scale = 2, translate = [1, 2, 3] } }
+            material = "white"
+            [[lights]]
+            type = "point"
+            position = [1, 2, 3]
+            intensity = [4, 5, 6]
+        "#;
+        let loaded = crate::scene::parse(text, &folder.path().join("a.toml"));
+        let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+        let digits = Fingerprint::of(&loaded.scene, &loaded.sources).digits();
+        assert_eq!(digits, "1c9ee8392e7e51b4c26a48b9ddbbb562b7acfb2d20ca45f4760e8233d6aee6b7");
     }
 
     /// Colours in an MTL file and numbers in a buffer are no less of the scene for standing in a third file.

@@ -2,11 +2,14 @@
 //!
 //! | file | what is in it |
 //! |---|---|
+//! | [`check`] | the promises of a scene, and what breaks them |
 //! | [`description`] | the scene as plain data |
 //! | [`diagnostic`] | errors and warnings with their places |
 //! | [`fingerprint`] | whether two scenes are the same, and what differs |
 //! | [`mesh`] | the readers of mesh files |
+//! | [`names`] | names of materials, and an order of those that name others |
 //! | `open_glass` | glass that bounds no solid |
+//! | `spelling` | the nearest spelling of a name |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
 //!
 //! A [`Scene`] is what a file says, checked: every name is resolved to an index, every number is finite and
@@ -22,14 +25,18 @@
 //! # Ok::<(), stride::scene::SceneErrors>(())
 //! ```
 
+pub mod check;
 pub mod description;
 pub mod diagnostic;
 pub mod fingerprint;
 pub mod mesh;
+pub mod names;
 mod open_glass;
+mod spelling;
 pub mod toml;
 
 pub use description::*;
 pub use diagnostic::{Diagnostic, Position, SceneErrors};
 pub use fingerprint::{Fingerprint, Sources};
-pub use toml::{Loaded, Watch, load, load_watched, parse};
+pub use mesh::cache::Watch;
+pub use toml::{Loaded, load, load_watched, parse};

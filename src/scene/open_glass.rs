@@ -8,7 +8,10 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::description::{Entity, Material, MaterialKind, Mesh, Scene, Shape};
+use super::description::{
+    CylinderParameters, DiskParameters, Entity, Material, MaterialKind, Mesh, QuadParameters, Scene, Shape,
+};
+use crate::parameter::Family;
 
 /// How far the direction of a disk's normal may be from a cylinder's axis, as one minus the cosine, for the disk to
 /// close the cylinder.
@@ -87,7 +90,7 @@ pub(super) fn open_glass(scene: &Scene, quote: impl Fn(&str) -> String) -> Vec<W
     let entities: Vec<(usize, &Entity)> =
         scene.entities.iter().enumerate().filter(|(_, entity)| glass[entity.material]).collect();
     let mut open: Vec<(Kind, usize)> = Vec::new();
-    let planes = entities.iter().filter(|(_, entity)| matches!(entity.shape, Shape::Plane { .. }));
+    let planes = entities.iter().filter(|(_, entity)| matches!(entity.shape, Shape::Plane(_)));
     open.extend(planes.map(|&(index, _)| (Kind::Plane, index)));
     open.extend(open_cylinders_and_disks(&entities));
     open.extend(open_faces(&entities));
@@ -109,12 +112,9 @@ pub(super) fn open_glass(scene: &Scene, quote: impl Fn(&str) -> String) -> Vec<W
 fn glass(materials: &[Material]) -> Vec<bool> {
     let mut glass = Vec::with_capacity(materials.len());
     for material in materials {
-        // Checkerboards come after what they name.
-        glass.push(match material.kind {
-            MaterialKind::Glass { .. } => true,
-            MaterialKind::Checkerboard { even, odd, .. } => glass[even] || glass[odd],
-            _ => false,
-        });
+        // Materials come after those that they name.
+        let is_glass = matches!(material.kind, MaterialKind::Glass(_));
+        glass.push(is_glass || material.kind.materials().any(|named| glass[named]));
     }
     glass
 }
@@ -135,7 +135,7 @@ fn open_cylinders_and_disks(entities: &[(usize, &Entity)]) -> Vec<(Kind, usize)>
         |at: DVec3, radius: f64, material: usize| (bits(narrow(at)), (radius as f32).to_bits(), material);
     let mut disks: HashMap<_, Vec<(usize, DVec3, bool)>> = HashMap::new();
     for &(index, entity) in entities {
-        if let Shape::Disk { center, normal, radius } = entity.shape {
+        if let Shape::Disk(DiskParameters { center, normal, radius }) = entity.shape {
             let disk = (index, normal, entity.flip_normal);
             disks.entry(key(center, radius, entity.material)).or_default().push(disk);
         }
@@ -143,7 +143,7 @@ fn open_cylinders_and_disks(entities: &[(usize, &Entity)]) -> Vec<(Kind, usize)>
     let mut open: Vec<(Kind, usize)> = disks.values().flatten().map(|disk| (Kind::Disk, disk.0)).collect();
     let mut used: HashMap<usize, Kind> = HashMap::new();
     for &(index, entity) in entities {
-        let Shape::Cylinder { from, to, radius } = entity.shape else { continue };
+        let Shape::Cylinder(CylinderParameters { from, to, radius }) = entity.shape else { continue };
         let axis = (to - from).normalize();
         let closed = [(from, -axis), (to, axis)].map(|(end, out)| {
             let at_end = disks.get(&key(end, radius, entity.material)).into_iter().flatten();
@@ -193,7 +193,7 @@ fn open_faces(entities: &[(usize, &Entity)]) -> Vec<(Kind, usize)> {
             }
         };
         match &entity.shape {
-            Shape::Quad { corner, u, v } => {
+            Shape::Quad(QuadParameters { corner, u, v }) => {
                 let corners = [*corner, corner + u, corner + u + v, corner + v].map(narrow);
                 add(&mut (0..4).map(|i| [corners[i], corners[(i + 1) % 4]]), 4);
             }
@@ -210,8 +210,7 @@ fn open_faces(entities: &[(usize, &Entity)]) -> Vec<(Kind, usize)> {
     for same in edges.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1) {
         open[same[0].1] = true;
     }
-    let kind =
-        |entity: &Entity| if matches!(entity.shape, Shape::Quad { .. }) { Kind::Quad } else { Kind::Mesh };
+    let kind = |entity: &Entity| if matches!(entity.shape, Shape::Quad(_)) { Kind::Quad } else { Kind::Mesh };
     let open = entities.iter().zip(open).filter(|(_, open)| *open);
     open.map(|(&(index, entity), _)| (kind(entity), index)).collect()
 }

@@ -1,10 +1,35 @@
 //! The cylinder.
 
 use super::disk::around;
-use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, RareShape, Shape, Surface, UNIT_ROUNDOFF, overlap};
+use super::{
+    BOUNDS_ERROR, Bounds, Described, Form, NOTHING, Piece, RareShape, Shape, Surface, UNIT_ROUNDOFF, overlap,
+};
 use crate::math::{Float, Frame, Ray, Vec3, trig};
+use crate::parameter::limits::{LENGTH, POINT, SHORTEST};
+use crate::parameter::{Kind, Problem, parameters};
 use glam::DVec3;
 use std::f32::consts::TAU;
+
+parameters! {
+    /// The points at a distance from a line between its ends, which are open; outward is away from the line.
+    pub struct CylinderParameters: "cylinder", "a cylinder" {
+        /// The end of the cylinder's axis where v is 0. Both ends are open.
+        from: DVec3 = POINT,
+        /// The end where v is 1.
+        to: DVec3 = POINT,
+        /// The radius of the cylinder. Its u is the angle about the axis over 2π.
+        radius: f64 = Kind::Number(LENGTH),
+    }
+    check = with_a_length;
+}
+
+fn with_a_length(tube: CylinderParameters, _: &mut Vec<Problem>) -> Result<CylinderParameters, Problem> {
+    if tube.from.distance(tube.to) < SHORTEST {
+        let message = "to is the same point as from: the cylinder has no length".into();
+        return Err(Problem { parameter: "to", message, help: None });
+    }
+    Ok(tube)
+}
 
 /// A cylinder's share of its hits' error bound, for each unit of its radius and half its length.
 ///
@@ -71,6 +96,12 @@ impl Cylinder {
     /// How far from the middle it reaches along each of the world's axes.
     pub fn reach(&self) -> [f32; 3] {
         self.axis.map(|a| self.half * a.abs() + self.radius * (1.0 - a * a).max(0.0).sqrt())
+    }
+}
+
+impl Described for CylinderParameters {
+    fn pieces(&self) -> Vec<Piece> {
+        vec![Piece::Rare(Cylinder::new(self.from, self.to, self.radius).into())]
     }
 }
 

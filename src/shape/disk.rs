@@ -1,10 +1,26 @@
 //! The disk.
 
 use super::plane::distance_to_plane;
-use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, RareShape, Shape, Surface, overlap};
+use super::{
+    BOUNDS_ERROR, Bounds, Described, Form, NOTHING, POSITION_ERROR, Piece, RareShape, Shape, Surface, overlap,
+};
 use crate::math::{Float, Frame, Ray, Vec3, trig};
+use crate::parameter::limits::{DIRECTION, LENGTH, POINT};
+use crate::parameter::{Kind, parameters};
 use glam::DVec3;
 use std::f32::consts::PI;
+
+parameters! {
+    /// The points X of a plane with |X − center| ≤ radius; outward is the normal, of length one.
+    pub struct DiskParameters: "disk", "a disk" {
+        /// The centre of the disk.
+        center: DVec3 = POINT,
+        /// The direction the disk faces, of any length.
+        normal: DVec3 = DIRECTION,
+        /// The radius of the disk. Its uv are the angle about the normal over 2π and the distance from the centre over the radius.
+        radius: f64 = Kind::Number(LENGTH),
+    }
+}
 
 /// The points of a plane that are at most the radius from a centre.
 ///
@@ -49,6 +65,12 @@ impl Disk {
     pub fn radii(&self) -> [[f32; 3]; 2] {
         let r2 = self.radius * self.radius;
         [self.x_axis, self.y_axis].map(|[x, y, z, _]| [x * r2, y * r2, z * r2])
+    }
+}
+
+impl Described for DiskParameters {
+    fn pieces(&self) -> Vec<Piece> {
+        vec![Piece::Rare(Disk::new(self.center, self.normal, self.radius).into())]
     }
 }
 

@@ -4,8 +4,10 @@
 //! a sphere's outside, a quad's u × v, a triangle's counter-clockwise side, a disk's normal, and away from a cylinder's
 //! axis. A box is six quads.
 
+mod cuboid;
 mod cylinder;
 mod disk;
+pub(crate) mod list;
 mod mesh;
 mod plane;
 mod quad;
@@ -15,6 +17,7 @@ mod triangle;
 
 pub use cylinder::Cylinder;
 pub use disk::Disk;
+pub use list::*;
 pub use mesh::{FARTHEST, MOST as MOST_TRIANGLES, Mesh, MeshError};
 pub use plane::Plane;
 pub use quad::{Quad, QuadForm};
@@ -26,6 +29,25 @@ use crate::math::{Bounds, Float, Ray, Vec3};
 
 /// The distance of a hit that does not happen.
 pub const NOTHING: f32 = f32::INFINITY;
+
+/// The parameters of a shape, as a scene describes it.
+pub trait Described {
+    /// What rays meet: most shapes are one piece, a box is six.
+    fn pieces(&self) -> Vec<Piece>;
+}
+
+/// A part of a described shape, as rays meet it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Piece {
+    /// A plane.
+    Plane(Plane),
+    /// A sphere.
+    Sphere(Sphere),
+    /// A quad.
+    Quad(Quad),
+    /// A shape of which most scenes have none.
+    Rare(Rare),
+}
 
 /// What every shape can do.
 pub trait Shape {

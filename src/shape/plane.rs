@@ -1,7 +1,48 @@
 //! The unbounded plane.
 
-use super::{Bounds, Form, NOTHING, POSITION_ERROR, Shape, Surface};
+use super::{Bounds, Described, Form, NOTHING, POSITION_ERROR, Piece, Shape, Surface};
 use crate::math::{Float, Frame, Ray, Vec3};
+use crate::parameter::limits::{COORDINATE, EDGE};
+use crate::parameter::{Kind, Problem, parameters, unit};
+use glam::DVec3;
+
+parameters! {
+    /// All X with X·normal = distance, where the normal is of length one.
+    pub struct PlaneParameters: "plane", "a plane" {
+        /// The direction the plane faces. Its length does not matter: it is made one.
+        normal: DVec3 = EDGE,
+        /// Signed distance of the plane from the origin along its normal, a length whatever the normal's: X·n = distance, where n is the normal over its length.
+        distance: f64 = Kind::Number(COORDINATE),
+    }
+    check = with_unit_normal;
+}
+
+/// A normal whose length is one but for this much is one whose components were rounded to three digits.
+const UNIT_LENGTH: f64 = 1e-3;
+
+fn with_unit_normal(plane: PlaneParameters, warnings: &mut Vec<Problem>) -> Result<PlaneParameters, Problem> {
+    let PlaneParameters { normal, distance } = plane;
+    let length = normal.length();
+    if distance != 0.0 && (length - 1.0).abs() > UNIT_LENGTH {
+        let length = shown(length);
+        warnings.push(Problem {
+            parameter: "distance",
+            message: format!("the normal's length is {length}, and distance is a length all the same"),
+            help: Some(format!(
+                "if X·normal = distance is meant with the normal as it is, divide both by {length}"
+            )),
+        });
+    }
+    Ok(PlaneParameters { normal: unit(normal), distance })
+}
+
+/// A length in four digits or so, for messages.
+fn shown(length: f64) -> String {
+    match (1e-2..1e6).contains(&length) {
+        true => format!("{length:.4}").trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => format!("{length:.3e}"),
+    }
+}
 
 /// All X with X·normal = distance (report §2.3.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +59,14 @@ pub struct Plane {
 pub(super) fn distance_to_plane<F: Float>(ray: &Ray<F>, n: Vec3<F>, distance: F) -> F {
     let t = (-ray.o.dot(n) + distance) / ray.d.dot(n);
     F::select(t.gt(F::zero()), t, F::splat(NOTHING))
+}
+
+impl Described for PlaneParameters {
+    fn pieces(&self) -> Vec<Piece> {
+        let plane =
+            Plane { normal: self.normal.to_array().map(|x| x as f32), distance: self.distance as f32 };
+        vec![Piece::Plane(plane)]
+    }
 }
 
 impl Shape for Plane {

@@ -1,9 +1,32 @@
 //! The parallelogram.
 
 use super::plane::distance_to_plane;
-use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Shape, Surface, overlap};
+use super::{BOUNDS_ERROR, Bounds, Described, Form, NOTHING, POSITION_ERROR, Piece, Shape, Surface, overlap};
 use crate::math::{Float, Ray, Vec3};
+use crate::parameter::limits::{EDGE, PARALLEL, POINT};
+use crate::parameter::{Problem, parameters, unit};
 use glam::DVec3;
+
+parameters! {
+    /// The parallelogram corner + a·u + b·v with a and b in 0…1; outward is u × v.
+    pub struct QuadParameters: "quad", "a quad" {
+        /// The corner of the quad where uv is (0, 0).
+        corner: DVec3 = POINT,
+        /// The first edge, from the corner.
+        u: DVec3 = EDGE,
+        /// The second edge, from the corner. The quad faces u × v.
+        v: DVec3 = EDGE,
+    }
+    check = with_an_area;
+}
+
+fn with_an_area(quad: QuadParameters, _: &mut Vec<Problem>) -> Result<QuadParameters, Problem> {
+    if unit(quad.u).cross(unit(quad.v)).length() < PARALLEL {
+        let message = "v is parallel to u: the quad has no area".into();
+        return Err(Problem { parameter: "v", message, help: None });
+    }
+    Ok(quad)
+}
 
 /// The points corner + a·u + b·v with a and b in 0…1, which are also its uv.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,6 +118,12 @@ impl<F: Float> QuadForm<F> {
         let (zero, one) = (F::zero(), F::splat(1.0));
         let inside = zero.le(a) & a.le(one) & zero.le(b) & b.le(one);
         F::select(inside, t, F::splat(NOTHING))
+    }
+}
+
+impl Described for QuadParameters {
+    fn pieces(&self) -> Vec<Piece> {
+        vec![Piece::Quad(Quad::new(self.corner, self.u, self.v))]
     }
 }
 

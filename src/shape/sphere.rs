@@ -1,9 +1,21 @@
 //! The sphere.
 
-use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, Shape, Surface, UNIT_ROUNDOFF};
+use super::{BOUNDS_ERROR, Bounds, Described, Form, NOTHING, Piece, Shape, Surface, UNIT_ROUNDOFF};
 use crate::math::{Float, Ray, Vec3};
+use crate::parameter::limits::{LENGTH, POINT};
+use crate::parameter::{Kind, parameters};
 use glam::DVec3;
 use std::f32::consts::PI;
+
+parameters! {
+    /// All X with |X − center| = radius.
+    pub struct SphereParameters: "sphere", "a sphere" {
+        /// The centre of the sphere.
+        center: DVec3 = POINT,
+        /// The radius of the sphere.
+        radius: f64 = Kind::Number(LENGTH),
+    }
+}
 
 /// A sphere's share of its hits' error bound, for each unit of its anchor's coordinates and, unless it is a
 /// wall, of its radius.
@@ -97,6 +109,12 @@ impl<F: Float> SphereForm<F> {
         let t = F::select(near.gt(zero), near, far);
         let hit = zero.le(discriminant) & t.gt(zero);
         F::select(hit, t, F::splat(NOTHING))
+    }
+}
+
+impl Described for SphereParameters {
+    fn pieces(&self) -> Vec<Piece> {
+        vec![Piece::Sphere(Sphere::new(self.center, self.radius))]
     }
 }
 

@@ -1,12 +1,12 @@
 //! From the description to the tables.
 
-use super::surfaces::{Look, NO_LIGHT, SurfaceTable};
+use super::surfaces::{Look, SurfaceTable};
 use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
-use crate::light::{AreaLight, Environment, LightTable, PointLight};
-use crate::material::{self, MaterialTable, Row};
-use crate::scene::{self, MaterialKind, Scene};
-use crate::shape::{Cylinder, Disk, Mesh, Plane, Quad, Shape, Sphere};
+use crate::light::{Environment, LightTable, NO_LIGHT};
+use crate::material::MaterialTable;
+use crate::scene::{self, Scene};
+use crate::shape::{Mesh, Piece, Shape};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -32,27 +32,8 @@ impl CompiledScene {
     }
 }
 
-fn narrow(v: glam::DVec3) -> [f32; 3] {
-    colour(v.to_array())
-}
-
 fn colour(c: [f64; 3]) -> [f32; 3] {
     c.map(|x| x as f32)
-}
-
-fn material_row(kind: &MaterialKind) -> Row {
-    match *kind {
-        MaterialKind::Matte { reflectance } => material::Matte::row(reflectance),
-        MaterialKind::Mirror { reflectance } => material::Mirror::row(reflectance),
-        MaterialKind::Glass { ior, reflectance, transmittance } => {
-            material::Glass::row(ior, reflectance, transmittance)
-        }
-        MaterialKind::Checkerboard { even, odd, checks_per_unit } => {
-            material::Checkerboard::row(even, odd, checks_per_unit)
-        }
-        #[cfg(feature = "broken-material")]
-        MaterialKind::Broken => material::Broken::row(),
-    }
 }
 
 /// Triangles in all copies of a mesh from which on it is kept once, and rays are taken to each place where it
@@ -107,8 +88,9 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     // The last mesh that emits.
     let mut lamp = None;
     for light in &scene.lights {
-        let scene::Light::Point { position, intensity } = *light;
-        lights.push(PointLight { position: narrow(position), intensity: colour(intensity) });
+        if let Some(light) = light.declared() {
+            light.add_to(&mut lights);
+        }
     }
     for (index, entity) in scene.entities.iter().enumerate() {
         let emission = colour(entity.emission);
@@ -117,61 +99,28 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
         let material = entity.material as u32;
         let mut look =
             Look { material, emission, flip_normal: flipped, entity: index as u32, light: NO_LIGHT };
-        match entity.shape {
-            scene::Shape::Plane { normal, distance } => {
-                let plane = Plane { normal: narrow(normal), distance: distance as f32 };
-                all.planes.push((plane, surfaces.push(plane.surface(), look)));
-            }
-            scene::Shape::Sphere { center, radius } => {
-                let sphere = Sphere::new(center, radius);
-                if emits {
-                    look.light = lights.push(AreaLight { shape: sphere, flipped, emission });
-                }
-                all.spheres.push((sphere, surfaces.push(sphere.surface(), look)));
-            }
-            scene::Shape::Quad { corner, u, v } => {
-                let quad = Quad::new(corner, u, v);
-                if emits {
-                    look.light = lights.push(AreaLight { shape: quad, flipped, emission });
-                }
-                all.quads.push((quad, surfaces.push(quad.surface(), look)));
-            }
-            scene::Shape::Box { min, max } => {
-                for quad in Quad::sides(min, max) {
-                    if emits {
-                        look.light = lights.push(AreaLight { shape: quad, flipped, emission });
-                    }
-                    all.quads.push((quad, surfaces.push(quad.surface(), look)));
-                }
-            }
-            scene::Shape::Disk { center, normal, radius } => {
-                let disk = Disk::new(center, normal, radius);
-                if emits {
-                    look.light = lights.push(AreaLight { shape: disk, flipped, emission });
-                }
-                all.rare.push((disk.into(), surfaces.push_rare(disk.into(), look)));
-            }
-            scene::Shape::Cylinder { from, to, radius } => {
-                let cylinder = Cylinder::new(from, to, radius);
-                if emits {
-                    look.light = lights.push(AreaLight { shape: cylinder, flipped, emission });
-                }
-                all.rare.push((cylinder.into(), surfaces.push_rare(cylinder.into(), look)));
-            }
-            scene::Shape::Mesh { ref transform, .. } if shared[index].is_some() => {
-                let row = surfaces.push_instance(look, transform.matrix3.determinant() < 0.0);
-                instances.push(shared[index].unwrap_or_default(), transform, row);
-            }
-            scene::Shape::Mesh { ref mesh, ref transform } => {
-                let first = triangles.push(mesh, transform, surfaces.len() as u32);
-                if emits {
-                    let corners = (first..triangles.len()).map(|triangle| triangles.positions_of(triangle));
-                    look.light = lights.push_mesh(corners, flipped, emission);
-                    lamp = Some((first..triangles.len(), flipped));
-                }
-                surfaces.push_mesh(look, first);
+        for piece in entity.shape.declared().map(|shape| shape.pieces()).unwrap_or_default() {
+            look.light = if emits { lights.push_piece(&piece, flipped, emission) } else { NO_LIGHT };
+            match piece {
+                Piece::Plane(plane) => all.planes.push((plane, surfaces.push(plane.surface(), look))),
+                Piece::Sphere(sphere) => all.spheres.push((sphere, surfaces.push(sphere.surface(), look))),
+                Piece::Quad(quad) => all.quads.push((quad, surfaces.push(quad.surface(), look))),
+                Piece::Rare(rare) => all.rare.push((rare, surfaces.push_rare(rare, look))),
             }
         }
+        let scene::Shape::Mesh { mesh, transform } = &entity.shape else { continue };
+        if let Some(shared) = shared[index] {
+            let row = surfaces.push_instance(look, transform.matrix3.determinant() < 0.0);
+            instances.push(shared, transform, row);
+            continue;
+        }
+        let first = triangles.push(mesh, transform, surfaces.len() as u32);
+        if emits {
+            let corners = (first..triangles.len()).map(|triangle| triangles.positions_of(triangle));
+            look.light = lights.push_mesh(corners, flipped, emission);
+            lamp = Some((first..triangles.len(), flipped));
+        }
+        surfaces.push_mesh(look, first);
     }
     instances.meshes = shared_meshes.into_iter().map(|mesh| triangles.push_shared(mesh)).collect();
     all.triangles = Arc::new(triangles);
@@ -188,7 +137,9 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),
         surfaces,
-        materials: MaterialTable::new(scene.materials.iter().map(|m| material_row(&m.kind)).collect()),
+        materials: MaterialTable::new(
+            scene.materials.iter().filter_map(|m| m.kind.declared()).map(|material| material.row()).collect(),
+        ),
         lights,
         ambient: colour(scene.render.ambient),
     };

@@ -133,9 +133,10 @@ impl<F: Float> Interaction<F> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::NO_LIGHT;
     use crate::math::lanes::scalar::Wrapping;
     use crate::shape::{Plane, Shape};
-    use crate::world::{Look, NO_LIGHT, SurfaceTable};
+    use crate::world::{Look, SurfaceTable};
 
     #[test]
     fn rays_set_out_on_the_side_that_they_go_to() {

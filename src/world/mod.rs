@@ -20,7 +20,7 @@ pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
 pub use interaction::{Interaction, Uv};
 pub use limits::{MOST_PRIMITIVES, MOST_VERTICES, Size, TooLarge};
 pub use simple::Simple;
-pub use surfaces::{Look, NO_LIGHT, SurfacePoint, SurfaceTable};
+pub use surfaces::{Look, SurfacePoint, SurfaceTable};
 pub use triangles::{FIRST_TRIANGLE, Triangles};
 
 use crate::math::{Float, Ray, Uint};

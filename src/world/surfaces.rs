@@ -4,6 +4,7 @@ use super::instances::Place;
 use super::rare::Rares;
 use super::triangles::{FIRST_TRIANGLE, Triangles};
 use super::{Hit, Instances, NO_INSTANCE};
+use crate::light::NO_LIGHT;
 use crate::math::trig;
 use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3};
 use crate::shape::{Form, POSITION_ERROR, Rare, Shape, Sides, Surface};
@@ -23,9 +24,6 @@ pub struct Look {
     /// Index in the light table, or [`NO_LIGHT`].
     pub light: u32,
 }
-
-/// The light of a surface that can't be sampled as one.
-pub const NO_LIGHT: u32 = u32::MAX;
 
 /// What [`SurfaceTable::rare_index`] says of other surfaces.
 const NOT_RARE: u32 = u32::MAX;

@@ -3,14 +3,14 @@
 use glam::{DAffine3, DVec3};
 use rand::RngExt;
 use std::collections::HashMap;
-use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
-use stride::camera::CameraSettings;
 use stride::math::Vec3;
 use stride::sampling::Stream;
 use stride::scene::{
-    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, Mesh, RenderSettings, Sampler,
-    Scene, Shape, Tone,
+    BoxParameters, CheckerboardParameters, CylinderParameters, DiskParameters, Entity, FilmSettings, Filter,
+    GlassParameters, Integrator, Light, Material, MaterialKind, MatteParameters, Mesh, MirrorParameters,
+    PlaneParameters, PointLightParameters, QuadParameters, RenderSettings, Sampler, Scene, Shape,
+    SphereParameters,
 };
 
 pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -35,50 +35,53 @@ pub fn direction(stream: &mut Stream) -> DVec3 {
 }
 
 pub fn matte(reflectance: [f64; 3]) -> Material {
-    Material { name: "matte".into(), kind: MaterialKind::Matte { reflectance } }
+    Material { name: "matte".into(), kind: MaterialKind::Matte(MatteParameters { reflectance }) }
 }
 
 pub fn mirror(reflectance: [f64; 3]) -> Material {
-    Material { name: "mirror".into(), kind: MaterialKind::Mirror { reflectance } }
+    Material { name: "mirror".into(), kind: MaterialKind::Mirror(MirrorParameters { reflectance }) }
 }
 
 pub fn glass(ior: f64) -> Material {
     let (reflectance, transmittance) = ([1.0; 3], [1.0; 3]);
-    Material { name: "glass".into(), kind: MaterialKind::Glass { ior, reflectance, transmittance } }
+    Material {
+        name: "glass".into(),
+        kind: MaterialKind::Glass(GlassParameters { ior, reflectance, transmittance }),
+    }
 }
 
 pub fn checkerboard(even: usize, odd: usize, checks: f64) -> Material {
-    let kind = MaterialKind::Checkerboard { even, odd, checks_per_unit: [checks; 2] };
+    let kind = MaterialKind::Checkerboard(CheckerboardParameters { even, odd, checks_per_unit: [checks; 2] });
     Material { name: "checkerboard".into(), kind }
 }
 
 /// A dark entity of the given material.
 pub fn entity(shape: Shape, material: usize) -> Entity {
-    Entity { name: "entity".into(), shape, material, emission: [0.0; 3], flip_normal: false }
+    Entity { shape, material, ..Entity::default() }
 }
 
 pub fn plane(normal: DVec3, distance: f64, material: usize) -> Entity {
-    entity(Shape::Plane { normal, distance }, material)
+    entity(Shape::Plane(PlaneParameters { normal, distance }), material)
 }
 
 pub fn sphere(center: DVec3, radius: f64, material: usize) -> Entity {
-    entity(Shape::Sphere { center, radius }, material)
+    entity(Shape::Sphere(SphereParameters { center, radius }), material)
 }
 
 pub fn quad(corner: DVec3, u: DVec3, v: DVec3, material: usize) -> Entity {
-    entity(Shape::Quad { corner, u, v }, material)
+    entity(Shape::Quad(QuadParameters { corner, u, v }), material)
 }
 
 pub fn disk(center: DVec3, normal: DVec3, radius: f64, material: usize) -> Entity {
-    entity(Shape::Disk { center, normal, radius }, material)
+    entity(Shape::Disk(DiskParameters { center, normal, radius }), material)
 }
 
 pub fn cylinder(from: DVec3, to: DVec3, radius: f64, material: usize) -> Entity {
-    entity(Shape::Cylinder { from, to, radius }, material)
+    entity(Shape::Cylinder(CylinderParameters { from, to, radius }), material)
 }
 
 pub fn cuboid(min: DVec3, max: DVec3, material: usize) -> Entity {
-    entity(Shape::Box { min, max }, material)
+    entity(Shape::Box(BoxParameters { min, max }), material)
 }
 
 /// The entity, emitting.
@@ -93,7 +96,7 @@ pub fn flipped(entity: Entity) -> Entity {
 
 /// A point light of the same intensity in all channels.
 pub fn point_light(position: DVec3, intensity: f64) -> Light {
-    Light::Point { position, intensity: [intensity; 3] }
+    Light::Point(PointLightParameters { position, intensity: [intensity; 3] })
 }
 
 /// A camera at the origin that looks along x with z up, 90° high, on a film of 16 × 16 pixels that are
@@ -101,37 +104,16 @@ pub fn point_light(position: DVec3, intensity: f64) -> Light {
 /// noise.
 pub fn scene(materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
-        film: FilmSettings {
-            width: 16,
-            height: 16,
-            exposure: 0.0,
-            tone: Tone::Srgb,
-            filter: Filter::None,
-            mode: None,
-        },
-        camera: CameraSettings {
-            eye: DVec3::ZERO,
-            forward: DVec3::X,
-            up: DVec3::Z,
-            vertical_fov: FRAC_PI_2,
-            focal_length: 1.0,
-            near: 0.0,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-        },
+        film: FilmSettings { width: 16, height: 16, filter: Filter::None, ..FilmSettings::default() },
         render: RenderSettings {
             integrator: Integrator::PathNaive,
             sampler: Sampler::Independent,
-            max_depth: 5,
             samples: 16,
-            adaptive: false,
-            seed: 0,
-            ambient: [0.0; 3],
+            ..RenderSettings::default()
         },
         materials,
         entities,
-        lights: Vec::new(),
-        environment: [0.0; 3],
+        ..Scene::default()
     }
 }
 
@@ -218,7 +200,11 @@ pub fn smallpt(width: u32, height: u32) -> Scene {
         mirror([0.999; 3]),
         Material {
             name: "glass".into(),
-            kind: MaterialKind::Glass { ior: 1.5, reflectance: [0.999; 3], transmittance: [0.999; 3] },
+            kind: MaterialKind::Glass(GlassParameters {
+                ior: 1.5,
+                reflectance: [0.999; 3],
+                transmittance: [0.999; 3],
+            }),
         },
     ];
     let wall = |x, y, z, material| flipped(sphere(v(x, y, z), 1e5, material));

@@ -22,6 +22,15 @@ shape = { type = "sphere", center = [0, 0, 0], radius = 1 }
     [r#"1:1: missing key "material" in an entity"#]
 );
 broken!(
+    keys_of_shapes_beside_the_shape,
+    entity(r#"{ type = "mesh" }"#, "materials = \"file\"\nradius = 1"),
+    [
+        r#"5:9: missing key "file" in a mesh"#,
+        r#"7:1: unknown key "materials" in an entity; "materials" belongs inside shape, as a key of a mesh"#,
+        r#"8:1: unknown key "radius" in an entity; "radius" belongs inside shape, as a key of a sphere, a disk, a cylinder"#
+    ]
+);
+broken!(
     material_misspelt,
     r#"
 [materials.red]

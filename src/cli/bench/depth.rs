@@ -4,6 +4,7 @@ use super::measurement::{Bench, CommonArguments, Times, repeats, threads_or_core
 use super::table::{Cell, Table, significant};
 use crate::cli::failure::{Failure, usage};
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
+use crate::scene::MOST_BOUNCES;
 use crate::session::View;
 
 #[derive(Debug, clap::Args)]
@@ -11,7 +12,7 @@ pub(super) struct DepthArguments {
     #[command(flatten)]
     common: CommonArguments,
     /// Largest numbers of bounces
-    #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', default_value = "2,3,5", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', default_value = "2,3,5", value_parser = clap::value_parser!(u32).range(0..=MOST_BOUNCES.into()))]
     depths: Vec<u32>,
     /// Threads that render, 1 to 1024 [default: one a core]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

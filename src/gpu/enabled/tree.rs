@@ -8,10 +8,11 @@
 //! being the octant that the ray points away from.
 
 use super::layout::{Instance, Place, TreeNode, Triangle, Vertex};
+use crate::light::NO_LIGHT;
 use crate::math::{Bounds, Vec3};
 use crate::shape::{Form, triangle_error};
 use crate::world::{
-    Boxes, Bvh, Contents, FIRST_TRIANGLE, Instances, NO_LIGHT, RAY_ERROR, SurfaceTable, TREE_WIDTH, Triangles,
+    Boxes, Bvh, Contents, FIRST_TRIANGLE, Instances, RAY_ERROR, SurfaceTable, TREE_WIDTH, Triangles,
 };
 use std::collections::VecDeque;
 use std::fmt::Write;

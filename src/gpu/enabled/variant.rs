@@ -14,13 +14,14 @@ use crate::film::sums::{MAX_RADIANCE, MAX_SUMMED};
 use crate::film::weights::{CELL_BITS, POSITION_BITS, TABLE_BITS};
 use crate::gpu::GpuError;
 use crate::integrator::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
+use crate::light::NO_LIGHT;
 use crate::light::{self, LightKind};
 use crate::material::Kind;
 use crate::math::lanes::scalar::Wrapping;
 use crate::sampling::{Block, sobol};
 use crate::scene::{Integrator, Sampler};
 use crate::shape::{BOUNDS_ERROR, NEEDLE, POSITION_ERROR, TRIANGLE_ERROR, UNIT_ROUNDOFF};
-use crate::world::{FIRST_TRIANGLE, NO_INSTANCE, NO_LIGHT};
+use crate::world::{FIRST_TRIANGLE, NO_INSTANCE};
 use std::fmt::Write;
 
 /// What is decided when a program is compiled.

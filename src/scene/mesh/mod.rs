@@ -3,6 +3,7 @@
 //! They read a file once, from front to back, and keep nothing but the mesh. The promises of a header are believed
 //! only as far as the file is long.
 
+pub mod cache;
 mod file;
 mod gltf;
 mod mtl;

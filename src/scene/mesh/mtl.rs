@@ -15,7 +15,7 @@ use super::FileMaterial;
 use super::obj::{name_after, numbers, uncomment};
 use super::parts::Parts;
 use super::source::{Place, Read_, Source, number, number_or_nan, shown, words};
-use crate::scene::description::{Colour, MaterialKind};
+use crate::scene::description::{Colour, GlassParameters, MaterialKind, MatteParameters, MirrorParameters};
 use std::io::BufRead;
 
 /// A material as the statements of the file give it.
@@ -78,11 +78,11 @@ impl Raw {
                 if !black {
                     note("materials that reflect are perfect mirrors, without their diffuse colour");
                 }
-                MaterialKind::Mirror { reflectance: self.specular }
+                MaterialKind::Mirror(MirrorParameters { reflectance: self.specular })
             }
             _ if black && shiny => {
                 note("black materials with highlights (Ks) are perfect mirrors");
-                MaterialKind::Mirror { reflectance: self.specular }
+                MaterialKind::Mirror(MirrorParameters { reflectance: self.specular })
             }
             _ => {
                 if shiny && self.model > 1 {
@@ -91,13 +91,13 @@ impl Raw {
                 if matches!(self.model, 4 | 6 | 7 | 9) {
                     note("materials of a transparent illum (4, 6, 7, 9) that let no light through are matte");
                 }
-                MaterialKind::Matte { reflectance: self.diffuse.unwrap_or([0.8; 3]) }
+                MaterialKind::Matte(MatteParameters { reflectance: self.diffuse.unwrap_or([0.8; 3]) })
             }
         };
-        if (0.5..1.0).contains(&opacity) && !matches!(kind, MaterialKind::Glass { .. }) {
+        if (0.5..1.0).contains(&opacity) && !matches!(kind, MaterialKind::Glass(_)) {
             note("materials of an opacity from 0.5 are opaque");
         }
-        if matches!(kind, MaterialKind::Glass { .. }) && !refracts {
+        if matches!(kind, MaterialKind::Glass(_)) && !refracts {
             note("glass whose index of refraction (Ni) is missing, 1 or out of range gets 1.5");
         }
         if self.has_emission_texture {
@@ -111,7 +111,7 @@ impl Raw {
 /// Clear glass of a tint; 1.5 where the file gives no index, or that of air.
 pub(super) fn glass(ior: Option<f64>, transmittance: Colour) -> MaterialKind {
     let ior = ior.and_then(index).unwrap_or(1.5);
-    MaterialKind::Glass { ior, reflectance: [1.0; 3], transmittance }
+    MaterialKind::Glass(GlassParameters { ior, reflectance: [1.0; 3], transmittance })
 }
 
 /// An index of refraction that is one, and not that of air.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::sampling::Stream;
-use crate::scene::description::MaterialKind;
+use crate::scene::description::{GlassParameters, MaterialKind, MatteParameters, MirrorParameters};
 use rand::RngExt;
 use std::sync::Arc;
 

@@ -2,10 +2,12 @@
 
 use glam::DVec3;
 
-use super::limits::{DIRECTION, DISTANCE, LENGTH, PARALLEL, POINT};
+use super::limits::{DIRECTION, POINT};
 use super::report::{Read, Reports};
 use super::table::{Fields, Key, Table};
-use super::value::{Direction, Number, Vector, unit};
+use super::value::{Direction, Vector};
+use crate::parameter::limits::{DISTANCE, LENGTH, PARALLEL};
+use crate::parameter::{Number, unit};
 use crate::scene::description::CameraSettings;
 
 pub(super) static CAMERA_TABLE: Table = Table {

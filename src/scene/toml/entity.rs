@@ -3,13 +3,16 @@
 use std::collections::HashMap;
 
 use super::limits::RADIANCE;
-use super::materials::Names;
-use super::report::{Placed, Read, Reports, quote};
+use super::materials::find;
+use super::one_of::OneOf;
+use super::report::{Placed, Read, Reports};
 use super::shape::{RawMaterial, RawPart, RawShape, SHAPES};
-use super::table::{At, Fields, Key, OneOf, Table};
+use super::table::{At, Fields, Key, Table};
 use super::value::{self, Flag, Word};
 use crate::scene::description::{Colour, Entity, Material};
 use crate::scene::mesh::FileMaterial;
+use crate::scene::names::Names;
+use crate::scene::spelling::quote;
 
 /// An entity whose material is still a name. Its parts are kept apart, so that a wrong shape does not hide a
 /// wrong material.
@@ -100,7 +103,7 @@ pub(super) fn link_entities(
     let mut outcome = Ok(());
     for (i, raw) in raw.into_iter().enumerate() {
         let place = raw.material.as_ref().map_or(0, |name| name.at);
-        let material = raw.material.and_then(|name| materials.find(&name, reports));
+        let material = raw.material.and_then(|name| find(&name, materials, reports));
         if let Ok(Some(name)) = &raw.name
             && let Some(first) = seen.insert(name.value.clone(), i + 1)
         {
@@ -123,7 +126,7 @@ pub(super) fn link_entities(
             for part in parts {
                 let (material, emission) = match part.material {
                     RawMaterial::Entity => (material, emission),
-                    RawMaterial::Named(name) => match materials.find(&name, reports) {
+                    RawMaterial::Named(name) => match find(&name, materials, reports) {
                         Ok(material) => (material, emission),
                         Err(reported) => {
                             linked = Err(reported);

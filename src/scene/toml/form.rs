@@ -17,6 +17,11 @@ pub(super) trait Form: Sync {
     fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>)
     -> Result<Self::Output, Reported>;
 
+    /// What the tables are of which it is one and that have a key of this name, each with an article.
+    fn owners(&self, _key: &str) -> Vec<&'static str> {
+        Vec::new()
+    }
+
     /// The JSON Schema of what [`Self::read`] accepts.
     fn schema(&self) -> Json;
 }

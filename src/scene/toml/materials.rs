@@ -1,148 +1,41 @@
-//! The keys of materials, and what is made of them: names become indices, checkerboards come after the materials that
-//! they name, and none contains itself.
+//! Materials, and what is made of them: names become indices, each comes after the materials that it names, and none
+//! contains itself.
 
-use std::collections::HashMap;
+use super::declared::Values;
+use super::one_of::{Members, OneOf};
+use super::report::{Placed, Read, Reported, Reports};
+use super::table::Named;
+use crate::parameter::Family;
+use crate::scene::description::{Material, MaterialKind};
+use crate::scene::names::{self, Disorder, MAX_NESTING, Names};
+use crate::scene::spelling::quote;
 
-use super::limits::{LONGEST, SHORTEST};
-use super::report::{Placed, Read, Reported, Reports, list, nearest, quote, shorten};
-use super::table::{At, Fields, Key, Named, OneOf, Table, Variant};
-use super::value::{self, Number, Pair, Word};
-use crate::scene::description::{Colour, Material, MaterialKind};
-
-/// Checkerboards inside checkerboards inside …: the GPU follows them with a bounded loop.
-const MAX_NESTING: usize = 16;
-
-/// A material as the file has it: other materials are names.
-pub(super) enum Raw {
-    Matte {
-        reflectance: Colour,
-    },
-    Mirror {
-        reflectance: Colour,
-    },
-    Glass {
-        ior: f64,
-        reflectance: Colour,
-        transmittance: Colour,
-    },
-    /// Its parts are kept apart, so that a wrong number does not hide a wrong name.
-    Checkerboard {
-        even: Result<Placed<String>, Reported>,
-        odd: Result<Placed<String>, Reported>,
-        checks_per_unit: Result<[f64; 2], Reported>,
-    },
-    #[cfg(feature = "broken-material")]
-    Broken,
-}
-
-const FRACTION: value::Colour = value::Colour(Number::between(0.0, 1.0));
-const REFRACTION: Number = Number::positive(1e-3, 1e3);
-
-// On planes their size is a length.
-const CHECKS: Number = Number::positive(SHORTEST, LONGEST);
-pub(super) const MATERIAL: OneOf<Raw> = OneOf {
+pub(super) const MATERIAL: OneOf<Values> = OneOf {
     what: "material",
-    variants: &[
-        Variant::new("matte", &MATTE_TABLE, matte),
-        Variant::new("mirror", &MIRROR_TABLE, mirror),
-        Variant::new("glass", &GLASS_TABLE, glass),
-        Variant::new("checkerboard", &CHECKERBOARD_TABLE, checkerboard),
-        #[cfg(feature = "broken-material")]
-        Variant { tag: "broken", table: &BROKEN_TABLE, build: broken, hidden: true },
-    ],
+    members: Some(Members { declarations: MaterialKind::DECLARATIONS, build: |values, _| Ok(values) }),
+    variants: &[],
 };
 
-static MATTE_TABLE: Table = Table::new("a matte material", &[&REFLECTANCE]);
-static MIRROR_TABLE: Table = Table::new("a mirror", &[&REFLECTANCE]);
-static GLASS_TABLE: Table = Table::new("a glass", &[&IOR, &GLASS_REFLECTANCE, &TRANSMITTANCE]);
-static CHECKERBOARD_TABLE: Table = Table::new("a checkerboard", &[&EVEN, &ODD, &CHECKS_PER_UNIT]);
-
-#[cfg(feature = "broken-material")]
-static BROKEN_TABLE: Table = Table::new("a broken material", &[]);
-
-static REFLECTANCE: Key<value::Colour> = Key::required(
-    "reflectance",
-    FRACTION,
-    "The fraction of light that is reflected: red, green, blue, each 0 to 1.",
-);
-static IOR: Key<Number> = Key::required(
-    "ior",
-    REFRACTION,
-    "Index of refraction of the inside over the outside: 1.5 for glass in air, 1.33 for water.",
-);
-static GLASS_REFLECTANCE: Key<value::Colour> =
-    Key::default("reflectance", FRACTION, "[1, 1, 1]", "Tint of what is reflected.");
-static TRANSMITTANCE: Key<value::Colour> =
-    Key::default("transmittance", FRACTION, "[1, 1, 1]", "Tint of what is transmitted.");
-static EVEN: Key<At<Word>> = Key::required(
-    "even",
-    At(Word),
-    "The name of the material where the numbers of the check along u and along v have an even sum.",
-);
-static ODD: Key<At<Word>> = Key::required("odd", At(Word), "The name of the material elsewhere.");
-static CHECKS_PER_UNIT: Key<Pair> = Key::default(
-    "checks_per_unit",
-    Pair(CHECKS),
-    "1",
-    "Checks for each unit of uv: one number, or one along u and one along v. A plane's uv are lengths in it.",
-);
-
-fn matte(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
-    Ok(Raw::Matte { reflectance: fields.get(&REFLECTANCE, reports)? })
-}
-
-fn mirror(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
-    Ok(Raw::Mirror { reflectance: fields.get(&REFLECTANCE, reports)? })
-}
-
-fn glass(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
-    let ior = fields.get(&IOR, reports);
-    let reflectance = fields.get(&GLASS_REFLECTANCE, reports);
-    let transmittance = fields.get(&TRANSMITTANCE, reports);
-    Ok(Raw::Glass { ior: ior?, reflectance: reflectance?, transmittance: transmittance? })
-}
-
-fn checkerboard(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Raw> {
-    let even = fields.get(&EVEN, reports);
-    let odd = fields.get(&ODD, reports);
-    let checks_per_unit = fields.get(&CHECKS_PER_UNIT, reports);
-    Ok(Raw::Checkerboard { even, odd, checks_per_unit })
-}
-
-#[cfg(feature = "broken-material")]
-fn broken(_: &Fields<'_, '_>, _: &mut Reports<'_>) -> Read<Raw> {
-    Ok(Raw::Broken)
-}
-
 /// The file's materials, in its order.
-pub(super) type RawMaterials = [Named<Result<Raw, Reported>>];
+pub(super) type RawMaterials = [Named<Read<Values>>];
 
-/// Finds materials by name.
-pub(super) struct Names<'m> {
-    materials: &'m RawMaterials,
-    by_name: HashMap<&'m str, usize>,
+/// The names of the file's materials, in its order.
+pub(super) fn names(materials: &RawMaterials) -> Names<'_> {
+    Names::new(materials.iter().map(|material| material.name.as_str()))
 }
 
-impl<'m> Names<'m> {
-    pub(super) fn new(materials: &'m RawMaterials) -> Self {
-        let by_name = materials.iter().enumerate().map(|(i, material)| (material.name.as_str(), i)).collect();
-        Self { materials, by_name }
-    }
-
-    /// The index, in the order of the file, of the material that the file names.
-    pub(super) fn find(&self, name: &Placed<String>, reports: &mut Reports<'_>) -> Result<usize, Reported> {
-        if let Some(&index) = self.by_name.get(name.value.as_str()) {
-            return Ok(index);
-        }
-        Err(reports.error_with(name.at, format!("no material {}", quote(&name.value)), |_| {
-            let names = self.materials.iter().map(|material| material.name.as_str());
-            Some(match (nearest(&name.value, names.clone()), list(names)) {
-                (Some(nearest), _) => format!("did you mean {}?", quote(nearest)),
-                (None, Some(all)) => format!("the materials are {all}"),
-                (None, None) => "this file has no [materials.NAME]".into(),
-            })
-        }))
-    }
+/// The index, in the order of the file, of the material that the file names.
+pub(super) fn find(
+    name: &Placed<String>,
+    names: &Names<'_>,
+    reports: &mut Reports<'_>,
+) -> Result<usize, Reported> {
+    names.find(&name.value).ok_or_else(|| {
+        reports.error_with(name.at, format!("no material {}", quote(&name.value)), |_| {
+            let none = || "this file has no [materials.NAME]".into();
+            Some(names.instead(&name.value).unwrap_or_else(none))
+        })
+    })
 }
 
 /// Materials in their final order.
@@ -161,7 +54,7 @@ pub(super) fn resolve(
     let mut edges = vec![Vec::new(); raw.len()];
     let kinds: Vec<_> =
         raw.iter().zip(&mut edges).map(|(material, edges)| link(material, edges, names, reports)).collect();
-    let order = order(raw, &edges, reports)?;
+    let order = order(raw, &edges, names, reports)?;
 
     let mut index_of = vec![0; raw.len()];
     for (index, &i) in order.iter().enumerate() {
@@ -171,9 +64,7 @@ pub(super) fn resolve(
         .into_iter()
         .map(|i| {
             let mut kind = kinds[i].clone()?;
-            if let MaterialKind::Checkerboard { even, odd, .. } = &mut kind {
-                (*even, *odd) = (index_of[*even], index_of[*odd]);
-            }
+            kind.renumber(&|index| index_of[index]);
             Ok(Material { name: raw[i].name.clone(), kind })
         })
         .collect();
@@ -182,101 +73,45 @@ pub(super) fn resolve(
 
 /// Resolves a material's names to indices in the order of the file, and lists them as `edges`.
 fn link(
-    material: &Named<Result<Raw, Reported>>,
+    material: &Named<Read<Values>>,
     edges: &mut Vec<Placed<usize>>,
     names: &Names<'_>,
     reports: &mut Reports<'_>,
 ) -> Result<MaterialKind, Reported> {
-    Ok(match material.value.as_ref().map_err(|reported| *reported)? {
-        &Raw::Matte { reflectance } => MaterialKind::Matte { reflectance },
-        &Raw::Mirror { reflectance } => MaterialKind::Mirror { reflectance },
-        &Raw::Glass { ior, reflectance, transmittance } => {
-            MaterialKind::Glass { ior, reflectance, transmittance }
-        }
-        Raw::Checkerboard { even, odd, checks_per_unit } => {
-            let [even, odd] = [even, odd].map(|part| {
-                let name = part.as_ref().map_err(|reported| *reported)?;
-                let index = names.find(name, reports)?;
-                edges.push(Placed { at: name.at, value: index });
-                Ok(index)
-            });
-            MaterialKind::Checkerboard { even: even?, odd: odd?, checks_per_unit: (*checks_per_unit)? }
-        }
-        #[cfg(feature = "broken-material")]
-        Raw::Broken => MaterialKind::Broken,
-    })
+    let find = |name: &Placed<String>, reports: &mut Reports<'_>| {
+        let index = find(name, names, reports)?;
+        edges.push(Placed { at: name.at, value: index });
+        Ok(index)
+    };
+    material.value.as_ref().map_err(|reported| *reported)?.build(find, reports)
 }
 
-/// How far a material has come in [`order`].
-#[derive(Clone, Copy, PartialEq)]
-enum Mark {
-    New,
-    Open,
-    Done,
-}
-
-/// The materials in an order in which everything comes after what it names: depth first, with a stack of our
-/// own, as a file may chain as many checkerboards as it has room for.
+/// The materials in an order in which everything comes after what it names.
 fn order(
     raw: &RawMaterials,
     edges: &[Vec<Placed<usize>>],
+    names: &Names<'_>,
     reports: &mut Reports<'_>,
 ) -> Result<Vec<usize>, Reported> {
-    let mut marks = vec![Mark::New; raw.len()];
-    let mut nesting = vec![0; raw.len()];
-    let mut order = Vec::with_capacity(raw.len());
-    let mut outcome = Ok(());
-    for root in 0..raw.len() {
-        if marks[root] != Mark::New {
-            continue;
+    let named: Vec<Vec<usize>> =
+        edges.iter().map(|edges| edges.iter().map(|edge| edge.value).collect()).collect();
+    names::order(&named, |disorder| match disorder {
+        Disorder::Circle { nodes, last, edge } => {
+            let kind = kind(&raw[nodes[0]]);
+            let message = format!("{kind} contains itself: {}", names.circle(&nodes));
+            reports.error(edges[last][edge].at, message)
         }
-        marks[root] = Mark::Open;
-        let mut stack = vec![(root, edges[root].iter())];
-        while let Some((node, rest)) = stack.last_mut() {
-            let node = *node;
-            let Some(edge) = rest.next() else {
-                stack.pop();
-                marks[node] = Mark::Done;
-                order.push(node);
-                nesting[node] = edges[node].iter().map(|edge| nesting[edge.value] + 1).max().unwrap_or(0);
-                // Those that contain it are as wrong, but one message is enough.
-                if nesting[node] == MAX_NESTING + 1 {
-                    let name = quote(&raw[node].name);
-                    let message = format!("checkerboard {name} is nested more than {MAX_NESTING} deep");
-                    outcome = Err(reports.error(raw[node].at, message));
-                }
-                continue;
-            };
-            match marks[edge.value] {
-                Mark::New => {
-                    marks[edge.value] = Mark::Open;
-                    stack.push((edge.value, edges[edge.value].iter()));
-                }
-                Mark::Open => {
-                    let cycle = stack.iter().map(|(i, _)| *i).skip_while(|i| *i != edge.value);
-                    let message = format!("checkerboard contains itself: {}", chain(raw, cycle, edge.value));
-                    outcome = Err(reports.error(edge.at, message));
-                }
-                Mark::Done => {}
-            }
+        Disorder::TooDeep(node) => {
+            let (kind, name) = (kind(&raw[node]), quote(&raw[node].name));
+            let message = format!("{kind} {name} is nested more than {MAX_NESTING} deep");
+            reports.error(raw[node].at, message)
         }
-    }
-    outcome.map(|()| order)
+    })
 }
 
-/// `a → b → a`; the middle of a long chain is left out.
-fn chain(raw: &RawMaterials, nodes: impl Iterator<Item = usize>, last: usize) -> String {
-    const MOST: usize = 8;
-    let mut text = String::new();
-    for (i, node) in nodes.enumerate() {
-        if i == MOST {
-            text.push_str("… → ");
-            break;
-        }
-        text.push_str(&shorten(&raw[node].name));
-        text.push_str(" → ");
-    }
-    text + &shorten(&raw[last].name)
+/// The name of a material's kind.
+fn kind(material: &Named<Read<Values>>) -> &'static str {
+    material.value.as_ref().map_or("material", |values| values.declaration.name)
 }
 
 /// Warns of materials that no entity shows.
@@ -288,9 +123,8 @@ pub(super) fn warn_of_unused(
 ) {
     // What a material names comes before it, so going backwards meets every user first.
     for (i, material) in resolved.materials.iter().enumerate().rev() {
-        if let (true, &MaterialKind::Checkerboard { even, odd, .. }) = (used[i], &material.kind) {
-            used[even] = true;
-            used[odd] = true;
+        if used[i] {
+            material.kind.materials().for_each(|named| used[named] = true);
         }
     }
     for (material, &index) in raw.iter().zip(&resolved.index_of) {

@@ -2,16 +2,19 @@
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `report` | errors and warnings, and the nearest spelling |
+//! | `report` | errors and warnings with their places |
 //! | `form` | what a value may be |
 //! | `value` | the values themselves: numbers, vectors, words |
-//! | `table` | the shapes that values come in: tables, lists, one-of-several |
-//! | `limits` | the limits of values that several tables have in common |
+//! | `table` | the shapes that values come in: tables, lists |
+//! | `declared` | tables whose keys are declared with the shape, material or light that they describe |
+//! | `one_of` | one of several tables |
+//! | `limits` | the forms of values that several tables have in common |
 //! | `film`, `camera`, `render`, `materials`, `shape`, `entity`, `light` | the keys of a table, and what is made of them |
 //! | `scene` | the tables of a file, and the [`Scene`] that is made of them |
 //! | `schema` | the JSON Schema |
 //!
-//! The reader and the JSON Schema both follow the tables of keys: name, form, default and description.
+//! The reader and the JSON Schema both follow the tables of keys: name, form, default and description. Those of shapes,
+//! materials and lights come from [`crate::parameter`].
 //!
 //! Reading goes on after an error, so that all errors of a file are shown at once. A value that could not be
 //! read is a `report::Reported`, which only reporting an error can make: no error path yields a scene.
@@ -25,16 +28,20 @@ use ::toml::de::{DeTable, DeValue, Error as SyntaxError};
 use super::description::Scene;
 use super::diagnostic::{Cursor, Diagnostic, SceneErrors};
 use super::fingerprint::Sources;
+use super::mesh::cache::{MeshCache, Watch};
+use super::spelling;
 use form::{Form, Value};
 use report::Reports;
 
 mod camera;
+mod declared;
 mod entity;
 mod film;
 mod form;
 mod light;
 mod limits;
 mod materials;
+mod one_of;
 mod render;
 mod report;
 mod scene;
@@ -43,7 +50,6 @@ mod shape;
 mod table;
 mod value;
 
-pub use report::Watch;
 pub use schema::schema;
 
 /// The largest scene file in bytes. Text of this size describes a hundred thousand entities.
@@ -84,8 +90,8 @@ fn parse_watched<'a>(
 ) -> Result<Loaded, SceneErrors> {
     let (document, syntax_errors) = parse_toml(text);
     let document = Value::new(0..0, DeValue::Table(document));
-    let mut reports =
-        Reports::beside(text, file_name.parent().unwrap_or(Path::new("")), scene::header_of, watch);
+    let meshes = MeshCache::new(file_name.parent().unwrap_or(Path::new("")), watch);
+    let mut reports = Reports::new(text, meshes, scene::header_of);
     // What a parser makes of text that is not TOML is a guess; errors in a guess would mislead.
     let scene = match reports.syntax_errors(&syntax_errors) {
         Ok(()) => scene::SCENE.read("scene", &document, &mut reports),
@@ -182,8 +188,8 @@ fn similar_file(path: &Path) -> Option<String> {
         .iter()
         .find(|other| **other == with_extension)
         .map(String::as_str)
-        .or_else(|| report::nearest(name, beside.iter().map(String::as_str)))?;
-    Some(format!("did you mean {}?", report::quote(nearest)))
+        .or_else(|| spelling::nearest(name, beside.iter().map(String::as_str)))?;
+    Some(format!("did you mean {}?", spelling::quote(nearest)))
 }
 
 /// The text of a scene file, which is UTF-8.

@@ -1,13 +1,10 @@
 //! The keys of the render settings, and what is made of them.
 
-use std::fmt;
-use std::str::FromStr;
-
 use super::limits::RADIANCE;
-use super::report::{Read, Reports, word};
+use super::report::{Read, Reports};
 use super::table::{At, Fields, Key, Table};
 use super::value::{Choice, Colour, Flag, Integer, IntegerOr};
-use crate::scene::description::{Integrator, RenderSettings, Sampler, UNLIMITED, endless};
+use crate::scene::description::{Integrator, MOST_BOUNCES, RenderSettings, Sampler, UNLIMITED, endless};
 
 pub(super) static RENDER_TABLE: Table = Table::new(
     "the render settings",
@@ -16,30 +13,18 @@ pub(super) static RENDER_TABLE: Table = Table::new(
 
 static INTEGRATOR: Key<Choice<Integrator>> = Key::default(
     "integrator",
-    INTEGRATORS,
+    Choice::NEW,
     "\"path\"",
     "How light is followed: whitted (recursive ray tracing, which asks every lamp at every diffuse hit; a mesh of \
      256 triangles or more is one lamp), path, or path-naive (lights are found by chance).",
 );
 
-const INTEGRATORS: Choice<Integrator> = Choice {
-    what: "integrator",
-    options: &[
-        ("whitted", Integrator::Whitted),
-        ("path", Integrator::Path),
-        ("path-naive", Integrator::PathNaive),
-    ],
-};
-
 static SAMPLER: Key<Choice<Sampler>> = Key::default(
     "sampler",
-    SAMPLERS,
+    Choice::NEW,
     "\"sobol\"",
     "Where random numbers come from: sobol (spread evenly over a pixel's samples) or independent.",
 );
-
-const SAMPLERS: Choice<Sampler> =
-    Choice { what: "sampler", options: &[("sobol", Sampler::Sobol), ("independent", Sampler::Independent)] };
 
 static MAX_DEPTH: Key<IntegerOr> = Key::default(
     "max_depth",
@@ -47,9 +32,6 @@ static MAX_DEPTH: Key<IntegerOr> = Key::default(
     "5",
     "The largest number of bounces: 0 sees emitters only; \"unlimited\" leaves it to Russian roulette (path).",
 );
-
-/// The largest limit that may be asked for.
-const MOST_BOUNCES: u32 = 10_000;
 
 static SAMPLES: Key<Integer> =
     Key::default("samples", Integer { least: 1, most: u32::MAX }, "500", "Samples for each pixel.");
@@ -93,36 +75,4 @@ pub(super) fn render(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
         seed: seed?,
         ambient: ambient.value,
     })
-}
-
-/// The name, as in a scene file.
-impl fmt::Display for Sampler {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(SAMPLERS.name(*self))
-    }
-}
-
-/// The name, as in a scene file.
-impl fmt::Display for Integrator {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(INTEGRATORS.name(*self))
-    }
-}
-
-impl FromStr for Sampler {
-    type Err = String;
-
-    /// The sampler of this name, as in a scene file.
-    fn from_str(name: &str) -> Result<Self, String> {
-        word(|reports| SAMPLERS.pick(name, 0, reports), name)
-    }
-}
-
-impl FromStr for Integrator {
-    type Err = String;
-
-    /// The integrator of this name, as in a scene file.
-    fn from_str(name: &str) -> Result<Self, String> {
-        word(|reports| INTEGRATORS.pick(name, 0, reports), name)
-    }
 }

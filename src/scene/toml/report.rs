@@ -1,48 +1,20 @@
-//! Errors and warnings while a file is read, and the nearest spelling of a name.
+//! Errors and warnings about places of a text while it is read.
 
-use std::collections::{HashMap, HashSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use ::toml::de::Error as SyntaxError;
 
 use crate::scene::diagnostic::{Cursor, Diagnostic, Position, SceneErrors};
 use crate::scene::fingerprint::Sources;
-use crate::scene::mesh::{self, MeshFile, Split};
+use crate::scene::mesh::cache::{Found, MeshCache, Unreadable};
+use crate::scene::mesh::{MeshFile, Split};
+use crate::scene::spelling::shorten;
 
 /// Errors that are described one by one; a file of garbage has millions.
 const MAX_ERRORS: usize = 100;
 
-/// The longest word, in bytes, whose nearest spelling is looked for.
-const MAX_WORD: usize = 64;
-
-/// Other programs' words for our keys and types.
-const SYNONYMS: &[(&str, &str)] = &[
-    ("albedo", "reflectance"),
-    ("color", "reflectance"),
-    ("colour", "reflectance"),
-    ("dielectric", "glass"),
-    ("diffuse", "matte"),
-    ("emit", "emission"),
-    ("entity", "entities"),
-    ("index_of_refraction", "ior"),
-    ("lambert", "matte"),
-    ("lambertian", "matte"),
-    ("object", "entities"),
-    ("objects", "entities"),
-    ("origin", "eye"),
-    ("pos", "position"),
-    ("position", "center"),
-    ("position", "eye"),
-    ("specular", "mirror"),
-    ("spp", "samples"),
-    ("target", "look_at"),
-];
-
-/// What hears how far the files that a scene names have been read: of which so many bytes of so many.
-pub type Watch<'a> = &'a mut dyn FnMut(&Path, u64, u64);
-
-/// Proof that an error has been reported: only [`Reports::error`] makes one.
+/// Proof that an error has been reported: only [`Reports`] makes one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reported(());
 
@@ -73,90 +45,43 @@ pub(super) struct Reports<'t> {
     unlisted: usize,
     warnings: Vec<Report>,
     unlisted_warnings: usize,
-    /// Where the files are that the text names.
-    folder: PathBuf,
-    /// Those that were read; a file that could not be is complained of once.
-    meshes: HashMap<(PathBuf, Split), Result<Arc<MeshFile>, Reported>>,
-    /// Notes about them that were shown: a file that is split in two ways gives most of its notes twice.
-    noted: HashSet<(PathBuf, String)>,
+    /// The mesh files that the text names.
+    meshes: MeshCache<'t>,
     /// The header under which a key belongs that stands in the wrong place.
     header_of: HeaderOf,
-    watch: Option<Watch<'t>>,
 }
 
 impl<'t> Reports<'t> {
-    pub(super) fn new(text: &'t str) -> Self {
-        Self::beside(text, Path::new(""), |_| None, None)
+    /// Nothing yet about a text and the mesh files that it names.
+    pub(super) fn new(text: &'t str, meshes: MeshCache<'t>, header_of: HeaderOf) -> Self {
+        let (errors, warnings) = (Vec::new(), Vec::new());
+        Self { text, errors, unlisted: 0, warnings, unlisted_warnings: 0, meshes, header_of }
     }
 
-    /// For a text whose files are in `folder`.
-    pub(super) fn beside(
-        text: &'t str,
-        folder: &Path,
-        header_of: HeaderOf,
-        watch: Option<Watch<'t>>,
-    ) -> Self {
-        Self {
-            text,
-            errors: Vec::new(),
-            unlisted: 0,
-            warnings: Vec::new(),
-            unlisted_warnings: 0,
-            folder: folder.into(),
-            meshes: HashMap::new(),
-            noted: HashSet::new(),
-            header_of,
-            watch,
-        }
+    /// The same about a text that names no files.
+    #[cfg(test)]
+    pub(super) fn alone(text: &'t str) -> Self {
+        Self::new(text, MeshCache::new(Path::new(""), None), |_| None)
     }
 
-    /// What is in a mesh file, read once for each way to split it.
+    /// The contents of a mesh file; messages about it are placed where the text names it.
     pub(super) fn mesh(&mut self, file: &Placed<String>, split: Split) -> Result<Arc<MeshFile>, Reported> {
-        let path = self.folder.join(&file.value);
-        let key = (path.clone(), split);
-        if let Some(mesh) = self.meshes.get(&key) {
-            return mesh.clone();
-        }
-        // One that cannot be read whole cannot be read in parts.
-        if let Some(Err(reported)) =
-            self.meshes.iter().find(|((p, _), read)| *p == path && read.is_err()).map(|(_, r)| r)
-        {
-            return Err(*reported);
-        }
-        let mut unheard = |_: &Path, _, _| {};
-        let watch: Watch<'_> = match &mut self.watch {
-            Some(watch) => *watch,
-            None => &mut unheard,
-        };
-        let mesh = match mesh::read(&path, &key.1, &mut |bytes, of| watch(&path, bytes, of)) {
-            Ok(mesh) => {
-                // Other splits leave the file's materials to the scene's.
-                let uses_materials = key.1 == Split::Materials;
-                for note in mesh.notes.iter().filter(|note| uses_materials || !note.is_of_material) {
-                    if self.noted.insert((path.clone(), note.message.clone())) {
-                        let message = format!("{}: {note}", path.display());
-                        self.warn(Some(file.at), message, "the rest of it is rendered");
-                    }
+        match self.meshes.get(&file.value, split) {
+            Ok(Found { file: mesh, notes }) => {
+                for note in notes {
+                    self.warn(Some(file.at), note, "the rest of it is rendered");
                 }
-                Ok(Arc::new(mesh))
+                Ok(mesh)
             }
-            Err(error) => Err(self.error(file.at, error.to_string())),
-        };
-        self.meshes.insert(key, mesh.clone());
-        mesh
+            Err(Unreadable::First(error)) => Err(self.error(file.at, error.to_string())),
+            // It has been reported then.
+            Err(Unreadable::Again) => Err(Reported(())),
+        }
     }
 
     /// The meshes that were read, and where from.
     pub(super) fn sources(&self) -> Sources {
-        let mut sources = Vec::new();
-        for ((path, _), read) in &self.meshes {
-            for (part, mesh) in read.iter().flat_map(|file| &file.parts) {
-                let separator = if part.is_empty() { "" } else { ": " };
-                sources.push((format!("{}{separator}{part}", path.display()), Arc::clone(mesh)));
-            }
-        }
-        sources.sort_by(|a, b| a.0.cmp(&b.0));
-        Sources(sources)
+        self.meshes.sources()
     }
 
     /// The header under which a key belongs that stands in the wrong place, if there is one.
@@ -259,15 +184,6 @@ impl<'t> Reports<'t> {
         SceneErrors::new(locate(self.text, self.errors, file), self.unlisted)
     }
 
-    /// The errors without places, for text that is in no file.
-    pub(super) fn into_text(self) -> String {
-        let texts = self.errors.into_iter().map(|Report { message, help, .. }| match help {
-            Some(help) => format!("{message}; {help}"),
-            None => message,
-        });
-        texts.collect::<Vec<_>>().join("\n")
-    }
-
     pub(super) fn into_warnings(self, file: &Path) -> Vec<Diagnostic> {
         let mut warnings = locate(self.text, self.warnings, file);
         if self.unlisted_warnings > 0 {
@@ -276,12 +192,6 @@ impl<'t> Reports<'t> {
         }
         warnings
     }
-}
-
-/// Reads one word as a file would have it, outside any file.
-pub(super) fn word<T>(read: impl FnOnce(&mut Reports<'_>) -> Read<T>, text: &str) -> Result<T, String> {
-    let mut reports = Reports::new(text);
-    read(&mut reports).map_err(|_| reports.into_text())
 }
 
 /// Sorts reports by place; those about the whole file come first.
@@ -300,118 +210,13 @@ fn locate(text: &str, mut reports: Vec<Report>, file: &Path) -> Vec<Diagnostic> 
         .collect()
 }
 
-/// A word from the file in quotes, shortened and made safe to print.
-pub(super) fn quote(word: &str) -> String {
-    format!("\"{}\"", shorten(word))
-}
-
-/// The first line of some text from the file, without anything that a terminal would obey.
-pub(super) fn shorten(text: &str) -> String {
-    const LONGEST: usize = 40;
-    let mut short = String::new();
-    for (length, c) in text.chars().enumerate() {
-        if length == LONGEST || c == '\n' || c == '\r' {
-            short.push('…');
-            break;
-        }
-        // Printable letters of any language stay; control characters and the like are escaped.
-        if c.is_control() || c.escape_debug().next() == Some('\\') && !matches!(c, '"' | '\'' | '\\') {
-            short.extend(c.escape_default());
-        } else {
-            short.push(c);
-        }
-    }
-    short
-}
-
-/// The candidate that `word` is most likely a misspelling of.
-pub(super) fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str> + Clone) -> Option<&'c str> {
-    if word.is_empty() || word.len() > MAX_WORD {
-        return None;
-    }
-    let lower = word.to_lowercase();
-    let candidates = candidates.filter(|candidate| candidate.len() <= MAX_WORD).take(1000);
-    let spelling = candidates
-        .clone()
-        .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
-        .filter(|(distance, candidate)| 3 * distance <= word.chars().count().max(candidate.chars().count()))
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, candidate)| candidate);
-    spelling
-        .or_else(|| {
-            let synonyms = SYNONYMS.iter().filter(|(theirs, _)| *theirs == lower);
-            synonyms.filter_map(|(_, ours)| candidates.clone().find(|candidate| candidate == ours)).next()
-        })
-        .or_else(|| {
-            // Half of a double name: "fov" for "vertical_fov".
-            candidates
-                .clone()
-                .find(|candidate| candidate.contains('_') && candidate.split('_').any(|p| p == lower))
-        })
-}
-
-/// What to write instead of `word`: the nearest candidate, or all of them.
-pub(super) fn instead<'c>(word: &str, candidates: impl Iterator<Item = &'c str> + Clone) -> Option<String> {
-    match nearest(word, candidates.clone()) {
-        Some(nearest) => Some(format!("did you mean {}?", quote(nearest))),
-        None => list(candidates).map(|all| format!("valid here: {all}")),
-    }
-}
-
-/// Words in quotes, with commas between them; the first dozen if there are more.
-pub(super) fn list<'c>(words: impl Iterator<Item = &'c str> + Clone) -> Option<String> {
-    const MOST: usize = 12;
-    let mut text = words.clone().take(MOST).map(quote).collect::<Vec<_>>().join(", ");
-    if words.clone().nth(MOST).is_some() {
-        text.push_str(", …");
-    }
-    (!text.is_empty()).then_some(text)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const KEYS: [&str; 5] = ["eye", "vertical_fov", "aperture_radius", "reflectance", "samples"];
-
-    fn near(word: &str) -> Option<&'static str> {
-        nearest(word, KEYS.into_iter())
-    }
-
-    #[test]
-    fn nearest_finds_misspellings_in_any_case() {
-        assert_eq!(near("ey"), Some("eye"));
-        assert_eq!(near("yee"), Some("eye"));
-        assert_eq!(near("Aperture-Radius"), Some("aperture_radius"));
-        assert_eq!(near("sampels"), Some("samples"));
-    }
-
-    #[test]
-    fn nearest_knows_other_programs_words_and_halves_of_ours() {
-        assert_eq!(near("albedo"), Some("reflectance"));
-        assert_eq!(near("spp"), Some("samples"));
-        assert_eq!(near("fov"), Some("vertical_fov"));
-        assert_eq!(near("radius"), Some("aperture_radius"));
-    }
-
-    #[test]
-    fn nearest_does_not_guess_wildly() {
-        for word in ["", "x", "width", "integrator", &"s".repeat(1 << 20)] {
-            assert_eq!(near(word), None);
-        }
-    }
-
-    #[test]
-    fn quoted_text_is_short_and_cannot_steer_a_terminal() {
-        assert_eq!(quote("größe \"a\""), "\"größe \"a\"\"");
-        assert_eq!(quote("\u{1b}[2J\u{202e}\u{200b}"), "\"\\u{1b}[2J\\u{202e}\\u{200b}\"");
-        assert_eq!(quote("one\ntwo"), "\"one…\"");
-        assert_eq!(quote(&"é".repeat(99)).chars().count(), 43);
-    }
-
     #[test]
     fn a_flood_of_errors_is_counted_but_not_described() {
-        let mut reports = Reports::new("");
+        let mut reports = Reports::alone("");
         for _ in 0..MAX_ERRORS + 2 {
             reports.error(0, "wrong");
         }
@@ -422,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_flood_of_warnings_is_counted_too() {
-        let mut reports = Reports::new("");
+        let mut reports = Reports::alone("");
         (0..MAX_ERRORS + 2).for_each(|_| reports.warn(None, "odd", "look"));
         let warnings = reports.into_warnings("a.toml".as_ref());
         assert_eq!(warnings.len(), MAX_ERRORS + 1);

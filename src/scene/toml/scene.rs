@@ -1,12 +1,16 @@
 //! The tables of a scene file, and the scene that is made of them: what no single table can check.
 
+use super::declared::Values;
 use super::entity::{self, Linked, OfFiles, RawEntity, link_entities};
-use super::materials::{self, Raw};
-use super::report::{Read, Reports, quote};
-use super::table::{Block, Fields, Key, ListOf, MapOf, OneOf, Table};
+use super::materials;
+use super::one_of::OneOf;
+use super::report::{Read, Reported, Reports};
+use super::table::{Block, Fields, Key, ListOf, MapOf, Table};
 use super::{camera, film, light, render};
+use crate::scene::check::Problem;
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
 use crate::scene::open_glass::{Warning, open_glass};
+use crate::scene::spelling::quote;
 
 /// The whole file.
 pub(super) static SCENE: Block<Scene> = Block { table: &SCENE_TABLE, build: scene };
@@ -32,7 +36,7 @@ static RENDER: Key<Block<RenderSettings>> = Key::default(
     "{}",
     "How light is followed.",
 );
-static MATERIALS: Key<MapOf<OneOf<Raw>>> = Key::default(
+static MATERIALS: Key<MapOf<OneOf<Values>>> = Key::default(
     "materials",
     MapOf(materials::MATERIAL),
     "{}",
@@ -78,7 +82,7 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
     let environment = fields.get(&ENVIRONMENT, reports);
 
     let raw_materials = raw_materials?;
-    let names = materials::Names::new(&raw_materials);
+    let names = materials::names(&raw_materials);
     let mut of_files = OfFiles::after(raw_materials.len());
     let entities = raw_entities.and_then(|raw| link_entities(raw, &names, &mut of_files, reports));
     let mut resolved = materials::resolve(&raw_materials, &names, reports)?;
@@ -105,11 +109,19 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
         lights: lights?,
         environment: environment?,
     };
+    let scene = scene.checked().map_err(|problems| complain(&problems, reports))?;
     warn_of_darkness(&scene, reports);
     for Warning { first, message, help } in open_glass(&scene, quote) {
         reports.warn(Some(places[first]), message, help);
     }
     Ok(scene)
+}
+
+/// Reports that this reader let something pass that it should have refused, with a place.
+fn complain(problems: &[Problem], reports: &mut Reports<'_>) -> Reported {
+    let list: Vec<String> = problems.iter().map(Problem::to_string).collect();
+    let message = format!("stride read something else than it promises: {}", list.join("; "));
+    reports.error_with(0, message, |_| Some("this is a defect of stride; please report it".into()))
 }
 
 /// Warns of a scene that can only be black.

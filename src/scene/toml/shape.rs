@@ -1,15 +1,21 @@
-//! The keys of shapes, and what is made of them.
+//! Shapes: those that are declared, and the keys of meshes, and what is made of them.
 
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::limits::{COORDINATE, DIRECTION, EDGE, LENGTH, LONGEST, PARALLEL, POINT, SHORTEST};
-use super::report::{Placed, Read, Reports, instead, quote};
-use super::table::{At, Block, Fields, Key, Named, OneOf, Table, Variant, WordOrMap};
-use super::value::{Direction, NonZero, Number, Rows, Triple, Vector, Word, unit};
+use super::declared::Values;
+use super::limits::POINT;
+use super::one_of::{Members, OneOf, Variant};
+use super::report::{Placed, Read, Reports};
+use super::table::{At, Block, Fields, Key, Named, Table, WordOrMap};
+use super::value::{Rows, Triple, Vector, Word};
+use crate::parameter::limits::{COORDINATE, LONGEST};
+use crate::parameter::{Family, Number};
+use crate::scene::check::is_flat;
 use crate::scene::description::{Mesh, Shape};
 use crate::scene::mesh::{FileMaterial, MeshFile, Split};
+use crate::scene::spelling::{instead, quote};
 
 /// A shape, or the parts of a mesh, each of which becomes an entity.
 pub(super) enum RawShape {
@@ -44,31 +50,15 @@ enum PartMaterials {
     Named(Vec<Named<Placed<String>>>),
 }
 
-/// A normal whose length is one but for this much is one whose components were rounded to three digits.
-const UNIT_LENGTH: f64 = 1e-3;
-
 // The smallest longest side of the box around a whole mesh. The areas of triangles a thousandth as long still fit.
 const SMALLEST_MESH: f64 = 1e-15;
 const FACTOR: Number = Number::between(-1e9, 1e9);
 pub(super) const SHAPES: OneOf<RawShape> = OneOf {
     what: "shape",
-    variants: &[
-        Variant::new("plane", &PLANE_TABLE, plane),
-        Variant::new("sphere", &SPHERE_TABLE, sphere),
-        Variant::new("quad", &QUAD_TABLE, quad),
-        Variant::new("disk", &DISK_TABLE, disk),
-        Variant::new("cylinder", &CYLINDER_TABLE, cylinder),
-        Variant::new("box", &CUBOID_TABLE, cuboid),
-        Variant::new("mesh", &MESH_TABLE, mesh),
-    ],
+    members: Some(Members { declarations: Shape::DECLARATIONS, build: one }),
+    variants: &[Variant::new("mesh", &MESH_TABLE, mesh)],
 };
 
-static PLANE_TABLE: Table = Table::new("a plane", &[&NORMAL, &PLANE_DISTANCE]);
-static SPHERE_TABLE: Table = Table::new("a sphere", &[&CENTER, &RADIUS]);
-static QUAD_TABLE: Table = Table::new("a quad", &[&CORNER, &U, &V]);
-static DISK_TABLE: Table = Table::new("a disk", &[&DISK_CENTER, &DISK_NORMAL, &DISK_RADIUS]);
-static CYLINDER_TABLE: Table = Table::new("a cylinder", &[&FROM, &TO, &CYLINDER_RADIUS]);
-static CUBOID_TABLE: Table = Table::new("a box", &[&MIN, &MAX]);
 static MESH_TABLE: Table = Table::new("a mesh", &[&MESH_FILE, &TRANSFORM, &PART_MATERIALS]);
 static TRANSFORM_TABLE: Table = Table {
     what: "a transform",
@@ -82,40 +72,6 @@ static TRANSFORM_TABLE: Table = Table {
     }"#,
 };
 
-static NORMAL: Key<NonZero> = Key::required(
-    "normal",
-    EDGE,
-    "The direction the plane faces. Its length does not matter: it is made one.",
-);
-static PLANE_DISTANCE: Key<Number> = Key::required(
-    "distance",
-    COORDINATE,
-    "Signed distance of the plane from the origin along its normal, a length whatever the normal's: X·n = distance, where n is the normal over its length.",
-);
-static CENTER: Key<Vector> = Key::required("center", POINT, "The centre of the sphere.");
-static RADIUS: Key<Number> = Key::required("radius", LENGTH, "The radius of the sphere.");
-static CORNER: Key<Vector> = Key::required("corner", POINT, "The corner of the quad where uv is (0, 0).");
-static U: Key<NonZero> = Key::required("u", EDGE, "The first edge, from the corner.");
-static V: Key<NonZero> = Key::required("v", EDGE, "The second edge, from the corner. The quad faces u × v.");
-static DISK_CENTER: Key<Vector> = Key::required("center", POINT, "The centre of the disk.");
-static DISK_NORMAL: Key<Direction> =
-    Key::required("normal", DIRECTION, "The direction the disk faces, of any length.");
-static DISK_RADIUS: Key<Number> = Key::required(
-    "radius",
-    LENGTH,
-    "The radius of the disk. Its uv are the angle about the normal over 2π and the distance from the centre over the radius.",
-);
-static FROM: Key<Vector> =
-    Key::required("from", POINT, "The end of the cylinder's axis where v is 0. Both ends are open.");
-static TO: Key<Vector> = Key::required("to", POINT, "The end where v is 1.");
-static CYLINDER_RADIUS: Key<Number> =
-    Key::required("radius", LENGTH, "The radius of the cylinder. Its u is the angle about the axis over 2π.");
-static MIN: Key<Vector> = Key::required("min", POINT, "The corner of the box with the least x, y and z.");
-static MAX: Key<Vector> = Key::required(
-    "max",
-    POINT,
-    "The corner of the box with the greatest x, y and z. On each side uv run from 0 to 1, v along z, or along y on top and bottom.",
-);
 static MESH_FILE: Key<At<Word>> = Key::required(
     "file",
     At(Word),
@@ -150,83 +106,8 @@ static MATRIX: Key<Rows> = Key::optional(
     "Three rows of four numbers, instead: the first three columns are what x, y and z become, the fourth is the translation.",
 );
 
-fn plane(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
-    let normal = fields.get(&NORMAL, reports);
-    let distance = fields.get(&PLANE_DISTANCE, reports);
-    let (normal, distance) = (normal?, distance?);
-    let length = normal.length();
-    if distance != 0.0 && (length - 1.0).abs() > UNIT_LENGTH {
-        let at = fields.place_of(&PLANE_DISTANCE);
-        let length = shown(length);
-        let message = format!("the normal's length is {length}, and distance is a length all the same");
-        let help =
-            format!("if X·normal = distance is meant with the normal as it is, divide both by {length}");
-        reports.warn(Some(at), message, &help);
-    }
-    Ok(RawShape::One(Shape::Plane { normal: unit(normal), distance }))
-}
-
-/// A length in four digits or so, for messages.
-fn shown(length: f64) -> String {
-    match (1e-2..1e6).contains(&length) {
-        true => format!("{length:.4}").trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => format!("{length:.3e}"),
-    }
-}
-
-fn sphere(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
-    let center = fields.get(&CENTER, reports);
-    let radius = fields.get(&RADIUS, reports);
-    Ok(RawShape::One(Shape::Sphere { center: center?, radius: radius? }))
-}
-
-fn quad(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
-    let corner = fields.get(&CORNER, reports);
-    let u = fields.get(&U, reports);
-    let v = fields.get(&V, reports);
-    let (u, v) = (u?, v?);
-    if unit(u).cross(unit(v)).length() < PARALLEL {
-        let at = fields.place_of(&V);
-        return Err(reports.error(at, "v is parallel to u: the quad has no area"));
-    }
-    Ok(RawShape::One(Shape::Quad { corner: corner?, u, v }))
-}
-
-fn disk(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
-    let center = fields.get(&DISK_CENTER, reports);
-    let normal = fields.get(&DISK_NORMAL, reports);
-    let radius = fields.get(&DISK_RADIUS, reports);
-    Ok(RawShape::One(Shape::Disk { center: center?, normal: normal?, radius: radius? }))
-}
-
-fn cylinder(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
-    let from = fields.get(&FROM, reports);
-    let to = fields.get(&TO, reports);
-    let radius = fields.get(&CYLINDER_RADIUS, reports);
-    let (from, to) = (from?, to?);
-    if from.distance(to) < SHORTEST {
-        let at = fields.place_of(&TO);
-        return Err(reports.error(at, "to is the same point as from: the cylinder has no length"));
-    }
-    Ok(RawShape::One(Shape::Cylinder { from, to, radius: radius? }))
-}
-
-fn cuboid(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
-    let min = fields.get(&MIN, reports);
-    let max = fields.get(&MAX, reports);
-    let (min, max) = (min?, max?);
-    // Shapes are kept in single precision, in which sides that are far out and close together are one.
-    let single = |x: f64| f64::from(x as f32);
-    let size = |axis: usize| single(max[axis]) - single(min[axis]);
-    if let Some(axis) = (0..3).find(|&axis| size(axis) < SHORTEST) {
-        let (at, name) = (fields.place_of(&MAX), ["x", "y", "z"][axis]);
-        let swapped = size(axis) < 0.0;
-        let why = if swapped { "there min is above it along" } else { "the box has no extent along" };
-        let message = format!("max must be above min in each of x, y, z: {why} {name}");
-        let remedy = if swapped { "swap the two" } else { "a quad is flat" };
-        return Err(reports.error_with(at, message, |_| Some(remedy.into())));
-    }
-    Ok(RawShape::One(Shape::Box { min, max }))
+fn one(values: Values, reports: &mut Reports<'_>) -> Read<RawShape> {
+    values.build_alone(reports).map(RawShape::One)
 }
 
 fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
@@ -331,10 +212,7 @@ fn transform(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<DAffine
             DAffine3 { matrix3: rotate * DMat3::from_diagonal(scale), translation: translate }
         }
     };
-    // Against the largest that vectors of these lengths could have.
-    let [x, y, z] = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
-    let largest = x.length() * y.length() * z.length();
-    if largest == 0.0 || transform.matrix3.determinant().abs() < 1e-9 * largest {
+    if is_flat(&transform) {
         let at = match matrix {
             Some(_) => fields.place_of(&MATRIX),
             None => fields.place_of(&SCALE),

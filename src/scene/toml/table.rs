@@ -1,4 +1,4 @@
-//! The shapes that values come in: tables, lists, one-of-several.
+//! The shapes that values come in: tables, lists.
 
 use std::collections::BTreeMap;
 
@@ -6,8 +6,9 @@ use ::toml::de::{DeTable, DeValue};
 use serde_json::{Value as Json, json};
 
 use super::form::{Form, Value};
-use super::report::{self, Placed, Reported, Reports, quote};
+use super::report::{Placed, Reported, Reports};
 use super::value;
+use crate::scene::spelling::{self, quote};
 
 /// What it means that a key is absent.
 enum Absent {
@@ -53,6 +54,8 @@ impl<F> Key<F> {
 pub(super) trait AnyKey: Sync {
     fn name(&self) -> &'static str;
     fn is_required(&self) -> bool;
+    /// What the tables are that may be its value and have a key of this name.
+    fn owners(&self, key: &str) -> Vec<&'static str>;
     /// The schema of the value, with description and default.
     fn schema(&self) -> Json;
 }
@@ -64,6 +67,10 @@ impl<F: Form> AnyKey for Key<F> {
 
     fn is_required(&self) -> bool {
         matches!(self.absent, Absent::Wrong)
+    }
+
+    fn owners(&self, key: &str) -> Vec<&'static str> {
+        self.form.owners(key)
     }
 
     fn schema(&self) -> Json {
@@ -110,23 +117,8 @@ impl Table {
     }
 
     /// The schema of a table with these keys, and with `tag` as its `type` if there is one.
-    fn schema(&self, tag: Option<&str>) -> Json {
-        let mut properties = BTreeMap::new();
-        let mut required: Vec<&str> = Vec::new();
-        if let Some(tag) = tag {
-            properties.insert("type", json!({ "const": tag }));
-            required.push("type");
-        }
-        for key in self.keys {
-            properties.insert(key.name(), key.schema());
-            if key.is_required() {
-                required.push(key.name());
-            }
-        }
-        let mut schema = json!({ "type": "object", "properties": properties, "additionalProperties": false });
-        if !required.is_empty() {
-            schema["required"] = required.into();
-        }
+    pub(super) fn schema(&self, tag: Option<&str>) -> Json {
+        let mut schema = schema(self.keys.iter().copied(), tag);
         if let Ok(Json::Object(rules)) = serde_json::from_str(self.rules)
             && let Json::Object(schema) = &mut schema
         {
@@ -134,6 +126,27 @@ impl Table {
         }
         schema
     }
+}
+
+/// The schema of a table with some keys, and with `tag` as its `type` if there is one.
+pub(super) fn schema<'k>(keys: impl Iterator<Item = &'k dyn AnyKey>, tag: Option<&str>) -> Json {
+    let mut properties = BTreeMap::new();
+    let mut required: Vec<&str> = Vec::new();
+    if let Some(tag) = tag {
+        properties.insert("type", json!({ "const": tag }));
+        required.push("type");
+    }
+    for key in keys {
+        properties.insert(key.name(), key.schema());
+        if key.is_required() {
+            required.push(key.name());
+        }
+    }
+    let mut schema = json!({ "type": "object", "properties": properties, "additionalProperties": false });
+    if !required.is_empty() {
+        schema["required"] = required.into();
+    }
+    schema
 }
 
 /// A table that is being read.
@@ -147,27 +160,37 @@ pub(super) struct Fields<'d, 't> {
 }
 
 impl<'d, 't> Fields<'d, 't> {
-    /// Checks that `value` is a table with known keys only.
-    fn open(
-        table: &Table,
-        tag: Option<&'static str>,
+    /// Checks that `value` is a table with known keys only. `what` is what it describes, with an article; `keys` are
+    /// those inside of which other keys may belong.
+    pub(super) fn open(
+        what: &'static str,
+        known: impl Iterator<Item = &'static str> + Clone,
+        keys: &[&'static dyn AnyKey],
         key: &str,
         value: &'d Value<'t>,
         reports: &mut Reports<'_>,
     ) -> Result<Self, Reported> {
-        let entries = expect_table(key, table.what, value, reports)?;
-        let known = tag.into_iter().chain(table.names());
+        let entries = expect_table(key, what, value, reports)?;
         let mut misspelt = Vec::new();
         for (name, _) in entries {
             if !known.clone().any(|known| known == name.get_ref()) {
-                let message = format!("unknown key {} in {}", quote(name.get_ref()), table.what);
-                let help = |reports: &Reports<'_>| unknown_key_help(name.get_ref(), &known, reports);
+                let message = format!("unknown key {} in {}", quote(name.get_ref()), what);
+                let inside = keys.iter().find_map(|key| belongs_inside(*key, name.get_ref()));
+                let is_misplaced = inside.is_some();
+                let help = |reports: &Reports<'_>| {
+                    inside.or_else(|| unknown_key_help(name.get_ref(), &known, reports))
+                };
                 let reported = reports.error_with(name.span().start, message, help);
-                misspelt
-                    .extend(report::nearest(name.get_ref(), known.clone()).map(|meant| (meant, reported)));
+                let nearest = spelling::nearest(name.get_ref(), known.clone()).filter(|_| !is_misplaced);
+                misspelt.extend(nearest.map(|meant| (meant, reported)));
             }
         }
-        Ok(Self { at: value.span().start, what: table.what, table: entries, misspelt })
+        Ok(Self { at: value.span().start, what, table: entries, misspelt })
+    }
+
+    /// Without any key, at some place. `table` is an empty one.
+    pub(super) fn none(at: usize, what: &'static str, table: &'d DeTable<'t>) -> Self {
+        Self { at, what, table, misspelt: Vec::new() }
     }
 
     /// The value of `key`, or its default; an error if there is neither.
@@ -207,7 +230,8 @@ impl<'d, 't> Fields<'d, 't> {
     }
 }
 
-fn expect_table<'d, 't>(
+/// The table that a value is, which describes `what`.
+pub(super) fn expect_table<'d, 't>(
     key: &str,
     what: &str,
     value: &'d Value<'t>,
@@ -222,17 +246,24 @@ fn expect_table<'d, 't>(
     }
 }
 
+/// That a key of this name belongs inside the table that is the value of another key.
+fn belongs_inside(key: &dyn AnyKey, name: &str) -> Option<String> {
+    let owners = key.owners(name);
+    (!owners.is_empty())
+        .then(|| format!("{} belongs inside {}, as a key of {}", quote(name), key.name(), owners.join(", ")))
+}
+
 fn unknown_key_help<'c>(
     name: &str,
     known: &(impl Iterator<Item = &'c str> + Clone),
     reports: &Reports<'_>,
 ) -> Option<String> {
-    if report::nearest(name, known.clone()).is_none()
+    if spelling::nearest(name, known.clone()).is_none()
         && let Some(header) = reports.header_of(name)
     {
         return Some(format!("{} belongs under {header}", quote(name)));
     }
-    report::instead(name, known.clone())
+    spelling::instead(name, known.clone())
 }
 
 /// A table that becomes one value.
@@ -248,118 +279,12 @@ impl<T> Form for Block<T> {
     type Output = T;
 
     fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        let fields = Fields::open(self.table, None, key, value, reports)?;
+        let fields = Fields::open(self.table.what, self.table.names(), self.table.keys, key, value, reports)?;
         (self.build)(&fields, reports)
     }
 
     fn schema(&self) -> Json {
         self.table.schema(None)
-    }
-}
-
-/// One of the tables that a `type` key tells apart.
-pub(super) struct Variant<T: 'static> {
-    pub(super) tag: &'static str,
-    pub(super) table: &'static Table,
-    pub(super) build: Build<T>,
-    /// Left out of lists and of the schema.
-    pub(super) hidden: bool,
-}
-
-impl<T> Variant<T> {
-    pub(super) const fn new(tag: &'static str, table: &'static Table, build: Build<T>) -> Self {
-        Self { tag, table, build, hidden: false }
-    }
-}
-
-/// A table whose `type` says which keys it has.
-pub(super) struct OneOf<T: 'static> {
-    /// What all of them are, without an article: "material".
-    pub(super) what: &'static str,
-    pub(super) variants: &'static [Variant<T>],
-}
-
-impl<T> OneOf<T> {
-    fn tags(&self) -> impl Iterator<Item = &'static str> + Clone {
-        self.variants.iter().filter(|variant| !variant.hidden).map(|variant| variant.tag)
-    }
-
-    /// Whether one of them has a key of this name.
-    fn is_key(&self, name: &str) -> bool {
-        self.variants.iter().any(|variant| variant.table.names().any(|known| known == name))
-    }
-
-    fn pick(&self, tag: &str, at: usize, reports: &mut Reports<'_>) -> Result<&'static Variant<T>, Reported> {
-        match self.variants.iter().find(|variant| variant.tag == tag) {
-            Some(variant) => Ok(variant),
-            None => {
-                let what = format!("{} type", self.what);
-                Err(value::unknown_word(&what, tag, self.tags(), at, reports))
-            }
-        }
-    }
-}
-
-impl<T> Form for OneOf<T> {
-    type Output = T;
-
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        let table = expect_table(key, &format!("a {}", self.what), value, reports)?;
-        let Some(tag) = table.get("type") else {
-            let is_like_it =
-                |name: &str| !self.is_key(name) && report::nearest(name, ["type"].into_iter()).is_some();
-            if let Some((name, _)) = table.iter().find(|(name, _)| is_like_it(name.get_ref())) {
-                let message = format!("unknown key {} in {key}", quote(name.get_ref()));
-                let help = report::instead(name.get_ref(), ["type"].into_iter());
-                return Err(reports.error_with(name.span().start, message, |_| help));
-            }
-            let message = format!("missing key \"type\" in {key}");
-            let types = || report::list(self.tags()).map(|all| format!("a {} is one of {all}", self.what));
-            return Err(reports.error_with(value.span().start, message, |_| types()));
-        };
-        let word = value::Word.read("type", tag, reports)?;
-        let variant = self.pick(&word, tag.span().start, reports)?;
-        let fields = Fields::open(variant.table, Some("type"), key, value, reports)?;
-        (variant.build)(&fields, reports)
-    }
-
-    fn schema(&self) -> Json {
-        let variants = self.variants.iter().filter(|variant| !variant.hidden);
-        json!({ "oneOf": variants.map(|variant| variant.table.schema(Some(variant.tag))).collect::<Vec<_>>() })
-    }
-}
-
-/// Either a `type` alone, as a word, or a table with a `type`.
-pub(super) struct WordOr<T: 'static>(pub(super) OneOf<T>);
-
-impl<T> WordOr<T> {
-    /// Reads the word alone.
-    pub(super) fn read_word(&self, word: &str, at: usize, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        let variant = self.0.pick(word, at, reports)?;
-        let (what, misspelt) = (variant.table.what, Vec::new());
-        let fields = Fields { at, what, table: &DeTable::new(), misspelt };
-        (variant.build)(&fields, reports)
-    }
-}
-
-impl<T> Form for WordOr<T> {
-    type Output = T;
-
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        match value.get_ref() {
-            DeValue::String(word) => self.read_word(word, value.span().start, reports),
-            DeValue::Table(_) => self.0.read(key, value, reports),
-            other => {
-                let message = format!("{key} must be a string or a table, not {}", value::kind(other));
-                let help = report::list(self.0.tags()).map(|all| format!("valid here: {all}"));
-                Err(reports.error_with(value.span().start, message, |_| help))
-            }
-        }
-    }
-
-    fn schema(&self) -> Json {
-        let words: Vec<&str> = self.0.tags().collect();
-        json!({ "anyOf": [{ "enum": words }, self.0.schema()] })
     }
 }
 
@@ -423,7 +348,7 @@ impl<F: Form> Form for MapOf<F> {
             .map(|(name, value)| Named {
                 name: name.get_ref().to_string(),
                 at: name.span().start,
-                value: self.0.read(&format!("{key}.{}", report::shorten(name.get_ref())), value, reports),
+                value: self.0.read(&format!("{key}.{}", spelling::shorten(name.get_ref())), value, reports),
             })
             .collect();
         entries.sort_by_key(|entry| entry.at);
@@ -464,7 +389,7 @@ impl<T: Clone + Sync, F: Form> Form for WordOrMap<T, F> {
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(name, _)| name.span().start);
         let read = entries.into_iter().map(|(name, value)| {
-            let key = format!("{key}.{}", report::shorten(name.get_ref()));
+            let key = format!("{key}.{}", spelling::shorten(name.get_ref()));
             let value = self.value.read(&key, value, reports)?;
             Ok(Named { name: name.get_ref().to_string(), at: name.span().start, value })
         });

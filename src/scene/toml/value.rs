@@ -1,11 +1,16 @@
 //! The values themselves: numbers, vectors, words.
 
+use std::marker::PhantomData;
+
 use ::toml::de::{DeFloat, DeInteger, DeValue};
 use glam::DVec3;
 use serde_json::{Value as Json, json};
 
 use super::form::{Form, Value};
-use super::report::{Reported, Reports, instead, quote};
+use super::report::{Reported, Reports};
+use crate::parameter::{Number, unit};
+use crate::scene::description;
+use crate::scene::spelling::{self, quote};
 
 /// What a value is, with an article, in a beginner's words.
 pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
@@ -49,15 +54,6 @@ fn wrong_type(key: &str, expected: &str, value: &Value<'_>, reports: &mut Report
         DeValue::String(text) if text.trim().parse::<f64>().is_ok() => Some("take the quotes away".into()),
         _ => None,
     })
-}
-
-/// A limit as one would write it.
-fn limit(value: f64) -> String {
-    if value.abs() >= 1e12 || value != 0.0 && value.abs() < 1e-4 {
-        format!("{value:e}")
-    } else {
-        value.to_string()
-    }
 }
 
 /// A whole number, without a point.
@@ -117,68 +113,7 @@ impl Form for IntegerOr {
     }
 }
 
-/// A number that 32 bits can hold, within limits. Integers are accepted.
-#[derive(Clone, Copy)]
-pub(super) struct Number {
-    /// The number is above this.
-    above: Option<f64>,
-    least: f64,
-    most: f64,
-    /// The number is below this.
-    below: Option<f64>,
-}
-
-impl Number {
-    pub(super) const fn between(least: f64, most: f64) -> Self {
-        Self { above: None, least, most, below: None }
-    }
-
-    /// Above zero, and no smaller than `least`.
-    pub(super) const fn positive(least: f64, most: f64) -> Self {
-        Self { above: Some(0.0), least, most, below: None }
-    }
-
-    /// Above zero and below `limit`.
-    pub(super) const fn inside(limit: f64) -> Self {
-        Self { above: Some(0.0), least: 0.0, most: limit, below: Some(limit) }
-    }
-
-    /// What `number` must be and is not.
-    fn objection(&self, number: f64) -> Option<String> {
-        if !number.is_finite() {
-            return Some("must be a finite number".into());
-        }
-        let single = number as f32;
-        if !single.is_finite() {
-            return Some(format!(
-                "must be at most {}, the largest that 32 bits hold",
-                limit(f32::MAX.into())
-            ));
-        }
-        // What is rendered has 32 bits: a limit that rounding would reach is reached.
-        let rounded = f64::from(single);
-        match (self.above, self.below) {
-            (Some(above), Some(below)) if number <= above || rounded >= below => {
-                return Some(format!("must be above {} and below {}", limit(above), limit(below)));
-            }
-            (Some(above), None) if number <= above => return Some(format!("must be above {}", limit(above))),
-            _ => {}
-        }
-        if number != 0.0 && single == 0.0 {
-            return Some("is so small that 32 bits would round it to 0".into());
-        }
-        if (self.least..=self.most).contains(&number) {
-            None
-        } else if self.above.is_none() {
-            Some(format!("must be from {} to {}", limit(self.least), limit(self.most)))
-        } else if number < self.least {
-            Some(format!("must be at least {}", limit(self.least)))
-        } else {
-            Some(format!("must be at most {}", limit(self.most)))
-        }
-    }
-}
-
+/// Integers are accepted.
 impl Form for Number {
     type Output = f64;
 
@@ -325,11 +260,6 @@ impl Form for Direction {
     }
 }
 
-/// A vector that is not zero, made one long. Scaled first: squares of its parts may not fit.
-pub(super) fn unit(vector: DVec3) -> DVec3 {
-    (vector / vector.abs().max_element()).normalize()
-}
-
 /// One number for two axes, or two numbers.
 pub(super) struct Pair(pub(super) Number);
 
@@ -447,44 +377,27 @@ impl Form for Word {
 }
 
 /// One of a few words.
-pub(super) struct Choice<T: 'static> {
-    /// What all of them are: "integrator".
-    pub(super) what: &'static str,
-    pub(super) options: &'static [(&'static str, T)],
+pub(super) struct Choice<T>(PhantomData<T>);
+
+impl<T> Choice<T> {
+    pub(super) const NEW: Self = Self(PhantomData);
 }
 
-impl<T: Copy + Sync> Choice<T> {
-    /// What `word` stands for.
-    pub(super) fn pick(&self, word: &str, at: usize, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        match self.options.iter().find(|(name, _)| *name == word) {
-            Some((_, choice)) => Ok(*choice),
-            None => {
-                let names = self.options.iter().map(|(name, _)| *name);
-                Err(unknown_word(self.what, word, names, at, reports))
-            }
-        }
-    }
-}
-
-impl<T: Copy + PartialEq> Choice<T> {
-    /// The word for a choice.
-    pub(super) fn name(&self, choice: T) -> &'static str {
-        self.options.iter().find(|(_, other)| *other == choice).map_or("?", |(name, _)| *name)
-    }
-}
-
-impl<T: Copy + Sync> Form for Choice<T> {
+impl<T: description::Choice + Sync> Form for Choice<T> {
     type Output = T;
 
     fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
-        match value.get_ref() {
-            DeValue::String(word) => self.pick(word, value.span().start, reports),
-            _ => Err(wrong_type(key, "a string", value, reports)),
+        let DeValue::String(word) = value.get_ref() else {
+            return Err(wrong_type(key, "a string", value, reports));
+        };
+        match T::find(word) {
+            Some(choice) => Ok(choice),
+            None => Err(unknown_word(T::WHAT, word, T::names(), value.span().start, reports)),
         }
     }
 
     fn schema(&self) -> Json {
-        json!({ "enum": self.options.iter().map(|(name, _)| *name).collect::<Vec<_>>() })
+        json!({ "enum": T::names().collect::<Vec<_>>() })
     }
 }
 
@@ -496,5 +409,5 @@ pub(super) fn unknown_word<'c>(
     at: usize,
     reports: &mut Reports<'_>,
 ) -> Reported {
-    reports.error_with(at, format!("unknown {what} {}", quote(word)), |_| instead(word, known))
+    reports.error_with(at, spelling::unknown(what, word), |_| spelling::instead(word, known))
 }

@@ -9,7 +9,10 @@ use super::super::variant::{Plan, Variant};
 use super::{Device, device};
 use crate::film::sums::{MAX_RADIANCE, PixelSums, check};
 use crate::light::{AreaLight, LightTable, PointLight, Triangle};
-use crate::material::{Bxdf, Checkerboard, Dielectric, Glass, MaterialTable, Matte, TransportMode};
+use crate::material::{
+    Bxdf, CheckerboardParameters, Described, Dielectric, GlassParameters, MaterialTable, MatteParameters,
+    TransportMode,
+};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Frame, Ray, Rgb, Vec3, trig};
 use crate::sampling::{Sobol, Stream, random, warp};
@@ -269,7 +272,7 @@ fn shapes_are_met_where_the_cpu_meets_them() {
         emission: [0.0; 3],
         flip_normal: true,
         entity: 0,
-        light: crate::world::NO_LIGHT,
+        light: crate::light::NO_LIGHT,
     };
     let common = [plane.surface(), sphere.surface(), quad.surface()];
     let common = common.map(|surface| table.push(surface, look));
@@ -357,11 +360,11 @@ fn shapes_are_met_where_the_cpu_meets_them() {
 fn checkerboards_choose_the_same_materials() {
     let Some(device) = device() else { return };
     let rows = vec![
-        Matte::row([0.1; 3]),
-        Matte::row([0.2; 3]),
-        Checkerboard::row(0, 1, [8.0, 4.0]),
-        Checkerboard::row(2, 1, [1.0, 2.0]),
-        Checkerboard::row(3, 2, [0.5, 0.25]),
+        MatteParameters { reflectance: [0.1; 3] }.row(),
+        MatteParameters { reflectance: [0.2; 3] }.row(),
+        CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [8.0, 4.0] }.row(),
+        CheckerboardParameters { even: 2, odd: 1, checks_per_unit: [1.0, 2.0] }.row(),
+        CheckerboardParameters { even: 3, odd: 2, checks_per_unit: [0.5, 0.25] }.row(),
     ];
     let materials: Vec<_> = rows.iter().map(material).collect();
     let table = MaterialTable::new(rows);
@@ -380,7 +383,8 @@ fn checkerboards_choose_the_same_materials() {
 fn glass_parts_light_as_on_the_cpu() {
     let Some(device) = device() else { return };
     let (reflectance, transmittance) = ([1.0, 0.9, 0.8], [0.5, 0.6, 0.7]);
-    let row = Glass::row(1.5, [1.0, 0.9, 0.8], [0.5, 0.6, 0.7]);
+    let row =
+        GlassParameters { ior: 1.5, reflectance: [1.0, 0.9, 0.8], transmittance: [0.5, 0.6, 0.7] }.row();
     let glass = Dielectric {
         ior: 1.5_f32,
         reflectance: Rgb::splat(reflectance),
@@ -606,7 +610,7 @@ fn lights_are_sampled_as_on_the_cpu() {
 #[test]
 fn matte_scatters_as_on_the_cpu() {
     let Some(device) = device() else { return };
-    let row = Matte::row([0.75, 0.5, 0.25]);
+    let row = MatteParameters { reflectance: [0.75, 0.5, 0.25] }.row();
     let matte = crate::material::Lambertian { reflectance: Rgb::<f32>::splat(row.colour) };
     let lines = "let s = bsdf_sample(material_at(0u), float3(0u), vec2f(float(6u), float(7u)), 0.5);
         put_float3(0u, s.wi); put_float3(3u, s.weight); put_float(6u, s.pdf); put(7u, u32(s.delta));

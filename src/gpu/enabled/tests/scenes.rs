@@ -2,8 +2,10 @@
 
 use crate::camera::CameraSettings;
 use crate::scene::{
-    Entity, FilmSettings, Filter, Integrator, Light, Material, MaterialKind, Mesh, RenderSettings, Sampler,
-    Scene, Shape, Tone,
+    BoxParameters, CheckerboardParameters, CylinderParameters, DiskParameters, Entity, FilmSettings, Filter,
+    GlassParameters, Integrator, Light, Material, MaterialKind, MatteParameters, Mesh, MirrorParameters,
+    PlaneParameters, PointLightParameters, QuadParameters, RenderSettings, Sampler, Scene, Shape,
+    SphereParameters,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use std::sync::Arc;
@@ -13,78 +15,57 @@ fn material(kind: MaterialKind) -> Material {
 }
 
 pub(super) fn matte(reflectance: [f64; 3]) -> Material {
-    material(MaterialKind::Matte { reflectance })
+    material(MaterialKind::Matte(MatteParameters { reflectance }))
 }
 
 fn mirror(reflectance: [f64; 3]) -> Material {
-    material(MaterialKind::Mirror { reflectance })
+    material(MaterialKind::Mirror(MirrorParameters { reflectance }))
 }
 
 fn entity(shape: Shape, material: usize) -> Entity {
-    Entity { name: "an entity".to_owned(), shape, material, emission: [0.0; 3], flip_normal: false }
+    Entity { shape, material, ..Entity::default() }
 }
 
 pub(super) fn plane(normal: [f64; 3], distance: f64, material: usize) -> Entity {
-    entity(Shape::Plane { normal: DVec3::from_array(normal), distance }, material)
+    entity(Shape::Plane(PlaneParameters { normal: DVec3::from_array(normal), distance }), material)
 }
 
 pub(super) fn sphere(center: [f64; 3], radius: f64, material: usize) -> Entity {
-    entity(Shape::Sphere { center: DVec3::from_array(center), radius }, material)
+    entity(Shape::Sphere(SphereParameters { center: DVec3::from_array(center), radius }), material)
 }
 
 pub(super) fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3], material: usize) -> Entity {
     let [corner, u, v] = [corner, u, v].map(DVec3::from_array);
-    entity(Shape::Quad { corner, u, v }, material)
+    entity(Shape::Quad(QuadParameters { corner, u, v }), material)
 }
 
 pub(super) fn disk(center: [f64; 3], normal: [f64; 3], radius: f64, material: usize) -> Entity {
     let [center, normal] = [center, normal].map(DVec3::from_array);
-    entity(Shape::Disk { center, normal: normal.normalize(), radius }, material)
+    entity(Shape::Disk(DiskParameters { center, normal: normal.normalize(), radius }), material)
 }
 
 pub(super) fn cylinder(from: [f64; 3], to: [f64; 3], radius: f64, material: usize) -> Entity {
     let [from, to] = [from, to].map(DVec3::from_array);
-    entity(Shape::Cylinder { from, to, radius }, material)
+    entity(Shape::Cylinder(CylinderParameters { from, to, radius }), material)
 }
 
 fn cuboid(min: [f64; 3], max: [f64; 3], material: usize) -> Entity {
     let [min, max] = [min, max].map(DVec3::from_array);
-    entity(Shape::Box { min, max }, material)
+    entity(Shape::Box(BoxParameters { min, max }), material)
 }
 
 pub(super) fn scene(width: u32, height: u32, materials: Vec<Material>, entities: Vec<Entity>) -> Scene {
     Scene {
-        film: FilmSettings {
-            width,
-            height,
-            exposure: 0.0,
-            tone: Tone::Srgb,
-            filter: Filter::Tent { radius: 1.0 },
-            mode: None,
-        },
-        camera: CameraSettings {
-            eye: DVec3::ZERO,
-            forward: DVec3::X,
-            up: DVec3::Z,
-            vertical_fov: std::f64::consts::FRAC_PI_2,
-            focal_length: 1.0,
-            near: 0.0,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-        },
+        film: FilmSettings { width, height, ..FilmSettings::default() },
         render: RenderSettings {
             integrator: Integrator::PathNaive,
             sampler: Sampler::Independent,
-            max_depth: 5,
             samples: 1,
-            adaptive: false,
-            seed: 0,
-            ambient: [0.0; 3],
+            ..RenderSettings::default()
         },
         materials,
         entities,
-        lights: Vec::new(),
-        environment: [0.0; 3],
+        ..Scene::default()
     }
 }
 
@@ -101,7 +82,11 @@ pub(super) fn cover(width: u32, height: u32) -> Scene {
         matte([0.25, 0.25, 0.75]),
         matte([0.75; 3]),
         mirror([0.6, 0.4, 0.2]),
-        material(MaterialKind::Checkerboard { even: 2, odd: 3, checks_per_unit: [10.0; 2] }),
+        material(MaterialKind::Checkerboard(CheckerboardParameters {
+            even: 2,
+            odd: 3,
+            checks_per_unit: [10.0; 2],
+        })),
         mirror([0.25, 0.75, 0.25]),
         mirror([1.0; 3]),
     ];
@@ -125,14 +110,26 @@ pub(super) fn bazaar(width: u32, height: u32) -> Scene {
         matte([0.8, 0.7, 0.6]),
         matte([0.2, 0.3, 0.4]),
         mirror([0.9, 0.8, 0.7]),
-        material(MaterialKind::Checkerboard { even: 0, odd: 1, checks_per_unit: [2.0, 3.0] }),
-        material(MaterialKind::Checkerboard { even: 3, odd: 2, checks_per_unit: [1.0, 0.5] }),
-        material(MaterialKind::Checkerboard { even: 3, odd: 1, checks_per_unit: [6.0, 4.0] }),
-        material(MaterialKind::Glass {
+        material(MaterialKind::Checkerboard(CheckerboardParameters {
+            even: 0,
+            odd: 1,
+            checks_per_unit: [2.0, 3.0],
+        })),
+        material(MaterialKind::Checkerboard(CheckerboardParameters {
+            even: 3,
+            odd: 2,
+            checks_per_unit: [1.0, 0.5],
+        })),
+        material(MaterialKind::Checkerboard(CheckerboardParameters {
+            even: 3,
+            odd: 1,
+            checks_per_unit: [6.0, 4.0],
+        })),
+        material(MaterialKind::Glass(GlassParameters {
             ior: 1.5,
             reflectance: [1.0, 0.9, 0.8],
             transmittance: [0.8, 0.9, 1.0],
-        }),
+        })),
     ];
     let light = Entity {
         emission: [3.0, 2.0, 1.0],
@@ -148,7 +145,7 @@ pub(super) fn bazaar(width: u32, height: u32) -> Scene {
     ];
     let mut scene = scene(width, height, materials, entities);
     for entity in &mut scene.entities {
-        if let Shape::Plane { normal, .. } = &mut entity.shape {
+        if let Shape::Plane(PlaneParameters { normal, .. }) = &mut entity.shape {
             *normal = normal.normalize();
         }
     }
@@ -161,8 +158,9 @@ pub(super) fn bazaar(width: u32, height: u32) -> Scene {
         ..scene.camera
     };
     scene.environment = [0.2, 0.3, 0.5];
-    let point =
-        |position: [f64; 3], intensity| Light::Point { position: DVec3::from_array(position), intensity };
+    let point = |position: [f64; 3], intensity| {
+        Light::Point(PointLightParameters { position: DVec3::from_array(position), intensity })
+    };
     scene.lights = vec![point([2.0, 3.0, 2.0], [4.0, 5.0, 6.0]), point([7.0, -3.0, 3.0], [9.0, 3.0, 3.0])];
     scene
 }
@@ -191,7 +189,11 @@ pub(super) fn lamps(width: u32, height: u32) -> Scene {
     let materials = vec![
         matte([0.85, 0.8, 0.75]),
         mirror([0.95; 3]),
-        material(MaterialKind::Glass { ior: 1.5, reflectance: [1.0; 3], transmittance: [1.0; 3] }),
+        material(MaterialKind::Glass(GlassParameters {
+            ior: 1.5,
+            reflectance: [1.0; 3],
+            transmittance: [1.0; 3],
+        })),
         matte([0.3, 0.4, 0.5]),
     ];
     let emitting = |emission: f64, entity| Entity { emission: [emission; 3], ..entity };
@@ -209,8 +211,9 @@ pub(super) fn lamps(width: u32, height: u32) -> Scene {
         entities.push(emitting(1.0 + 2.0 * x, sphere([3.0 + x * 0.7, 2.0 - x * 0.9, -1.1], 0.25, 3)));
     }
     let mut scene = scene(width, height, materials, entities);
-    let point =
-        |position: [f64; 3], intensity| Light::Point { position: DVec3::from_array(position), intensity };
+    let point = |position: [f64; 3], intensity| {
+        Light::Point(PointLightParameters { position: DVec3::from_array(position), intensity })
+    };
     scene.lights = vec![point([4.0, 2.5, 1.0], [2.0; 3]), point([6.0, -2.0, 1.5], [0.5, 1.0, 2.0])];
     scene.environment = [0.1, 0.1, 0.2];
     scene.render.max_depth = 12;
@@ -223,8 +226,16 @@ pub(super) fn shop(width: u32, height: u32) -> Scene {
     let materials = vec![
         matte([0.7, 0.6, 0.5]),
         matte([0.2, 0.3, 0.4]),
-        material(MaterialKind::Checkerboard { even: 0, odd: 1, checks_per_unit: [8.0, 4.0] }),
-        material(MaterialKind::Glass { ior: 1.5, reflectance: [1.0; 3], transmittance: [0.9, 1.0, 0.9] }),
+        material(MaterialKind::Checkerboard(CheckerboardParameters {
+            even: 0,
+            odd: 1,
+            checks_per_unit: [8.0, 4.0],
+        })),
+        material(MaterialKind::Glass(GlassParameters {
+            ior: 1.5,
+            reflectance: [1.0; 3],
+            transmittance: [0.9, 1.0, 0.9],
+        })),
         mirror([0.9; 3]),
     ];
     let emitting = |emission: f64, entity| Entity { emission: [emission; 3], ..entity };
@@ -334,8 +345,16 @@ pub(super) fn crowd(width: u32, height: u32) -> Scene {
         matte([0.8, 0.7, 0.6]),
         matte([0.2, 0.3, 0.4]),
         mirror([0.9, 0.8, 0.7]),
-        material(MaterialKind::Checkerboard { even: 0, odd: 1, checks_per_unit: [3.0, 2.0] }),
-        material(MaterialKind::Glass { ior: 1.5, reflectance: [1.0; 3], transmittance: [0.9, 1.0, 0.9] }),
+        material(MaterialKind::Checkerboard(CheckerboardParameters {
+            even: 0,
+            odd: 1,
+            checks_per_unit: [3.0, 2.0],
+        })),
+        material(MaterialKind::Glass(GlassParameters {
+            ior: 1.5,
+            reflectance: [1.0; 3],
+            transmittance: [0.9, 1.0, 0.9],
+        })),
     ];
     let at = |x: f64, y: f64, z: f64, scale: f64| {
         DAffine3::from_scale_rotation_translation(
@@ -398,7 +417,8 @@ pub(super) fn lamps_of_triangles(width: u32, height: u32) -> Scene {
     ];
     let mut scene =
         scene(width, height, vec![matte([0.8, 0.7, 0.6]), matte([0.0; 3]), mirror([0.9; 3])], entities);
-    scene.lights = vec![Light::Point { position: DVec3::new(3.0, 0.0, 2.0), intensity: [1.0; 3] }];
+    scene.lights =
+        vec![Light::Point(PointLightParameters { position: DVec3::new(3.0, 0.0, 2.0), intensity: [1.0; 3] })];
     scene
 }
 
@@ -415,6 +435,6 @@ pub(super) fn beacon(emission: [f64; 3]) -> Scene {
 #[cfg(feature = "broken-material")]
 pub(super) fn broken(width: u32, height: u32) -> Scene {
     let mut scene = cover(width, height);
-    scene.materials[4].kind = MaterialKind::Broken;
+    scene.materials[4].kind = MaterialKind::Broken(crate::scene::BrokenParameters {});
     scene
 }

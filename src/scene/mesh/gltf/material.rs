@@ -2,7 +2,7 @@
 
 use super::extensions;
 use super::fault::item;
-use crate::scene::description::MaterialKind;
+use crate::scene::description::{MaterialKind, MatteParameters, MirrorParameters};
 use crate::scene::mesh::FileMaterial;
 use crate::scene::mesh::mtl::{CLAMPED_EMISSION, DARK, fraction, glass, radiance};
 use crate::scene::mesh::parts::Parts;
@@ -193,11 +193,11 @@ impl Material {
         let kind = if self.is_glass() {
             glass(self.extensions.ior.ior, base)
         } else if let Some(glossy) = self.extensions.glossy.as_ref().filter(|glossy| glossy.is_metal()) {
-            MaterialKind::Mirror { reflectance: fraction(glossy.specular_factor) }
+            MaterialKind::Mirror(MirrorParameters { reflectance: fraction(glossy.specular_factor) })
         } else if self.is_metal() {
-            MaterialKind::Mirror { reflectance: base }
+            MaterialKind::Mirror(MirrorParameters { reflectance: base })
         } else {
-            MaterialKind::Matte { reflectance: base }
+            MaterialKind::Matte(MatteParameters { reflectance: base })
         };
         // An emissive texture is often black nearly everywhere: without it, no emission is closer than all of it.
         let emission = if self.emissive_texture.is_some() { [0.0; 3] } else { radiance(self.emission()) };

@@ -270,9 +270,10 @@ fn parts_have_the_materials_of_the_file() {
     let [red, window] = &file.materials[..] else { panic!("{:?}", file.materials) };
     assert_eq!(
         (red.name.as_str(), &red.kind),
-        ("red", &MaterialKind::Mirror { reflectance: [0.9, 0.1, 0.2] })
+        ("red", &MaterialKind::Mirror(MirrorParameters { reflectance: [0.9, 0.1, 0.2] }))
     );
-    let glass = MaterialKind::Glass { ior: 1.3, reflectance: [1.0; 3], transmittance: [1.0; 3] };
+    let glass =
+        MaterialKind::Glass(GlassParameters { ior: 1.3, reflectance: [1.0; 3], transmittance: [1.0; 3] });
     assert_eq!((&window.kind, window.emission), (&glass, [4.0, 2.0, 0.0]));
     assert_eq!(
         file.notes.iter().map(Note::to_string).collect::<Vec<_>>(),
@@ -342,7 +343,7 @@ fn materials_of_one_name_stay_apart() {
         let reflectance = [i as f64 / 10.0, 0.0, 0.0];
         assert_eq!(
             (material.name.as_str(), &material.kind),
-            (unique[i], &MaterialKind::Matte { reflectance })
+            (unique[i], &MaterialKind::Matte(MatteParameters { reflectance }))
         );
     }
 }

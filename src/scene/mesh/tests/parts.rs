@@ -52,10 +52,11 @@ fn colours_are_matte_mirror_and_glass() {
         let file = materials(&format!("newmtl Clear\n{text}\n")).unwrap();
         (file.materials[0].kind.clone(), file.materials[0].emission)
     };
-    let matte = |reflectance| (MaterialKind::Matte { reflectance }, [0.0; 3]);
-    let mirror = |reflectance| (MaterialKind::Mirror { reflectance }, [0.0; 3]);
-    let glass =
-        |ior, transmittance| (MaterialKind::Glass { ior, reflectance: [1.0; 3], transmittance }, [0.0; 3]);
+    let matte = |reflectance| (MaterialKind::Matte(MatteParameters { reflectance }), [0.0; 3]);
+    let mirror = |reflectance| (MaterialKind::Mirror(MirrorParameters { reflectance }), [0.0; 3]);
+    let glass = |ior, transmittance| {
+        (MaterialKind::Glass(GlassParameters { ior, reflectance: [1.0; 3], transmittance }), [0.0; 3])
+    };
     assert_eq!(kind("Kd 0.5 0.25 2"), matte([0.5, 0.25, 1.0]));
     assert_eq!(kind("Kd 0.5"), matte([0.5; 3]));
     assert_eq!(kind("Ka 1 1 1"), matte([0.8; 3]));
@@ -269,7 +270,8 @@ fn spoiled_libraries_are_errors_or_materials_and_never_panics() {
         if mtl::read(&mut source, &mut parts, &mut materials).is_ok() {
             for FileMaterial { kind, emission, .. } in &materials {
                 assert!(emission.iter().all(|e| (0.0..=f64::from(1_u32 << 30)).contains(e)));
-                let (MaterialKind::Matte { reflectance } | MaterialKind::Mirror { reflectance }) = kind
+                let (MaterialKind::Matte(MatteParameters { reflectance })
+                | MaterialKind::Mirror(MirrorParameters { reflectance })) = kind
                 else {
                     continue;
                 };

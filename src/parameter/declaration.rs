@@ -1,0 +1,302 @@
+//! Declarations: one for each shape, material and light, in its own file, and a list of those of a family.
+
+use super::kind::Kind;
+use super::value::Value;
+
+/// A parameter of a shape, a material or a light.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Its name in scene files.
+    pub name: &'static str,
+    /// What it means, for people.
+    pub about: &'static str,
+    /// What its value may be.
+    pub kind: Kind,
+    /// The value, in TOML, that its absence means; none if it must be there.
+    pub default: Option<&'static str>,
+}
+
+/// What a shape, a material or a light is called, and what its parameters are.
+#[derive(Clone, Copy, Debug)]
+pub struct Declaration {
+    /// Its name in scene files: "sphere".
+    pub name: &'static str,
+    /// With an article: "a sphere".
+    pub what: &'static str,
+    /// What one and several are called where they are counted.
+    pub counted: [&'static str; 2],
+    /// Whether lists and the JSON Schema leave it out.
+    pub is_hidden: bool,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+}
+
+/// What is wrong or odd about the values of several parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// The name of the parameter at fault.
+    pub parameter: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+/// The parameters of a shape, a material or a light. `parameters!` implements it.
+pub trait Declared: Sized {
+    /// What it is called, and what its parameters are.
+    const DECLARATION: Declaration;
+
+    /// With these values, in the order of the declaration.
+    ///
+    /// # Panics
+    ///
+    /// If there are more or fewer values than parameters, or of other types.
+    fn of(values: &[Value]) -> Self;
+
+    /// The values, in the order of the declaration.
+    fn values(&self) -> Vec<Value>;
+
+    /// The same, if the values are possible together. What is odd about them is added to `warnings`.
+    fn check(self, warnings: &mut Vec<Problem>) -> Result<Self, Problem>;
+
+    /// Gives the materials that are named here their new indices.
+    fn renumber(&mut self, new: &dyn Fn(usize) -> usize);
+}
+
+/// All shapes, all materials, or all lights. `family!` implements it.
+pub trait Family: Sized + 'static {
+    /// The declarations, in the order in which they are listed.
+    const DECLARATIONS: &'static [Declaration];
+
+    /// The member of a declaration, by its place among them, with these values.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such declaration, and as [`Declared::of`].
+    fn build(place: usize, values: &[Value], warnings: &mut Vec<Problem>) -> Result<Self, Problem>;
+
+    /// Its declaration; none if it is not declared, as a mesh.
+    fn declaration(&self) -> Option<&'static Declaration>;
+
+    /// The values of its parameters, in the order of the declaration.
+    fn values(&self) -> Vec<Value>;
+
+    /// The indices of the materials that are named here.
+    fn materials(&self) -> impl Iterator<Item = usize> {
+        self.values().into_iter().filter_map(|value| match value {
+            Value::Material(index) => Some(index),
+            _ => None,
+        })
+    }
+
+    /// Gives the materials that are named here their new indices.
+    fn renumber(&mut self, new: &dyn Fn(usize) -> usize);
+}
+
+/// Declares the parameters of a shape, a material or a light: a struct with a field for each, and its [`Declared`].
+///
+/// The documentation of a field is the parameter's description in the JSON Schema. After the field's type comes the
+/// [`Kind`] of its values and, if it may be absent, the value that this means, in TOML:
+///
+/// ```text
+/// parameters! {
+///     /// A dielectric interface.
+///     pub struct GlassParameters: "glass", "a glass" {
+///         /// Tint of what is reflected.
+///         reflectance: Colour = FRACTION => "[1, 1, 1]",
+///     }
+///     check = tint_is_possible;
+/// }
+/// ```
+///
+/// After the names may come those of one and of several for `stride info`, which are else the name and the name with
+/// an s. What comes after the fields may be left out: `check`, a function as [`Declared::check`], and `hidden = true`.
+macro_rules! parameters {
+    (
+        $(#[$attribute:meta])*
+        pub struct $type:ident: $name:literal, $what:literal $(, $one:literal, $several:literal)? {
+            $(
+                $(#[doc = $about:literal])+
+                $field:ident: $of:ty = $kind:expr $(=> $default:literal)?,
+            )*
+        }
+        $(check = $check:path;)?
+        $(hidden = $hidden:literal;)?
+    ) => {
+        $(#[$attribute])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $type {
+            $(
+                $(#[doc = $about])+
+                pub $field: $of,
+            )*
+        }
+
+        impl $crate::parameter::Declared for $type {
+            const DECLARATION: $crate::parameter::Declaration = $crate::parameter::Declaration {
+                name: $name,
+                what: $what,
+                counted: $crate::parameter::parameters!(@counted $name $(, $one, $several)?),
+                is_hidden: false $(|| $hidden)?,
+                parameters: &[$(
+                    $crate::parameter::Parameter {
+                        name: stringify!($field),
+                        about: concat!($($about),+).trim_ascii_start(),
+                        kind: $kind,
+                        default: $crate::parameter::parameters!(@default $($default)?),
+                    },
+                )*],
+            };
+
+            fn of(values: &[$crate::parameter::Value]) -> Self {
+                match *values {
+                    [$($field),*] => Self { $($field: $crate::parameter::Field::of($field)),* },
+                    _ => unreachable!("{} values for {}", values.len(), $what),
+                }
+            }
+
+            fn values(&self) -> Vec<$crate::parameter::Value> {
+                let Self { $($field),* } = *self;
+                vec![$($crate::parameter::Field::value($field)),*]
+            }
+
+            fn check(self, warnings: &mut Vec<$crate::parameter::Problem>) -> Result<Self, $crate::parameter::Problem> {
+                $crate::parameter::parameters!(@check self, warnings $(, $check)?)
+            }
+
+            fn renumber(&mut self, new: &dyn Fn(usize) -> usize) {
+                let Self { $($field),* } = self;
+                let _ = new;
+                $($crate::parameter::Field::renumber($field, new);)*
+            }
+        }
+    };
+    (@counted $name:literal) => { [$name, concat!($name, "s")] };
+    (@counted $name:literal, $one:literal, $several:literal) => { [$one, $several] };
+    (@default) => { None };
+    (@default $default:literal) => { Some($default) };
+    (@check $parameters:expr, $warnings:ident) => {{
+        let _ = $warnings;
+        Ok($parameters)
+    }};
+    (@check $parameters:expr, $warnings:ident, $check:path) => { $check($parameters, $warnings) };
+}
+pub(crate) use parameters;
+
+/// Lists a family: an enum with a member for each declaration, which stands in a module beside that of the list, and its
+/// [`Family`]. After `as dyn` comes the trait by which the parameters of all members are compiled. Members that are not
+/// declared come after a semicolon, as an enum has them.
+macro_rules! family {
+    (
+        $(#[$attribute:meta])*
+        pub enum $family:ident as dyn $contract:path {
+            $(
+                $(#[cfg($condition:meta)])?
+                $member:ident($module:ident::$parameters:ident),
+            )*
+            $(; $($undeclared:tt)*)?
+        }
+    ) => {
+        $(
+            $(#[cfg($condition)])?
+            pub use super::$module::$parameters;
+        )*
+
+        $(#[$attribute])*
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum $family {
+            $(
+                $(#[cfg($condition)])?
+                #[doc = concat!("With [parameters](", stringify!($parameters), ").")]
+                $member($parameters),
+            )*
+            $($($undeclared)*)?
+        }
+
+        impl $family {
+            /// What is made of the parameters; none if it is not declared, as a mesh.
+            #[allow(unreachable_patterns, reason = "some families have no members that are not declared")]
+            pub fn declared(&self) -> Option<&dyn $contract> {
+                match self {
+                    $(
+                        $(#[cfg($condition)])?
+                        Self::$member(parameters) => Some(parameters),
+                    )*
+                    _ => None,
+                }
+            }
+        }
+
+        impl $crate::parameter::Family for $family {
+            const DECLARATIONS: &'static [$crate::parameter::Declaration] = &[$(
+                $(#[cfg($condition)])?
+                <$parameters as $crate::parameter::Declared>::DECLARATION,
+            )*];
+
+            fn build(
+                place: usize,
+                values: &[$crate::parameter::Value],
+                warnings: &mut Vec<$crate::parameter::Problem>,
+            ) -> Result<Self, $crate::parameter::Problem> {
+                type Build = fn(
+                    &[$crate::parameter::Value],
+                    &mut Vec<$crate::parameter::Problem>,
+                ) -> Result<$family, $crate::parameter::Problem>;
+                const BUILDS: &[Build] = &[$(
+                    $(#[cfg($condition)])?
+                    |values, warnings| {
+                        let parameters = <$parameters as $crate::parameter::Declared>::of(values);
+                        $crate::parameter::Declared::check(parameters, warnings).map($family::$member)
+                    },
+                )*];
+                BUILDS[place](values, warnings)
+            }
+
+            #[allow(unreachable_patterns, reason = "some families have no members that are not declared")]
+            fn declaration(&self) -> Option<&'static $crate::parameter::Declaration> {
+                match self {
+                    $(
+                        $(#[cfg($condition)])?
+                        Self::$member(_) => {
+                            Some(const { &<$parameters as $crate::parameter::Declared>::DECLARATION })
+                        }
+                    )*
+                    _ => None,
+                }
+            }
+
+            #[allow(unreachable_patterns, reason = "some families have no members that are not declared")]
+            fn values(&self) -> Vec<$crate::parameter::Value> {
+                match self {
+                    $(
+                        $(#[cfg($condition)])?
+                        Self::$member(parameters) => $crate::parameter::Declared::values(parameters),
+                    )*
+                    _ => Vec::new(),
+                }
+            }
+
+            #[allow(unreachable_patterns, reason = "some families have no members that are not declared")]
+            fn renumber(&mut self, new: &dyn Fn(usize) -> usize) {
+                match self {
+                    $(
+                        $(#[cfg($condition)])?
+                        Self::$member(parameters) => $crate::parameter::Declared::renumber(parameters, new),
+                    )*
+                    _ => {}
+                }
+            }
+        }
+
+        $(
+            $(#[cfg($condition)])?
+            impl From<$parameters> for $family {
+                fn from(parameters: $parameters) -> Self {
+                    Self::$member(parameters)
+                }
+            }
+        )*
+    };
+}
+pub(crate) use family;

@@ -1,0 +1,115 @@
+//! What the value of a parameter may be.
+
+use super::value::Value;
+use glam::DVec3;
+
+/// A number that 32 bits can hold, within limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Number {
+    /// The number is above this.
+    pub above: Option<f64>,
+    /// The least that it may be.
+    pub least: f64,
+    /// The most that it may be.
+    pub most: f64,
+    /// The number is below this.
+    pub below: Option<f64>,
+}
+
+impl Number {
+    /// From `least` to `most`.
+    pub const fn between(least: f64, most: f64) -> Self {
+        Self { above: None, least, most, below: None }
+    }
+
+    /// Above zero, and no smaller than `least`.
+    pub const fn positive(least: f64, most: f64) -> Self {
+        Self { above: Some(0.0), least, most, below: None }
+    }
+
+    /// Above zero and below `limit`.
+    pub const fn inside(limit: f64) -> Self {
+        Self { above: Some(0.0), least: 0.0, most: limit, below: Some(limit) }
+    }
+
+    /// What `number` must be and is not.
+    pub fn objection(&self, number: f64) -> Option<String> {
+        if !number.is_finite() {
+            return Some("must be a finite number".into());
+        }
+        let single = number as f32;
+        if !single.is_finite() {
+            return Some(format!(
+                "must be at most {}, the largest that 32 bits hold",
+                limit(f32::MAX.into())
+            ));
+        }
+        // What is rendered has 32 bits: a limit that rounding would reach is reached.
+        let rounded = f64::from(single);
+        match (self.above, self.below) {
+            (Some(above), Some(below)) if number <= above || rounded >= below => {
+                return Some(format!("must be above {} and below {}", limit(above), limit(below)));
+            }
+            (Some(above), None) if number <= above => return Some(format!("must be above {}", limit(above))),
+            _ => {}
+        }
+        if number != 0.0 && single == 0.0 {
+            return Some("is so small that 32 bits would round it to 0".into());
+        }
+        if (self.least..=self.most).contains(&number) {
+            None
+        } else if self.above.is_none() {
+            Some(format!("must be from {} to {}", limit(self.least), limit(self.most)))
+        } else if number < self.least {
+            Some(format!("must be at least {}", limit(self.least)))
+        } else {
+            Some(format!("must be at most {}", limit(self.most)))
+        }
+    }
+}
+
+/// A limit as one would write it.
+fn limit(value: f64) -> String {
+    if value.abs() >= 1e12 || value != 0.0 && value.abs() < 1e-4 {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+/// What the value of a parameter may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A number.
+    Number(Number),
+    /// One number for two axes, or two numbers.
+    Pair(Number),
+    /// Red, green and blue.
+    Colour(Number),
+    /// A point or a displacement.
+    Vector(Number),
+    /// A vector that is not zero.
+    NonZero(Number),
+    /// A vector that is not zero, of which only the direction counts: it is made one long.
+    Direction(Number),
+    /// The name of another material, which comes before the one that names it.
+    Material,
+}
+
+impl Kind {
+    /// Stands for a value that could not be read, so that the others can be checked: no comparison with it holds.
+    pub fn unknown(&self) -> Value {
+        match self {
+            Kind::Number(_) => Value::Number(f64::NAN),
+            Kind::Pair(_) => Value::Pair([f64::NAN; 2]),
+            Kind::Colour(_) => Value::Colour([f64::NAN; 3]),
+            Kind::Vector(_) | Kind::NonZero(_) | Kind::Direction(_) => Value::Vector(DVec3::NAN),
+            Kind::Material => Value::Material(usize::MAX),
+        }
+    }
+}
+
+/// A vector that is not zero, made one long. Scaled first: squares of its parts may not fit.
+pub fn unit(vector: DVec3) -> DVec3 {
+    (vector / vector.abs().max_element()).normalize()
+}

@@ -1,0 +1,33 @@
+//! The limits that several parameters have in common.
+
+use super::kind::{Kind, Number};
+
+/// The longest length: its square, and the square of its inverse, fit 32 bits.
+pub const LONGEST: f64 = 1e18;
+/// The shortest likewise.
+pub const SHORTEST: f64 = 1e-18;
+
+/// A coordinate, or another length with a sign.
+pub const COORDINATE: Number = Number::between(-LONGEST, LONGEST);
+/// A length above zero.
+pub const LENGTH: Number = Number::positive(SHORTEST, LONGEST);
+/// A length that may be zero.
+pub const DISTANCE: Number = Number::between(0.0, LONGEST);
+/// A radiance: the film holds up to 2³⁰.
+pub const RADIANCE: Number = Number::between(0.0, (1u32 << 30) as f64);
+/// A radiant intensity: as much as gives the greatest radiance at any distance that there may be, whatever the unit
+/// of length.
+pub const INTENSITY: Number = Number::between(0.0, LONGEST * LONGEST);
+
+/// A point in space.
+pub const POINT: Kind = Kind::Vector(COORDINATE);
+/// A displacement between two points.
+pub const EDGE: Kind = Kind::NonZero(COORDINATE);
+/// A direction, of any length.
+pub const DIRECTION: Kind = Kind::Direction(COORDINATE);
+/// What is reflected or transmitted of each channel.
+pub const FRACTION: Kind = Kind::Colour(Number::between(0.0, 1.0));
+
+/// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would
+/// be noise.
+pub const PARALLEL: f64 = 1e-6;

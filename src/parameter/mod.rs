@@ -1,0 +1,20 @@
+//! How shapes, materials and lights are declared: each parameter once, with its name, limits, default and description.
+//!
+//! | file | what is in it |
+//! |---|---|
+//! | `value` | the values of parameters, and the types of the fields that hold them |
+//! | `kind` | what a value may be |
+//! | [`limits`] | the limits that several parameters have in common |
+//! | `declaration` | a declaration, `parameters!` that makes one, and `family!` that lists them |
+//!
+//! The reader of scene files, the JSON Schema, the fingerprint and `stride info` follow the declarations.
+
+mod declaration;
+mod kind;
+pub mod limits;
+mod value;
+
+pub use declaration::{Declaration, Declared, Family, Parameter, Problem};
+pub(crate) use declaration::{family, parameters};
+pub use kind::{Kind, Number, unit};
+pub use value::{Colour, Field, Value};

@@ -1,0 +1,455 @@
+//! The promises of a scene, and what breaks them. Readers of all formats end here, and so can programs that make
+//! scenes themselves.
+
+use super::description::{
+    CameraSettings, EXPOSURES, Entity, FilmSettings, Filter, LONGEST_SIDE, Light, MOST_BOUNCES, Material,
+    Mesh, RenderSettings, Scene, Shape, UNLIMITED, endless,
+};
+use super::names::MAX_NESTING;
+use super::spelling::quote;
+use crate::parameter::limits::{COORDINATE, DISTANCE, LENGTH, PARALLEL, RADIANCE};
+use crate::parameter::{Family, Kind, Number, Value};
+use glam::{DAffine3, DVec3};
+use std::collections::HashSet;
+use std::f64::consts::PI;
+use std::fmt;
+use std::sync::Arc;
+
+/// The volume below which a transform counts as flat, as a fraction of the largest that its axes' lengths allow.
+const FLAT: f64 = 1e-9;
+
+/// What rounding may add to a length of one, and more.
+const ROUNDING: f64 = 1e-6;
+
+/// The part of a scene that a problem is in. It displays as `material 3 ("white")`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The film.
+    Film,
+    /// The camera.
+    Camera,
+    /// The render settings.
+    Render,
+    /// The material of this index and name.
+    Material(usize, String),
+    /// The entity of this index and name.
+    Entity(usize, String),
+    /// The light of this index.
+    Light(usize),
+    /// The environment.
+    Environment,
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Part::Film => f.write_str("the film"),
+            Part::Camera => f.write_str("the camera"),
+            Part::Render => f.write_str("the render settings"),
+            Part::Material(index, name) => write!(f, "material {} ({})", index + 1, quote(name)),
+            Part::Entity(index, name) => write!(f, "entity {} ({})", index + 1, quote(name)),
+            Part::Light(index) => write!(f, "light {}", index + 1),
+            Part::Environment => f.write_str("the environment"),
+        }
+    }
+}
+
+/// A promise of [`Scene`] that is broken. It displays as `the film: width must be from 1 to 65536, not 0`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Where.
+    pub part: Part,
+    /// What is wrong.
+    pub message: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.part, self.message)
+    }
+}
+
+impl Scene {
+    /// The scene, if it keeps its promises; otherwise all that breaks them.
+    pub fn checked(self) -> Result<Scene, Vec<Problem>> {
+        let problems = self.problems();
+        if problems.is_empty() { Ok(self) } else { Err(problems) }
+    }
+
+    /// All that breaks the scene's promises.
+    pub fn problems(&self) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        check_values(self, &mut problems);
+        check_materials(&self.materials, &mut problems);
+        check_entities(&self.entities, self.materials.len(), &mut problems);
+        check_lights(&self.lights, &mut problems);
+        problems
+    }
+}
+
+/// The problems of one part.
+struct Finder<'a> {
+    part: &'a dyn Fn() -> Part,
+    problems: &'a mut Vec<Problem>,
+}
+
+impl Finder<'_> {
+    fn add(&mut self, message: impl Into<String>) {
+        self.problems.push(Problem { part: (self.part)(), message: message.into() });
+    }
+
+    fn number(&mut self, name: &str, number: f64, limits: Number) {
+        // NaN is in no range.
+        let within = (limits.least..=limits.most).contains(&number)
+            && limits.above.is_none_or(|above| number > above)
+            && limits.below.is_none_or(|below| number < below);
+        if !within {
+            let objection = limits.objection(number).unwrap_or_default();
+            self.add(format!("{name} {objection}, not {number:e}"));
+        }
+    }
+
+    fn numbers(&mut self, name: &str, numbers: &[f64], limits: Number) {
+        numbers.iter().for_each(|&number| self.number(name, number, limits));
+    }
+
+    fn integer(&mut self, name: &str, number: u32, [least, most]: [u32; 2]) {
+        if !(least..=most).contains(&number) {
+            self.add(format!("{name} must be from {least} to {most}, not {number}"));
+        }
+    }
+
+    fn direction(&mut self, name: &str, direction: DVec3) {
+        let is_unit = (direction.length() - 1.0).abs() <= ROUNDING;
+        if !is_unit {
+            self.add(format!("{name} must have a length of 1, not {:e}", direction.length()));
+        }
+    }
+}
+
+/// Checks the values of film, camera, render settings and environment, each against its limits.
+fn check_values(scene: &Scene, problems: &mut Vec<Problem>) {
+    check_film(&scene.film, &mut Finder { part: &|| Part::Film, problems });
+    check_camera(&scene.camera, &mut Finder { part: &|| Part::Camera, problems });
+    check_render(&scene.render, &mut Finder { part: &|| Part::Render, problems });
+    Finder { part: &|| Part::Environment, problems }.numbers("radiance", &scene.environment, RADIANCE);
+}
+
+fn check_film(film: &FilmSettings, found: &mut Finder<'_>) {
+    found.integer("width", film.width, [1, LONGEST_SIDE]);
+    found.integer("height", film.height, [1, LONGEST_SIDE]);
+    found.number("exposure", film.exposure, EXPOSURES);
+    if film.filter != Filter::None {
+        found.number("the filter's radius", film.filter.radius(), Filter::RADII);
+    }
+    match film.filter {
+        Filter::Gaussian { sigma, .. } => found.number("the filter's sigma", sigma, Filter::SIGMAS),
+        Filter::Mitchell { b, c, .. } => {
+            found.number("the filter's b", b, Filter::SHARES);
+            found.number("the filter's c", c, Filter::SHARES);
+        }
+        _ => {}
+    }
+    if let Some(problem) = film.problem() {
+        found.add(problem);
+    }
+}
+
+fn check_camera(camera: &CameraSettings, found: &mut Finder<'_>) {
+    found.numbers("eye", &camera.eye.to_array(), COORDINATE);
+    found.direction("forward", camera.forward);
+    found.direction("up", camera.up);
+    if camera.forward.cross(camera.up).length() < PARALLEL {
+        found.add("up is parallel to the direction of view");
+    }
+    let has_view = camera.vertical_fov > 0.0 && camera.vertical_fov < PI;
+    if !has_view {
+        found.add(format!("vertical_fov must be above 0 and below π, not {:e}", camera.vertical_fov));
+    }
+    found.number("focal_length", camera.focal_length, LENGTH);
+    found.number("near", camera.near, DISTANCE);
+    found.number("aperture_radius", camera.aperture_radius, DISTANCE);
+    found.number("focus_distance", camera.focus_distance, LENGTH);
+}
+
+fn check_render(render: &RenderSettings, found: &mut Finder<'_>) {
+    found.integer("samples", render.samples, [1, u32::MAX]);
+    if render.max_depth != UNLIMITED {
+        found.integer("max_depth", render.max_depth, [0, MOST_BOUNCES]);
+    }
+    if let Some(problem) = endless(render.integrator, render.max_depth) {
+        found.add(problem);
+    }
+    found.numbers("ambient", &render.ambient, RADIANCE);
+}
+
+/// Checks that materials name only materials before them, and are not nested too deep.
+fn check_materials(materials: &[Material], problems: &mut Vec<Problem>) {
+    let mut nesting = vec![0; materials.len()];
+    for (i, material) in materials.iter().enumerate() {
+        let part = || Part::Material(i, material.name.clone());
+        let mut found = Finder { part: &part, problems };
+        check_parameters(&material.kind, &mut found);
+        for named in material.kind.materials() {
+            if named >= i {
+                found.add(format!("it names material {}, which is not before it", named + 1));
+            } else {
+                nesting[i] = nesting[i].max(nesting[named] + 1);
+            }
+        }
+        // Those that contain it are as wrong, but one problem is enough.
+        if nesting[i] == MAX_NESTING + 1 {
+            found.add(format!("it is nested more than {MAX_NESTING} deep"));
+        }
+    }
+}
+
+/// Checks the parameters of a material, a shape or a light, each against its limits, and all together.
+fn check_parameters<F: Family>(member: &F, found: &mut Finder<'_>) {
+    let Some(declaration) = member.declaration() else { return };
+    let (values, before) = (member.values(), found.problems.len());
+    for (parameter, value) in declaration.parameters.iter().zip(&values) {
+        let name = parameter.name;
+        match (parameter.kind, *value) {
+            (Kind::Number(limits), Value::Number(number)) => found.number(name, number, limits),
+            (Kind::Pair(limits), Value::Pair(pair)) => found.numbers(name, &pair, limits),
+            (Kind::Colour(limits), Value::Colour(colour)) => found.numbers(name, &colour, limits),
+            (Kind::Direction(_), Value::Vector(direction)) => found.direction(name, direction),
+            (Kind::NonZero(_), Value::Vector(DVec3::ZERO)) => {
+                found.add(format!("{name} must not be zero in all of x, y, z"));
+            }
+            (Kind::Vector(limits) | Kind::NonZero(limits), Value::Vector(vector)) => {
+                found.numbers(name, &vector.to_array(), limits);
+            }
+            // Of names it matters what they stand for.
+            _ => {}
+        }
+    }
+    let place = F::DECLARATIONS.iter().position(|other| other.name == declaration.name);
+    let Some(place) = place.filter(|_| found.problems.len() == before) else { return };
+    match F::build(place, &values, &mut Vec::new()) {
+        Err(problem) => found.add(problem.message),
+        Ok(built) => {
+            // A reader makes some directions one long; here they are.
+            for ((parameter, value), built) in declaration.parameters.iter().zip(&values).zip(built.values())
+            {
+                if let (Value::Vector(given), Value::Vector(built)) = (value, built)
+                    && given.distance(built) > ROUNDING * built.length()
+                {
+                    found.add(format!("{} must be {built}, not {given}", parameter.name));
+                }
+            }
+        }
+    }
+}
+
+/// Checks the lights that are not surfaces.
+fn check_lights(lights: &[Light], problems: &mut Vec<Problem>) {
+    for (i, light) in lights.iter().enumerate() {
+        check_parameters(light, &mut Finder { part: &|| Part::Light(i), problems });
+    }
+}
+
+/// Checks the entities: their materials are there, what they emit fits the film, and meshes are meshes.
+fn check_entities(entities: &[Entity], materials: usize, problems: &mut Vec<Problem>) {
+    let mut checked = HashSet::new();
+    for (i, entity) in entities.iter().enumerate() {
+        let part = || Part::Entity(i, entity.name.clone());
+        let mut found = Finder { part: &part, problems };
+        if entity.material >= materials {
+            found.add(format!("there is no material {}, only {materials}", entity.material + 1));
+        }
+        found.numbers("emission", &entity.emission, RADIANCE);
+        check_parameters(&entity.shape, &mut found);
+        if let Shape::Mesh { mesh, transform } = &entity.shape {
+            // Entities of one file share a mesh.
+            if checked.insert(Arc::as_ptr(mesh)) {
+                check_mesh(mesh, &mut found);
+            }
+            if is_flat(transform) {
+                found.add("the transform makes everything flat, or has numbers that are not finite");
+            }
+        }
+    }
+}
+
+fn check_mesh(mesh: &Mesh, found: &mut Finder<'_>) {
+    let vertices = mesh.positions.len();
+    for (name, numbers) in [("normals", mesh.normals.len()), ("uv", mesh.uv.len())] {
+        if ![0, vertices].contains(&numbers) {
+            return found.add(format!("its mesh has {vertices} vertices and {numbers} {name}"));
+        }
+    }
+    if let Err(error) = mesh.check() {
+        found.add(format!("its mesh is none: {error}"));
+    }
+}
+
+/// Whether a transform cannot be inverted: its determinant is next to nothing beside the largest that axes of these
+/// lengths could have.
+pub(super) fn is_flat(transform: &DAffine3) -> bool {
+    let [x, y, z] = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
+    let largest = x.length() * y.length() * z.length();
+    let is_deep = largest > 0.0 && transform.matrix3.determinant().abs() >= FLAT * largest;
+    !(is_deep && transform.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{
+        CheckerboardParameters, FilmMode, Integrator, MaterialKind, MatteParameters, PlaneParameters,
+        PointLightParameters, QuadParameters, SphereParameters,
+    };
+    use glam::DMat3;
+
+    /// A scene of two materials, the second of them a checkerboard of the first, and of a sphere and a triangle.
+    fn good() -> Scene {
+        let matte = MaterialKind::Matte(MatteParameters { reflectance: [0.5; 3] });
+        let mesh = Mesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        };
+        let shape = Shape::Mesh { mesh: Arc::new(mesh), transform: DAffine3::IDENTITY };
+        Scene {
+            materials: vec![Material { name: "white".into(), kind: matte }, board("board", 0, 0)],
+            entities: vec![Entity::default(), Entity { name: "ramp".into(), shape, ..Entity::default() }],
+            ..Scene::default()
+        }
+    }
+
+    fn board(name: &str, even: usize, odd: usize) -> Material {
+        let parameters = CheckerboardParameters { even, odd, checks_per_unit: [1.0; 2] };
+        Material { name: name.into(), kind: parameters.into() }
+    }
+
+    fn turned(scene: &mut Scene, turn: DMat3) {
+        if let Shape::Mesh { transform, .. } = &mut scene.entities[1].shape {
+            transform.matrix3 = turn;
+        }
+    }
+
+    fn remeshed(scene: &mut Scene, change: fn(&mut Mesh)) {
+        if let Shape::Mesh { mesh, .. } = &mut scene.entities[1].shape {
+            change(Arc::make_mut(mesh));
+        }
+    }
+
+    #[test]
+    fn what_keeps_its_promises_is_passed_on() {
+        assert_eq!(good().checked(), Ok(good()));
+        assert_eq!(Scene::default().problems(), []);
+    }
+
+    #[test]
+    fn every_kind_of_problem_is_found_alone() {
+        type Break = fn(&mut Scene);
+        let cases: &[(Break, &str)] = &[
+            (|s| s.film.width = 0, "the film: width must be from 1 to 65536, not 0"),
+            (|s| s.film.height = 65_537, "the film: height must be from 1 to 65536, not 65537"),
+            (|s| s.film.exposure = f64::NAN, "the film: exposure must be"),
+            (|s| s.film.filter = Filter::Tent { radius: 0.0 }, "the film: the filter's radius must be"),
+            (
+                |s| s.film.filter = Filter::Gaussian { radius: 1.5, sigma: f64::INFINITY },
+                "the film: the filter's sigma must be",
+            ),
+            (
+                |s| s.film.filter = Filter::Mitchell { radius: 2.0, b: 1.5, c: 0.0 },
+                "the film: the filter's b must be",
+            ),
+            (
+                |s| s.film.filter = Filter::Mitchell { radius: 2.0, b: 1.0, c: -0.5 },
+                "the film: the filter's c must be",
+            ),
+            (
+                |s| (s.film.filter, s.film.mode) = (Filter::None, Some(FilmMode::Continuous)),
+                "the film: filter \"none\" takes",
+            ),
+            (|s| s.camera.eye.y = f64::NAN, "the camera: eye must be"),
+            (|s| s.camera.forward = DVec3::X * 2.0, "the camera: forward must have a length of 1, not 2e0"),
+            (|s| s.camera.up = DVec3::new(f64::NAN, 0.0, 1.0), "the camera: up must have a length of 1"),
+            (|s| s.camera.up = -s.camera.forward, "the camera: up is parallel"),
+            (|s| s.camera.vertical_fov = PI, "the camera: vertical_fov must be"),
+            (|s| s.camera.vertical_fov = 0.0, "the camera: vertical_fov must be"),
+            (|s| s.camera.focal_length = 0.0, "the camera: focal_length must be"),
+            (|s| s.camera.near = -1.0, "the camera: near must be"),
+            (|s| s.camera.aperture_radius = 1e19, "the camera: aperture_radius must be"),
+            (|s| s.camera.focus_distance = 0.0, "the camera: focus_distance must be"),
+            (|s| s.render.samples = 0, "the render settings: samples must be from 1"),
+            (|s| s.render.max_depth = 10_001, "the render settings: max_depth must be"),
+            (
+                |s| (s.render.max_depth, s.render.integrator) = (UNLIMITED, Integrator::Whitted),
+                "the render settings: max_depth can be",
+            ),
+            (|s| s.render.ambient[1] = -1.0, "the render settings: ambient must be"),
+            (|s| s.environment[2] = f64::NAN, "the environment: radiance must be"),
+            (
+                |s| s.materials[1] = board("board", 0, 1),
+                "material 2 (\"board\"): it names material 2, which is not before it",
+            ),
+            (|s| s.materials[0] = board("loop", 7, 7), "material 1 (\"loop\"): it names material 8"),
+            (|s| s.entities[0].material = 2, "entity 1 (\"entity\"): there is no material 3, only 2"),
+            (|s| s.entities[0].emission[0] = 2e9, "entity 1 (\"entity\"): emission must be"),
+            (
+                |s| s.materials[0].kind = MatteParameters { reflectance: [0.5, 1.5, 0.5] }.into(),
+                "material 1 (\"white\"): reflectance must be from 0 to 1, not 1.5e0",
+            ),
+            (
+                |s| s.entities[0].shape = SphereParameters { center: DVec3::ZERO, radius: 0.0 }.into(),
+                "entity 1 (\"entity\"): radius must be above 0",
+            ),
+            (
+                |s| s.entities[0].shape = PlaneParameters { normal: DVec3::Z * 2.0, distance: 0.0 }.into(),
+                "entity 1 (\"entity\"): normal must be [0, 0, 1], not [0, 0, 2]",
+            ),
+            (
+                |s| {
+                    let (corner, u, v) = (DVec3::ZERO, DVec3::X, DVec3::X);
+                    s.entities[0].shape = QuadParameters { corner, u, v }.into();
+                },
+                "entity 1 (\"entity\"): v is parallel to u",
+            ),
+            (
+                |s| {
+                    let (position, intensity) = (DVec3::NAN, [1.0; 3]);
+                    s.lights.push(PointLightParameters { position, intensity }.into());
+                },
+                "light 1: position must be a finite number",
+            ),
+            (
+                |s| turned(s, DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0))),
+                "entity 2 (\"ramp\"): the transform makes everything flat",
+            ),
+            (|s| turned(s, DMat3::NAN), "entity 2 (\"ramp\"): the transform makes everything flat"),
+            (
+                |s| remeshed(s, |mesh| mesh.triangles[0][1] = 3),
+                "entity 2 (\"ramp\"): its mesh is none: triangle 0",
+            ),
+            (
+                |s| remeshed(s, |mesh| mesh.uv.push([0.0; 2])),
+                "entity 2 (\"ramp\"): its mesh has 3 vertices and 1 uv",
+            ),
+        ];
+        for (spoil, message) in cases {
+            let mut scene = good();
+            spoil(&mut scene);
+            let problems = scene.checked().expect_err(message);
+            let told: Vec<String> = problems.iter().map(Problem::to_string).collect();
+            assert!(told.iter().all(|told| told.starts_with(message)), "{message}: {told:?}");
+        }
+    }
+
+    #[test]
+    fn checkerboards_nest_as_deep_as_the_limit() {
+        let mut scene = good();
+        for i in scene.materials.len()..=MAX_NESTING {
+            scene.materials.push(board("deeper", i - 1, 0));
+        }
+        assert_eq!(scene.problems(), []);
+        scene.materials.push(board("too deep", MAX_NESTING, 0));
+        scene.materials.push(board("deeper still", MAX_NESTING + 1, 0));
+        let told: Vec<String> = scene.problems().iter().map(Problem::to_string).collect();
+        assert_eq!(told, ["material 18 (\"too deep\"): it is nested more than 16 deep"]);
+    }
+}

@@ -1,0 +1,51 @@
+//! Choices that have names, in scene files and on command lines.
+
+use crate::scene::spelling;
+use std::mem::discriminant;
+
+/// A choice that has a name. Its list of names is all that there is of it: readers, schema, messages and the
+/// program's help follow it.
+pub trait Choice: Copy + 'static {
+    /// The term for all of them: "integrator".
+    const WHAT: &'static str;
+
+    /// Each with its name, in the order in which messages list them.
+    const NAMED: &'static [(&'static str, Self)];
+
+    /// The names.
+    fn names() -> impl Iterator<Item = &'static str> + Clone {
+        Self::NAMED.iter().map(|(name, _)| *name)
+    }
+
+    /// The name, whatever else there is to the choice.
+    fn name(self) -> &'static str {
+        let found = Self::NAMED.iter().find(|(_, other)| discriminant(other) == discriminant(&self));
+        found.map_or("?", |(name, _)| name)
+    }
+
+    /// The choice of this name.
+    fn find(name: &str) -> Option<Self> {
+        Self::NAMED.iter().find(|(known, _)| *known == name).map(|(_, choice)| *choice)
+    }
+
+    /// The choice of this name, or a message with the nearest name.
+    fn of_name(name: &str) -> Result<Self, String> {
+        Self::find(name).ok_or_else(|| {
+            let message = spelling::unknown(Self::WHAT, name);
+            match spelling::instead(name, Self::names()) {
+                Some(help) => format!("{message}; {help}"),
+                None => message,
+            }
+        })
+    }
+
+    /// The names in a sentence: "sobol or independent".
+    fn listed() -> String {
+        let names: Vec<&str> = Self::names().collect();
+        match names.split_last() {
+            Some((last, [])) => (*last).to_owned(),
+            Some((last, others)) => format!("{} or {last}", others.join(", ")),
+            None => String::new(),
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Names of materials: the index that each stands for, and an order in which each material comes after those that it
+//! names.
+
+use super::spelling::{list, nearest, quote, shorten};
+use std::collections::HashMap;
+
+/// The most materials inside each other: the GPU follows them with a bounded loop.
+pub const MAX_NESTING: usize = 16;
+
+/// Finds materials by name.
+pub struct Names<'n> {
+    names: Vec<&'n str>,
+    by_name: HashMap<&'n str, usize>,
+}
+
+impl<'n> Names<'n> {
+    /// Of materials in their order; no two have the same.
+    pub fn new(names: impl Iterator<Item = &'n str>) -> Self {
+        let names: Vec<_> = names.collect();
+        let by_name = names.iter().enumerate().map(|(i, name)| (*name, i)).collect();
+        Self { names, by_name }
+    }
+
+    /// The index of the material of this name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name).copied()
+    }
+
+    /// What to write instead of a name that no material has; none if there are no materials.
+    pub fn instead(&self, name: &str) -> Option<String> {
+        match nearest(name, self.names.iter().copied()) {
+            Some(nearest) => Some(format!("did you mean {}?", quote(nearest))),
+            None => list(self.names.iter().copied()).map(|all| format!("the materials are {all}")),
+        }
+    }
+
+    /// A circle as `a → b → a`; the middle of a long one is left out.
+    pub fn circle(&self, nodes: &[usize]) -> String {
+        let mut text = String::new();
+        for &node in nodes.iter().take(MOST_SHOWN) {
+            text += &format!("{} → ", shorten(self.names[node]));
+        }
+        if nodes.len() > MOST_SHOWN {
+            text += "… → ";
+        }
+        text + &nodes.first().map_or_else(String::new, |&first| shorten(self.names[first]))
+    }
+}
+
+/// The most materials of a circle that a message shows.
+const MOST_SHOWN: usize = 8;
+
+/// Why materials have no order.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Disorder {
+    /// A material contains itself.
+    Circle {
+        /// The material and those by way of which it does, the first few of them if there are many.
+        nodes: Vec<usize>,
+        /// The last of these, which names the first.
+        last: usize,
+        /// By which of its names.
+        edge: usize,
+    },
+    /// A material contains others that contain others …, more than [`MAX_NESTING`] deep. Those that contain it are as
+    /// wrong, and not told.
+    TooDeep(usize),
+}
+
+/// The materials in an order in which each comes after those that it names: `edges[i]` are those that material i names.
+///
+/// If there is no such order, `report` hears all the reasons, and its last answer is the error.
+pub fn order<E>(edges: &[Vec<usize>], mut report: impl FnMut(Disorder) -> E) -> Result<Vec<usize>, E> {
+    // Depth first, with a stack of our own: a file may chain as many materials as it has room for.
+    let mut marks = vec![Mark::New; edges.len()];
+    let mut nesting = vec![0; edges.len()];
+    let mut order = Vec::with_capacity(edges.len());
+    let mut outcome = Ok(());
+    for root in 0..edges.len() {
+        if marks[root] != Mark::New {
+            continue;
+        }
+        marks[root] = Mark::Open;
+        let mut stack = vec![(root, edges[root].iter().enumerate())];
+        while let Some((node, rest)) = stack.last_mut() {
+            let node = *node;
+            let Some((edge, &named)) = rest.next() else {
+                stack.pop();
+                marks[node] = Mark::Done;
+                order.push(node);
+                nesting[node] = edges[node].iter().map(|&named| nesting[named] + 1).max().unwrap_or(0);
+                if nesting[node] == MAX_NESTING + 1 {
+                    outcome = Err(report(Disorder::TooDeep(node)));
+                }
+                continue;
+            };
+            match marks[named] {
+                Mark::New => {
+                    marks[named] = Mark::Open;
+                    stack.push((named, edges[named].iter().enumerate()));
+                }
+                Mark::Open => {
+                    // No more than are shown: a file may have as many circles as materials.
+                    let nodes = stack.iter().map(|(i, _)| *i).skip_while(|i| *i != named);
+                    let nodes = nodes.take(MOST_SHOWN + 1).collect();
+                    outcome = Err(report(Disorder::Circle { nodes, last: node, edge }));
+                }
+                Mark::Done => {}
+            }
+        }
+    }
+    outcome.map(|()| order)
+}
+
+/// How far a material has come in [`order`].
+#[derive(Clone, Copy, PartialEq)]
+enum Mark {
+    New,
+    Open,
+    Done,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_found_or_the_nearest_is_told() {
+        let names = Names::new(["red", "green"].into_iter());
+        assert_eq!((names.find("green"), names.find("rad")), (Some(1), None));
+        assert_eq!(names.instead("rad").as_deref(), Some("did you mean \"red\"?"));
+        assert_eq!(names.instead("velvet").as_deref(), Some("the materials are \"red\", \"green\""));
+        assert_eq!(Names::new([].into_iter()).instead("red"), None);
+        assert_eq!(names.circle(&[0, 1]), "red → green → red");
+        let long = names.circle(&[0, 1, 0, 1, 0, 1, 0, 1, 0]);
+        assert_eq!(long, "red → green → red → green → red → green → red → green → … → red");
+    }
+
+    #[test]
+    fn each_comes_after_what_it_names() {
+        let order = |edges: &[Vec<usize>]| {
+            let mut told = Vec::new();
+            order(edges, |disorder| told.push(disorder)).map_err(|()| told)
+        };
+        assert_eq!(order(&[vec![2, 1], vec![2], vec![]]), Ok(vec![2, 1, 0]));
+        assert_eq!(order(&[]), Ok(vec![]));
+        let itself = Disorder::Circle { nodes: vec![0], last: 0, edge: 1 };
+        assert_eq!(order(&[vec![1, 0], vec![]]), Err(vec![itself]));
+        let circle = Disorder::Circle { nodes: vec![1, 2], last: 2, edge: 0 };
+        assert_eq!(order(&[vec![1], vec![2], vec![1]]), Err(vec![circle]));
+        // So many that a recursion would end the stack.
+        let chain =
+            |length: usize| (0..length).map(|i| (i + 1..length).take(1).collect()).collect::<Vec<_>>();
+        assert_eq!(order(&chain(MAX_NESTING + 1)).map(|order| order[0]), Ok(MAX_NESTING));
+        let deep = 1_000_000;
+        assert_eq!(order(&chain(deep)), Err(vec![Disorder::TooDeep(deep - MAX_NESTING - 2)]));
+    }
+}

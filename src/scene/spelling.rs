@@ -1,0 +1,142 @@
+//! The nearest spelling of a name, and words of a file made safe to print.
+
+/// The longest word, in bytes, whose nearest spelling is looked for.
+const MAX_WORD: usize = 64;
+
+/// Other programs' words for our keys and types.
+const SYNONYMS: &[(&str, &str)] = &[
+    ("albedo", "reflectance"),
+    ("color", "reflectance"),
+    ("colour", "reflectance"),
+    ("dielectric", "glass"),
+    ("diffuse", "matte"),
+    ("emit", "emission"),
+    ("entity", "entities"),
+    ("index_of_refraction", "ior"),
+    ("lambert", "matte"),
+    ("lambertian", "matte"),
+    ("object", "entities"),
+    ("objects", "entities"),
+    ("origin", "eye"),
+    ("pos", "position"),
+    ("position", "center"),
+    ("position", "eye"),
+    ("specular", "mirror"),
+    ("spp", "samples"),
+    ("target", "look_at"),
+];
+
+/// A word from the file in quotes, shortened and made safe to print.
+pub(super) fn quote(word: &str) -> String {
+    format!("\"{}\"", shorten(word))
+}
+
+/// The first line of some text from the file, without anything that a terminal would obey.
+pub(super) fn shorten(text: &str) -> String {
+    const LONGEST: usize = 40;
+    let mut short = String::new();
+    for (length, c) in text.chars().enumerate() {
+        if length == LONGEST || c == '\n' || c == '\r' {
+            short.push('…');
+            break;
+        }
+        // Printable letters of any language stay; control characters and the like are escaped.
+        if c.is_control() || c.escape_debug().next() == Some('\\') && !matches!(c, '"' | '\'' | '\\') {
+            short.extend(c.escape_default());
+        } else {
+            short.push(c);
+        }
+    }
+    short
+}
+
+/// The candidate that `word` is most likely a misspelling of.
+pub(super) fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str> + Clone) -> Option<&'c str> {
+    if word.is_empty() || word.len() > MAX_WORD {
+        return None;
+    }
+    let lower = word.to_lowercase();
+    let candidates = candidates.filter(|candidate| candidate.len() <= MAX_WORD).take(1000);
+    let spelling = candidates
+        .clone()
+        .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
+        .filter(|(distance, candidate)| 3 * distance <= word.chars().count().max(candidate.chars().count()))
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate);
+    spelling
+        .or_else(|| {
+            let synonyms = SYNONYMS.iter().filter(|(theirs, _)| *theirs == lower);
+            synonyms.filter_map(|(_, ours)| candidates.clone().find(|candidate| candidate == ours)).next()
+        })
+        .or_else(|| {
+            // Half of a double name: "fov" for "vertical_fov".
+            candidates
+                .clone()
+                .find(|candidate| candidate.contains('_') && candidate.split('_').any(|p| p == lower))
+        })
+}
+
+/// What is wrong with a word for `what` that is not among those known.
+pub(super) fn unknown(what: &str, word: &str) -> String {
+    format!("unknown {what} {}", quote(word))
+}
+
+/// What to write instead of `word`: the nearest candidate, or all of them.
+pub(super) fn instead<'c>(word: &str, candidates: impl Iterator<Item = &'c str> + Clone) -> Option<String> {
+    match nearest(word, candidates.clone()) {
+        Some(nearest) => Some(format!("did you mean {}?", quote(nearest))),
+        None => list(candidates).map(|all| format!("valid here: {all}")),
+    }
+}
+
+/// Words in quotes, with commas between them; the first dozen if there are more.
+pub(super) fn list<'c>(words: impl Iterator<Item = &'c str> + Clone) -> Option<String> {
+    const MOST: usize = 12;
+    let mut text = words.clone().take(MOST).map(quote).collect::<Vec<_>>().join(", ");
+    if words.clone().nth(MOST).is_some() {
+        text.push_str(", …");
+    }
+    (!text.is_empty()).then_some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KEYS: [&str; 5] = ["eye", "vertical_fov", "aperture_radius", "reflectance", "samples"];
+
+    fn near(word: &str) -> Option<&'static str> {
+        nearest(word, KEYS.into_iter())
+    }
+
+    #[test]
+    fn nearest_finds_misspellings_in_any_case() {
+        assert_eq!(near("ey"), Some("eye"));
+        assert_eq!(near("yee"), Some("eye"));
+        assert_eq!(near("Aperture-Radius"), Some("aperture_radius"));
+        assert_eq!(near("sampels"), Some("samples"));
+    }
+
+    #[test]
+    fn nearest_knows_other_programs_words_and_halves_of_ours() {
+        assert_eq!(near("albedo"), Some("reflectance"));
+        assert_eq!(near("spp"), Some("samples"));
+        assert_eq!(near("fov"), Some("vertical_fov"));
+        assert_eq!(near("radius"), Some("aperture_radius"));
+    }
+
+    #[test]
+    fn nearest_does_not_guess_wildly() {
+        for word in ["", "x", "width", "integrator", &"s".repeat(1 << 20)] {
+            assert_eq!(near(word), None);
+        }
+    }
+
+    #[test]
+    fn quoted_text_is_short_and_cannot_steer_a_terminal() {
+        assert_eq!(quote("größe \"a\""), "\"größe \"a\"\"");
+        assert_eq!(quote("\u{1b}[2J\u{202e}\u{200b}"), "\"\\u{1b}[2J\\u{202e}\\u{200b}\"");
+        assert_eq!(quote("one\ntwo"), "\"one…\"");
+        assert_eq!(quote(&"é".repeat(99)).chars().count(), 43);
+    }
+}

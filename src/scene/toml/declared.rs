@@ -1,0 +1,173 @@
+//! Tables whose keys are declared with the shape, material or light that they describe.
+
+use serde_json::Value as Json;
+
+use super::form::{Form, Value};
+use super::report::{Placed, Read, Reports};
+use super::table::{self, AnyKey, Fields, Key};
+use super::value::{Colour, Direction, NonZero, Pair, Vector, Word};
+use crate::parameter::{self, Declaration, Family, Kind, Parameter, Problem};
+
+/// What a file gives for a parameter.
+pub(super) enum Given {
+    Value(parameter::Value),
+    /// The name of a material.
+    Name(String),
+}
+
+impl Form for Kind {
+    type Output = Given;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Read<Given> {
+        use parameter::Value;
+        let value = match *self {
+            Kind::Number(number) => Value::Number(number.read(key, value, reports)?),
+            Kind::Pair(each) => Value::Pair(Pair(each).read(key, value, reports)?),
+            Kind::Colour(each) => Value::Colour(Colour(each).read(key, value, reports)?),
+            Kind::Vector(each) => Value::Vector(Vector(each).read(key, value, reports)?),
+            Kind::NonZero(each) => Value::Vector(NonZero(Vector(each)).read(key, value, reports)?),
+            Kind::Direction(each) => {
+                Value::Vector(Direction(NonZero(Vector(each))).read(key, value, reports)?)
+            }
+            Kind::Material => return Word.read(key, value, reports).map(Given::Name),
+        };
+        Ok(Given::Value(value))
+    }
+
+    fn schema(&self) -> Json {
+        match *self {
+            Kind::Number(number) => number.schema(),
+            Kind::Pair(each) => Pair(each).schema(),
+            Kind::Colour(each) => Colour(each).schema(),
+            Kind::Vector(each) => Vector(each).schema(),
+            Kind::NonZero(each) => NonZero(Vector(each)).schema(),
+            Kind::Direction(each) => Direction(NonZero(Vector(each))).schema(),
+            Kind::Material => Word.schema(),
+        }
+    }
+}
+
+fn key(parameter: &Parameter) -> Key<Kind> {
+    let Parameter { name, about, kind, default } = *parameter;
+    match default {
+        Some(default) => Key::default(name, kind, default, about),
+        None => Key::required(name, kind, about),
+    }
+}
+
+/// The keys of a declared table.
+pub(super) fn names(declaration: &'static Declaration) -> impl Iterator<Item = &'static str> + Clone {
+    declaration.parameters.iter().map(|parameter| parameter.name)
+}
+
+/// The schema of a declared table.
+pub(super) fn schema(declaration: &Declaration) -> Json {
+    let keys: Vec<_> = declaration.parameters.iter().map(key).collect();
+    table::schema(keys.iter().map(|key| key as &dyn AnyKey), Some(declaration.name))
+}
+
+/// The values of a declared table, in which materials are still names. They are kept apart, so that a wrong value does
+/// not hide a wrong name.
+pub(super) struct Values {
+    /// The place of the declaration in its family.
+    place: usize,
+    pub(super) declaration: &'static Declaration,
+    /// Each with the byte where it stands.
+    given: Vec<(usize, Read<Given>)>,
+}
+
+impl Values {
+    /// Reads a table by the declaration at a place in its family.
+    pub(super) fn read(
+        place: usize,
+        declaration: &'static Declaration,
+        fields: &Fields<'_, '_>,
+        reports: &mut Reports<'_>,
+    ) -> Values {
+        let read = |parameter| {
+            let key = key(parameter);
+            (fields.place_of(&key), fields.get(&key, reports))
+        };
+        Values { place, declaration, given: declaration.parameters.iter().map(read).collect() }
+    }
+
+    /// What the values describe. `find` gives the index of a material.
+    pub(super) fn build<F: Family>(
+        &self,
+        mut find: impl FnMut(&Placed<String>, &mut Reports<'_>) -> Read<usize>,
+        reports: &mut Reports<'_>,
+    ) -> Read<F> {
+        let mut outcome = Ok(());
+        let mut values = Vec::with_capacity(self.given.len());
+        for ((at, given), parameter) in self.given.iter().zip(self.declaration.parameters) {
+            let value = match given {
+                Ok(Given::Value(value)) => Ok(*value),
+                Ok(Given::Name(name)) => {
+                    find(&Placed { at: *at, value: name.clone() }, reports).map(parameter::Value::Material)
+                }
+                Err(reported) => Err(*reported),
+            };
+            values.push(value.unwrap_or_else(|reported| {
+                outcome = Err(reported);
+                parameter.kind.unknown()
+            }));
+        }
+        let place_of = |problem: &Problem| {
+            let place = names(self.declaration).position(|name| name == problem.parameter);
+            self.given[place.unwrap_or_default()].0
+        };
+        let mut warnings = Vec::new();
+        let built = F::build(self.place, &values, &mut warnings).map_err(|problem| {
+            reports.error_with(place_of(&problem), problem.message.clone(), |_| problem.help.clone())
+        });
+        for warning in warnings {
+            let help = warning.help.as_deref().unwrap_or_default();
+            reports.warn(Some(place_of(&warning)), warning.message.clone(), help);
+        }
+        outcome.and(built)
+    }
+
+    /// The same of what names no material.
+    pub(super) fn build_alone<F: Family>(&self, reports: &mut Reports<'_>) -> Read<F> {
+        self.build(|name, reports| Err(reports.error(name.at, "only materials name materials")), reports)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::description::{Light, MaterialKind, Shape};
+    use ::toml::de::DeValue;
+
+    /// Of one family: that fields have types of their kinds, and that defaults can be read.
+    fn is_sound<F: Family>() {
+        for (place, declaration) in F::DECLARATIONS.iter().enumerate() {
+            let unknown: Vec<_> =
+                declaration.parameters.iter().map(|parameter| parameter.kind.unknown()).collect();
+            let mut warnings = Vec::new();
+            let built = F::build(place, &unknown, &mut warnings);
+            let built = built.unwrap_or_else(|problem| panic!("{problem:?} of what is unknown"));
+            assert_eq!(warnings, [], "of what is unknown");
+            assert_eq!(built.declaration().map(|own| own.name), Some(declaration.name));
+            assert_eq!(built.values().len(), unknown.len(), "{}", declaration.what);
+            for parameter in declaration.parameters {
+                assert!(!parameter.about.is_empty() && parameter.about.trim() == parameter.about);
+                let Some(default) = parameter.default else { continue };
+                let value = DeValue::parse(default).unwrap_or_else(|error| panic!("{default}: {error}"));
+                let mut reports = Reports::alone(default);
+                assert!(parameter.kind.read(parameter.name, &value, &mut reports).is_ok(), "{default}");
+            }
+        }
+        let mut names: Vec<_> = F::DECLARATIONS.iter().map(|declaration| declaration.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), F::DECLARATIONS.len());
+    }
+
+    #[test]
+    fn declarations_are_sound() {
+        is_sound::<Shape>();
+        is_sound::<MaterialKind>();
+        is_sound::<Light>();
+    }
+}

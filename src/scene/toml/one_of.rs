@@ -1,0 +1,146 @@
+//! One of several tables, or words that stand for them.
+
+use ::toml::de::{DeTable, DeValue};
+use serde_json::{Value as Json, json};
+
+use super::declared::{self, Values, names};
+use super::form::{Form, Value};
+use super::report::{Read, Reported, Reports};
+use super::table::{Build, Fields, Table, expect_table};
+use super::value;
+use crate::parameter::Declaration;
+use crate::scene::spelling::{self, quote};
+
+/// One of the tables that a `type` key tells apart.
+pub(super) struct Variant<T: 'static> {
+    pub(super) tag: &'static str,
+    pub(super) table: &'static Table,
+    pub(super) build: Build<T>,
+}
+
+impl<T> Variant<T> {
+    pub(super) const fn new(tag: &'static str, table: &'static Table, build: Build<T>) -> Self {
+        Self { tag, table, build }
+    }
+}
+
+/// The members of a family, of which each is declared in a file of its own.
+pub(super) struct Members<T: 'static> {
+    pub(super) declarations: &'static [Declaration],
+    /// What becomes of the values.
+    pub(super) build: fn(Values, &mut Reports<'_>) -> Read<T>,
+}
+
+/// A table whose `type` says which keys it has.
+pub(super) struct OneOf<T: 'static> {
+    /// What all of them are, without an article: "material".
+    pub(super) what: &'static str,
+    /// Those that are declared elsewhere, listed before the others.
+    pub(super) members: Option<Members<T>>,
+    pub(super) variants: &'static [Variant<T>],
+}
+
+impl<T> OneOf<T> {
+    fn declarations(&self) -> &'static [Declaration] {
+        self.members.as_ref().map_or(&[], |members| members.declarations)
+    }
+
+    /// Those that lists and the schema show.
+    fn shown(&self) -> impl Iterator<Item = &'static Declaration> + Clone {
+        self.declarations().iter().filter(|declaration| !declaration.is_hidden)
+    }
+
+    fn tags(&self) -> impl Iterator<Item = &'static str> + Clone {
+        self.shown()
+            .map(|declaration| declaration.name)
+            .chain(self.variants.iter().map(|variant| variant.tag))
+    }
+
+    fn pick(&self, tag: &str, at: usize, reports: &mut Reports<'_>) -> Result<&'static Variant<T>, Reported> {
+        match self.variants.iter().find(|variant| variant.tag == tag) {
+            Some(variant) => Ok(variant),
+            None => {
+                let what = format!("{} type", self.what);
+                Err(value::unknown_word(&what, tag, self.tags(), at, reports))
+            }
+        }
+    }
+}
+
+impl<T> Form for OneOf<T> {
+    type Output = T;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        let table = expect_table(key, &format!("a {}", self.what), value, reports)?;
+        let Some(tag) = table.get("type") else {
+            let is_like_it = |name: &str| {
+                self.owners(name).is_empty() && spelling::nearest(name, ["type"].into_iter()).is_some()
+            };
+            if let Some((name, _)) = table.iter().find(|(name, _)| is_like_it(name.get_ref())) {
+                let message = format!("unknown key {} in {key}", quote(name.get_ref()));
+                let help = spelling::instead(name.get_ref(), ["type"].into_iter());
+                return Err(reports.error_with(name.span().start, message, |_| help));
+            }
+            let message = format!("missing key \"type\" in {key}");
+            let types = || spelling::list(self.tags()).map(|all| format!("a {} is one of {all}", self.what));
+            return Err(reports.error_with(value.span().start, message, |_| types()));
+        };
+        let word = value::Word.read("type", tag, reports)?;
+        if let Some(members) = &self.members
+            && let Some(place) = members.declarations.iter().position(|declaration| declaration.name == word)
+        {
+            let declaration = &members.declarations[place];
+            let known = ["type"].into_iter().chain(names(declaration));
+            let fields = Fields::open(declaration.what, known, &[], key, value, reports)?;
+            return (members.build)(Values::read(place, declaration, &fields, reports), reports);
+        }
+        let variant = self.pick(&word, tag.span().start, reports)?;
+        let known = ["type"].into_iter().chain(variant.table.names());
+        let fields = Fields::open(variant.table.what, known, variant.table.keys, key, value, reports)?;
+        (variant.build)(&fields, reports)
+    }
+
+    fn owners(&self, key: &str) -> Vec<&'static str> {
+        let declared = self.shown().filter(|declaration| names(declaration).any(|name| name == key));
+        let variants = self.variants.iter().filter(|variant| variant.table.names().any(|name| name == key));
+        declared.map(|declared| declared.what).chain(variants.map(|variant| variant.table.what)).collect()
+    }
+
+    fn schema(&self) -> Json {
+        let variants = self.variants.iter().map(|variant| variant.table.schema(Some(variant.tag)));
+        json!({ "oneOf": self.shown().map(declared::schema).chain(variants).collect::<Vec<_>>() })
+    }
+}
+
+/// Either a `type` alone, as a word, or a table with a `type`.
+pub(super) struct WordOr<T: 'static>(pub(super) OneOf<T>);
+
+impl<T> WordOr<T> {
+    /// Reads the word alone.
+    fn read_word(&self, word: &str, at: usize, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        let variant = self.0.pick(word, at, reports)?;
+        let none = DeTable::new();
+        (variant.build)(&Fields::none(at, variant.table.what, &none), reports)
+    }
+}
+
+impl<T> Form for WordOr<T> {
+    type Output = T;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<T, Reported> {
+        match value.get_ref() {
+            DeValue::String(word) => self.read_word(word, value.span().start, reports),
+            DeValue::Table(_) => self.0.read(key, value, reports),
+            other => {
+                let message = format!("{key} must be a string or a table, not {}", value::kind(other));
+                let help = spelling::list(self.0.tags()).map(|all| format!("valid here: {all}"));
+                Err(reports.error_with(value.span().start, message, |_| help))
+            }
+        }
+    }
+
+    fn schema(&self) -> Json {
+        let words: Vec<&str> = self.0.tags().collect();
+        json!({ "anyOf": [{ "enum": words }, self.0.schema()] })
+    }
+}

@@ -190,8 +190,8 @@ fn wide(v: Vec3<f32>) -> DVec3 {
     DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
 }
 
-/// Rays that leave a light carry its power, and leave it where its bounds say that it is; their directions follow the
-/// density that they tell: of any half-space about a direction, the share is the integral.
+/// Rays that leave a light carry its power, and start where its bounds say that it is; the inverses of their densities
+/// have the light's area and the solid angle of its directions for their means.
 #[test]
 fn emitted_rays_carry_the_power_of_their_light() {
     fn check<L: Listed + Copy>(name: &str, light: L) {

@@ -1,10 +1,9 @@
 //! The integrators that scenes ask for.
 
 use super::Integrator;
-use super::naive::Naive;
 use super::next_event::NextEvent;
+use super::path_tracer::{PathTracer, Transport};
 use super::paths::Settings;
-use super::tracer::PathTracer;
 use super::whitted::Whitted;
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{Independent, Sobol};
@@ -35,15 +34,16 @@ pub fn build(
 /// The integrator `path`. It is made here so that its kernels are compiled once, in the library, and not in every
 /// program that makes one.
 pub fn path(
-    transport: NextEvent,
+    next_event: NextEvent,
     scene: Arc<CompiledScene>,
     world: Arc<World>,
     settings: Settings,
 ) -> Box<dyn Integrator> {
+    let transport = Transport::NextEvent(next_event);
     Box::new(PathTracer { transport, scene, world, settings })
 }
 
 /// The integrator `path-naive`: see [`path`].
 pub fn path_naive(scene: Arc<CompiledScene>, world: Arc<World>, settings: Settings) -> Box<dyn Integrator> {
-    Box::new(PathTracer { transport: Naive, scene, world, settings })
+    Box::new(PathTracer { transport: Transport::Naive, scene, world, settings })
 }

@@ -1,36 +1,12 @@
-//! Many paths at once: lanes that each follow one, and take up the next when it ends.
+//! Many paths at once: how far the path of each lane has come, and the surfaces that it meets.
 
 use super::observe::{Event, Observer, first, ray_event, rgb, vec3};
-use super::paths::{Finished, Paths, Sample, Settings};
-use super::queue::{Queue, Start};
-use crate::material::Bsdf;
-use crate::math::lanes::{Kernel, MAX_LANES};
+use super::paths::Settings;
+use crate::material::{Bsdf, BxdfSample};
+use crate::math::lanes::MAX_LANES;
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3};
 use crate::sampling::PathId;
 use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
-
-/// How a path gathers light at each of its vertices.
-pub(super) trait Transport: Copy {
-    /// What a path remembers of its last vertex.
-    type Memory<F: Float>: Copy;
-
-    /// What a path remembers when it leaves the camera.
-    fn fresh<F: Float>() -> Self::Memory<F>;
-
-    /// `a` where the mask holds, `b` elsewhere.
-    fn select<F: Float>(mask: F::Mask, a: Self::Memory<F>, b: Self::Memory<F>) -> Self::Memory<F>;
-
-    /// Takes every living path to its next surface and, from there, into its next direction. Returns the
-    /// lanes that go on.
-    fn step<F: Float>(
-        self,
-        view: &View<'_>,
-        state: &mut State<F, Self::Memory<F>>,
-        alive: F::Mask,
-        rays: &mut u64,
-        observer: &mut Observer<'_>,
-    ) -> F::Mask;
-}
 
 /// What every path looks at and none changes.
 pub(super) struct View<'a> {
@@ -39,21 +15,9 @@ pub(super) struct View<'a> {
     pub settings: &'a Settings,
 }
 
-/// Traces a block of paths, and returns how many rays that took; `None` if it was to stop before the end.
-pub(super) struct TracePaths<'a, T> {
-    pub view: View<'a>,
-    pub transport: T,
-    pub paths: &'a Paths<'a>,
-    /// Whether to stop. It is asked once for a whole packet at each of its bounces: there is no other bound on the time
-    /// that paths take.
-    pub stop: &'a dyn Fn() -> bool,
-    pub out: &'a mut Vec<Finished>,
-    pub observer: Observer<'a>,
-}
-
 /// How far each lane's path has come.
 #[derive(Clone, Copy)]
-pub(super) struct State<F: Float, M> {
+pub(super) struct State<F: Float> {
     pub id: PathId<F>,
     pub ray: Ray<F>,
     /// Bounces so far.
@@ -62,74 +26,38 @@ pub(super) struct State<F: Float, M> {
     pub beta: Rgb<F>,
     /// Radiance found so far.
     pub l: Rgb<F>,
-    pub memory: M,
+    /// The vertex that the ray left.
+    pub departure: Departure<F>,
 }
 
-impl<T: Transport> Kernel for TracePaths<'_, T> {
-    type Output = Option<u64>;
+/// What the weight of a light that is met depends on: the vertex that the ray left.
+#[derive(Clone, Copy)]
+pub(super) struct Departure<F> {
+    pub p: Vec3<F>,
+    pub n: Vec3<F>,
+    /// Density of the direction by solid angle; zero where nothing but the BxDF could have found it.
+    pub pdf: F,
+    /// Product of (η transmitted/η incident)² along the path: radiance scales with it, the path's worth
+    /// does not.
+    pub eta_scale: F,
+}
 
+impl<F: Float> Departure<F> {
+    /// Of a ray that leaves the camera.
     #[inline(always)]
-    fn run<F: Float>(self) -> Option<u64> {
-        let TracePaths { view, transport, paths, stop, out, mut observer } = self;
-        let mut queue = Queue::new(paths);
-        let mut start = Start::<F>::nowhere();
-        let mut state = State::<F, T::Memory<F>> {
-            id: start.id,
-            ray: Ray::none(),
-            depth: F::Uint::splat(0),
-            beta: Rgb::black(),
-            l: Rgb::black(),
-            memory: T::fresh(),
-        };
-        let mut alive = F::Mask::splat(false);
-        let mut rays = 0;
-        loop {
-            // Dead lanes take up the next paths.
-            let started = queue.take(!alive, view.settings, &view.scene.camera, &mut start, &mut state.ray);
-            state.id = start.id;
-            state.depth = F::Uint::select(started, F::Uint::splat(0), state.depth);
-            state.beta = Rgb::select(started, Rgb::splat([1.0; 3]), state.beta);
-            state.l = state.l.only(!started);
-            state.memory = T::select::<F>(started, T::fresh(), state.memory);
-            alive = alive | started;
-            if !alive.any() {
-                return Some(rays);
-            }
-            if stop() {
-                return None;
-            }
-
-            let went_on = transport.step(&view, &mut state, alive, &mut rays, &mut observer);
-
-            let ended = alive & !went_on;
-            alive = went_on;
-            if ended.any() {
-                push(ended, &start, state.l, out);
-            }
-        }
+    pub(super) fn camera() -> Departure<F> {
+        Departure { p: Vec3::zero(), n: Vec3::zero(), pdf: F::zero(), eta_scale: F::splat(1.0) }
     }
-}
 
-/// Appends the samples of paths that have ended.
-#[inline(always)]
-fn push<F: Float>(ended: F::Mask, start: &Start<F>, l: Rgb<F>, out: &mut Vec<Finished>) {
-    let (mut slot, mut pixel, mut sample) = ([0; MAX_LANES], [0; MAX_LANES], [0; MAX_LANES]);
-    let [mut x, mut y, mut r, mut g, mut b] = [[0.0; MAX_LANES]; 5];
-    start.slot.store(&mut slot);
-    start.id.pixel.store(&mut pixel);
-    start.id.sample.store(&mut sample);
-    start.x.store(&mut x);
-    start.y.store(&mut y);
-    l.r.store(&mut r);
-    l.g.store(&mut g);
-    l.b.store(&mut b);
-    let mut lanes = ended.bits();
-    while lanes != 0 {
-        let lane = lanes.trailing_zeros() as usize & (MAX_LANES - 1);
-        lanes &= lanes - 1;
-        let radiance = [r[lane], g[lane], b[lane]];
-        let sample = Sample { pixel: pixel[lane], sample: sample[lane], x: x[lane], y: y[lane], radiance };
-        out.push(Finished { slot: slot[lane], sample });
+    /// `a` where the mask holds, `b` elsewhere.
+    #[inline(always)]
+    pub(super) fn select(mask: F::Mask, a: Departure<F>, b: Departure<F>) -> Departure<F> {
+        Departure {
+            p: Vec3::select(mask, a.p, b.p),
+            n: Vec3::select(mask, a.n, b.n),
+            pdf: F::select(mask, a.pdf, b.pdf),
+            eta_scale: F::select(mask, a.eta_scale, b.eta_scale),
+        }
     }
 }
 
@@ -143,16 +71,16 @@ pub(super) struct Vertex<F: Float> {
     pub emitted: Rgb<F>,
 }
 
-/// Follows every living path's ray. What leaves the scene sees lights at infinity, with the weight that a path's memory
-/// gives to the density with which they would have been sampled; `None` if that is all.
+/// Follows every living path's ray. What leaves the scene sees lights at infinity, with the weight that
+/// the ray's departure gives to the density with which they would have been sampled; `None` if that is all.
 #[inline(always)]
-pub(super) fn meet<F: Float, M>(
+pub(super) fn meet<F: Float>(
     view: &View<'_>,
-    state: &mut State<F, M>,
+    state: &mut State<F>,
     alive: F::Mask,
     rays: &mut u64,
     observer: &mut Observer<'_>,
-    weight: impl Fn(&M, F) -> F,
+    weight: impl Fn(&Departure<F>, F) -> F,
 ) -> Option<Vertex<F>> {
     let scene = view.scene;
     *rays += u64::from(alive.bits().count_ones());
@@ -168,7 +96,7 @@ pub(super) fn meet<F: Float, M>(
         let radiance = scene.lights.escaped(
             state.ray.d,
             #[inline(always)]
-            |pdf| weight(&state.memory, pdf),
+            |pdf| weight(&state.departure, pdf),
         );
         state.l = Rgb::select(escaped, state.l + state.beta * radiance, state.l);
         observer.event::<F>(|| Event::Escape { radiance: rgb(radiance) });
@@ -215,11 +143,11 @@ impl<F: Float> Scattering<F> {
 /// Sends paths on in directions drawn from their BxDFs, with the weights of the draw. Returns the lanes
 /// whose throughput is nothing now.
 #[inline(always)]
-pub(super) fn go_on<F: Float, M>(
-    state: &mut State<F, M>,
+pub(super) fn go_on<F: Float>(
+    state: &mut State<F>,
     at: &Interaction<F>,
     scattering: &Scattering<F>,
-    scattered: &crate::material::BxdfSample<F>,
+    scattered: &BxdfSample<F>,
     observer: &mut Observer<'_>,
 ) -> F::Mask {
     let d = scattering.frame.to_world(scattered.wi);

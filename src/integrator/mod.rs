@@ -6,11 +6,11 @@ mod lanes;
 mod naive;
 mod next_event;
 mod observe;
+mod path_tracer;
 mod paths;
 mod queue;
 #[cfg(test)]
 mod tests;
-mod tracer;
 mod whitted;
 
 pub use build::{build, path, path_naive};

@@ -1,10 +1,10 @@
 //! Path tracing with next-event estimation.
 
-use super::lanes::{Scattering, State, Transport, Vertex, View, go_on, meet};
+use super::lanes::{Departure, Scattering, State, Vertex, View};
 use super::observe::{Event, Observer, first, rgb, vec3};
 use crate::light::NO_LIGHT;
 use crate::material::{Bxdf, TransportMode};
-use crate::math::{Float, Mask, Rgb, Uint, Vec3};
+use crate::math::{Float, Mask, Rgb, Uint};
 use crate::sampling::Block;
 use crate::world::Interaction;
 
@@ -42,102 +42,31 @@ impl Default for NextEvent {
     }
 }
 
-/// What the weight of a light that is met depends on: the vertex that the ray left.
-#[derive(Clone, Copy)]
-pub(super) struct Departure<F> {
-    p: Vec3<F>,
-    n: Vec3<F>,
-    /// Density of the direction by solid angle; zero where nothing but the BxDF could have found it.
-    pdf: F,
-    /// Product of (η transmitted/η incident)² along the path: radiance scales with it, the path's worth
-    /// does not.
-    eta_scale: F,
-}
-
-impl Transport for NextEvent {
-    type Memory<F: Float> = Departure<F>;
-
-    #[inline(always)]
-    fn fresh<F: Float>() -> Departure<F> {
-        Departure { p: Vec3::zero(), n: Vec3::zero(), pdf: F::zero(), eta_scale: F::splat(1.0) }
+/// Russian roulette: thins paths that are worth less than a quarter of one that has just begun, and weighs up the
+/// survivors. `survival` is uniform in [0, 1). Returns the lanes that go on.
+#[inline(always)]
+pub(super) fn roulette<F: Float>(
+    state: &mut State<F>,
+    going: F::Mask,
+    survival: F,
+    observer: &mut Observer<'_>,
+) -> F::Mask {
+    let chance = state.beta.max_channel() * state.departure.eta_scale * ROULETTE_KEEPS;
+    let long = !state.depth.lt(F::Uint::splat(ROULETTE_AT_MOST_FROM));
+    let at_most = F::splat(ROULETTE_AT_MOST);
+    let chance = F::select(long & at_most.lt(chance), at_most, chance);
+    let plays = going & !state.depth.lt(F::Uint::splat(ROULETTE_FROM)) & chance.lt(F::splat(1.0));
+    // NaN is never less than anything: it survives to be counted.
+    let ends = plays & chance.le(survival);
+    let reward = F::select(plays, F::splat(1.0) / chance, F::splat(1.0));
+    state.beta = state.beta * reward;
+    if observer.listens::<F>() && first(plays & !ends) {
+        observer.event::<F>(|| Event::Survive { chance: chance.lane(0), throughput: rgb(state.beta) });
     }
-
-    #[inline(always)]
-    fn select<F: Float>(mask: F::Mask, a: Departure<F>, b: Departure<F>) -> Departure<F> {
-        Departure {
-            p: Vec3::select(mask, a.p, b.p),
-            n: Vec3::select(mask, a.n, b.n),
-            pdf: F::select(mask, a.pdf, b.pdf),
-            eta_scale: F::select(mask, a.eta_scale, b.eta_scale),
-        }
+    if observer.listens::<F>() && first(ends) {
+        observer.event::<F>(|| Event::End { reason: "Russian roulette", radiance: rgb(state.l) });
     }
-
-    #[inline(always)]
-    fn step<F: Float>(
-        self,
-        view: &View<'_>,
-        state: &mut State<F, Departure<F>>,
-        alive: F::Mask,
-        rays: &mut u64,
-        observer: &mut Observer<'_>,
-    ) -> F::Mask {
-        let vertex = meet(
-            view,
-            state,
-            alive,
-            rays,
-            observer,
-            #[inline(always)]
-            |departure, asked| weight_of_escaped(departure, asked),
-        );
-        let Some(vertex) = vertex else { return F::Mask::splat(false) };
-        let met = vertex.met;
-        let weight = weight_of_met(view, state, &vertex);
-        state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);
-        let mut going = met & state.depth.lt(F::Uint::splat(view.settings.max_depth));
-        if !going.any() {
-            observer.event::<F>(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
-            return going;
-        }
-
-        let scattering = Scattering::new(view.scene, &vertex.at, &state.ray);
-        // Lamps are black more often than not.
-        let smooth = going & !scattering.bsdf.is_black() & scattering.bsdf.is_smooth();
-        if !view.scene.lights.is_empty() && smooth.any() {
-            let direct = direct_light(view, state, &vertex.at, &scattering, smooth, rays, observer);
-            state.l = Rgb::select(smooth, state.l + state.beta * direct, state.l);
-        }
-
-        let [u, v, lobe, survival] =
-            view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
-        let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
-        going = going & !go_on(state, &vertex.at, &scattering, &scattered, observer);
-
-        let point = &vertex.at.point;
-        let scale = state.memory.eta_scale * (scattered.eta * scattered.eta);
-        state.memory =
-            Departure { p: point.p, n: point.n, pdf: scattered.pdf.only(!scattered.delta), eta_scale: scale };
-        if self.roulette {
-            let chance = state.beta.max_channel() * scale * ROULETTE_KEEPS;
-            let long = !state.depth.lt(F::Uint::splat(ROULETTE_AT_MOST_FROM));
-            let at_most = F::splat(ROULETTE_AT_MOST);
-            let chance = F::select(long & at_most.lt(chance), at_most, chance);
-            let plays = going & !state.depth.lt(F::Uint::splat(ROULETTE_FROM)) & chance.lt(F::splat(1.0));
-            // NaN is never less than anything: it survives to be counted.
-            let ends = plays & chance.le(survival);
-            let reward = F::select(plays, F::splat(1.0) / chance, F::splat(1.0));
-            state.beta = state.beta * reward;
-            going = going & !ends;
-            if observer.listens::<F>() && first(plays & !ends) {
-                observer
-                    .event::<F>(|| Event::Survive { chance: chance.lane(0), throughput: rgb(state.beta) });
-            }
-            if observer.listens::<F>() && first(ends) {
-                observer.event::<F>(|| Event::End { reason: "Russian roulette", radiance: rgb(state.l) });
-            }
-        }
-        going
-    }
+    going & !ends
 }
 
 /// The power heuristic for one sample of each of two densities: the weight of the first.
@@ -150,16 +79,16 @@ fn power_heuristic<F: Float>(first: F, second: F) -> F {
 
 /// The weight of a light at infinity that the BxDF's direction found, against the density of having asked for it.
 #[inline(always)]
-fn weight_of_escaped<F: Float>(departure: &Departure<F>, asked: F) -> F {
+pub(super) fn weight_of_escaped<F: Float>(departure: &Departure<F>, asked: F) -> F {
     F::select(departure.pdf.gt(F::zero()), power_heuristic(departure.pdf, asked), F::splat(1.0))
 }
 
 /// The weight of emission that the BxDF's direction found, against having asked for it.
 #[inline(always)]
-fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F, Departure<F>>, vertex: &Vertex<F>) -> F {
+pub(super) fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F>, vertex: &Vertex<F>) -> F {
     let one = F::splat(1.0);
     let light = view.scene.surfaces.light(&vertex.at.point);
-    let Departure { p, n, pdf, .. } = state.memory;
+    let Departure { p, n, pdf, .. } = state.departure;
     let contested =
         vertex.met & light.lt(F::Uint::splat(NO_LIGHT)) & pdf.gt(F::zero()) & vertex.at.cos_o.gt(F::zero());
     if !contested.any() {
@@ -175,9 +104,9 @@ fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F, Departure<F>>, vert
 /// Radiance that a chosen light sends back along the ray by way of a vertex, weighed against the chance
 /// that the BxDF finds the same light.
 #[inline(always)]
-fn direct_light<F: Float>(
+pub(super) fn direct_light<F: Float>(
     view: &View<'_>,
-    state: &State<F, Departure<F>>,
+    state: &State<F>,
     at: &Interaction<F>,
     scattering: &Scattering<F>,
     asks: F::Mask,

@@ -1,0 +1,216 @@
+//! Path tracing: lanes that each follow a path, and take up the next when it ends.
+
+use super::Integrator;
+use super::first_hit::{FirstHit, FirstHits};
+use super::lanes::{Departure, Scattering, State, View, go_on, meet};
+use super::naive::delta_light;
+use super::next_event::{NextEvent, direct_light, roulette, weight_of_escaped, weight_of_met};
+use super::observe::{Event, Observer, rgb};
+use super::paths::{Finished, Paths, Pixel, Sample, Settings};
+use super::queue::{Queue, Start};
+use crate::camera::Camera;
+use crate::material::{Bxdf, TransportMode};
+use crate::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
+use crate::math::{Float, Mask, Ray, Rgb, Uint};
+use crate::sampling::Block;
+use crate::world::{CompiledScene, World};
+use std::sync::Arc;
+
+/// How paths gather light. It is a value and not a type, so that paths are compiled once; no choice falls on a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Transport {
+    /// By next-event estimation.
+    NextEvent(NextEvent),
+    /// By chance: see `naive.rs`.
+    Naive,
+}
+
+/// A path tracer.
+pub(super) struct PathTracer {
+    /// How paths gather light.
+    pub transport: Transport,
+    /// The tables.
+    pub scene: Arc<CompiledScene>,
+    /// What rays meet.
+    pub world: Arc<World>,
+    /// Film, sampler and depth.
+    pub settings: Settings,
+}
+
+impl PathTracer {
+    fn view(&self) -> View<'_> {
+        View { scene: &self.scene, world: &self.world, settings: &self.settings }
+    }
+}
+
+impl Integrator for PathTracer {
+    fn trace_until(
+        &self,
+        level: Level,
+        paths: &Paths<'_>,
+        stop: &dyn Fn() -> bool,
+        out: &mut Vec<Finished>,
+    ) -> Option<u64> {
+        out.reserve(paths.len());
+        let (view, transport, observer) = (self.view(), self.transport, Observer::none());
+        dispatch(level, TracePaths { view, transport, paths, stop, out, observer })
+    }
+
+    fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
+        dispatch(level, FirstHits { view: self.view(), paths, out });
+    }
+
+    fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
+        let (scene, world) = (Arc::new(self.scene.seen_by(camera)), Arc::clone(&self.world));
+        Box::new(PathTracer { transport: self.transport, scene, world, settings: self.settings })
+    }
+
+    fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
+        let paths = &Paths { pixels: &[pixel], first_sample: sample, samples: 1 };
+        let (mut out, mut events) = (Vec::new(), Vec::new());
+        let (view, transport, observer) = (self.view(), self.transport, Observer::of(&mut events));
+        let (stop, out_all) = (&|| false, &mut out);
+        // Events are those of a single lane.
+        dispatch(Level::SCALAR, TracePaths { view, transport, paths, stop, out: out_all, observer });
+        (out[0].sample, events)
+    }
+}
+
+/// Traces a block of paths, and returns how many rays that took; `None` if it was to stop before the end.
+pub(super) struct TracePaths<'a> {
+    pub view: View<'a>,
+    pub transport: Transport,
+    pub paths: &'a Paths<'a>,
+    /// Whether to stop. It is asked once for a whole packet at each of its bounces: there is no other bound on the time
+    /// that paths take.
+    pub stop: &'a dyn Fn() -> bool,
+    pub out: &'a mut Vec<Finished>,
+    pub observer: Observer<'a>,
+}
+
+impl Kernel for TracePaths<'_> {
+    type Output = Option<u64>;
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> Option<u64> {
+        let TracePaths { view, transport, paths, stop, out, mut observer } = self;
+        let mut queue = Queue::new(paths);
+        let mut start = Start::<F>::nowhere();
+        let mut state = State::<F> {
+            id: start.id,
+            ray: Ray::none(),
+            depth: F::Uint::splat(0),
+            beta: Rgb::black(),
+            l: Rgb::black(),
+            departure: Departure::camera(),
+        };
+        let mut alive = F::Mask::splat(false);
+        let mut rays = 0;
+        loop {
+            // Dead lanes take up the next paths.
+            let started = queue.take(!alive, view.settings, &view.scene.camera, &mut start, &mut state.ray);
+            state.id = start.id;
+            state.depth = F::Uint::select(started, F::Uint::splat(0), state.depth);
+            state.beta = Rgb::select(started, Rgb::splat([1.0; 3]), state.beta);
+            state.l = state.l.only(!started);
+            state.departure = Departure::select(started, Departure::camera(), state.departure);
+            alive = alive | started;
+            if !alive.any() {
+                return Some(rays);
+            }
+            if stop() {
+                return None;
+            }
+
+            let went_on = step(transport, &view, &mut state, alive, &mut rays, &mut observer);
+
+            let ended = alive & !went_on;
+            alive = went_on;
+            if ended.any() {
+                push(ended, &start, state.l, out);
+            }
+        }
+    }
+}
+
+/// Takes every living path to its next surface and, from there, into its next direction. Returns the lanes that go on.
+#[inline(always)]
+fn step<F: Float>(
+    transport: Transport,
+    view: &View<'_>,
+    state: &mut State<F>,
+    alive: F::Mask,
+    rays: &mut u64,
+    observer: &mut Observer<'_>,
+) -> F::Mask {
+    let vertex = meet(
+        view,
+        state,
+        alive,
+        rays,
+        observer,
+        #[inline(always)]
+        |departure, asked| weight_of_escaped(departure, asked),
+    );
+    let Some(vertex) = vertex else { return F::Mask::splat(false) };
+    let met = vertex.met;
+    let competes = matches!(transport, Transport::NextEvent(_));
+    let weight = if competes { weight_of_met(view, state, &vertex) } else { F::splat(1.0) };
+    state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);
+    let mut going = met & state.depth.lt(F::Uint::splat(view.settings.max_depth));
+    if !going.any() {
+        observer.event::<F>(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
+        return going;
+    }
+
+    let (at, lights) = (&vertex.at, &view.scene.lights);
+    let scattering = Scattering::new(view.scene, at, &state.ray);
+    let smooth = going & scattering.bsdf.is_smooth();
+    let (asks, has_lights) = match transport {
+        // Lamps are black more often than not.
+        Transport::NextEvent(_) => (smooth & !scattering.bsdf.is_black(), !lights.is_empty()),
+        Transport::Naive => (smooth, !lights.delta_lights().is_empty()),
+    };
+    if has_lights && asks.any() {
+        let direct = match transport {
+            Transport::NextEvent(_) => direct_light(view, state, at, &scattering, asks, rays, observer),
+            Transport::Naive => delta_light(view, state, at, &scattering, asks, rays, observer),
+        };
+        state.l = Rgb::select(asks, state.l + state.beta * direct, state.l);
+    }
+
+    let [u, v, lobe, survival] = view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
+    let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
+    going = going & !go_on(state, at, &scattering, &scattered, observer);
+
+    let pdf = if competes { scattered.pdf.only(!scattered.delta) } else { F::zero() };
+    let eta_scale = state.departure.eta_scale * (scattered.eta * scattered.eta);
+    state.departure = Departure { p: at.point.p, n: at.point.n, pdf, eta_scale };
+    match transport {
+        Transport::NextEvent(NextEvent { roulette: true }) => roulette(state, going, survival, observer),
+        Transport::NextEvent(_) | Transport::Naive => going,
+    }
+}
+
+/// Appends the samples of paths that have ended.
+#[inline(always)]
+fn push<F: Float>(ended: F::Mask, start: &Start<F>, l: Rgb<F>, out: &mut Vec<Finished>) {
+    let (mut slot, mut pixel, mut sample) = ([0; MAX_LANES], [0; MAX_LANES], [0; MAX_LANES]);
+    let [mut x, mut y, mut r, mut g, mut b] = [[0.0; MAX_LANES]; 5];
+    start.slot.store(&mut slot);
+    start.id.pixel.store(&mut pixel);
+    start.id.sample.store(&mut sample);
+    start.x.store(&mut x);
+    start.y.store(&mut y);
+    l.r.store(&mut r);
+    l.g.store(&mut g);
+    l.b.store(&mut b);
+    let mut lanes = ended.bits();
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize & (MAX_LANES - 1);
+        lanes &= lanes - 1;
+        let radiance = [r[lane], g[lane], b[lane]];
+        let sample = Sample { pixel: pixel[lane], sample: sample[lane], x: x[lane], y: y[lane], radiance };
+        out.push(Finished { slot: slot[lane], sample });
+    }
+}

@@ -90,12 +90,16 @@ impl Triangles {
             let corners = if mirrors { [a, c, b] } else { [a, b, c] };
             self.corners.iter_mut().zip(corners).for_each(|(column, i)| column.push(base + i));
         }
-        self.has_needles = self.has_needles
-            || (first..self.len()).any(|triangle| {
-                let [a, b, c] = self.positions_of(triangle).map(Vec3::<f32>::splat);
-                is_needle(b - a, c - a)
-            });
+        self.has_needles = self.has_needles || (first..self.len()).any(|triangle| self.is_needle(triangle));
         first
+    }
+
+    /// Whether a triangle is a needle that rays may meet: with two corners in one place all areas that a ray sees are
+    /// zero or opposite.
+    pub fn is_needle(&self, triangle: usize) -> bool {
+        let corners @ [p, q, r] = self.positions_of(triangle);
+        let [a, b, c] = corners.map(Vec3::<f32>::splat);
+        p != q && q != r && r != p && is_needle(b - a, c - a)
     }
 
     /// What they take up in memory, in bytes.

@@ -222,8 +222,8 @@ pub(super) struct Nodes {
     pub(super) spheres: Vec<Spheres>,
     pub(super) quads: Vec<Quads>,
     pub(super) triangles: Vec<Eight>,
-    /// Whether any triangle is a needle (see [`crate::shape::NEEDLE`]).
-    pub(super) has_needles: bool,
+    /// The first leaf of triangles that are no needles (see [`crate::shape::NEEDLE`]); none of those after it has any.
+    pub(super) first_without_needles: usize,
 }
 
 /// What a box of the tree holds, for workers that keep it in another form.
@@ -267,6 +267,8 @@ impl Nodes {
                 Child::new(0, 0)
             }
         };
+        let first_without_needles =
+            needles_first(&things.triangles, items, &mut leaves.triangles, &mut nodes);
         let all = |range: &Range| items[range.clone()].iter().map(|item| item.index() as usize);
         let spheres = leaves.spheres.iter().map(|range| Spheres::new(all(range).map(|i| things.spheres[i])));
         let quads = leaves.quads.iter().map(|range| Quads::new(all(range).map(|i| things.quads[i])));
@@ -284,7 +286,7 @@ impl Nodes {
             spheres: spheres.collect(),
             quads: quads.collect(),
             triangles,
-            has_needles: things.triangles.has_needles,
+            first_without_needles,
         }
     }
 
@@ -369,12 +371,40 @@ impl Nodes {
 
     /// Bytes in memory.
     pub(super) fn bytes(&self) -> usize {
-        let Nodes { root: _, around: _, nodes, spheres, quads, triangles, has_needles: _ } = self;
+        let Nodes { root: _, around: _, nodes, spheres, quads, triangles, first_without_needles: _ } = self;
         size_of_val(&nodes[..])
             + size_of_val(&spheres[..])
             + size_of_val(&quads[..])
             + size_of_val(&triangles[..])
     }
+}
+
+/// Puts leaves with needles before those without, behind the empty one, so that a leaf's place says what it may hold.
+/// Returns the place of the first without.
+fn needles_first(
+    triangles: &Triangles,
+    items: &[Item],
+    leaves: &mut Vec<Range>,
+    nodes: &mut [Node],
+) -> usize {
+    if !triangles.has_needles {
+        return 0;
+    }
+    let has_needles = |&leaf: &usize| {
+        leaf == 0 || items[leaves[leaf].clone()].iter().any(|item| triangles.is_needle(item.index() as usize))
+    };
+    let (mut order, without): (Vec<usize>, Vec<usize>) = (0..leaves.len()).partition(has_needles);
+    let first_without = order.len();
+    order.extend(without);
+    let mut places = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(place, &leaf)| places[leaf] = place);
+    for child in nodes.iter_mut().flat_map(|node| &mut node.children) {
+        if let Target::Triangles(leaf) = child.target() {
+            *child = Child::new(Child::TRIANGLES, places[leaf]);
+        }
+    }
+    *leaves = order.into_iter().map(|leaf| leaves[leaf].clone()).collect();
+    first_without
 }
 
 /// Adds what is at a split, and all below it.

@@ -218,7 +218,8 @@ fn meetings<'a, F: Float>(
         Target::Triangles(index) => {
             let block = &tree.triangles[index];
             let (sheared, order) = &probe.sheared;
-            (sheared.meet(block.corners(*order), tree.has_needles), &block.rows)
+            let may_have_needles = index < tree.first_without_needles;
+            (sheared.meet(block.corners(*order), may_have_needles), &block.rows)
         }
         Target::Spheres(index) => {
             let block = &tree.spheres[index];
@@ -298,8 +299,10 @@ impl Kernel for Closest<'_> {
     #[inline(always)]
     fn run<F: Float>(self) -> Found {
         let Closest { world, tree, rays, t_max } = self;
-        let mut stack = [Waiting { near: 0.0, child: tree.root }; STACK];
-        let mut inner_stack = stack;
+        let nothing = Waiting { near: 0.0, child: tree.root };
+        let mut stack = [nothing; STACK];
+        // A stack takes longer to clear than many a ray takes: most scenes have no use for a second one.
+        let mut inner_stack = (!world.instances.is_empty()).then_some([nothing; STACK]);
         let mut found = Found::NOTHING;
         rays.for_each(
             #[inline(always)]
@@ -315,7 +318,8 @@ impl Kernel for Closest<'_> {
                     &mut stack,
                     #[inline(always)]
                     |target, t_max| {
-                        let Target::Instance(instance) = target else {
+                        let (Target::Instance(instance), Some(inner_stack)) = (target, &mut inner_stack)
+                        else {
                             nearest.ask(tree, target, &probe, NO_INSTANCE);
                             return Some(nearest.t);
                         };
@@ -326,7 +330,7 @@ impl Kernel for Closest<'_> {
                             mesh,
                             &probe,
                             t_max,
-                            &mut inner_stack,
+                            inner_stack,
                             #[inline(always)]
                             |target, _| {
                                 nearest.ask(mesh, target, &probe, instance as u32 + 1);
@@ -366,8 +370,10 @@ impl Kernel for Any<'_> {
     #[inline(always)]
     fn run<F: Float>(self) -> u32 {
         let Any { world, tree, rays, t_max, past_triangles } = self;
-        let mut stack = [Waiting { near: 0.0, child: tree.root }; STACK];
-        let mut inner_stack = stack;
+        let nothing = Waiting { near: 0.0, child: tree.root };
+        let mut stack = [nothing; STACK];
+        // A stack takes longer to clear than many a ray takes: most scenes have no use for a second one.
+        let mut inner_stack = (!world.instances.is_empty()).then_some([nothing; STACK]);
         let mut met = 0;
         rays.for_each(
             #[inline(always)]
@@ -386,7 +392,7 @@ impl Kernel for Any<'_> {
                         if past_triangles && matches!(target, Target::Triangles(_) | Target::Instance(_)) {
                             return Some(limit);
                         }
-                        if let Target::Instance(instance) = target {
+                        if let (Target::Instance(instance), Some(inner_stack)) = (target, &mut inner_stack) {
                             let mesh = &world.meshes[world.instances.mesh[instance] as usize];
                             let ray = world.instances.place(instance).ray(&ray);
                             let probe = Probe::<F::Octet>::new(&ray, BOUNDS_ERROR);
@@ -394,7 +400,7 @@ impl Kernel for Any<'_> {
                                 mesh,
                                 &probe,
                                 limit,
-                                &mut inner_stack,
+                                inner_stack,
                                 #[inline(always)]
                                 |target, limit| {
                                     meets =

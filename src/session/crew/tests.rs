@@ -1,0 +1,212 @@
+//! A crew with workers that fail.
+
+use super::super::{Begun, Feed, Left, Rendered, Request, Task, Viewer, keeping};
+use super::*;
+use crate::film::{Film, Layer, Rectangle};
+use crate::integrator::{Event, Finished, FirstHit, Paths, Pixel, Sample};
+use crate::math::lanes::Level;
+use crate::scene::parse;
+use crate::world::Finder;
+use crossbeam_channel::never;
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+fn settings(device: DeviceChoice) -> Settings {
+    let text = "film = { width = 8, height = 8 }\n[camera]\neye = [0, 0, 0]\nforward = [1, 0, 0]\n";
+    Settings {
+        name: String::new(),
+        scene: Arc::new(parse(text, Path::new("empty.toml")).unwrap().scene),
+        region: Region::whole(8, 8),
+        shown: Rectangle { x: 0, y: 0, width: 8, height: 8 },
+        first: 0,
+        spp: 1,
+        time: None,
+        noise: None,
+        adaptive: false,
+        threads: NonZeroUsize::new(2).unwrap(),
+        level: Level::SCALAR,
+        finder: Finder::Fastest,
+        device,
+        outputs: Vec::new(),
+        dump_at: Vec::new(),
+        layers: Vec::new(),
+        spreads: false,
+        samples: None,
+        film: None,
+        checkpoint: Duration::MAX,
+        resume: None,
+        fingerprint: None,
+        overlay: false,
+        view: View::Quiet,
+        moved: None,
+        tev: None,
+    }
+}
+
+/// How many workers go on with a film of a device, and what they are.
+fn of_film(device: DeviceChoice, begun: &str) -> (usize, String) {
+    let settings = settings(device);
+    let threads = Crew::new(&Settings { device: DeviceChoice::Cpu, ..settings.clone() }, &never()).unwrap();
+    let crew = Crew::of_film(&settings, threads.integrator().as_ref(), begun, &never()).unwrap();
+    (crew.workers(), crew.description())
+}
+
+#[test]
+fn a_film_gets_samples_of_no_other_device_than_it_was_begun_on() {
+    let threads = || (2, "cpu".to_owned());
+    // A GPU that has come, one that has gone, and another one.
+    assert_eq!(of_film(DeviceChoice::All(None), "cpu"), threads());
+    let gone = DeviceChoice::All(Some("no GPU is called this".to_owned()));
+    assert_eq!(of_film(gone, "all: cpu and some GPU"), threads());
+    assert_eq!(of_film(DeviceChoice::All(None), "all: cpu and some GPU"), threads());
+    // Negative control: the one that was there.
+    let all = Crew::new(&settings(DeviceChoice::All(None)), &never()).unwrap();
+    if all.gpu.is_none() {
+        assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "no GPU");
+        println!("skipped: no GPU");
+        return;
+    }
+    assert_eq!(of_film(DeviceChoice::All(None), &all.description()), (3, all.description()));
+    // Nobody is left to go on with it.
+    let other = Crew::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU", &never());
+    let told = other.err().map(|error| error.to_string()).unwrap_or_default();
+    assert!(told.contains("begun on gpu: some GPU"), "{told}");
+}
+
+/// Traces as another, but never comes back from pixels of a certain sample on: it tells of that, and waits.
+struct Stuck {
+    inner: Arc<dyn Integrator>,
+    held: Sender<()>,
+    released: Receiver<()>,
+}
+
+impl Integrator for Stuck {
+    fn trace_until(
+        &self,
+        level: Level,
+        paths: &Paths<'_>,
+        stop: &dyn Fn() -> bool,
+        out: &mut Vec<Finished>,
+    ) -> Option<u64> {
+        if paths.first_sample > 0 && paths.pixels.iter().any(|pixel| pixel.index == 19) {
+            let _ = self.held.try_send(());
+            let _ = self.released.recv();
+        }
+        self.inner.trace_until(level, paths, stop, out)
+    }
+
+    fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
+        if paths.pixels.iter().any(|pixel| pixel.index == 19) {
+            let _ = self.released.recv();
+        }
+        self.inner.first_hits(level, paths, out);
+    }
+
+    fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
+        self.inner.seen_by(camera)
+    }
+
+    fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
+        self.inner.explain(pixel, sample)
+    }
+}
+
+/// A viewer that is left as soon as a worker is stuck, because the camera moves or goes home.
+struct Leaving {
+    held: Receiver<()>,
+    left: Left,
+}
+
+impl Viewer for Leaving {
+    fn show(&mut self, feed: &Feed, _requests: &Sender<Request>, _is_moved: bool) -> Left {
+        // Snapshots are taken until then.
+        loop {
+            select! {
+                recv(feed.snapshots) -> _ => {}
+                recv(self.held) -> _ => return self.left.clone(),
+            }
+        }
+    }
+}
+
+/// Renders with a worker that is stuck. The end of the render is asked for then, or a viewer is left.
+fn render_stuck(settings: &Settings, left: Option<Left>) -> Rendered {
+    let mut crew = Crew::new(settings, &never()).unwrap();
+    let (held_out, held) = bounded(1);
+    let (release, released) = bounded(0);
+    let inner = crew.integrator().unwrap();
+    crew.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
+    let head = keeping::head(settings, &crew.description());
+    let film = Film::with_layout(head.layout).unwrap();
+    let begun = Begun { film, milestone: None, spent: Duration::ZERO };
+    let task = Task { settings, crew, head: &head, begun, dump: None, tev: None };
+    let (stop_out, stop) = bounded(0);
+    let rendered = match left {
+        Some(left) => {
+            let rendered = super::super::render(task, Some(&mut Leaving { held, left }), &stop);
+            drop(stop_out);
+            rendered
+        }
+        None => {
+            let asks = std::thread::spawn(move || {
+                held.recv().unwrap();
+                drop(stop_out);
+            });
+            let rendered = super::super::render(task, None, &stop);
+            asks.join().unwrap();
+            rendered
+        }
+    };
+    drop(release);
+    rendered.unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
+    for left in [None, Some(Left::Moved(String::new())), Some(Left::Home)] {
+        let folder = tempfile::tempdir().unwrap();
+        let [picture, layered] = ["a.png", "a.exr"].map(|name| folder.path().join(name));
+        let settings = Settings {
+            spp: 1_000_000,
+            outputs: vec![picture.clone(), layered.clone()],
+            // The first hits of the path that takes forever are not looked at.
+            layers: vec![Layer::Depth],
+            ..settings(DeviceChoice::Cpu)
+        };
+        let Rendered { outcome, problem, is_aside, is_written, .. } = render_stuck(&settings, left);
+        let said = problem.as_ref().map(ToString::to_string).unwrap_or_default();
+        assert!(matches!(problem, Some(SessionError::Unanswered(..))), "{said}");
+        let [least, most] = outcome.film.seen_range();
+        let counts = format!("first {least} samples, and some have up to {most}");
+        // Pixel 19 is one of the odd half.
+        for part in [
+            "worker 1 did not stop within 1 s",
+            " of 32 pixels, which have numbers i from 0 to 31",
+            "column 0 + p mod 8 and row 0 + p div 8 for p = 1 + 2·i",
+            "stride trace SCENE --pixel 1,0 --sample 1",
+            "has been written: ",
+            if least == most { "every pixel has its first 1 samples" } else { &counts },
+        ] {
+            assert!(said.contains(part), "no {part:?} in: {said}");
+        }
+        assert!(!is_aside && is_written && picture.exists() && layered.exists());
+    }
+}
+
+#[test]
+fn a_gpu_is_measured_beside_a_worker_that_does_not_stop() {
+    let settings = settings(DeviceChoice::All(None));
+    let mut crew = Crew::new(&settings, &never()).unwrap();
+    let Some(gpu) = crew.gpu.take() else {
+        assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "no GPU");
+        println!("skipped: no GPU");
+        return;
+    };
+    let (held_out, held) = bounded(1);
+    let (release, released) = bounded(0);
+    let inner = crew.integrator().unwrap();
+    crew.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
+    crew.measured_with(&settings, gpu, &never()).unwrap_or_else(|error| panic!("{error}"));
+    assert!(crew.gpu.is_some() && held.try_recv().is_ok(), "no worker was stuck");
+    drop(release);
+}

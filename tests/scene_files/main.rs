@@ -1,5 +1,7 @@
 //! Scene files that are right, files that are no scene at all, and what is legal but surely unmeant.
 
+mod unreadable;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -530,124 +532,6 @@ fn entities_of_the_same_name_are_warned_of() {
     let warning =
         "box.toml:9:8: entity 2 has the name of entity 1, \"ball\"; messages will not tell them apart";
     assert_eq!(warnings(&text), [warning]);
-}
-
-/// Writes `bytes` to a file in a fresh folder and tells what loading it says, without the folder's name.
-fn load_bytes(bytes: &[u8]) -> String {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.toml");
-    fs::write(&path, bytes).expect("written");
-    message(&path)
-}
-
-fn message(path: &Path) -> String {
-    let errors = load(path).expect_err("a scene came of it");
-    let folder = path.parent().expect("a folder").to_string_lossy().into_owned();
-    errors.to_string().replace(&format!("{folder}{}", std::path::MAIN_SEPARATOR), "")
-}
-
-#[test]
-fn a_missing_file_is_named_with_its_neighbour() {
-    let folder = tempfile::tempdir().expect("a folder");
-    assert_eq!(message(&folder.path().join("cover.toml")), "cover.toml: there is no such file");
-    fs::write(folder.path().join("cover.toml"), "").expect("written");
-    let hint = |name: &str| message(&folder.path().join(name));
-    assert_eq!(hint("covre.toml"), "covre.toml: there is no such file; did you mean \"cover.toml\"?");
-    assert_eq!(hint("cover"), "cover: there is no such file; did you mean \"cover.toml\"?");
-    assert_eq!(hint("smallpt.toml"), "smallpt.toml: there is no such file");
-}
-
-#[test]
-fn a_folder_is_no_scene() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("scenes");
-    fs::create_dir(&path).expect("made");
-    assert_eq!(message(&path), "scenes: this is a folder; name a scene file, such as cover.toml, in it");
-}
-
-#[test]
-fn a_file_in_a_file_is_no_scene() {
-    let folder = tempfile::tempdir().expect("a folder");
-    fs::write(folder.path().join("a"), "").expect("written");
-    let message = message(&folder.path().join("a").join("b.toml"));
-    assert!(message.starts_with("b.toml: "), "{message}");
-}
-
-#[cfg(unix)]
-#[test]
-fn an_unreadable_file_is_said_to_be_so() {
-    use std::os::unix::fs::PermissionsExt;
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("a.toml");
-    fs::write(&path, "").expect("written");
-    fs::set_permissions(&path, fs::Permissions::from_mode(0o000)).expect("set");
-    // The superuser reads everything.
-    if fs::File::open(&path).is_err() {
-        assert_eq!(message(&path), "a.toml: you have no permission to read this file");
-    }
-}
-
-#[cfg(unix)]
-#[test]
-fn a_file_without_end_is_no_scene() {
-    let errors = load("/dev/zero".as_ref()).expect_err("a scene came of it");
-    let message =
-        "/dev/zero: this file is larger than 16 MiB, the most that a scene file may be; is it a scene file?";
-    assert_eq!(errors.to_string(), message);
-}
-
-#[test]
-fn binary_garbage_is_no_scene() {
-    let png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
-    let message = "a.toml: this is not a text file: byte 9 is zero; a scene file is TOML, in UTF-8";
-    assert_eq!(load_bytes(png), message);
-    assert_eq!(load_bytes(b"[film]\nwidth = 3\0"), message.replace("byte 9", "byte 17"));
-}
-
-#[test]
-fn a_byte_that_is_not_utf_8_is_shown() {
-    let message = "a.toml:2:9: byte 17 of the file (0xe4) is not UTF-8; save it as UTF-8 in your editor";
-    assert_eq!(load_bytes(b"[film]\n# \xc3\xa4 und \xe4\n"), message);
-}
-
-#[test]
-fn utf_16_is_named() {
-    let utf16: Vec<u8> = "\u{feff}[film]".encode_utf16().flat_map(u16::to_le_bytes).collect();
-    let message = "a.toml: this file is UTF-16; a scene file is UTF-8; save it as UTF-8 in your editor";
-    assert_eq!(load_bytes(&utf16), message);
-}
-
-#[test]
-fn a_byte_order_mark_is_harmless() {
-    assert_eq!(read("\u{feff}[film]\nwidth = 3").scene.film.width, 3);
-}
-
-#[test]
-fn hostile_files_neither_crash_nor_hang() {
-    // Dotted keys in inline tables: thousands of tables within each other, within the parser's own limit.
-    let path = vec!["a"; 79].join(".");
-    let deep = format!("a = {}1{}", format!("{{{path} = ").repeat(78), "}".repeat(78));
-    let long = 2 << 20;
-    let files = [
-        deep,
-        "[".repeat(long),
-        format!("a = {}", "{a = ".repeat(long / 5)),
-        "a.".repeat(long / 2),
-        "=\n".repeat(long / 2),
-        format!("a = [{}]", ",".repeat(1 << 19)),
-        format!("lights = [{}]", "{},".repeat(long / 3)),
-        "[[entities]]\n".repeat(long / 13),
-        format!("[film]\nwidth = {}", "9".repeat(long)),
-        format!("[materials.a]\ntype = \"{}\"", "x".repeat(long)),
-        (0..20_000)
-            .map(|i| format!("[materials.m{i}]\ntype = \"checkerboard\"\neven = \"m{}\"\n", i + 1))
-            .collect(),
-    ];
-    for text in files {
-        let errors = parse(&text, "box.toml".as_ref()).expect_err("a scene came of it");
-        assert!(!errors.diagnostics().is_empty() && errors.diagnostics().len() <= 100);
-        assert!(errors.to_string().len() < 100_000);
-    }
 }
 
 #[cfg(feature = "broken-material")]

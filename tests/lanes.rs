@@ -13,7 +13,7 @@ use stride::material::{
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{Float, Frame, Ray, Rgb, Uint, Vec3, trig};
 use stride::render::Region;
-use stride::sampling::{Block, Independent, PathId, Sobol, random, warp};
+use stride::sampling::{Block, Independent, PathId, Sobol, independent, warp};
 use stride::scene::{Integrator, Scene};
 use stride::shape::{Plane, Quad, Shape, Sphere, offset_origin};
 use stride::world::Finder;
@@ -131,7 +131,7 @@ law!(frames_are_the_same_at_every_level, F, x, {
 });
 
 law!(random_numbers_are_the_same_at_every_level, F, x, {
-    let hash = random::pcg4d([x[0], x[1], x[2], x[3]]).map(F::from_bits);
+    let hash = independent::pcg4d([x[0], x[1], x[2], x[3]]).map(F::from_bits);
     let id = PathId::<F> { pixel: x[4], sample: x[5] };
     let block = Block::SCATTER.at::<F>(x[6] & F::Uint::splat(63));
     [hash, Independent { seed: 7 }.draw(id, block), Sobol { seed: 7 }.draw(id, block)]

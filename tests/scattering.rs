@@ -44,8 +44,8 @@ const MODE: TransportMode = TransportMode::Radiance;
 fn materials() -> MaterialTable {
     let reflectance = [0.7, 0.4, 0.2];
     MaterialTable::new(vec![
-        MatteParameters { reflectance: reflectance }.row(),
-        MirrorParameters { reflectance: reflectance }.row(),
+        MatteParameters { reflectance }.row(),
+        MirrorParameters { reflectance }.row(),
         GlassParameters { ior: 1.5, reflectance: [1.0; 3], transmittance: [1.0; 3] }.row(),
         GlassParameters { ior: 0.75, reflectance: [0.8; 3], transmittance: [0.9; 3] }.row(),
     ])

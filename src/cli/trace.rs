@@ -3,7 +3,7 @@
 use super::arguments::SceneArguments;
 use super::failure::{Failure, usage};
 use super::print::print;
-use crate::film::{film_offset, sums};
+use crate::film::{film_offset, reject};
 use crate::integrator::{self, Event, Pixel};
 use crate::scene::Scene;
 use crate::world::{self, Finder, World};
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
     for event in &events {
         describe(event, &scene, &mut text);
     }
-    if let Err(reject) = sums::check(sample.radiance) {
+    if let Err(reject) = reject::check(sample.radiance) {
         let _ = writeln!(text, "a film leaves this sample out: {reject}");
     }
     Ok(print(&text)?)

@@ -1,7 +1,8 @@
 //! Films from samples that were made before: the same words as if they had just been made.
 
+use super::reject::Reject;
 use super::splat::{Made, Splatter};
-use super::sums::{Film, Reject};
+use super::sums::Film;
 use super::{Layout, MemoryError};
 use crate::integrator::{Finished, Sample};
 use crate::math::lanes::Level;

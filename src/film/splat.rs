@@ -7,8 +7,9 @@
 
 use super::Rectangle;
 use super::fixed::{MAGIC, SCALE, TAP_BITS, WEIGHT_BITS, round_large, round_small};
+use super::reject::{Reject, check};
 use super::spread::{self, LOW_BITS, Spreads, squared};
-use super::sums::{Film, Reject, check, fits};
+use super::sums::{Film, fits};
 use super::weights::{MOST_TAPS, Weights, taps, with_width};
 use crate::integrator::{Finished, Sample};
 use crate::math::Float;

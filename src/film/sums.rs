@@ -6,45 +6,15 @@
 
 use super::fixed::{QUANTUM, SCALE, WEIGHT_BITS, round_small};
 use super::layout::BYTES_PER_PIXEL;
+use super::reject::{Reject, check};
 use super::spread::SpreadPixel;
 use super::{Layout, Picture};
-
-/// The largest radiance that a film takes.
-pub const MAX_RADIANCE: f32 = 1_073_741_824.0;
 
 /// The largest radiance that [`PixelSums`] take; brighter samples travel one by one.
 pub const MAX_SUMMED: f32 = 1024.0;
 
 /// The most samples that may be added to one [`PixelSums`]: each adds less than 2⁵⁴ to its largest word.
 pub const MAX_COUNT: u32 = 512;
-
-/// Why a sample is left out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Reject {
-    /// A channel is NaN.
-    #[error("its radiance is not a number")]
-    NotANumber,
-    /// A channel is infinite or above [`MAX_RADIANCE`].
-    #[error("its radiance is infinite or above 2³⁰")]
-    TooBright,
-    /// A channel is below zero.
-    #[error("its radiance is negative")]
-    Negative,
-}
-
-/// Whether a film takes a radiance, and if not, why.
-#[inline]
-pub fn check(radiance: [f32; 3]) -> Result<(), Reject> {
-    if radiance.iter().all(|&c| (0.0..=MAX_RADIANCE).contains(&c)) {
-        Ok(())
-    } else if radiance.iter().any(|c| c.is_nan()) {
-        Err(Reject::NotANumber)
-    } else if radiance.iter().any(|&c| c > MAX_RADIANCE) {
-        Err(Reject::TooBright)
-    } else {
-        Err(Reject::Negative)
-    }
-}
 
 /// The square of a radiance that sums carry, r² + g² + b², scaled and rounded half up to an integer: at
 /// most 2⁵⁴ for a radiance that [`fits`], 2⁹⁴ for any that a film takes.

@@ -9,15 +9,17 @@ mod observe;
 mod path_tracer;
 mod paths;
 mod queue;
+mod roulette;
 #[cfg(test)]
 mod tests;
 mod whitted;
 
 pub use build::{build, path, path_naive};
 pub use first_hit::FirstHit;
-pub use next_event::{NextEvent, ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
+pub use next_event::NextEvent;
 pub use observe::{Event, Observer};
 pub use paths::{Finished, Paths, Pixel, Sample, Settings};
+pub use roulette::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 pub use whitted::Whitted;
 
 use crate::camera::Camera;

@@ -1,28 +1,12 @@
 //! Path tracing with next-event estimation.
 
 use super::lanes::{Departure, Scattering, State, Vertex, View};
-use super::observe::{Event, Observer, first, rgb, vec3};
+use super::observe::{Event, Observer, rgb, vec3};
 use crate::light::NO_LIGHT;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::{Float, Mask, Rgb, Uint};
 use crate::sampling::Block;
 use crate::world::Interaction;
-
-/// Bounces that every path makes before Russian roulette may end it.
-pub const ROULETTE_FROM: u32 = 2;
-
-/// The chance to survive is this much for each unit of throughput, and certainty above its inverse: a path
-/// goes on unthinned until it is worth a quarter of one that has just begun. Measured: beside thinning at any
-/// loss, as the report does, variance falls more than time grows, and most where samples are well spread.
-pub const ROULETTE_KEEPS: f32 = 4.0;
-
-/// From this depth on no path survives with more than [`ROULETTE_AT_MOST`], so that even one that loses
-/// nothing, between perfect mirrors say, comes to an end.
-pub const ROULETTE_AT_MOST_FROM: u32 = 256;
-
-/// See [`ROULETTE_AT_MOST_FROM`]. The nearer to one the better: among surfaces that lose a smaller share of
-/// light at a bounce than the square root of this, a few survivors would have to stand for all the others.
-pub const ROULETTE_AT_MOST: f32 = 0.999;
 
 /// Path tracing with next-event estimation: at each vertex a light is chosen by what it may contribute and
 /// asked directly, and the BxDF's own direction may find it too; multiple importance sampling weighs the
@@ -40,33 +24,6 @@ impl Default for NextEvent {
     fn default() -> Self {
         NextEvent { roulette: true }
     }
-}
-
-/// Russian roulette: thins paths that are worth less than a quarter of one that has just begun, and weighs up the
-/// survivors. `survival` is uniform in [0, 1). Returns the lanes that go on.
-#[inline(always)]
-pub(super) fn roulette<F: Float>(
-    state: &mut State<F>,
-    going: F::Mask,
-    survival: F,
-    observer: &mut Observer<'_>,
-) -> F::Mask {
-    let chance = state.beta.max_channel() * state.departure.eta_scale * ROULETTE_KEEPS;
-    let long = !state.depth.lt(F::Uint::splat(ROULETTE_AT_MOST_FROM));
-    let at_most = F::splat(ROULETTE_AT_MOST);
-    let chance = F::select(long & at_most.lt(chance), at_most, chance);
-    let plays = going & !state.depth.lt(F::Uint::splat(ROULETTE_FROM)) & chance.lt(F::splat(1.0));
-    // NaN is never less than anything: it survives to be counted.
-    let ends = plays & chance.le(survival);
-    let reward = F::select(plays, F::splat(1.0) / chance, F::splat(1.0));
-    state.beta = state.beta * reward;
-    if observer.listens::<F>() && first(plays & !ends) {
-        observer.event::<F>(|| Event::Survive { chance: chance.lane(0), throughput: rgb(state.beta) });
-    }
-    if observer.listens::<F>() && first(ends) {
-        observer.event::<F>(|| Event::End { reason: "Russian roulette", radiance: rgb(state.l) });
-    }
-    going & !ends
 }
 
 /// The power heuristic for one sample of each of two densities: the weight of the first.

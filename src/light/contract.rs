@@ -5,6 +5,14 @@ use super::columns::{LaneLights, LightRow};
 use super::sample::{EmittedRay, Escaped, LightSample};
 use crate::math::{Float, Rgb, Vec3};
 
+/// The parameters of a light that is not a surface, as a scene describes it.
+pub trait Described {
+    /// The light that lanes look up.
+    type Light: Light;
+    /// The light.
+    fn light(&self) -> Self::Light;
+}
+
 /// A kind of light. One value is one light as the scene has it; what runs on a path looks lights up by lanes.
 ///
 /// A new kind is a file with this contract in it, a `mod` line, and a line in the list of `kinds`. Directions are of

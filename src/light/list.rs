@@ -1,10 +1,15 @@
 //! The list of lights that are not surfaces.
 
+use super::contract::Described;
+use super::table::LightTable;
 use crate::parameter::family;
 
 family! {
     /// A light that is not a surface, as a scene describes it.
-    pub enum AnyLight as dyn super::Described {
+    pub enum AnyLight {
         Point(point::PointLightParameters),
     }
+
+    /// Adds the light to a table and returns its index there.
+    pub fn add_to(&self, lights: &mut LightTable) -> u32 = light => lights.push(light.light());
 }

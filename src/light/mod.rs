@@ -26,7 +26,7 @@ mod triangle;
 pub use area::AreaLight;
 pub use bounds::LightBounds;
 pub use columns::{LaneLights, LightRow};
-pub use contract::Light;
+pub use contract::{Described, Light};
 pub use environment::Environment;
 pub use kinds::{LightKind, Listed};
 pub use lamps::{LEAST_TRIANGLES, Lamp, MeshLamp};
@@ -35,13 +35,5 @@ pub use point::PointLight;
 pub use quad::LEAST_SOLID_ANGLE;
 pub use sample::{EmittedRay, Escaped, LightSample, SHADOW_LENGTH};
 pub use table::{LightTable, NO_LIGHT};
-pub use tree::{
-    BELOW_ONE, COUNT_FROM, FACING, GREATEST, LEAF, LEAST_SHARE, LightNode, LightTree, NARROW, NEARNESS,
-};
+pub use tree::{COUNT_FROM, FACING, GREATEST, LEAF, LEAST_SHARE, LightNode, LightTree, NARROW, NEARNESS};
 pub use triangle::Triangle;
-
-/// The parameters of a light that is not a surface, as a scene describes it.
-pub trait Described {
-    /// Adds the light to a table and returns its index there.
-    fn add_to(&self, lights: &mut LightTable) -> u32;
-}

@@ -2,9 +2,8 @@
 
 use super::bounds::{LightBounds, grey};
 use super::columns::{LaneLights, LightRow};
-use super::contract::Light;
+use super::contract::{Described, Light};
 use super::sample::{EmittedRay, LightSample};
-use super::{Described, LightTable};
 use crate::math::{Float, Mask, Ray, Rgb, Vec3};
 use crate::parameter::limits::{INTENSITY, POINT};
 use crate::parameter::{Colour, Kind, parameters};
@@ -32,12 +31,11 @@ pub struct PointLight {
 }
 
 impl Described for PointLightParameters {
-    fn add_to(&self, lights: &mut LightTable) -> u32 {
+    type Light = PointLight;
+
+    fn light(&self) -> PointLight {
         let narrow = |numbers: [f64; 3]| numbers.map(|x| x as f32);
-        lights.push(PointLight {
-            position: narrow(self.position.to_array()),
-            intensity: narrow(self.intensity),
-        })
+        PointLight { position: narrow(self.position.to_array()), intensity: narrow(self.intensity) }
     }
 }
 

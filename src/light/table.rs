@@ -7,9 +7,9 @@ use super::environment::Environment;
 use super::kinds::{self, LightKind, Listed};
 use super::lamps::{self, Lamp, MeshLamp};
 use super::sample::{EmittedRay, LightSample};
-use super::tree::{BELOW_ONE, LightTree};
+use super::tree::LightTree;
 use super::triangle::Triangle;
-use crate::math::{Float, Mask, Rgb, Uint, Vec3};
+use crate::math::{BELOW_ONE, Float, Mask, Rgb, Uint, Vec3};
 use crate::shape::{Piece, Rare};
 use std::ops::Range;
 

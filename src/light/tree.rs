@@ -1,16 +1,19 @@
 //! Which light to ask: a tree of lights, descended by what each branch contributes.
 
 mod build;
+mod choice;
 mod group;
 mod importance;
 mod node;
 mod shares;
 
 use self::build::Groups;
+use self::choice::Choice;
+pub use self::choice::LEAST_SHARE;
 pub use self::importance::{FACING, GREATEST, NARROW, NEARNESS};
 use self::importance::{Importance, Kinds};
-pub use self::node::{BELOW_ONE, COUNT_FROM, LEAF, LEAST_SHARE, LightNode};
-use self::node::{Choice, Each, Node, WIDTH};
+pub use self::node::{COUNT_FROM, LEAF, LightNode};
+use self::node::{Each, Node, WIDTH};
 use self::shares::Shares;
 use super::bounds::LightBounds;
 use crate::math::lanes::scalar::Wrapping;

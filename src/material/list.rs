@@ -1,10 +1,12 @@
 //! The list of materials.
 
+use super::program::Described;
+use super::row::Row;
 use crate::parameter::family;
 
 family! {
     /// What a material does with light, as a scene describes it.
-    pub enum MaterialKind as dyn super::Described {
+    pub enum MaterialKind {
         Matte(matte::MatteParameters),
         Mirror(mirror::MirrorParameters),
         Glass(glass::GlassParameters),
@@ -12,4 +14,7 @@ family! {
         #[cfg(feature = "broken-material")]
         Broken(broken::BrokenParameters),
     }
+
+    /// The row in which the material's program finds its parameters.
+    pub fn row(&self) -> Row = material => material.row();
 }

@@ -15,3 +15,6 @@ pub use frame::Frame;
 pub use lanes::{Float, Mask, Uint};
 pub use ray::Ray;
 pub use vec3::{Rgb, Vec3};
+
+/// The largest f32 below one.
+pub const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;

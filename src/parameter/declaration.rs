@@ -185,18 +185,22 @@ macro_rules! parameters {
 pub(crate) use parameters;
 
 /// Lists a family: an enum with a member for each declaration, which stands in a module beside that of the list, and its
-/// [`Family`]. After `as dyn` comes the trait by which the parameters of all members are compiled. Members that are not
-/// declared come after a semicolon, as an enum has them.
+/// [`Family`]. Members that are not declared come after a semicolon, as an enum has them. After the enum comes the
+/// function that compiles the parameters of a member, each by the same expression; it gives `None` for one that is not
+/// declared.
 macro_rules! family {
     (
         $(#[$attribute:meta])*
-        pub enum $family:ident as dyn $contract:path {
+        pub enum $family:ident {
             $(
                 $(#[cfg($condition:meta)])?
                 $member:ident($module:ident::$parameters:ident),
             )*
             $(; $($undeclared:tt)*)?
         }
+
+        $(#[$compiled_attribute:meta])*
+        pub fn $compile:ident(&self $(, $argument:ident: $of:ty)*) -> $compiled:ty = $declared:ident => $how:expr;
     ) => {
         $(
             $(#[cfg($condition)])?
@@ -215,13 +219,13 @@ macro_rules! family {
         }
 
         impl $family {
-            /// What is made of the parameters; none if it is not declared, as a mesh.
+            $(#[$compiled_attribute])*
             #[allow(unreachable_patterns, reason = "some families have no members that are not declared")]
-            pub fn declared(&self) -> Option<&dyn $contract> {
+            pub fn $compile(&self $(, $argument: $of)*) -> Option<$compiled> {
                 match self {
                     $(
                         $(#[cfg($condition)])?
-                        Self::$member(parameters) => Some(parameters),
+                        Self::$member($declared) => Some($how),
                     )*
                     _ => None,
                 }

@@ -2,14 +2,14 @@
 
 mod publish;
 
-use super::batch::{Payload, RejectCounts, SampleBatch, Traced};
+use super::batch::{Payload, SampleBatch, Traced};
 use super::faint::Faint;
 use super::held::Held;
 use super::outcome::NAMED_REJECTS;
 use super::schedule::{Deal, Order, Schedule};
 use super::stride::{Region, Stride};
 use crate::film::noise::FIRST_MILESTONE;
-use crate::film::{Film, Milestone, Picture, Reject, Splatter, Statistics};
+use crate::film::{Film, Milestone, Picture, Reject, RejectCounts, Splatter, Statistics};
 use crate::integrator::Sample;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError, at, never, select};
 use std::collections::VecDeque;

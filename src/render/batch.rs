@@ -2,7 +2,7 @@
 
 use super::faint::Faint;
 use super::stride::Stride;
-use crate::film::{Band, Made, PixelSums, Reject, WideSums};
+use crate::film::{Band, Made, PixelSums, Reject, RejectCounts, WideSums};
 use crate::integrator::Sample;
 
 /// Samples of some of the pixels of an order: themselves, or exact sums of them.
@@ -48,36 +48,6 @@ impl SampleBatch {
             faint: Faint::default(),
             completes: None,
         }
-    }
-}
-
-/// Numbers of samples that were left out, by reason.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RejectCounts {
-    /// Samples with a channel that is NaN.
-    pub not_a_number: u64,
-    /// Samples that are infinite or too bright for a film.
-    pub too_bright: u64,
-    /// Samples with a negative channel.
-    pub negative: u64,
-}
-
-impl RejectCounts {
-    /// Counts so many samples that were left out for a reason.
-    pub fn add(&mut self, reason: Reject, samples: u64) {
-        let count = match reason {
-            Reject::NotANumber => &mut self.not_a_number,
-            Reject::TooBright => &mut self.too_bright,
-            Reject::Negative => &mut self.negative,
-        };
-        *count += samples;
-    }
-
-    /// Adds what was counted elsewhere.
-    pub fn merge(&mut self, other: &RejectCounts) {
-        self.not_a_number += other.not_a_number;
-        self.too_bright += other.too_bright;
-        self.negative += other.negative;
     }
 }
 

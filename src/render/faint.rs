@@ -1,8 +1,8 @@
 //! Whether radiance is too small for a film, which keeps multiples of a quantum.
 
 use crate::film::Film;
+use crate::film::MAX_RADIANCE;
 use crate::film::fixed::QUANTUM;
-use crate::film::sums::MAX_RADIANCE;
 use crate::integrator::Finished;
 use std::fmt;
 

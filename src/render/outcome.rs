@@ -1,8 +1,9 @@
 //! What a render comes to: figures on the way, the outcome, and failures of workers.
 
-use super::batch::{RejectCounts, Traced};
+use super::batch::Traced;
 use super::faint::Faint;
 use super::schedule::Order;
+use crate::film::RejectCounts;
 use crate::film::{Film, Milestone, Reject};
 use std::ops::Range;
 use std::sync::Arc;

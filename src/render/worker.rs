@@ -1,11 +1,12 @@
 //! A CPU worker: a thread that traces the paths of its orders.
 
-use super::batch::{NAMED_REJECTS, Payload, RejectCounts, SampleBatch, Traced};
+use super::batch::{NAMED_REJECTS, Payload, SampleBatch, Traced};
 use super::held::Held;
 use super::schedule::Order;
 use super::stride::{Region, Stride};
+use crate::film::reject::{Reject, RejectCounts, check};
 use crate::film::splat::BAND_BYTES;
-use crate::film::sums::{PixelSums, Reject, check, fits};
+use crate::film::sums::{PixelSums, fits};
 use crate::film::{Band, Made, Splatter};
 use crate::integrator::{Finished, Integrator, Paths, Pixel, Sample};
 use crate::math::lanes::Level;

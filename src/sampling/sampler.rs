@@ -1,6 +1,7 @@
 //! The choice among sources of random numbers.
 
-use super::random::{Independent, PathId};
+use super::block::PathId;
+use super::independent::Independent;
 use super::sobol::Sobol;
 use crate::math::Float;
 

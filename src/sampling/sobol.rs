@@ -11,7 +11,8 @@
 //! Laine and Karras (2011, "Stratified Sampling for Stochastic Transparency"); the hash is Vegdahl's (2021,
 //! "Building a Better LK Hash").
 
-use super::random::{PathId, pcg4d};
+use super::block::PathId;
+use super::independent::pcg4d;
 use crate::math::{Float, Uint};
 
 /// Owen-scrambled Sobol points, padded in pairs.

@@ -1,6 +1,6 @@
 //! A path's numbers one after the other, for code that draws as it goes.
 
-use super::random::pcg4d;
+use super::independent::pcg4d;
 use crate::math::lanes::scalar::Wrapping;
 use std::convert::Infallible;
 

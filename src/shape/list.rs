@@ -1,13 +1,14 @@
 //! The list of shapes.
 
 use super::mesh::Mesh;
+use super::{Described, Piece};
 use crate::parameter::family;
 use glam::DAffine3;
 use std::sync::Arc;
 
 family! {
     /// A form and its place, as a scene describes it.
-    pub enum AnyShape as dyn super::Described {
+    pub enum AnyShape {
         Plane(plane::PlaneParameters),
         Sphere(sphere::SphereParameters),
         Quad(quad::QuadParameters),
@@ -23,4 +24,7 @@ family! {
             transform: DAffine3,
         },
     }
+
+    /// What rays meet; none of a mesh, whose triangles are kept by themselves.
+    pub fn pieces(&self) -> Vec<Piece> = shape => shape.pieces();
 }

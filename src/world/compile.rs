@@ -88,9 +88,7 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     // The last mesh that emits.
     let mut lamp = None;
     for light in &scene.lights {
-        if let Some(light) = light.declared() {
-            light.add_to(&mut lights);
-        }
+        light.add_to(&mut lights);
     }
     for (index, entity) in scene.entities.iter().enumerate() {
         let emission = colour(entity.emission);
@@ -99,7 +97,7 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
         let material = entity.material as u32;
         let mut look =
             Look { material, emission, flip_normal: flipped, entity: index as u32, light: NO_LIGHT };
-        for piece in entity.shape.declared().map(|shape| shape.pieces()).unwrap_or_default() {
+        for piece in entity.shape.pieces().unwrap_or_default() {
             look.light = if emits { lights.push_piece(&piece, flipped, emission) } else { NO_LIGHT };
             match piece {
                 Piece::Plane(plane) => all.planes.push((plane, surfaces.push(plane.surface(), look))),
@@ -138,7 +136,7 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
         camera: Camera::new(&scene.camera, width, height),
         surfaces,
         materials: MaterialTable::new(
-            scene.materials.iter().filter_map(|m| m.kind.declared()).map(|material| material.row()).collect(),
+            scene.materials.iter().filter_map(|material| material.kind.row()).collect(),
         ),
         lights,
         ambient: colour(scene.render.ambient),

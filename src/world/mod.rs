@@ -7,10 +7,10 @@ mod bvh;
 mod compile;
 mod instances;
 mod interaction;
-mod limits;
 mod pages;
 mod rare;
 mod simple;
+mod size;
 mod surfaces;
 mod triangles;
 
@@ -18,8 +18,8 @@ pub use bvh::{Boxes, Bvh, Contents, WIDTH as TREE_WIDTH};
 pub use compile::{CompiledScene, SHARING_PAYS_FROM, compile, compile_sharing};
 pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
 pub use interaction::{Interaction, Uv};
-pub use limits::{MOST_PRIMITIVES, MOST_VERTICES, Size, TooLarge};
 pub use simple::Simple;
+pub use size::{MOST_PRIMITIVES, MOST_VERTICES, Size, TooLarge};
 pub use surfaces::{Look, SurfacePoint, SurfaceTable};
 pub use triangles::{FIRST_TRIANGLE, Triangles};
 

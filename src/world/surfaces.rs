@@ -1,13 +1,12 @@
 //! What hits look up: one row for each surface, one column for each property.
 
-use super::instances::Place;
 use super::rare::Rares;
-use super::triangles::{FIRST_TRIANGLE, Triangles};
+use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
 use super::{Hit, Instances, NO_INSTANCE};
 use crate::light::NO_LIGHT;
 use crate::math::trig;
 use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3};
-use crate::shape::{Form, POSITION_ERROR, Rare, Shape, Sides, Surface};
+use crate::shape::{Form, POSITION_ERROR, Rare, Shape, Surface};
 use std::sync::Arc;
 
 /// What a surface looks like beside its form.
@@ -27,12 +26,6 @@ pub struct Look {
 
 /// What [`SurfaceTable::rare_index`] says of other surfaces.
 const NOT_RARE: u32 = u32::MAX;
-
-/// Indices of triangles.
-#[inline(always)]
-fn index<F: Float>(surface: F::Uint) -> F::Uint {
-    surface & F::Uint::splat(FIRST_TRIANGLE - 1)
-}
 
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]
@@ -212,7 +205,7 @@ impl SurfaceTable {
         }
         let mut row = hit.surface;
         if !triangles.rows.is_empty() {
-            row = F::Uint::select(flat, row, F::Uint::gather(&triangles.rows, index::<F>(hit.surface)));
+            row = F::Uint::select(flat, row, F::Uint::gather(&triangles.rows, triangle_of::<F>(hit.surface)));
         }
         if let Some(instances) = &self.instances {
             let shared = !hit.instance.eq(F::Uint::splat(NO_INSTANCE));
@@ -230,74 +223,15 @@ impl SurfaceTable {
         if let Some(triangles) = &self.triangles {
             let on_mesh = hit.is_some() & !hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
             if on_mesh.any() {
-                self.mesh_point(triangles, ray.d, hit, on_mesh, &mut point);
+                let orientation = F::gather(&self.orientation, point.row);
+                let on = triangles.point(self.instances(), ray.d, hit, on_mesh, orientation);
+                point.p = Vec3::select(on_mesh, on.p, point.p);
+                point.n = Vec3::select(on_mesh, on.n, point.n);
+                point.shading = Vec3::select(on_mesh, on.shading, point.shading);
+                point.error = F::select(on_mesh, on.error, point.error);
             }
         }
         point
-    }
-
-    /// Points on triangles: the corners' mean, whose error is that of the corners' coordinates, however far the
-    /// ray has come.
-    #[inline(always)]
-    fn mesh_point<F: Float>(
-        &self,
-        triangles: &Triangles,
-        ray_d: Vec3<F>,
-        hit: &Hit<F>,
-        on_mesh: F::Mask,
-        point: &mut SurfacePoint<F>,
-    ) {
-        let vertices = triangles.vertices::<F>(index::<F>(point.surface));
-        let mut a = triangles.position::<F>(vertices[0]);
-        let mut b = triangles.position::<F>(vertices[1]);
-        let mut c = triangles.position::<F>(vertices[2]);
-        let mut place = None;
-        if let Some(instances) = &self.instances {
-            let shared = on_mesh & !hit.instance.eq(F::Uint::splat(NO_INSTANCE));
-            if shared.any() {
-                place = Some((shared, instances.gather::<F>(hit.instance)));
-            }
-        }
-        let mut sides = Sides::new(b - a, c - a);
-        let mut error = sides.error(a);
-        if let Some((shared, place)) = &place {
-            a = Vec3::select(*shared, place.point(a), a);
-            b = Vec3::select(*shared, place.point(b), b);
-            c = Vec3::select(*shared, place.point(c), c);
-            sides = Sides::new(b - a, c - a);
-            let of_place = sides.error(a) + place.error(a, error);
-            error = F::select(*shared, of_place, error);
-        }
-        let (ab, ac) = (b - a, c - a);
-        let weights = hit.weights;
-        let p = a + ab * weights[0] + ac * weights[1];
-        let orientation = F::gather(&self.orientation, point.row);
-        let mut n = sides.across * (orientation / sides.length);
-        let without_area = on_mesh & !sides.length.gt(F::zero());
-        if without_area.any() {
-            // It was met within rounding errors, and has no normal of its own.
-            n = Vec3::select(without_area, -ray_d, n);
-        }
-
-        let mut shading = n;
-        if triangles.has_normals {
-            let na = shading_normal::<F>(triangles, vertices[0], &place);
-            let nb = shading_normal::<F>(triangles, vertices[1], &place);
-            let nc = shading_normal::<F>(triangles, vertices[2], &place);
-            let mean = na + (nb - na) * weights[0] + (nc - na) * weights[1];
-            let length = mean.length();
-            // Which side is outward the order of the corners says.
-            let smooth = mean * (F::splat(1.0) / length).copysign(mean.dot(n));
-            // Where the ray comes from the one side of the triangle and the other of the smooth surface, there
-            // is no smooth surface to speak of.
-            let (geometric, seen) = (ray_d.dot(n), ray_d.dot(smooth));
-            let agrees = (geometric * seen).gt(F::zero()) & length.gt(F::zero());
-            shading = Vec3::select(agrees, smooth, n);
-        }
-        point.p = Vec3::select(on_mesh, p, point.p);
-        point.n = Vec3::select(on_mesh, n, point.n);
-        point.shading = Vec3::select(on_mesh, shading, point.shading);
-        point.error = F::select(on_mesh, error, point.error);
     }
 
     /// Points on all but meshes.
@@ -370,10 +304,9 @@ impl SurfaceTable {
         if let Some(triangles) = &self.triangles {
             let on_mesh = !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
             if on_mesh.any() {
-                let vertices = triangles.vertices::<F>(index::<F>(point.surface));
-                let weights = point.weights;
-                u = F::select(on_mesh, corner_mean(&triangles.uv[0], vertices, [0.0, 1.0, 1.0], weights), u);
-                v = F::select(on_mesh, corner_mean(&triangles.uv[1], vertices, [0.0, 0.0, 1.0], weights), v);
+                let [own_u, own_v] = triangles.uv(point.surface, point.weights);
+                u = F::select(on_mesh, own_u, u);
+                v = F::select(on_mesh, own_v, v);
             }
         }
         [u, v]
@@ -399,7 +332,7 @@ impl SurfaceTable {
         if self.triangles.is_none() {
             return light;
         }
-        let of_triangle = index::<F>(point.surface) + F::Uint::gather(&self.triangle_light, point.row);
+        let of_triangle = triangle_of::<F>(point.surface) + F::Uint::gather(&self.triangle_light, point.row);
         let is_triangle =
             !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE)) & light.lt(F::Uint::splat(NO_LIGHT));
         F::Uint::select(is_triangle, of_triangle, light)
@@ -410,30 +343,4 @@ impl SurfaceTable {
     pub fn emission<F: Float>(&self, point: &SurfacePoint<F>) -> Rgb<F> {
         Rgb::gather(&self.emission, point.row)
     }
-}
-
-/// Shading normals of vertices, where their instances stand in the lanes that have one.
-#[inline(always)]
-fn shading_normal<F: Float>(
-    triangles: &Triangles,
-    vertex: F::Uint,
-    place: &Option<(F::Mask, Place<F>)>,
-) -> Vec3<F> {
-    let n = Vec3::<F>::gather(&triangles.normals, vertex);
-    match place {
-        Some((shared, place)) => Vec3::select(*shared, place.normal(n), n),
-        None => n,
-    }
-}
-
-/// The weighted mean of what a column says of three vertices, or of other numbers where it says nothing.
-#[inline(always)]
-fn corner_mean<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3], weights: [F; 2]) -> F {
-    let mut corners = [F::zero(); 3];
-    for (i, corner) in corners.iter_mut().enumerate() {
-        let given = F::gather(column, vertices[i]);
-        *corner = F::select(given.le(given), given, F::splat(without[i]));
-    }
-    let [a, b, c] = corners;
-    a + (b - a) * weights[0] + (c - a) * weights[1]
 }

@@ -1,7 +1,9 @@
 //! The triangles of all meshes.
 
-use crate::math::{Bounds, Float, Uint, Vec3};
-use crate::shape::{BOUNDS_ERROR, Mesh, is_needle, triangle_error};
+use super::Hit;
+use super::instances::{Instances, NO_INSTANCE, Place};
+use crate::math::{Bounds, Float, Mask, Uint, Vec3};
+use crate::shape::{BOUNDS_ERROR, Mesh, Sides, is_needle, triangle_error};
 use glam::{DAffine3, DVec3};
 use std::ops::Range;
 
@@ -154,4 +156,114 @@ impl Triangles {
     pub(super) fn position<F: Float>(&self, vertex: F::Uint) -> Vec3<F> {
         Vec3::gather(&self.positions, vertex)
     }
+
+    /// Where rays met triangles: the corners' mean, whose error is that of the corners' coordinates, however far the
+    /// ray has come. Lanes outside `on_mesh` hold nonsense; `orientation` is 1, or −1 where outward is the other side.
+    #[inline(always)]
+    pub(super) fn point<F: Float>(
+        &self,
+        instances: Option<&Instances>,
+        ray_d: Vec3<F>,
+        hit: &Hit<F>,
+        on_mesh: F::Mask,
+        orientation: F,
+    ) -> TrianglePoint<F> {
+        let vertices = self.vertices::<F>(triangle_of::<F>(hit.surface));
+        let mut a = self.position::<F>(vertices[0]);
+        let mut b = self.position::<F>(vertices[1]);
+        let mut c = self.position::<F>(vertices[2]);
+        let mut place = None;
+        if let Some(instances) = instances {
+            let shared = on_mesh & !hit.instance.eq(F::Uint::splat(NO_INSTANCE));
+            if shared.any() {
+                place = Some((shared, instances.gather::<F>(hit.instance)));
+            }
+        }
+        let mut sides = Sides::new(b - a, c - a);
+        let mut error = sides.error(a);
+        if let Some((shared, place)) = &place {
+            a = Vec3::select(*shared, place.point(a), a);
+            b = Vec3::select(*shared, place.point(b), b);
+            c = Vec3::select(*shared, place.point(c), c);
+            sides = Sides::new(b - a, c - a);
+            let of_place = sides.error(a) + place.error(a, error);
+            error = F::select(*shared, of_place, error);
+        }
+        let (ab, ac) = (b - a, c - a);
+        let weights = hit.weights;
+        let p = a + ab * weights[0] + ac * weights[1];
+        let mut n = sides.across * (orientation / sides.length);
+        let without_area = on_mesh & !sides.length.gt(F::zero());
+        if without_area.any() {
+            // It was met within rounding errors, and has no normal of its own.
+            n = Vec3::select(without_area, -ray_d, n);
+        }
+
+        let mut shading = n;
+        if self.has_normals {
+            let na = self.shading_normal::<F>(vertices[0], &place);
+            let nb = self.shading_normal::<F>(vertices[1], &place);
+            let nc = self.shading_normal::<F>(vertices[2], &place);
+            let mean = na + (nb - na) * weights[0] + (nc - na) * weights[1];
+            let length = mean.length();
+            // Which side is outward the order of the corners says.
+            let smooth = mean * (F::splat(1.0) / length).copysign(mean.dot(n));
+            // Where the ray comes from the one side of the triangle and the other of the smooth surface, there
+            // is no smooth surface to speak of.
+            let (geometric, seen) = (ray_d.dot(n), ray_d.dot(smooth));
+            let agrees = (geometric * seen).gt(F::zero()) & length.gt(F::zero());
+            shading = Vec3::select(agrees, smooth, n);
+        }
+        TrianglePoint { p, n, shading, error }
+    }
+
+    /// uv of points on triangles, by the weights of the second and the third corner.
+    #[inline(always)]
+    pub(super) fn uv<F: Float>(&self, surface: F::Uint, weights: [F; 2]) -> [F; 2] {
+        let vertices = self.vertices::<F>(triangle_of::<F>(surface));
+        [
+            corner_mean(&self.uv[0], vertices, [0.0, 1.0, 1.0], weights),
+            corner_mean(&self.uv[1], vertices, [0.0, 0.0, 1.0], weights),
+        ]
+    }
+
+    /// Shading normals of vertices, where their instances stand in the lanes that have one.
+    #[inline(always)]
+    fn shading_normal<F: Float>(&self, vertex: F::Uint, place: &Option<(F::Mask, Place<F>)>) -> Vec3<F> {
+        let n = Vec3::<F>::gather(&self.normals, vertex);
+        match place {
+            Some((shared, place)) => Vec3::select(*shared, place.normal(n), n),
+            None => n,
+        }
+    }
+}
+
+/// A point on a triangle.
+pub(super) struct TrianglePoint<F> {
+    pub(super) p: Vec3<F>,
+    /// Outward normal, of length one.
+    pub(super) n: Vec3<F>,
+    /// The normal that light scatters around, of length one: the mean of the vertices' normals on the side of `n`, or
+    /// `n` where there is none, or where the ray sees the other side of the smooth surface.
+    pub(super) shading: Vec3<F>,
+    /// See [`SurfacePoint::error`](super::SurfacePoint::error).
+    pub(super) error: F,
+}
+
+/// The indices of triangles, from their numbers as surfaces.
+#[inline(always)]
+pub(super) fn triangle_of<F: Float>(surface: F::Uint) -> F::Uint {
+    surface & F::Uint::splat(FIRST_TRIANGLE - 1)
+}
+
+/// The weighted mean of what a column says of three vertices, or of other numbers where it says nothing.
+#[inline(always)]
+fn corner_mean<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3], weights: [F; 2]) -> F {
+    let mut corners = [F::zero(); 3];
+    for (i, corner) in corners.iter_mut().enumerate() {
+        let given = F::gather(column, vertices[i]);
+        *corner = F::select(given.le(given), given, F::splat(without[i]));
+    }
+    let [a, b, c] = corners;
+    a + (b - a) * weights[0] + (c - a) * weights[1]
 }

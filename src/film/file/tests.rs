@@ -1,5 +1,5 @@
 use super::*;
-use crate::film::sums::{MAX_RADIANCE, PixelSums};
+use crate::film::{MAX_RADIANCE, PixelSums};
 use crate::film::{Splatter, Weights};
 use crate::integrator::Sample;
 use crate::scene::Filter;

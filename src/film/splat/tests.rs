@@ -1,7 +1,8 @@
 use super::*;
+use crate::film::MAX_RADIANCE;
 use crate::film::filter::profile;
 use crate::film::filter::tests::WIDE;
-use crate::film::sums::{MAX_COUNT, MAX_RADIANCE, MAX_SUMMED};
+use crate::film::sums::{MAX_COUNT, MAX_SUMMED};
 use crate::film::{Layout, Picture};
 use crate::sampling::Stream;
 use crate::scene::Filter;

@@ -1,7 +1,8 @@
 use super::*;
+use crate::film::MAX_RADIANCE;
 use crate::film::filter::tests::WIDE;
 use crate::film::splat::{Band, Made};
-use crate::film::sums::{MAX_COUNT, MAX_RADIANCE, MAX_SUMMED};
+use crate::film::sums::{MAX_COUNT, MAX_SUMMED};
 use crate::film::weights::{Weights, taps};
 use crate::film::{Film, Layout, Splatter};
 use crate::integrator::{Finished, Sample};

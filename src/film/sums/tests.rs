@@ -1,4 +1,5 @@
 use super::*;
+use crate::film::MAX_RADIANCE;
 use crate::film::fixed::FRACTION_BITS;
 use crate::sampling::Stream;
 use rand::RngExt;

@@ -8,9 +8,10 @@ use super::layout::{
 };
 use super::tables::Tables;
 use super::tree;
+use crate::film::MAX_RADIANCE;
 use crate::film::Reject;
 use crate::film::fixed::{FRACTION_BITS, TAP_BITS, WEIGHT_BITS};
-use crate::film::sums::{MAX_RADIANCE, MAX_SUMMED};
+use crate::film::sums::MAX_SUMMED;
 use crate::film::weights::{CELL_BITS, POSITION_BITS, TABLE_BITS};
 use crate::gpu::GpuError;
 use crate::integrator::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
@@ -153,7 +154,7 @@ pub(super) fn text(variant: Variant) -> String {
         ("PI", std::f32::consts::PI),
         ("FRAC_1_PI", std::f32::consts::FRAC_1_PI),
         ("EPSILON", f32::EPSILON),
-        ("BELOW_ONE", light::BELOW_ONE),
+        ("BELOW_ONE", crate::math::BELOW_ONE),
         ("NEARNESS", light::NEARNESS),
         ("GREATEST", light::GREATEST),
         ("LEAST_SHARE", light::LEAST_SHARE),

@@ -1,10 +1,7 @@
 //! Two lobes on one surface.
 
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
-use crate::math::{Float, Rgb, Vec3};
-
-/// The largest number below one.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+use crate::math::{BELOW_ONE, Float, Rgb, Vec3};
 
 /// Scatters by both of two lobes: f = f₁ + f₂. Directions come from either, with the densities p·p₁ + (1 − p)·p₂
 /// (the one-sample model of Veach 1997, §9.2.4).

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::limits::{DIRECTION, POINT};
+use super::common::{DIRECTION, POINT};
 use super::report::{Read, Reports};
 use super::table::{Fields, Key, Table};
 use super::value::{Direction, Vector};

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::limits::RADIANCE;
+use super::common::RADIANCE;
 use super::materials::find;
 use super::one_of::OneOf;
 use super::report::{Placed, Read, Reports};

@@ -1,7 +1,7 @@
 //! Lights that are no surfaces, and the keys of the environment.
 
+use super::common::RADIANCE;
 use super::declared::Values;
-use super::limits::RADIANCE;
 use super::one_of::{Members, OneOf};
 use super::report::{Read, Reports};
 use super::table::{Fields, Key, Table};

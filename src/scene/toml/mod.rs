@@ -8,7 +8,7 @@
 //! | `table` | the shapes that values come in: tables, lists |
 //! | `declared` | tables whose keys are declared with the shape, material or light that they describe |
 //! | `one_of` | one of several tables |
-//! | `limits` | the forms of values that several tables have in common |
+//! | `common` | the forms of values that several tables have in common |
 //! | `film`, `camera`, `render`, `materials`, `shape`, `entity`, `light` | the keys of a table, and what is made of them |
 //! | `scene` | the tables of a file, and the [`Scene`] that is made of them |
 //! | `schema` | the JSON Schema |
@@ -34,12 +34,12 @@ use form::{Form, Value};
 use report::Reports;
 
 mod camera;
+mod common;
 mod declared;
 mod entity;
 mod film;
 mod form;
 mod light;
-mod limits;
 mod materials;
 mod one_of;
 mod render;

@@ -1,6 +1,6 @@
 //! The keys of the render settings, and what is made of them.
 
-use super::limits::RADIANCE;
+use super::common::RADIANCE;
 use super::report::{Read, Reports};
 use super::table::{At, Fields, Key, Table};
 use super::value::{Choice, Colour, Flag, Integer, IntegerOr};

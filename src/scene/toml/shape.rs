@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use super::common::POINT;
 use super::declared::Values;
-use super::limits::POINT;
 use super::one_of::{Members, OneOf, Variant};
 use super::report::{Placed, Read, Reports};
 use super::table::{At, Block, Fields, Key, Named, Table, WordOrMap};

@@ -9,7 +9,8 @@ use super::super::tables::{Tables, Weights, light_tables, material, surface};
 use super::super::tree::Tree;
 use super::super::variant::{Plan, Variant};
 use super::{Device, device};
-use crate::film::sums::{MAX_RADIANCE, PixelSums, check};
+use crate::film::reject::check;
+use crate::film::{MAX_RADIANCE, PixelSums};
 use crate::light::{AreaLight, LightTable, PointLight, Triangle};
 use crate::material::{
     Bxdf, CheckerboardParameters, Described, Dielectric, GlassParameters, MaterialTable, MatteParameters,
@@ -17,7 +18,8 @@ use crate::material::{
 };
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Frame, Ray, Rgb, Vec3, trig};
-use crate::sampling::{Sobol, Stream, random, warp};
+use crate::sampling::independent::pcg4d;
+use crate::sampling::{Block, Independent, PathId, Sobol, Stream, warp};
 use crate::scene::{FilmMode, Filter, Integrator, Sampler};
 use crate::shape::{self, Cylinder, Disk, Plane, Quad, Shape, Sphere, offset_origin};
 use crate::world::SurfaceTable;
@@ -141,7 +143,7 @@ fn simple<const IN: usize, const OUT: usize>(
 
 /// Words that look random and are the same in every run.
 fn words<const N: usize>(count: u32) -> Vec<[u32; N]> {
-    let word = |i: u32, j: usize| random::pcg4d([i, j as u32, 11, 5].map(Wrapping))[0].0;
+    let word = |i: u32, j: usize| pcg4d([i, j as u32, 11, 5].map(Wrapping))[0].0;
     (0..count).map(|i| std::array::from_fn(|j| word(i, j))).collect()
 }
 
@@ -190,12 +192,12 @@ fn random_numbers_have_the_same_bits() {
         var stream = fresh_stream();
         for (var i = 12u; i < 22u; i++) { put_float(i, next_random(&stream, id)); }";
     for (input, output) in inputs.iter().zip(simple::<4, 22>(&device, lines, &inputs)) {
-        assert_eq!(output[..4], random::pcg4d(input.map(Wrapping)).map(|w| w.0));
-        let path = random::PathId::<f32> { pixel: Wrapping(input[0]), sample: Wrapping(input[1]) };
-        let block = random::Block::LIGHT.at::<f32>(Wrapping(3));
-        let expected: [f32; 4] = random::Independent { seed: 7 }.draw(path, block);
+        assert_eq!(output[..4], pcg4d(input.map(Wrapping)).map(|w| w.0));
+        let path = PathId::<f32> { pixel: Wrapping(input[0]), sample: Wrapping(input[1]) };
+        let block = Block::LIGHT.at::<f32>(Wrapping(3));
+        let expected: [f32; 4] = Independent { seed: 7 }.draw(path, block);
         assert_eq!(output[4..8], expected.map(f32::to_bits));
-        let block = random::Block::SCATTER.at::<f32>(Wrapping(input[2] & 255));
+        let block = Block::SCATTER.at::<f32>(Wrapping(input[2] & 255));
         let expected: [f32; 4] = Sobol { seed: 7 }.draw(path, block);
         assert_eq!(output[8..12], expected.map(f32::to_bits));
         let mut stream = Stream::new(7, input[0], input[1]);

@@ -1,0 +1,62 @@
+//! Which samples a film leaves out, and why.
+
+/// The largest radiance that a film takes.
+pub const MAX_RADIANCE: f32 = 1_073_741_824.0;
+
+/// Why a sample is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Reject {
+    /// A channel is NaN.
+    #[error("its radiance is not a number")]
+    NotANumber,
+    /// A channel is infinite or above [`MAX_RADIANCE`].
+    #[error("its radiance is infinite or above 2³⁰")]
+    TooBright,
+    /// A channel is below zero.
+    #[error("its radiance is negative")]
+    Negative,
+}
+
+/// Whether a film takes a radiance, and if not, why.
+#[inline]
+pub fn check(radiance: [f32; 3]) -> Result<(), Reject> {
+    if radiance.iter().all(|&c| (0.0..=MAX_RADIANCE).contains(&c)) {
+        Ok(())
+    } else if radiance.iter().any(|c| c.is_nan()) {
+        Err(Reject::NotANumber)
+    } else if radiance.iter().any(|&c| c > MAX_RADIANCE) {
+        Err(Reject::TooBright)
+    } else {
+        Err(Reject::Negative)
+    }
+}
+
+/// Numbers of samples that were left out, by reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RejectCounts {
+    /// Samples with a channel that is NaN.
+    pub not_a_number: u64,
+    /// Samples that are infinite or too bright for a film.
+    pub too_bright: u64,
+    /// Samples with a negative channel.
+    pub negative: u64,
+}
+
+impl RejectCounts {
+    /// Counts so many samples that were left out for a reason.
+    pub fn add(&mut self, reason: Reject, samples: u64) {
+        let count = match reason {
+            Reject::NotANumber => &mut self.not_a_number,
+            Reject::TooBright => &mut self.too_bright,
+            Reject::Negative => &mut self.negative,
+        };
+        *count += samples;
+    }
+
+    /// Adds what was counted elsewhere.
+    pub fn merge(&mut self, other: &RejectCounts) {
+        self.not_a_number += other.not_a_number;
+        self.too_bright += other.too_bright;
+        self.negative += other.negative;
+    }
+}

@@ -56,14 +56,14 @@ impl fmt::Display for Part {
 
 /// A promise of [`Scene`] that is broken. It displays as `the film: width must be from 1 to 65536, not 0`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
+pub struct SceneProblem {
     /// Where.
     pub part: Part,
     /// What is wrong.
     pub message: String,
 }
 
-impl fmt::Display for Problem {
+impl fmt::Display for SceneProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.part, self.message)
     }
@@ -71,13 +71,13 @@ impl fmt::Display for Problem {
 
 impl Scene {
     /// The scene, if it keeps its promises; otherwise all that breaks them.
-    pub fn checked(self) -> Result<Scene, Vec<Problem>> {
+    pub fn checked(self) -> Result<Scene, Vec<SceneProblem>> {
         let problems = self.problems();
         if problems.is_empty() { Ok(self) } else { Err(problems) }
     }
 
     /// All that breaks the scene's promises.
-    pub fn problems(&self) -> Vec<Problem> {
+    pub fn problems(&self) -> Vec<SceneProblem> {
         let mut problems = Vec::new();
         check_values(self, &mut problems);
         check_materials(&self.materials, &mut problems);
@@ -88,14 +88,14 @@ impl Scene {
 }
 
 /// The problems of one part.
-struct Finder<'a> {
+struct Findings<'a> {
     part: &'a dyn Fn() -> Part,
-    problems: &'a mut Vec<Problem>,
+    problems: &'a mut Vec<SceneProblem>,
 }
 
-impl Finder<'_> {
+impl Findings<'_> {
     fn add(&mut self, message: impl Into<String>) {
-        self.problems.push(Problem { part: (self.part)(), message: message.into() });
+        self.problems.push(SceneProblem { part: (self.part)(), message: message.into() });
     }
 
     fn number(&mut self, name: &str, number: f64, limits: Number) {
@@ -128,14 +128,14 @@ impl Finder<'_> {
 }
 
 /// Checks the values of film, camera, render settings and environment, each against its limits.
-fn check_values(scene: &Scene, problems: &mut Vec<Problem>) {
-    check_film(&scene.film, &mut Finder { part: &|| Part::Film, problems });
-    check_camera(&scene.camera, &mut Finder { part: &|| Part::Camera, problems });
-    check_render(&scene.render, &mut Finder { part: &|| Part::Render, problems });
-    Finder { part: &|| Part::Environment, problems }.numbers("radiance", &scene.environment, RADIANCE);
+fn check_values(scene: &Scene, problems: &mut Vec<SceneProblem>) {
+    check_film(&scene.film, &mut Findings { part: &|| Part::Film, problems });
+    check_camera(&scene.camera, &mut Findings { part: &|| Part::Camera, problems });
+    check_render(&scene.render, &mut Findings { part: &|| Part::Render, problems });
+    Findings { part: &|| Part::Environment, problems }.numbers("radiance", &scene.environment, RADIANCE);
 }
 
-fn check_film(film: &FilmSettings, found: &mut Finder<'_>) {
+fn check_film(film: &FilmSettings, found: &mut Findings<'_>) {
     found.integer("width", film.width, [1, LONGEST_SIDE]);
     found.integer("height", film.height, [1, LONGEST_SIDE]);
     found.number("exposure", film.exposure, EXPOSURES);
@@ -155,7 +155,7 @@ fn check_film(film: &FilmSettings, found: &mut Finder<'_>) {
     }
 }
 
-fn check_camera(camera: &CameraSettings, found: &mut Finder<'_>) {
+fn check_camera(camera: &CameraSettings, found: &mut Findings<'_>) {
     found.numbers("eye", &camera.eye.to_array(), COORDINATE);
     found.direction("forward", camera.forward);
     found.direction("up", camera.up);
@@ -172,7 +172,7 @@ fn check_camera(camera: &CameraSettings, found: &mut Finder<'_>) {
     found.number("focus_distance", camera.focus_distance, LENGTH);
 }
 
-fn check_render(render: &RenderSettings, found: &mut Finder<'_>) {
+fn check_render(render: &RenderSettings, found: &mut Findings<'_>) {
     found.integer("samples", render.samples, [1, u32::MAX]);
     if render.max_depth != UNLIMITED {
         found.integer("max_depth", render.max_depth, [0, MOST_BOUNCES]);
@@ -184,11 +184,11 @@ fn check_render(render: &RenderSettings, found: &mut Finder<'_>) {
 }
 
 /// Checks that materials name only materials before them, and are not nested too deep.
-fn check_materials(materials: &[Material], problems: &mut Vec<Problem>) {
+fn check_materials(materials: &[Material], problems: &mut Vec<SceneProblem>) {
     let mut nesting = vec![0; materials.len()];
     for (i, material) in materials.iter().enumerate() {
         let part = || Part::Material(i, material.name.clone());
-        let mut found = Finder { part: &part, problems };
+        let mut found = Findings { part: &part, problems };
         check_parameters(&material.kind, &mut found);
         for named in material.kind.materials() {
             if named >= i {
@@ -205,7 +205,7 @@ fn check_materials(materials: &[Material], problems: &mut Vec<Problem>) {
 }
 
 /// Checks the parameters of a material, a shape or a light, each against its limits, and all together.
-fn check_parameters<F: Family>(member: &F, found: &mut Finder<'_>) {
+fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
     let Some(declaration) = member.declaration() else { return };
     let (values, before) = (member.values(), found.problems.len());
     for (parameter, value) in declaration.parameters.iter().zip(&values) {
@@ -244,18 +244,18 @@ fn check_parameters<F: Family>(member: &F, found: &mut Finder<'_>) {
 }
 
 /// Checks the lights that are not surfaces.
-fn check_lights(lights: &[Light], problems: &mut Vec<Problem>) {
+fn check_lights(lights: &[Light], problems: &mut Vec<SceneProblem>) {
     for (i, light) in lights.iter().enumerate() {
-        check_parameters(light, &mut Finder { part: &|| Part::Light(i), problems });
+        check_parameters(light, &mut Findings { part: &|| Part::Light(i), problems });
     }
 }
 
 /// Checks the entities: their materials are there, what they emit fits the film, and meshes are meshes.
-fn check_entities(entities: &[Entity], materials: usize, problems: &mut Vec<Problem>) {
+fn check_entities(entities: &[Entity], materials: usize, problems: &mut Vec<SceneProblem>) {
     let mut checked = HashSet::new();
     for (i, entity) in entities.iter().enumerate() {
         let part = || Part::Entity(i, entity.name.clone());
-        let mut found = Finder { part: &part, problems };
+        let mut found = Findings { part: &part, problems };
         if entity.material >= materials {
             found.add(format!("there is no material {}, only {materials}", entity.material + 1));
         }
@@ -273,7 +273,7 @@ fn check_entities(entities: &[Entity], materials: usize, problems: &mut Vec<Prob
     }
 }
 
-fn check_mesh(mesh: &Mesh, found: &mut Finder<'_>) {
+fn check_mesh(mesh: &Mesh, found: &mut Findings<'_>) {
     let vertices = mesh.positions.len();
     for (name, numbers) in [("normals", mesh.normals.len()), ("uv", mesh.uv.len())] {
         if ![0, vertices].contains(&numbers) {
@@ -435,7 +435,7 @@ mod tests {
             let mut scene = good();
             spoil(&mut scene);
             let problems = scene.checked().expect_err(message);
-            let told: Vec<String> = problems.iter().map(Problem::to_string).collect();
+            let told: Vec<String> = problems.iter().map(SceneProblem::to_string).collect();
             assert!(told.iter().all(|told| told.starts_with(message)), "{message}: {told:?}");
         }
     }
@@ -449,7 +449,7 @@ mod tests {
         assert_eq!(scene.problems(), []);
         scene.materials.push(board("too deep", MAX_NESTING, 0));
         scene.materials.push(board("deeper still", MAX_NESTING + 1, 0));
-        let told: Vec<String> = scene.problems().iter().map(Problem::to_string).collect();
+        let told: Vec<String> = scene.problems().iter().map(SceneProblem::to_string).collect();
         assert_eq!(told, ["material 18 (\"too deep\"): it is nested more than 16 deep"]);
     }
 }

@@ -7,7 +7,7 @@ use super::one_of::OneOf;
 use super::report::{Read, Reported, Reports};
 use super::table::{Block, Fields, Key, ListOf, MapOf, Table};
 use super::{camera, film, light, render};
-use crate::scene::check::Problem;
+use crate::scene::check::SceneProblem;
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
 use crate::scene::open_glass::{Warning, open_glass};
 use crate::scene::spelling::quote;
@@ -118,8 +118,8 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
 }
 
 /// Reports that this reader let something pass that it should have refused, with a place.
-fn complain(problems: &[Problem], reports: &mut Reports<'_>) -> Reported {
-    let list: Vec<String> = problems.iter().map(Problem::to_string).collect();
+fn complain(problems: &[SceneProblem], reports: &mut Reports<'_>) -> Reported {
+    let list: Vec<String> = problems.iter().map(SceneProblem::to_string).collect();
     let message = format!("stride read something else than it promises: {}", list.join("; "));
     reports.error_with(0, message, |_| Some("this is a defect of stride; please report it".into()))
 }

@@ -99,12 +99,7 @@ impl Findings<'_> {
     }
 
     fn number(&mut self, name: &str, number: f64, limits: Number) {
-        // NaN is in no range.
-        let within = (limits.least..=limits.most).contains(&number)
-            && limits.above.is_none_or(|above| number > above)
-            && limits.below.is_none_or(|below| number < below);
-        if !within {
-            let objection = limits.objection(number).unwrap_or_default();
+        if let Some(objection) = limits.objection(number) {
             self.add(format!("{name} {objection}, not {number:e}"));
         }
     }
@@ -410,6 +405,19 @@ mod tests {
                 },
                 "entity 1 (\"entity\"): v is parallel to u",
             ),
+            (
+                |s| {
+                    // In 64 bits it has an area.
+                    let (corner, u, v) = (DVec3::ZERO, DVec3::X * 1e-50, DVec3::Y);
+                    s.entities[0].shape = QuadParameters { corner, u, v }.into();
+                },
+                "entity 1 (\"entity\"): u is so small that 32 bits would round it to 0, not 1e-50",
+            ),
+            (
+                |s| s.environment[0] = 1e-50,
+                "the environment: radiance is so small that 32 bits would round it to 0",
+            ),
+            (|s| s.camera.near = 1e-50, "the camera: near is so small that 32 bits would round it to 0"),
             (
                 |s| {
                     let (position, intensity) = (DVec3::NAN, [1.0; 3]);

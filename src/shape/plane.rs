@@ -33,7 +33,9 @@ fn with_unit_normal(plane: PlaneParameters, warnings: &mut Vec<Problem>) -> Resu
             )),
         });
     }
-    Ok(PlaneParameters { normal: unit(normal), distance })
+    // Parts that 32 bits would round to 0 are 0 in a scene.
+    let single = |x: f64| if x as f32 == 0.0 { 0.0_f64.copysign(x) } else { x };
+    Ok(PlaneParameters { normal: unit(normal).map(single), distance })
 }
 
 /// A length in four digits or so, for messages.

@@ -308,6 +308,17 @@ fn every_key_reaches_the_scene() {
     assert_eq!(scene.environment, [0.5, 0.25, 0.125]);
 }
 
+#[test]
+fn a_part_of_a_normal_that_rounds_to_nothing_is_nothing() {
+    let scene = read(
+        "materials.a = { type = \"matte\", reflectance = [1, 1, 1] }\nenvironment.radiance = [1, 1, 1]\n\
+         entities = [{ shape = { type = \"plane\", normal = [1e18, -1e-37, 0], distance = 0 }, material = \"a\" }]",
+    )
+    .scene;
+    let plane = PlaneParameters { normal: DVec3::X, distance: 0.0 };
+    assert_eq!(scene.entities[0].shape, Shape::Plane(plane));
+}
+
 /// A folder with a square of two triangles of two materials in two groups, and their colours.
 fn house() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");

@@ -121,12 +121,17 @@ fn index(ior: f64) -> Option<f64> {
 
 /// A reflectance: what is outside of 0 to 1 is no fraction.
 pub(super) fn fraction(c: [f64; 3]) -> Colour {
-    c.map(|x| if x > 0.0 { x.min(1.0) } else { 0.0 })
+    c.map(|x| clamped(x, 1.0))
 }
 
 /// Radiance, as far as the film holds it.
 pub(super) fn radiance(c: [f64; 3]) -> Colour {
-    c.map(|x| if x > 0.0 { x.min(f64::from(1_u32 << 30)) } else { 0.0 })
+    c.map(|x| clamped(x, f64::from(1_u32 << 30)))
+}
+
+/// The nearest number from 0 to `most`; 0 for NaN, and for what 32 bits would round to 0.
+fn clamped(x: f64, most: f64) -> f64 {
+    if x as f32 > 0.0 { x.min(most) } else { 0.0 }
 }
 
 /// A line of a library, for a note about the mesh that it belongs to.

@@ -182,6 +182,12 @@ fn changes_of_emission_are_noted() {
     let most = f64::from(1_u32 << 30);
     assert_eq!(emission, [most, 0.0, most]);
     assert_eq!(notes, ["emissions below 0 or above 2³⁰ are clamped"]);
+    // Less than 32 bits hold is nothing.
+    let (_, emission, _) = read(json!({
+        "emissiveFactor": [1e-30, 1, 0],
+        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 1e-20 } },
+    }));
+    assert_eq!(emission, [0.0, 1e-20, 0.0]);
     for texture in ["normalTexture", "occlusionTexture"] {
         assert_eq!(notes_of(json!({ texture: { "index": 0 } })), ["textures are not read"]);
     }

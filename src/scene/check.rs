@@ -6,6 +6,7 @@ use super::description::{
     Mesh, RenderSettings, Scene, Shape, UNLIMITED, endless,
 };
 use super::names::MAX_NESTING;
+use super::placement::{is_flat, misplaced};
 use super::spelling::quote;
 use crate::parameter::limits::{COORDINATE, DISTANCE, LENGTH, PARALLEL, RADIANCE};
 use crate::parameter::{Family, Kind, Number, Value};
@@ -14,9 +15,6 @@ use std::collections::HashSet;
 use std::f64::consts::PI;
 use std::fmt;
 use std::sync::Arc;
-
-/// The volume below which a transform counts as flat, as a fraction of the largest that its axes' lengths allow.
-const FLAT: f64 = 1e-9;
 
 /// What rounding may add to a length of one, and more.
 const ROUNDING: f64 = 1e-6;
@@ -82,6 +80,7 @@ impl Scene {
         check_values(self, &mut problems);
         check_materials(&self.materials, &mut problems);
         check_entities(&self.entities, self.materials.len(), &mut problems);
+        check_placement(&self.entities, &mut problems);
         check_lights(&self.lights, &mut problems);
         problems
     }
@@ -268,6 +267,31 @@ fn check_entities(entities: &[Entity], materials: usize, problems: &mut Vec<Scen
     }
 }
 
+/// Checks where meshes are: not too far out, and not so small that nothing of them would be seen. Parts of one file may
+/// be as small as they like, if the whole is not: they are entities that follow each other and have one transform.
+fn check_placement(entities: &[Entity], problems: &mut Vec<SceneProblem>) {
+    fn transform(entity: &Entity) -> Option<&DAffine3> {
+        match &entity.shape {
+            Shape::Mesh { transform, .. } => Some(transform),
+            _ => None,
+        }
+    }
+    let mut first = 0;
+    for together in entities.chunk_by(|a, b| transform(a).is_some() && transform(a) == transform(b)) {
+        let meshes = together.iter().filter_map(|entity| match &entity.shape {
+            Shape::Mesh { mesh, .. } => Some(&**mesh),
+            _ => None,
+        });
+        if let Some(transform) = transform(&together[0]).filter(|transform| !is_flat(transform))
+            && let Some(message) = misplaced(meshes, transform)
+        {
+            let part = || Part::Entity(first, together[0].name.clone());
+            Findings { part: &part, problems }.add(message);
+        }
+        first += together.len();
+    }
+}
+
 fn check_mesh(mesh: &Mesh, found: &mut Findings<'_>) {
     let vertices = mesh.positions.len();
     for (name, numbers) in [("normals", mesh.normals.len()), ("uv", mesh.uv.len())] {
@@ -278,15 +302,6 @@ fn check_mesh(mesh: &Mesh, found: &mut Findings<'_>) {
     if let Err(error) = mesh.check() {
         found.add(format!("its mesh is none: {error}"));
     }
-}
-
-/// Whether a transform cannot be inverted: its determinant is next to nothing beside the largest that axes of these
-/// lengths could have.
-pub(super) fn is_flat(transform: &DAffine3) -> bool {
-    let [x, y, z] = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
-    let largest = x.length() * y.length() * z.length();
-    let is_deep = largest > 0.0 && transform.matrix3.determinant().abs() >= FLAT * largest;
-    !(is_deep && transform.is_finite())
 }
 
 #[cfg(test)]
@@ -429,6 +444,14 @@ mod tests {
                 |s| turned(s, DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0))),
                 "entity 2 (\"ramp\"): the transform makes everything flat",
             ),
+            (
+                |s| turned(s, DMat3::from_diagonal(DVec3::splat(2e18))),
+                "entity 2 (\"ramp\"): the transform takes some of the mesh farther than 1e18",
+            ),
+            (
+                |s| turned(s, DMat3::from_diagonal(DVec3::splat(1e-16))),
+                "entity 2 (\"ramp\"): the mesh is smaller than 1e-15 where it stands",
+            ),
             (|s| turned(s, DMat3::NAN), "entity 2 (\"ramp\"): the transform makes everything flat"),
             (
                 |s| remeshed(s, |mesh| mesh.triangles[0][1] = 3),
@@ -446,6 +469,25 @@ mod tests {
             let told: Vec<String> = problems.iter().map(SceneProblem::to_string).collect();
             assert!(told.iter().all(|told| told.starts_with(message)), "{message}: {told:?}");
         }
+    }
+
+    #[test]
+    fn parts_of_a_mesh_may_be_small() {
+        let mut scene = good();
+        scene.entities.push(scene.entities[1].clone());
+        if let Shape::Mesh { mesh, .. } = &mut scene.entities[2].shape {
+            Arc::make_mut(mesh).positions.iter_mut().flatten().for_each(|x| *x *= 1e-20);
+        }
+        assert_eq!(scene.problems(), []);
+        // In another place it is no part of the other.
+        if let Shape::Mesh { transform, .. } = &mut scene.entities[2].shape {
+            transform.translation = DVec3::X;
+        }
+        let told: Vec<String> = scene.problems().iter().map(SceneProblem::to_string).collect();
+        assert!(
+            matches!(&told[..], [told] if told.starts_with("entity 3 (\"ramp\"): the mesh is smaller")),
+            "{told:?}"
+        );
     }
 
     #[test]

@@ -9,6 +9,7 @@
 //! | [`mesh`] | the readers of mesh files |
 //! | [`names`] | names of materials, and an order of those that name others |
 //! | `open_glass` | glass that bounds no solid |
+//! | `placement` | where meshes may be placed |
 //! | `spelling` | the nearest spelling of a name |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
 //!
@@ -32,6 +33,7 @@ pub mod fingerprint;
 pub mod mesh;
 pub mod names;
 mod open_glass;
+mod placement;
 mod spelling;
 pub mod toml;
 

@@ -10,11 +10,11 @@ use super::one_of::{Members, OneOf, Variant};
 use super::report::{Placed, Read, Reports};
 use super::table::{At, Block, Fields, Key, Named, Table, WordOrMap};
 use super::value::{Rows, Triple, Vector, Word};
-use crate::parameter::limits::{COORDINATE, LONGEST};
+use crate::parameter::limits::COORDINATE;
 use crate::parameter::{Family, Number};
-use crate::scene::check::is_flat;
 use crate::scene::description::{Mesh, Shape};
 use crate::scene::mesh::{FileMaterial, MeshFile, Split};
+use crate::scene::placement::{is_flat, misplaced};
 use crate::scene::spelling::{instead, quote};
 
 /// A shape, or the parts of a mesh, each of which becomes an entity.
@@ -50,8 +50,6 @@ enum PartMaterials {
     Named(Vec<Named<Placed<String>>>),
 }
 
-// The smallest longest side of the box around a whole mesh. The areas of triangles a thousandth as long still fit.
-const SMALLEST_MESH: f64 = 1e-15;
 const FACTOR: Number = Number::between(-1e9, 1e9);
 pub(super) const SHAPES: OneOf<RawShape> = OneOf {
     what: "shape",
@@ -129,22 +127,8 @@ fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
     if let Some(PartMaterials::Named(names)) = &materials {
         parts_are_there(names, &read, reports)?;
     }
-    // Coordinates as far out have squares that do not fit 32 bits.
-    let fits = |p: &[f32; 3]| {
-        let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
-        p.abs().max_element() <= LONGEST
-    };
-    let is_near = |mesh: &Arc<Mesh>| mesh.positions.iter().all(fits);
-    if !read.parts.iter().all(|(_, mesh)| is_near(mesh)) {
-        let at = fields.place_of(&TRANSFORM);
-        return Err(reports.error(at, "the transform takes some of the mesh farther than 1e18"));
-    }
-    let parts = read.parts.iter().map(|(_, mesh)| &**mesh);
-    let [narrower, longest] = sizes_in_place(parts, &transform);
-    if longest < SMALLEST_MESH || narrower == 0.0 {
-        let at = fields.place_of(&TRANSFORM);
-        let message = "the mesh is smaller than 1e-15 where it stands, or than what 32-bit numbers tell apart there: nothing of it would be seen; give the transform a larger scale, or move the mesh nearer to the origin";
-        return Err(reports.error(at, message));
+    if let Some(message) = misplaced(read.parts.iter().map(|(_, mesh)| &**mesh), &transform) {
+        return Err(reports.error(fields.place_of(&TRANSFORM), message));
     }
     let part = |(name, mesh): &(String, Arc<Mesh>)| {
         let material = match &materials {
@@ -162,20 +146,6 @@ fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
         RawPart { name: name.clone(), shape, material: material.unwrap_or(RawMaterial::Entity) }
     };
     Ok(RawShape::Parts(read.parts.iter().map(part).collect()))
-}
-
-/// The two longest sides of the box around meshes where a transform takes them, in 32-bit numbers, the longest last.
-fn sizes_in_place<'a>(meshes: impl Iterator<Item = &'a Mesh>, transform: &DAffine3) -> [f64; 2] {
-    let place = |p: &[f32; 3]| {
-        let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
-        DVec3::from(p.to_array().map(|x| f64::from(x as f32)))
-    };
-    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let around = |(low, high): (DVec3, DVec3), p: DVec3| (low.min(p), high.max(p));
-    let (low, high) = meshes.flat_map(|mesh| &mesh.positions).map(place).fold(empty, around);
-    let mut sides = (high - low).to_array();
-    sides.sort_by(f64::total_cmp);
-    [sides[1], sides[2]]
 }
 
 /// That every part that is given a material is in the file.

@@ -65,7 +65,8 @@ impl Case {
                 (Filter::Mitchell { radius: 2.0, b: 1.0 / 3.0, c: 1.0 / 3.0 }, Some(FilmMode::Continuous))
             }
         };
-        let (compiled, surfaces) = world::compile(&scene, size[0], size[1]);
+        let (compiled, surfaces) =
+            world::compile(&scene, size[0], size[1]).expect("a scene that can be numbered");
         let world = Arc::new(World::new(&surfaces, Finder::default()));
         let offset = film_offset(&scene.film);
         Case {

@@ -75,7 +75,8 @@ fn pose(lamps: u32) -> String {
 }
 
 fn tracer(scene: &Scene, seed: u32, evenly: bool, max_depth: u32) -> Box<dyn Integrator> {
-    let (mut compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height);
+    let (mut compiled, surfaces) =
+        world::compile(scene, scene.film.width, scene.film.height).expect("a scene that can be numbered");
     if evenly {
         compiled.lights.build_uniform_tree();
     }

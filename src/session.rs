@@ -259,7 +259,7 @@ fn render(
     };
     let held = held.map(Arc::new);
     let sink = keeping::film_sink(settings, head);
-    let (layer_integrator, splatter) = (crew.layer_integrator(settings), crew.splatter());
+    let (layer_integrator, splatter) = (crew.layer_integrator(settings)?, crew.splatter());
     let workers = crew.workers();
     let time = settings.time.map(|time| time.saturating_sub(spent));
     let deadline = time.and_then(|time| Instant::now().checked_add(time));
@@ -432,13 +432,13 @@ fn write_aside(
         return Ok(());
     }
     let mattes = Mattes::of(&settings.scene);
+    let integrator = crew::layer_integrator(settings)?;
     let (notes_out, notes) = bounded(16);
     let written = std::thread::scope(|scope| {
         scope.spawn(move || show_notes(&notes));
         let owners = outcome.owners.clone().unwrap_or_default();
         let (identity, mattes) = (&head.identity, &mattes);
         let pictures = keeping::Pictures { settings, identity, mattes, owners, notes: notes_out };
-        let integrator = crew::layer_integrator(settings);
         let layers = || layers(settings, integrator.as_deref(), mattes, outcome, stop);
         pictures.write_end(sink.as_ref(), outcome, &own.picture, layers)
     });

@@ -63,7 +63,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
         Err(error) => panic!("{error}"),
     };
     let (width, height) = (scene.film.width, scene.film.height);
-    let (compiled, surfaces) = compile(scene, width, height);
+    let (compiled, surfaces) = compile(scene, width, height).unwrap();
     let world = World::new(&surfaces, Finder::Fastest);
     let region = Region::whole(width, height);
     let (batches_out, batches) = bounded(2 * workers as usize);

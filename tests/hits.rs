@@ -47,7 +47,7 @@ struct Alone {
 
 impl Alone {
     fn new(entity: Entity) -> Alone {
-        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![entity]), 16, 16);
+        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![entity]), 16, 16).unwrap();
         Alone { tables, world: World::new(&surfaces, Finder::Simple) }
     }
 
@@ -229,7 +229,7 @@ fn medley() -> Scene {
 
 #[test]
 fn any_hit_is_whether_the_closest_hit_is_nearer_than_the_limit() {
-    let world = World::new(&compile(&medley(), 16, 16).1, Finder::Simple);
+    let world = World::new(&compile(&medley(), 16, 16).unwrap().1, Finder::Simple);
     let stream = &mut Stream::new(6, 0, 0);
     let mut seen = [0; 2];
     for _ in 0..200_000 {

@@ -18,7 +18,7 @@ use stride::render::Region;
 use stride::sampling::Stream;
 use stride::scene::{Entity, Filter, Mesh, Scene, Shape};
 use stride::shape::{NOTHING, offset_origin};
-use stride::world::{Finder, Size, World, compile, compile_sharing};
+use stride::world::{Finder, Size, TooLarge, World, compile, compile_sharing};
 
 /// Sharing of every mesh that stands twice, and of none.
 const ALL: usize = 0;
@@ -62,7 +62,7 @@ fn pebbles(nudge: f64, lamp: f64) -> Scene {
 }
 
 fn tracer(scene: &Scene, finder: Finder, sharing: usize) -> Box<dyn integrator::Integrator> {
-    let (compiled, surfaces) = compile_sharing(scene, scene.film.width, scene.film.height, sharing);
+    let (compiled, surfaces) = compile_sharing(scene, scene.film.width, scene.film.height, sharing).unwrap();
     let (world, offset) = (World::new(&surfaces, finder), film_offset(&scene.film));
     integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world))
 }
@@ -102,7 +102,7 @@ fn what_pays_is_shared_and_nothing_else() {
     let coarse = Arc::new(icosphere(DVec3::ZERO, 1.0, 4, false));
     let at = |x: f64| DAffine3::from_translation(v(x, 0.0, 0.0));
     let instances = |entities: Vec<Entity>| {
-        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16);
+        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16).unwrap();
         let shared = &surfaces.instances;
         let triangles = &surfaces.triangles;
         assert_eq!(tables.surfaces.instances().is_some(), !shared.is_empty());
@@ -139,7 +139,7 @@ fn meshes_of_a_single_leaf_are_met() {
         let mesh = Arc::new(Mesh { positions: corners.to_vec(), triangles, ..Mesh::default() });
         let at = |x: f64| placed(&mesh, DAffine3::from_translation(v(x, 0.0, 0.0)), 0);
         let (_, surfaces) =
-            compile_sharing(&scene(vec![matte([0.5; 3])], vec![at(0.0), at(5.0)]), 16, 16, ALL);
+            compile_sharing(&scene(vec![matte([0.5; 3])], vec![at(0.0), at(5.0)]), 16, 16, ALL).unwrap();
         assert_eq!(surfaces.instances.len(), 2);
         let tree = World::new(&surfaces, Finder::Bvh);
         let met = |x: f64, y: f64| {
@@ -159,8 +159,8 @@ fn meshes_of_a_single_leaf_are_met() {
 #[test]
 fn instances_are_met_where_copies_are() {
     let differences = |nudge: f64| {
-        let (tables, shared) = compile_sharing(&pebbles(nudge, 3.0), 16, 16, ALL);
-        let (copied_tables, copied) = compile_sharing(&pebbles(0.0, 3.0), 16, 16, NONE);
+        let (tables, shared) = compile_sharing(&pebbles(nudge, 3.0), 16, 16, ALL).unwrap();
+        let (copied_tables, copied) = compile_sharing(&pebbles(0.0, 3.0), 16, 16, NONE).unwrap();
         assert_eq!((shared.instances.len(), copied.instances.len()), (5, 0));
         let tree = World::new(&shared, Finder::Bvh);
         let stream = &mut Stream::new(41, 0, 0);
@@ -267,7 +267,7 @@ fn rays_that_leave_an_instance_never_meet_the_triangle_they_leave() {
                 };
                 let scale = 10_f64.powi(stream.random_range(-4..=4));
                 let placing = transform(squeeze * scale / size, 1.3, direction(stream) * place * scale);
-                let (tables, surfaces) = compile_sharing(&twice(mesh, placing), 16, 16, ALL);
+                let (tables, surfaces) = compile_sharing(&twice(mesh, placing), 16, 16, ALL).unwrap();
                 let world = World::new(&surfaces, Finder::Simple);
                 let corners = corners.map(|p| placing.transform_point3(p));
                 for _ in 0..2000 {
@@ -314,7 +314,7 @@ fn no_ray_slips_out_of_a_closed_instance() {
     let ball = icosphere(DVec3::ZERO, 1.0, 20, false);
     for (scale, at) in [(DVec3::ONE, 0.0), (v(3.0, 0.05, -1.0), 20.0), (DVec3::splat(1e-5), 1e-3)] {
         let placing = transform(scale, 0.8, DVec3::splat(at));
-        let (_, surfaces) = compile_sharing(&twice(ball.clone(), placing), 16, 16, ALL);
+        let (_, surfaces) = compile_sharing(&twice(ball.clone(), placing), 16, 16, ALL).unwrap();
         let tree = World::new(&surfaces, Finder::Bvh);
         for i in 0..40_000 {
             let o = placing.transform_point3(direction(stream) * 0.5);
@@ -351,4 +351,11 @@ fn the_size_of_a_scene_counts_a_shared_mesh_once_and_copies_each() {
     assert_eq!(size(vec![place(), place(), place()]), (1 + 3 + many, 3));
     // What emits is not shared.
     assert_eq!(size(vec![emitting(place(), 1.0), emitting(place(), 1.0)]), (1 + 2 * many, 6));
+    assert_eq!(size(vec![cuboid(DVec3::ZERO, DVec3::ONE, 0)]), (1 + 6, 0));
+
+    // With the plane they are one more than can be numbered. Nothing is built before they are refused.
+    let mut entities = vec![plane(DVec3::Z, -1.0, 0)];
+    entities.extend((0..many).map(|_| emitting(place(), 1.0)));
+    let refused = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16).err();
+    assert_eq!(refused, Some(TooLarge::Primitives((1 << 30) + 1)));
 }

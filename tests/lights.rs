@@ -26,7 +26,8 @@ struct Seen {
 
 impl Seen {
     fn new(light: Entity, p: DVec3) -> Seen {
-        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![emitting(light, 1.0)]), 16, 16);
+        let (tables, surfaces) =
+            compile(&scene(vec![matte([0.5; 3])], vec![emitting(light, 1.0)]), 16, 16).unwrap();
         Seen { tables, world: World::new(&surfaces, Finder::Simple), p }
     }
 

@@ -40,7 +40,7 @@ fn no_ray_slips_out_of_a_closed_mesh() {
         let vertices = mesh.positions.clone();
         let triangles = mesh.triangles.clone();
         let (_, surfaces) =
-            compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16);
+            compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16).unwrap();
         let tree = World::new(&surfaces, Finder::Bvh);
         for i in 0..150_000 {
             let o = narrow(DVec3::splat(centre) + direction(stream) * 0.5 * stream.random::<f64>());
@@ -77,7 +77,8 @@ fn a_hole_of_one_triangle_in_thousands_is_noticed() {
     let stream = &mut Stream::new(32, 0, 0);
     let mut mesh = crumpled(20, 0.02, DVec3::ZERO, stream);
     mesh.triangles.pop();
-    let (_, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16);
+    let (_, surfaces) =
+        compile(&scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]), 16, 16).unwrap();
     let tree = World::new(&surfaces, Finder::Bvh);
     let ray = |stream: &mut Stream| Ray::new(Vec3::zero(), narrow(direction(stream)).normalized());
     let out = (0..100_000).filter(|_| !tree.intersect(&ray(stream), true).is_some()).count();
@@ -103,7 +104,7 @@ fn rays_that_leave_a_triangle_never_meet_it() {
                     ..Mesh::default()
                 };
                 let alone = scene(vec![matte([0.5; 3])], vec![common::scenes::mesh(mesh, 0)]);
-                let (tables, surfaces) = compile(&alone, 16, 16);
+                let (tables, surfaces) = compile(&alone, 16, 16).unwrap();
                 let world = World::new(&surfaces, Finder::Simple);
                 for _ in 0..3000 {
                     let (b, c) = (stream.random::<f64>(), stream.random::<f64>());
@@ -177,7 +178,7 @@ impl Blinds {
             emitting(if of_triangles { mesh(halves(corner, u, w), 0) } else { quad(corner, u, w, 0) }, 1.0)
         };
         let all = scene(vec![matte([0.5; 3])], (0..Blinds::COUNT).map(strip).collect());
-        let (tables, surfaces) = compile(&all, 16, 16);
+        let (tables, surfaces) = compile(&all, 16, 16).unwrap();
         Blinds { tables, world: World::new(&surfaces, Finder::Bvh), axes: [along, across, n] }
     }
 
@@ -388,7 +389,7 @@ fn transforms_place_meshes_and_mirrors_keep_outward_outward() {
     let matrix = DAffine3::from_translation(v(5.0, 0.0, 0.0)) * DAffine3::from_scale(v(1.0, 1.0, -2.0));
     let ball = icosphere(DVec3::ZERO, 1.0, 6, true);
     let placed = entity(Shape::Mesh { mesh: Arc::new(ball), transform: matrix }, 0);
-    let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![placed]), 16, 16);
+    let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], vec![placed]), 16, 16).unwrap();
     let world = World::new(&surfaces, Finder::Simple);
     for (o, d, t) in [
         (DVec3::ZERO, DVec3::X, 4.0),
@@ -457,7 +458,7 @@ fn a_lamp_that_bulges_is_not_in_its_own_way() {
     let stream = &mut Stream::new(35, 0, 0);
     // Whether it is said to bulge, and how many of its samples it hides in truth.
     let mut tried = |entities: Vec<Entity>| {
-        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16);
+        let (tables, surfaces) = compile(&scene(vec![matte([0.5; 3])], entities), 16, 16).unwrap();
         let world = World::new(&surfaces, Finder::Simple);
         let (mut said, mut asked, mut hidden) = (true, 0, 0);
         for _ in 0..50_000 {

@@ -269,7 +269,7 @@ fn parse_library(bytes: &[u8]) -> bool {
 fn parse_scene(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let Ok(loaded) = stride::scene::parse(text, &beside_seeds("a.toml")) else { return false };
-    let (_, surfaces) = compile(&loaded.scene, 4, 3);
+    let Ok((_, surfaces)) = compile(&loaded.scene, 4, 3) else { return false };
     look_at(&surfaces, Bounds { low: [-1.0; 3], high: [1.0; 3] });
     true
 }

@@ -7,7 +7,7 @@ use crate::parameter::Family;
 use crate::scene::mesh::{self, MeshFile, Split};
 use crate::scene::{self, MaterialKind, Scene};
 use crate::shape::Shape;
-use crate::world::{CompiledScene, Finder, Simple, Size, Triangles, World, compile};
+use crate::world::{CompiledScene, Finder, Simple, Triangles, World, compile};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -62,8 +62,7 @@ fn count(n: usize, one: &str, many: &str) -> String {
 pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     let loaded = scene::load_watched(path, &mut Loading::stderr(false).watch())?;
     let scene = &loaded.scene;
-    Size::of(scene).check()?;
-    let (compiled, surfaces) = compile(scene, scene.film.width, scene.film.height);
+    let (compiled, surfaces) = compile(scene, scene.film.width, scene.film.height)?;
     let mut facts = Facts::default();
     facts.line("scene", format!("{}×{} pixels", scene.film.width, scene.film.height));
     facts.line("entities", scene.entities.len());

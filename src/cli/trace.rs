@@ -47,8 +47,7 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
     if x >= width || y >= height {
         return Err(usage(format!("pixel {x},{y} is not on the film, which has {width}×{height} pixels")));
     }
-    world::Size::of(&scene).check()?;
-    let (compiled, surfaces) = world::compile(&scene, width, height);
+    let (compiled, surfaces) = world::compile(&scene, width, height)?;
     let (world, offset) = (World::new(&surfaces, Finder::Fastest), film_offset(&scene.film));
     let integrator = integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world));
     let (sample, events) = integrator.explain(Pixel { index: y * width + x, x, y }, arguments.sample);

@@ -47,7 +47,7 @@ fn seen(
         "#
     );
     let scene = scene::parse(&text, Path::new("test.toml")).unwrap().scene;
-    let (mut tables, surfaces) = compile(&scene, 1, 1);
+    let (mut tables, surfaces) = compile(&scene, 1, 1).unwrap();
     add(&mut tables.lights);
     tables.lights.build_tree();
     let world = World::new(&surfaces, Finder::Simple);

@@ -11,7 +11,7 @@ use crate::render::schedule::GRACE;
 use crate::render::worker::Worker;
 use crate::render::{Held, Order, Region, SampleBatch, Schedule, Stride};
 use crate::scene::Scene;
-use crate::world::{self, World};
+use crate::world::{self, TooLarge, World};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, at, bounded, select};
 use std::convert::Infallible;
 use std::io::Write;
@@ -98,8 +98,7 @@ impl Crew {
     /// A crew with the devices that are asked for. The end of `stop` cuts the measuring of devices short.
     pub(super) fn new(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Crew, SessionError> {
         let Scene { film, render, .. } = &*settings.scene;
-        world::Size::of(&settings.scene).check()?;
-        let (compiled, surfaces) = world::compile(&settings.scene, film.width, film.height);
+        let (compiled, surfaces) = world::compile(&settings.scene, film.width, film.height)?;
         let (compiled, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, settings.finder)));
         drop(surfaces);
         let offset = film_offset(film);
@@ -241,11 +240,14 @@ impl Crew {
     }
 
     /// Who looks at first hits for the layers, if any are wanted that need it: the CPU, whoever renders.
-    pub(super) fn layer_integrator(&self, settings: &Settings) -> Option<Arc<dyn Integrator>> {
-        if settings.layers.iter().all(|layer| layer.is_of_film()) {
-            return None;
+    pub(super) fn layer_integrator(
+        &self,
+        settings: &Settings,
+    ) -> Result<Option<Arc<dyn Integrator>>, TooLarge> {
+        match &self.integrator {
+            Some(integrator) if wants_first_hits(settings) => Ok(Some(Arc::clone(integrator))),
+            _ => layer_integrator(settings),
         }
-        self.integrator.clone().or_else(|| layer_integrator(settings))
     }
 
     pub(super) fn workers(&self) -> usize {
@@ -361,15 +363,20 @@ impl Crew {
     }
 }
 
+/// Whether any layers are wanted for which first hits are looked at.
+fn wants_first_hits(settings: &Settings) -> bool {
+    !settings.layers.iter().all(|layer| layer.is_of_film())
+}
+
 /// One that is built for it, if any layers are wanted that need it.
-pub(super) fn layer_integrator(settings: &Settings) -> Option<Arc<dyn Integrator>> {
-    if settings.layers.iter().all(|layer| layer.is_of_film()) {
-        return None;
+pub(super) fn layer_integrator(settings: &Settings) -> Result<Option<Arc<dyn Integrator>>, TooLarge> {
+    if !wants_first_hits(settings) {
+        return Ok(None);
     }
     let Scene { film, render, .. } = &*settings.scene;
-    let (compiled, surfaces) = world::compile(&settings.scene, film.width, film.height);
+    let (compiled, surfaces) = world::compile(&settings.scene, film.width, film.height)?;
     let world = Arc::new(World::new(&surfaces, settings.finder));
-    Some(integrator::build(render, film_offset(film), Arc::new(compiled), world).into())
+    Ok(Some(integrator::build(render, film_offset(film), Arc::new(compiled), world).into()))
 }
 
 /// What spreads samples over pixels, if the film wants that.

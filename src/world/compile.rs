@@ -1,13 +1,14 @@
 //! From the description to the tables.
 
+use super::sharing::{SHARING_PAYS_FROM, shared};
+use super::size::{Size, TooLarge};
 use super::surfaces::{Look, SurfaceTable};
 use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
 use crate::light::{Environment, LightTable, NO_LIGHT};
 use crate::material::MaterialTable;
 use crate::scene::{self, Scene};
-use crate::shape::{Mesh, Piece, Shape};
-use std::collections::HashMap;
+use crate::shape::{Piece, Shape};
 use std::sync::Arc;
 
 /// What a path looks up, whatever the world that finds its hits.
@@ -36,50 +37,24 @@ fn colour(c: [f64; 3]) -> [f32; 3] {
     c.map(|x| x as f32)
 }
 
-/// Triangles in all copies of a mesh from which on it is kept once, and rays are taken to each place where it
-/// stands: fewer are found faster in one tree.
-pub const SHARING_PAYS_FROM: usize = 1 << 16;
-
-/// Which mesh is shared by an entity, if it is: meshes that stand at several places, have so many triangles in all
-/// copies, and do not emit; a light is chosen triangle by triangle, each of which needs a place of its own.
-pub(super) fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
-    let could = |entity: &scene::Entity| match &entity.shape {
-        scene::Shape::Mesh { mesh, transform }
-            if !entity.emission.iter().any(|&e| e > 0.0) && Instances::can_place(transform) =>
-        {
-            Some(Arc::as_ptr(mesh))
-        }
-        _ => None,
-    };
-    let mut copies = HashMap::new();
-    for mesh in scene.entities.iter().filter_map(could) {
-        *copies.entry(mesh).or_insert(0_usize) += 1;
-    }
-    let (mut meshes, mut numbers) = (Vec::new(), HashMap::new());
-    let of_entity = scene.entities.iter().map(|entity| {
-        let (pointer, scene::Shape::Mesh { mesh, .. }) = (could(entity)?, &entity.shape) else { return None };
-        let copies = copies[&pointer];
-        let pays = copies > 1 && copies.saturating_mul(mesh.triangles.len()) >= from;
-        pays.then(|| {
-            *numbers.entry(pointer).or_insert_with(|| {
-                meshes.push(&**mesh);
-                meshes.len() - 1
-            })
-        })
-    });
-    let of_entity = of_entity.collect();
-    (meshes, of_entity)
-}
-
-/// Compiles a scene for a film of `width` × `height` pixels, into tables and the surfaces that rays meet. The tables
-/// have room for it: see [`Size::check`](super::Size::check).
-pub fn compile(scene: &Scene, width: u32, height: u32) -> (CompiledScene, Simple) {
+/// Compiles a scene for a film of `width` × `height` pixels, into tables and the surfaces that rays meet.
+///
+/// # Errors
+///
+/// If there is more in the scene than can be numbered: see [`Size::check`].
+pub fn compile(scene: &Scene, width: u32, height: u32) -> Result<(CompiledScene, Simple), TooLarge> {
     compile_sharing(scene, width, height, SHARING_PAYS_FROM)
 }
 
-/// With meshes shared that have so many triangles in all their copies.
-pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (CompiledScene, Simple) {
+/// As [`compile`], with meshes shared that have so many triangles in all their copies.
+pub fn compile_sharing(
+    scene: &Scene,
+    width: u32,
+    height: u32,
+    from: usize,
+) -> Result<(CompiledScene, Simple), TooLarge> {
     let (shared_meshes, shared) = shared(scene, from);
+    Size::sharing(scene, &shared_meshes, &shared).check()?;
     let mut instances = Instances::default();
     let mut surfaces = SurfaceTable::default();
     let mut all = Simple::default();
@@ -141,5 +116,5 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
         lights,
         ambient: colour(scene.render.ambient),
     };
-    (compiled, all)
+    Ok((compiled, all))
 }

@@ -9,15 +9,17 @@ mod instances;
 mod interaction;
 mod pages;
 mod rare;
+mod sharing;
 mod simple;
 mod size;
 mod surfaces;
 mod triangles;
 
 pub use bvh::{Boxes, Bvh, Contents, WIDTH as TREE_WIDTH};
-pub use compile::{CompiledScene, SHARING_PAYS_FROM, compile, compile_sharing};
+pub use compile::{CompiledScene, compile, compile_sharing};
 pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
 pub use interaction::{Interaction, Uv};
+pub use sharing::SHARING_PAYS_FROM;
 pub use simple::Simple;
 pub use size::{MOST_PRIMITIVES, MOST_VERTICES, Size, TooLarge};
 pub use surfaces::{Look, SurfacePoint, SurfaceTable};

@@ -1,8 +1,8 @@
 //! The limits of a scene's tables.
 
-use super::compile::{SHARING_PAYS_FROM, shared};
+use super::sharing::{SHARING_PAYS_FROM, shared};
 use crate::scene::{Scene, Shape};
-use crate::shape::MOST_TRIANGLES;
+use crate::shape::{MOST_TRIANGLES, Mesh};
 
 /// The most surfaces and triangles of a scene: their numbers have 30 bits where the tree keeps them.
 pub const MOST_PRIMITIVES: u64 = MOST_TRIANGLES as u64;
@@ -10,9 +10,6 @@ pub const MOST_PRIMITIVES: u64 = MOST_TRIANGLES as u64;
 /// The most vertices of a scene: lanes look them up by signed numbers of 32 bits (see
 /// [`Float::gather`](crate::math::Float::gather)).
 pub const MOST_VERTICES: u64 = i32::MAX as u64;
-
-/// A box is so many quads.
-const SIDES_OF_A_BOX: usize = 6;
 
 /// A scene with more in it than can be numbered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -45,17 +42,23 @@ impl Size {
     /// That of the scene as [`compile`](super::compile()) makes it.
     pub fn of(scene: &Scene) -> Size {
         let (meshes, of_entity) = shared(scene, SHARING_PAYS_FROM);
+        Size::sharing(scene, &meshes, &of_entity)
+    }
+
+    /// That of a scene with these meshes shared: see [`shared`].
+    pub(super) fn sharing(scene: &Scene, meshes: &[&Mesh], of_entity: &[Option<usize>]) -> Size {
         let mut size = Size::default();
         for (entity, shared) in scene.entities.iter().zip(of_entity) {
             size = match &entity.shape {
                 Shape::Mesh { mesh, .. } if shared.is_none() => {
                     size.with(mesh.triangles.len(), mesh.positions.len())
                 }
-                Shape::Box { .. } => size.with(SIDES_OF_A_BOX, 0),
-                _ => size.with(1, 0),
+                // An instance.
+                Shape::Mesh { .. } => size.with(1, 0),
+                shape => size.with(shape.pieces().map_or(0, |pieces| pieces.len()), 0),
             };
         }
-        meshes.into_iter().fold(size, |size, mesh| size.with(mesh.triangles.len(), mesh.positions.len()))
+        meshes.iter().fold(size, |size, mesh| size.with(mesh.triangles.len(), mesh.positions.len()))
     }
 
     fn with(self, primitives: usize, vertices: usize) -> Size {

@@ -28,7 +28,7 @@ pub fn integrator(scene: &Scene) -> Box<dyn Integrator> {
 
 /// What follows light in a scene, with the world that is asked for.
 pub fn integrator_in(scene: &Scene, finder: Finder) -> Box<dyn Integrator> {
-    let (compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height);
+    let (compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height).unwrap();
     let (world, offset) = (World::new(&surfaces, finder), film_offset(&scene.film));
     integrator::build(&scene.render, offset, Arc::new(compiled), Arc::new(world))
 }

@@ -34,7 +34,7 @@ pub fn tracer(method: Method, numbers: Numbers, scene: &Scene, seed: u32) -> Box
         Numbers::Independent => Independent { seed }.into(),
         Numbers::Sobol => Sobol { seed }.into(),
     };
-    let (compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height);
+    let (compiled, surfaces) = world::compile(scene, scene.film.width, scene.film.height).unwrap();
     let (scene_tables, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, Finder::Simple)));
     let offset = film_offset(&scene.film);
     let settings = Settings { sampler, offset, max_depth: scene.render.max_depth };

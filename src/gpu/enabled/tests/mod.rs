@@ -71,7 +71,7 @@ impl Prepared {
     fn new(scene: &Scene, seed: u32) -> Prepared {
         let (width, height) = (scene.film.width, scene.film.height);
         // What stands twice is shared, however small.
-        let (compiled, surfaces) = compile_sharing(scene, width, height, 0);
+        let (compiled, surfaces) = compile_sharing(scene, width, height, 0).unwrap();
         let world = Arc::new(World::new(&surfaces, Finder::Fastest));
         let render = RenderSettings { seed, ..scene.render.clone() };
         let offset = film_offset(&scene.film);

@@ -1,0 +1,42 @@
+//! Meshes that are kept once and stand at several places.
+
+use super::Instances;
+use crate::scene::{self, Scene};
+use crate::shape::Mesh;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Triangles in all copies of a mesh from which on it is kept once, and rays are taken to each place where it
+/// stands: fewer are found faster in one tree.
+pub const SHARING_PAYS_FROM: usize = 1 << 16;
+
+/// Which mesh is shared by an entity, if it is: meshes that stand at several places, have so many triangles in all
+/// copies, and do not emit; a light is chosen triangle by triangle, each of which needs a place of its own.
+pub(super) fn shared(scene: &Scene, from: usize) -> (Vec<&Mesh>, Vec<Option<usize>>) {
+    let could = |entity: &scene::Entity| match &entity.shape {
+        scene::Shape::Mesh { mesh, transform }
+            if !entity.emission.iter().any(|&e| e > 0.0) && Instances::can_place(transform) =>
+        {
+            Some(Arc::as_ptr(mesh))
+        }
+        _ => None,
+    };
+    let mut copies = HashMap::new();
+    for mesh in scene.entities.iter().filter_map(could) {
+        *copies.entry(mesh).or_insert(0_usize) += 1;
+    }
+    let (mut meshes, mut numbers) = (Vec::new(), HashMap::new());
+    let of_entity = scene.entities.iter().map(|entity| {
+        let (pointer, scene::Shape::Mesh { mesh, .. }) = (could(entity)?, &entity.shape) else { return None };
+        let copies = copies[&pointer];
+        let pays = copies > 1 && copies.saturating_mul(mesh.triangles.len()) >= from;
+        pays.then(|| {
+            *numbers.entry(pointer).or_insert_with(|| {
+                meshes.push(&**mesh);
+                meshes.len() - 1
+            })
+        })
+    });
+    let of_entity = of_entity.collect();
+    (meshes, of_entity)
+}

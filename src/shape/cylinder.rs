@@ -149,8 +149,6 @@ impl Shape for Cylinder {
 }
 
 impl RareShape for Cylinder {
-    const NAMES: [&str; 2] = ["cylinder", "cylinders"];
-
     #[inline(always)]
     fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F) {
         let axis = Vec3::splat(self.axis);

@@ -102,8 +102,6 @@ impl Shape for Disk {
 }
 
 impl RareShape for Disk {
-    const NAMES: [&str; 2] = ["disk", "disks"];
-
     #[inline(always)]
     fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F) {
         let n = Vec3::splat(self.normal);

@@ -65,9 +65,6 @@ pub trait Shape {
 /// A shape of which most scenes have none. Its hits are completed one by one, apart from those on other surfaces, by
 /// what it says here. Its [`Surface`] holds no more than an area and a share of its hits' error bound.
 trait RareShape: Shape {
-    /// What one of it is called, and several.
-    const NAMES: [&str; 2];
-
     /// The outward unit normal of the surface at its point nearest to `p`, and how far `p` lies off the surface along
     /// that normal. `p` is a computed hit: off by rounding alone.
     fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F);

@@ -48,16 +48,6 @@ macro_rules! rare {
         }
 
         impl Rare {
-            /// What one of each kind is called, and several.
-            pub const NAMES: &[[&str; 2]] = &[$($shape::NAMES),+];
-
-            /// What one of this kind is called, and several.
-            pub fn names(&self) -> [&'static str; 2] {
-                match self {
-                    $(Rare::$shape(_) => $shape::NAMES,)+
-                }
-            }
-
             /// The outward unit normal of the surface at its point nearest to `p`, and how far `p` lies off the
             /// surface along that normal. `p` is a computed hit: off by rounding alone.
             #[inline(always)]

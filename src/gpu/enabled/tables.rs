@@ -246,7 +246,8 @@ pub(super) fn surface(table: &SurfaceTable, row: u32) -> Result<Surface, GpuErro
     let (form, look) = &table.rows()[row as usize];
     let own = match table.rare(row) {
         None => common_form(form),
-        Some(shape) => rare_form(shape, form.error)?,
+        Some(shape) => rare_form(shape, form.error)
+            .ok_or_else(|| GpuError::Unsupported(format!("the shape of entity {}", look.entity + 1)))?,
     };
     Ok(Surface {
         emission: look.emission,
@@ -274,9 +275,9 @@ fn common_form(form: &shape::Surface) -> Surface {
 }
 
 /// A rare shape's form on the device, if the device knows it.
-fn rare_form(shape: &Rare, error: f32) -> Result<Surface, GpuError> {
+fn rare_form(shape: &Rare, error: f32) -> Option<Surface> {
     if let Rare::Disk(disk) = shape {
-        return Ok(Surface {
+        return Some(Surface {
             radius: layout::IS_DISK,
             axis: disk.normal,
             constant: disk.distance,
@@ -288,7 +289,7 @@ fn rare_form(shape: &Rare, error: f32) -> Result<Surface, GpuError> {
     }
     if let Rare::Cylinder(cylinder) = shape {
         let [x, y, z] = cylinder.x_axis;
-        return Ok(Surface {
+        return Some(Surface {
             anchor: cylinder.middle,
             radius: layout::IS_CYLINDER,
             axis: cylinder.axis,
@@ -299,8 +300,7 @@ fn rare_form(shape: &Rare, error: f32) -> Result<Surface, GpuError> {
             ..Surface::default()
         });
     }
-    let [_, many] = shape.names();
-    Err(GpuError::Unsupported(many.to_owned()))
+    None
 }
 
 /// A row of the host's table for the device, whose rows have a field for everything that any of its kinds has.

@@ -1,6 +1,6 @@
 //! The camera: film positions to rays (report §2.1).
 
-use crate::math::{Float, Ray, Vec3};
+use crate::math::{Float, Ray, Vec3, narrow};
 use crate::sampling::warp;
 use glam::DVec3;
 
@@ -79,10 +79,10 @@ impl Camera {
         let half_height = l * libm::tan(settings.vertical_fov / 2.0);
         let pixel_side = 2.0 * half_height / f64::from(height) / l;
         Camera {
-            eye: settings.eye.to_array().map(|x| x as f32),
-            left: left.to_array().map(|x| x as f32),
-            up: up.to_array().map(|x| x as f32),
-            forward: forward.to_array().map(|x| x as f32),
+            eye: narrow(settings.eye.to_array()),
+            left: narrow(left.to_array()),
+            up: narrow(up.to_array()),
+            forward: narrow(forward.to_array()),
             centre: [width as f32 * 0.5, height as f32 * 0.5],
             pixel_side: pixel_side as f32,
             near: settings.near as f32,

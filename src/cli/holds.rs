@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::loading::Loading;
-use crate::math::Bounds;
+use crate::math::{Bounds, narrow};
 use crate::parameter::Family;
 use crate::scene::mesh::{self, MeshFile, Split};
 use crate::scene::{self, MaterialKind, Scene};
@@ -104,7 +104,7 @@ fn bounds(scene: &Scene, compiled: &CompiledScene, surfaces: &Simple) -> Bounds 
         Some(Bounds::of((0..8).map(|corner| {
             let p = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] });
             let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
-            p.to_array().map(|x| x as f32)
+            narrow(p.to_array())
         })))
     });
     shapes.chain(triangles).chain(instances).fold(Bounds::NOTHING, |around, bounds| around.with(&bounds))

@@ -1,6 +1,6 @@
 //! Lights as columns, from which each lane can look up another one.
 
-use crate::math::{Float, Mask, Rgb, Uint, Vec3};
+use crate::math::{Float, Mask, Rgb, Uint, Vec3, push3};
 
 /// What a light puts into the columns of a [`LightTable`](super::LightTable). What its kind does not use is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,12 +46,6 @@ pub(super) struct Columns {
     emission: [Vec<f32>; 3],
     /// Bit `k` is set if some light is of kind `k`.
     kinds: u32,
-}
-
-fn push3(columns: &mut [Vec<f32>; 3], values: [f32; 3]) {
-    for (column, value) in columns.iter_mut().zip(values) {
-        column.push(value);
-    }
 }
 
 impl Columns {

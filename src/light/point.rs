@@ -4,7 +4,7 @@ use super::bounds::{LightBounds, grey};
 use super::columns::{LaneLights, LightRow};
 use super::contract::{Described, Light};
 use super::sample::{EmittedRay, LightSample};
-use crate::math::{Float, Mask, Ray, Rgb, Vec3};
+use crate::math::{Float, Mask, Ray, Rgb, Vec3, narrow};
 use crate::parameter::limits::{INTENSITY, POINT};
 use crate::parameter::{Colour, Kind, parameters};
 use crate::sampling::warp;
@@ -34,7 +34,6 @@ impl Described for PointLightParameters {
     type Light = PointLight;
 
     fn light(&self) -> PointLight {
-        let narrow = |numbers: [f64; 3]| numbers.map(|x| x as f32);
         PointLight { position: narrow(self.position.to_array()), intensity: narrow(self.intensity) }
     }
 }

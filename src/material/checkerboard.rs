@@ -2,8 +2,8 @@
 
 use super::kind::Kind;
 use super::program::{Chooser, Described};
-use super::row::{Columns, NUMBERS, Row, narrow, padded};
-use crate::math::{Float, Uint};
+use super::row::{Columns, NUMBERS, Row, padded};
+use crate::math::{Float, Uint, narrow};
 use crate::parameter::limits::LENGTH;
 use crate::parameter::{self, parameters};
 

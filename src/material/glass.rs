@@ -3,8 +3,8 @@
 use super::kind::Kind;
 use super::lobes::Dielectric;
 use super::program::{Described, Leaf};
-use super::row::{NUMBERS, Numbers, Row, Site, narrow, padded};
-use crate::math::{Float, Rgb};
+use super::row::{NUMBERS, Numbers, Row, Site, padded};
+use crate::math::{Float, Rgb, narrow};
 use crate::parameter::limits::FRACTION;
 use crate::parameter::{self, Colour, Number, parameters};
 

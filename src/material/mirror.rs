@@ -3,8 +3,8 @@
 use super::kind::Kind;
 use super::lobes::SpecularReflection;
 use super::program::{Described, Leaf};
-use super::row::{Numbers, Row, Site, narrow};
-use crate::math::Float;
+use super::row::{Numbers, Row, Site};
+use crate::math::{Float, narrow};
 use crate::parameter::limits::FRACTION;
 use crate::parameter::{Colour, parameters};
 

@@ -29,11 +29,6 @@ impl Row {
     }
 }
 
-/// Numbers of a description as rows have them.
-pub(super) fn narrow<const N: usize>(numbers: [f64; N]) -> [f32; N] {
-    numbers.map(|x| x as f32)
-}
-
 /// A program's numbers in the place of as many as a row has.
 pub(super) fn padded<const N: usize>(numbers: [f32; N]) -> [f32; NUMBERS] {
     let mut all = [0.0; NUMBERS];

@@ -4,6 +4,7 @@
 //! components are lanes.
 
 pub mod bounds;
+pub mod columns;
 pub mod frame;
 pub mod lanes;
 pub mod ray;
@@ -11,6 +12,7 @@ pub mod trig;
 pub mod vec3;
 
 pub use bounds::Bounds;
+pub use columns::{narrow, push3};
 pub use frame::Frame;
 pub use lanes::{Float, Mask, Uint};
 pub use ray::Ray;

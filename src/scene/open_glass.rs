@@ -11,6 +11,7 @@ use glam::DVec3;
 use super::description::{
     CylinderParameters, DiskParameters, Entity, Material, MaterialKind, Mesh, QuadParameters, Scene, Shape,
 };
+use crate::math::narrow;
 use crate::parameter::Family;
 
 /// How far the direction of a disk's normal may be from a cylinder's axis, as one minus the cosine, for the disk to
@@ -124,15 +125,12 @@ fn bits(numbers: [f32; 3]) -> [u32; 3] {
     numbers.map(|x| (x + 0.0).to_bits())
 }
 
-fn narrow(point: DVec3) -> [f32; 3] {
-    point.to_array().map(|x| x as f32)
-}
-
 /// Cylinders with an end that no disk of their material closes, and disks that close none.
 fn open_cylinders_and_disks(entities: &[(usize, &Entity)]) -> Vec<(Kind, usize)> {
     // By centre, radius and material: what closes a cylinder agrees in all of them.
-    let key =
-        |at: DVec3, radius: f64, material: usize| (bits(narrow(at)), (radius as f32).to_bits(), material);
+    let key = |at: DVec3, radius: f64, material: usize| {
+        (bits(narrow(at.to_array())), (radius as f32).to_bits(), material)
+    };
     let mut disks: HashMap<_, Vec<(usize, DVec3, bool)>> = HashMap::new();
     for &(index, entity) in entities {
         if let Shape::Disk(DiskParameters { center, normal, radius }) = entity.shape {
@@ -194,13 +192,14 @@ fn open_faces(entities: &[(usize, &Entity)]) -> Vec<(Kind, usize)> {
         };
         match &entity.shape {
             Shape::Quad(QuadParameters { corner, u, v }) => {
-                let corners = [*corner, corner + u, corner + u + v, corner + v].map(narrow);
+                let corners = [*corner, corner + u, corner + u + v, corner + v].map(|p| narrow(p.to_array()));
                 add(&mut (0..4).map(|i| [corners[i], corners[(i + 1) % 4]]), 4);
             }
             Shape::Mesh { mesh, transform } => {
                 let border = borders.entry(Arc::as_ptr(mesh)).or_insert_with(|| border(mesh));
-                let to_world =
-                    |p: [f32; 3]| narrow(transform.transform_point3(DVec3::from(p.map(f64::from))));
+                let to_world = |p: [f32; 3]| {
+                    narrow(transform.transform_point3(DVec3::from(p.map(f64::from))).to_array())
+                };
                 add(&mut border.iter().map(|ends| ends.map(to_world)), border.len());
             }
             _ => {}

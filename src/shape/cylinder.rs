@@ -4,7 +4,7 @@ use super::disk::around;
 use super::{
     BOUNDS_ERROR, Bounds, Described, Form, NOTHING, Piece, RareShape, Shape, Surface, UNIT_ROUNDOFF, overlap,
 };
-use crate::math::{Float, Frame, Ray, Vec3, trig};
+use crate::math::{Float, Frame, Ray, Vec3, narrow, trig};
 use crate::parameter::limits::{LENGTH, POINT, SHORTEST};
 use crate::parameter::{Kind, Problem, parameters};
 use glam::DVec3;
@@ -64,8 +64,8 @@ impl Cylinder {
         let (middle, along) = ((from + to) * 0.5, to - from);
         let length = along.length();
         let largest = from.abs().max(to.abs()).max_element() + radius;
-        let axis = (along / length).to_array().map(|x| x as f32);
-        let middle = middle.to_array().map(|x| x as f32);
+        let axis = narrow((along / length).to_array());
+        let middle = narrow(middle.to_array());
         let half = (0.5 * length + overlap(largest, length)) as f32;
         // What follows is of the rounded numbers.
         let x_axis = Frame::<f32>::around(Vec3::splat(axis)).s;
@@ -79,7 +79,7 @@ impl Cylinder {
             half,
             radius: radius as f32,
             x_axis: [x_axis.x, x_axis.y, x_axis.z],
-            v_axis: v_axis.map(|x| x as f32),
+            v_axis: narrow(v_axis),
         }
     }
 

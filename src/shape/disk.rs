@@ -4,7 +4,7 @@ use super::plane::distance_to_plane;
 use super::{
     BOUNDS_ERROR, Bounds, Described, Form, NOTHING, POSITION_ERROR, Piece, RareShape, Shape, Surface, overlap,
 };
-use crate::math::{Float, Frame, Ray, Vec3, trig};
+use crate::math::{Float, Frame, Ray, Vec3, narrow, trig};
 use crate::parameter::limits::{DIRECTION, LENGTH, POINT};
 use crate::parameter::{Kind, parameters};
 use glam::DVec3;
@@ -46,15 +46,15 @@ impl Disk {
     /// The disk of a centre, a normal of length one and a radius above zero.
     pub fn new(centre: DVec3, normal: DVec3, radius: f64) -> Disk {
         let radius = radius + overlap(centre.abs().max_element() + radius, radius);
-        let frame = Frame::<f32>::around(Vec3::splat(normal.to_array().map(|x| x as f32)));
+        let frame = Frame::<f32>::around(Vec3::splat(narrow(normal.to_array())));
         let wide = |v: Vec3<f32>| DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z));
         // The frame's axes are rounded; these are at right angles to the normal and each other.
         let x = (wide(frame.s) - normal * normal.dot(wide(frame.s))).normalize();
-        let axis = |w: DVec3| (w / radius).extend(-w.dot(centre) / radius).to_array().map(|x| x as f32);
+        let axis = |w: DVec3| narrow((w / radius).extend(-w.dot(centre) / radius).to_array());
         Disk {
-            centre: centre.to_array().map(|x| x as f32),
+            centre: narrow(centre.to_array()),
             radius: radius as f32,
-            normal: normal.to_array().map(|x| x as f32),
+            normal: narrow(normal.to_array()),
             distance: normal.dot(centre) as f32,
             x_axis: axis(x),
             y_axis: axis(normal.cross(x)),

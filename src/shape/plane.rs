@@ -1,7 +1,7 @@
 //! The unbounded plane.
 
 use super::{Bounds, Described, Form, NOTHING, POSITION_ERROR, Piece, Shape, Surface};
-use crate::math::{Float, Frame, Ray, Vec3};
+use crate::math::{Float, Frame, Ray, Vec3, narrow};
 use crate::parameter::limits::{COORDINATE, EDGE};
 use crate::parameter::{Kind, Problem, parameters, unit};
 use glam::DVec3;
@@ -65,8 +65,7 @@ pub(super) fn distance_to_plane<F: Float>(ray: &Ray<F>, n: Vec3<F>, distance: F)
 
 impl Described for PlaneParameters {
     fn pieces(&self) -> Vec<Piece> {
-        let plane =
-            Plane { normal: self.normal.to_array().map(|x| x as f32), distance: self.distance as f32 };
+        let plane = Plane { normal: narrow(self.normal.to_array()), distance: self.distance as f32 };
         vec![Piece::Plane(plane)]
     }
 }

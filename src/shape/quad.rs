@@ -2,7 +2,7 @@
 
 use super::plane::distance_to_plane;
 use super::{BOUNDS_ERROR, Bounds, Described, Form, NOTHING, POSITION_ERROR, Piece, Shape, Surface, overlap};
-use crate::math::{Float, Ray, Vec3};
+use crate::math::{Float, Ray, Vec3, narrow};
 use crate::parameter::limits::{EDGE, PARALLEL, POINT};
 use crate::parameter::{Problem, parameters, unit};
 use glam::DVec3;
@@ -55,13 +55,12 @@ impl Quad {
         let u_axis = v.cross(n) / n.length_squared();
         let v_axis = n.cross(u) / n.length_squared();
         let unit = n.normalize();
-        let narrow = |w: DVec3| w.to_array().map(|x| x as f32);
-        let axis = |w: DVec3| w.extend(-w.dot(corner)).to_array().map(|x| x as f32);
+        let axis = |w: DVec3| narrow(w.extend(-w.dot(corner)).to_array());
         Quad {
-            corner: narrow(corner),
-            u: narrow(u),
-            v: narrow(v),
-            normal: narrow(unit),
+            corner: narrow(corner.to_array()),
+            u: narrow(u.to_array()),
+            v: narrow(v.to_array()),
+            normal: narrow(unit.to_array()),
             distance: unit.dot(corner) as f32,
             u_axis: axis(u_axis),
             v_axis: axis(v_axis),

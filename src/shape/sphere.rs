@@ -1,7 +1,7 @@
 //! The sphere.
 
 use super::{BOUNDS_ERROR, Bounds, Described, Form, NOTHING, Piece, Shape, Surface, UNIT_ROUNDOFF};
-use crate::math::{Float, Ray, Vec3};
+use crate::math::{Float, Ray, Vec3, narrow};
 use crate::parameter::limits::{LENGTH, POINT};
 use crate::parameter::{Kind, parameters};
 use glam::DVec3;
@@ -51,19 +51,18 @@ pub struct Sphere {
 impl Sphere {
     /// The sphere of a centre and a radius above zero.
     pub fn new(centre: DVec3, radius: f64) -> Sphere {
-        let narrow = |w: DVec3| w.to_array().map(|x| x as f32);
         let distance = centre.length();
         // Seen from the origin the nearest point is much nearer than the centre.
         let is_wall = (distance - radius).abs() < 0.25 * radius;
         let anchor = if is_wall { centre * (1.0 - radius / distance) } else { centre };
         // What rounding does to the anchor is known, and goes into its power.
-        let anchor = narrow(anchor);
+        let anchor = narrow(anchor.to_array());
         let to_centre = if is_wall { centre - DVec3::from(anchor.map(f64::from)) } else { DVec3::ZERO };
         Sphere {
-            centre: narrow(centre),
+            centre: narrow(centre.to_array()),
             radius: radius as f32,
             anchor,
-            to_centre: narrow(to_centre),
+            to_centre: narrow(to_centre.to_array()),
             anchor_power: (to_centre.length_squared() - radius * radius) as f32,
         }
     }

@@ -7,6 +7,7 @@ use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
 use crate::light::{Environment, LightTable, NO_LIGHT};
 use crate::material::MaterialTable;
+use crate::math::narrow;
 use crate::scene::{self, Scene};
 use crate::shape::{Piece, Shape};
 use std::sync::Arc;
@@ -31,10 +32,6 @@ impl CompiledScene {
     pub fn seen_by(&self, camera: Camera) -> CompiledScene {
         CompiledScene { camera, ..self.clone() }
     }
-}
-
-fn colour(c: [f64; 3]) -> [f32; 3] {
-    c.map(|x| x as f32)
 }
 
 /// Compiles a scene for a film of `width` × `height` pixels, into tables and the surfaces that rays meet.
@@ -66,7 +63,7 @@ pub fn compile_sharing(
         light.add_to(&mut lights);
     }
     for (index, entity) in scene.entities.iter().enumerate() {
-        let emission = colour(entity.emission);
+        let emission = narrow(entity.emission);
         let flipped = entity.flip_normal;
         let emits = emission.iter().any(|&e| e > 0.0);
         let material = entity.material as u32;
@@ -99,7 +96,7 @@ pub fn compile_sharing(
     all.triangles = Arc::new(triangles);
     all.instances = Arc::new(instances);
     surfaces.set_triangles(Arc::clone(&all.triangles), Arc::clone(&all.instances));
-    lights.set_environment(Environment { radiance: colour(scene.environment) });
+    lights.set_environment(Environment { radiance: narrow(scene.environment) });
     lights.build_tree();
     if scene.render.integrator == scene::Integrator::Whitted {
         lights.build_lamps();
@@ -114,7 +111,7 @@ pub fn compile_sharing(
             scene.materials.iter().filter_map(|material| material.kind.row()).collect(),
         ),
         lights,
-        ambient: colour(scene.render.ambient),
+        ambient: narrow(scene.render.ambient),
     };
     Ok((compiled, all))
 }

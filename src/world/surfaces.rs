@@ -4,8 +4,7 @@ use super::rare::Rares;
 use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
 use super::{Hit, Instances, NO_INSTANCE};
 use crate::light::NO_LIGHT;
-use crate::math::trig;
-use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3};
+use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3, push3, trig};
 use crate::shape::{Form, POSITION_ERROR, Rare, Shape, Surface};
 use std::sync::Arc;
 
@@ -80,12 +79,6 @@ pub struct SurfacePoint<F: Float> {
     pub surface: F::Uint,
     /// Its row in the [`SurfaceTable`].
     pub row: F::Uint,
-}
-
-fn push3(columns: &mut [Vec<f32>; 3], values: [f32; 3]) {
-    for (column, value) in columns.iter_mut().zip(values) {
-        column.push(value);
-    }
 }
 
 impl SurfaceTable {

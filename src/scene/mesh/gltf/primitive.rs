@@ -7,6 +7,7 @@ use super::extensions::compressed;
 use super::morph::{self, wide};
 use super::room::Room;
 use super::skin::Skinned;
+use crate::math::narrow;
 use crate::scene::mesh::parts::{self, Parts};
 use crate::shape::{Mesh, MeshError};
 use glam::{DAffine3, DVec3};
@@ -128,7 +129,6 @@ pub(super) fn add(
     };
 
     let rigid = Carrier::of(&pose.to_world);
-    let narrow = |v: DVec3| v.to_array().map(|x| x as f32);
     let mut first = None;
     let mut all_finite = true;
     let mut mirrored = Vec::with_capacity(if skinned.is_some() { vertices } else { 0 });
@@ -149,7 +149,8 @@ pub(super) fn add(
             None => wide(v),
             Some(offsets) => wide(v) + offsets[i],
         };
-        let position = narrow(carrier.to_world.transform_point3(plus(positions[i], &morph.positions)));
+        let position =
+            narrow(carrier.to_world.transform_point3(plus(positions[i], &morph.positions)).to_array());
         all_finite &= position.iter().all(|x| x.is_finite());
         let normal = normals.as_ref().map(|normals| {
             let own = plus(normals[i], &morph.normals);
@@ -159,7 +160,7 @@ pub(super) fn add(
             } else if normal == DVec3::ZERO {
                 add_one(counts, "normals of length 0 are left out, and shading is flat there");
             }
-            narrow(normal)
+            narrow(normal.to_array())
         });
         let uv = uv.as_ref().map(|uv| {
             parts::uv(uv[i]).unwrap_or_else(|| {

@@ -58,6 +58,11 @@ pub trait Declared: Sized {
     fn values(&self) -> Vec<Value>;
 
     /// The same, if the values are possible together. What is odd about them is added to `warnings`.
+    ///
+    /// A reader checks what it could read even if it could not read everything: any value may be
+    /// [unknown](super::Kind::unknown), which is NaN for numbers and `usize::MAX` for materials. A check reports only
+    /// what holds whatever the unknown value is. Comparisons with NaN are false, all but `!=`: write
+    /// `x.abs() > 0.0`, not `x != 0.0`.
     fn check(self, warnings: &mut Vec<Problem>) -> Result<Self, Problem>;
 
     /// Gives the materials that are named here their new indices.

@@ -97,7 +97,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Stands for a value that could not be read, so that the others can be checked: no comparison with it holds.
+    /// Stands for a value that could not be read, so that the others can be checked: NaN, with which no comparison
+    /// holds but `!=`; for a material `usize::MAX`, which is no index.
     pub fn unknown(&self) -> Value {
         match self {
             Kind::Number(_) => Value::Number(f64::NAN),

@@ -23,7 +23,8 @@ const UNIT_LENGTH: f64 = 1e-3;
 fn with_unit_normal(plane: PlaneParameters, warnings: &mut Vec<Problem>) -> Result<PlaneParameters, Problem> {
     let PlaneParameters { normal, distance } = plane;
     let length = normal.length();
-    if distance != 0.0 && (length - 1.0).abs() > UNIT_LENGTH {
+    // An unknown distance is NaN, and other than zero.
+    if distance.abs() > 0.0 && (length - 1.0).abs() > UNIT_LENGTH {
         let length = shown(length);
         warnings.push(Problem {
             parameter: "distance",

@@ -125,9 +125,8 @@ fn lights(scene: &Scene, sampled: usize) -> String {
 /// How many there are of each declaration of a family, and what one and many are called.
 fn declared<'f, F: Family>(all: impl Iterator<Item = &'f F>) -> Vec<(usize, [&'static str; 2])> {
     let mut counts: Vec<_> = F::DECLARATIONS.iter().map(|declaration| (0, declaration.counted)).collect();
-    for declaration in all.filter_map(F::declaration) {
-        let place = F::DECLARATIONS.iter().position(|known| known.name == declaration.name);
-        counts[place.unwrap_or_default()].0 += 1;
+    for place in all.filter_map(F::place) {
+        counts[place].0 += 1;
     }
     counts
 }

@@ -81,8 +81,13 @@ pub trait Family: Sized + 'static {
     /// If there is no such declaration, and as [`Declared::of`].
     fn build(place: usize, values: &[Value], warnings: &mut Vec<Problem>) -> Result<Self, Problem>;
 
-    /// Its declaration; none if it is not declared, as a mesh.
-    fn declaration(&self) -> Option<&'static Declaration>;
+    /// The place of its declaration among them; none if it is not declared, as a mesh.
+    fn place(&self) -> Option<usize>;
+
+    /// Its declaration; none if it is not declared.
+    fn declaration(&self) -> Option<&'static Declaration> {
+        self.place().map(|place| &Self::DECLARATIONS[place])
+    }
 
     /// The values of its parameters, in the order of the declaration.
     fn values(&self) -> Vec<Value>;
@@ -263,13 +268,17 @@ macro_rules! family {
             }
 
             #[allow(unreachable_patterns, reason = "some families have no members that are not declared")]
-            fn declaration(&self) -> Option<&'static $crate::parameter::Declaration> {
+            fn place(&self) -> Option<usize> {
+                enum Place {
+                    $(
+                        $(#[cfg($condition)])?
+                        $member,
+                    )*
+                }
                 match self {
                     $(
                         $(#[cfg($condition)])?
-                        Self::$member(_) => {
-                            Some(const { &<$parameters as $crate::parameter::Declared>::DECLARATION })
-                        }
+                        Self::$member(_) => Some(Place::$member as usize),
                     )*
                     _ => None,
                 }

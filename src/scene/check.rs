@@ -200,7 +200,8 @@ fn check_materials(materials: &[Material], problems: &mut Vec<SceneProblem>) {
 
 /// Checks the parameters of a material, a shape or a light, each against its limits, and all together.
 fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
-    let Some(declaration) = member.declaration() else { return };
+    let Some(place) = member.place() else { return };
+    let declaration = &F::DECLARATIONS[place];
     let (values, before) = (member.values(), found.problems.len());
     for (parameter, value) in declaration.parameters.iter().zip(&values) {
         let name = parameter.name;
@@ -219,8 +220,9 @@ fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
             _ => {}
         }
     }
-    let place = F::DECLARATIONS.iter().position(|other| other.name == declaration.name);
-    let Some(place) = place.filter(|_| found.problems.len() == before) else { return };
+    if found.problems.len() > before {
+        return;
+    }
     match F::build(place, &values, &mut Vec::new()) {
         Err(problem) => found.add(problem.message),
         Ok(built) => {

@@ -113,8 +113,11 @@ impl Values {
             }));
         }
         let place_of = |problem: &Problem| {
-            let place = names(self.declaration).position(|name| name == problem.parameter);
-            self.given[place.unwrap_or_default()].0
+            let mut places = names(self.declaration).zip(&self.given);
+            let named = places.find(|(name, _)| *name == problem.parameter);
+            let (_, (at, _)) = named
+                .unwrap_or_else(|| unreachable!("{} has no {}", self.declaration.what, problem.parameter));
+            *at
         };
         let mut warnings = Vec::new();
         let built = F::build(self.place, &values, &mut warnings).map_err(|problem| {
@@ -136,8 +139,10 @@ impl Values {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::description::{Light, MaterialKind, Shape};
+    use crate::scene::description::{Light, MaterialKind, Shape, SphereParameters};
     use ::toml::de::DeValue;
+    use glam::DVec3;
+    use std::collections::HashSet;
 
     /// Of one family: that fields have types of their kinds, and that defaults can be read.
     fn is_sound<F: Family>() {
@@ -162,6 +167,89 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), F::DECLARATIONS.len());
+    }
+
+    /// Some values of a kind, of which some fit others badly.
+    fn examples(kind: Kind) -> Vec<parameter::Value> {
+        use parameter::Value;
+        let numbers = |limits: parameter::Number| {
+            [0.0, 0.5, 1.0, 2.0].into_iter().filter(move |&number| limits.objection(number).is_none())
+        };
+        let vectors = [DVec3::X, DVec3::Y, DVec3::X * 2.0, DVec3::ONE].map(Value::Vector);
+        match kind {
+            Kind::Number(limits) => numbers(limits).map(Value::Number).collect(),
+            Kind::Pair(limits) => numbers(limits).map(|number| Value::Pair([number; 2])).collect(),
+            Kind::Colour(limits) => numbers(limits).map(|number| Value::Colour([number; 3])).collect(),
+            Kind::Vector(_) => [&vectors[..], &[Value::Vector(DVec3::ZERO)]].concat(),
+            Kind::NonZero(_) => vectors.to_vec(),
+            Kind::Direction(_) => vectors[..2].to_vec(),
+            Kind::Material => vec![Value::Material(0), Value::Material(1)],
+        }
+    }
+
+    /// The parameters that problems and warnings about values name.
+    fn named<F: Family>(place: usize, values: &[parameter::Value]) -> Vec<&'static str> {
+        let mut warnings = Vec::new();
+        let problem = F::build(place, values, &mut warnings).err();
+        problem.into_iter().chain(warnings).map(|problem| problem.parameter).collect()
+    }
+
+    /// Of one family: that what checks find is about a parameter that exists, and does not hang on a value that is
+    /// unknown. Adds the declarations and parameters about which something was found.
+    fn checks_are_sound<F: Family>(found: &mut HashSet<(&'static str, &'static str)>) {
+        for (place, declaration) in F::DECLARATIONS.iter().enumerate() {
+            let mut combinations = vec![Vec::new()];
+            for parameter in declaration.parameters {
+                let examples = examples(parameter.kind);
+                assert!(!examples.is_empty(), "{} of {}", parameter.name, declaration.what);
+                let longer = |values: &Vec<_>| {
+                    let values = values.clone();
+                    examples.iter().map(move |&example| [&values[..], &[example]].concat())
+                };
+                combinations = combinations.iter().flat_map(longer).collect();
+            }
+            for values in combinations {
+                let problems = named::<F>(place, &values);
+                for &parameter in &problems {
+                    assert!(
+                        names(declaration).any(|name| name == parameter),
+                        "{} has no {parameter}",
+                        declaration.what
+                    );
+                    found.insert((declaration.name, parameter));
+                }
+                for (i, parameter) in declaration.parameters.iter().enumerate() {
+                    let mut unread = values.clone();
+                    unread[i] = parameter.kind.unknown();
+                    let told = named::<F>(place, &unread);
+                    assert!(
+                        told.iter().all(|told| problems.contains(told)),
+                        "{told:?} of {}, without {}: {values:?}",
+                        declaration.what,
+                        parameter.name
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn checks_name_parameters_and_say_nothing_of_what_is_unknown() {
+        let mut found = HashSet::new();
+        checks_are_sound::<Shape>(&mut found);
+        checks_are_sound::<MaterialKind>(&mut found);
+        checks_are_sound::<Light>(&mut found);
+        for known in [("plane", "distance"), ("quad", "v"), ("cylinder", "to"), ("box", "max")] {
+            assert!(found.contains(&known), "nothing was found about {known:?}");
+        }
+    }
+
+    #[test]
+    fn members_know_the_places_of_their_declarations() {
+        let sphere = SphereParameters { center: DVec3::ZERO, radius: 1.0 };
+        let place = Shape::from(sphere).place().expect("a place");
+        assert_eq!(Shape::DECLARATIONS[place].name, "sphere");
+        assert_eq!(Shape::Mesh { mesh: Default::default(), transform: Default::default() }.place(), None);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::sample::{EmittedRay, Escaped, LightSample};
 use crate::math::{Float, Rgb, Vec3};
 
 /// The parameters of a light that is not a surface, as a scene describes it.
-pub trait Described {
+pub trait LightParameters {
     /// The light that lanes look up.
     type Light: Light;
     /// The light.

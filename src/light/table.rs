@@ -39,8 +39,10 @@ impl LightTable {
     /// Adds a light and returns its index.
     pub fn push<L: Listed>(&mut self, light: L) -> u32 {
         let index = self.len() as u32;
+        let bounds = light.bounds();
+        assert_eq!(bounds.is_none(), L::INFINITE, "lights at infinity have no bounds, and others have");
         self.columns.push(L::KIND, &light.row());
-        self.bounds.push(light.bounds().unwrap_or_default());
+        self.bounds.push(bounds.unwrap_or_default());
         if L::DELTA {
             self.delta.push(index);
         }

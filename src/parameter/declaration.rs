@@ -186,8 +186,8 @@ pub(crate) use parameters;
 
 /// Lists a family: an enum with a member for each declaration, which stands in a module beside that of the list, and its
 /// [`Family`]. Members that are not declared come after a semicolon, as an enum has them. After the enum comes the
-/// function that compiles the parameters of a member, each by the same expression; it gives `None` for one that is not
-/// declared.
+/// function that compiles the parameters of a member, each by the same expression, and `else` what it gives for members
+/// that are not declared.
 macro_rules! family {
     (
         $(#[$attribute:meta])*
@@ -200,7 +200,7 @@ macro_rules! family {
         }
 
         $(#[$compiled_attribute:meta])*
-        pub fn $compile:ident(&self $(, $argument:ident: $of:ty)*) -> $compiled:ty = $declared:ident => $how:expr;
+        pub fn $compile:ident(&self $(, $argument:ident: $of:ty)*) -> $compiled:ty = $declared:ident => $how:expr $(, else $otherwise:expr)?;
     ) => {
         $(
             $(#[cfg($condition)])?
@@ -220,14 +220,13 @@ macro_rules! family {
 
         impl $family {
             $(#[$compiled_attribute])*
-            #[allow(unreachable_patterns, reason = "some families have no members that are not declared")]
-            pub fn $compile(&self $(, $argument: $of)*) -> Option<$compiled> {
+            pub fn $compile(&self $(, $argument: $of)*) -> $compiled {
                 match self {
                     $(
                         $(#[cfg($condition)])?
-                        Self::$member($declared) => Some($how),
+                        Self::$member($declared) => $how,
                     )*
-                    _ => None,
+                    $(_ => $otherwise,)?
                 }
             }
         }

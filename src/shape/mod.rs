@@ -31,7 +31,7 @@ use crate::math::{Bounds, Float, Ray, Vec3};
 pub const NOTHING: f32 = f32::INFINITY;
 
 /// The parameters of a shape, as a scene describes it.
-pub trait Described {
+pub trait ShapeParameters {
     /// What rays meet: most shapes are one piece, a box is six.
     fn pieces(&self) -> Vec<Piece>;
 }

@@ -1,6 +1,6 @@
 //! The unbounded plane.
 
-use super::{Bounds, Described, Form, NOTHING, POSITION_ERROR, Piece, Shape, Surface};
+use super::{Bounds, Form, NOTHING, POSITION_ERROR, Piece, Shape, ShapeParameters, Surface};
 use crate::math::{Float, Frame, Ray, Vec3};
 use crate::parameter::limits::{COORDINATE, EDGE};
 use crate::parameter::{Kind, Problem, parameters, unit};
@@ -61,7 +61,7 @@ pub(super) fn distance_to_plane<F: Float>(ray: &Ray<F>, n: Vec3<F>, distance: F)
     F::select(t.gt(F::zero()), t, F::splat(NOTHING))
 }
 
-impl Described for PlaneParameters {
+impl ShapeParameters for PlaneParameters {
     fn pieces(&self) -> Vec<Piece> {
         let plane =
             Plane { normal: self.normal.to_array().map(|x| x as f32), distance: self.distance as f32 };

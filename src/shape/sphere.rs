@@ -1,6 +1,6 @@
 //! The sphere.
 
-use super::{BOUNDS_ERROR, Bounds, Described, Form, NOTHING, Piece, Shape, Surface, UNIT_ROUNDOFF};
+use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, Piece, Shape, ShapeParameters, Surface, UNIT_ROUNDOFF};
 use crate::math::{Float, Ray, Vec3};
 use crate::parameter::limits::{LENGTH, POINT};
 use crate::parameter::{Kind, parameters};
@@ -112,7 +112,7 @@ impl<F: Float> SphereForm<F> {
     }
 }
 
-impl Described for SphereParameters {
+impl ShapeParameters for SphereParameters {
     fn pieces(&self) -> Vec<Piece> {
         vec![Piece::Sphere(Sphere::new(self.center, self.radius))]
     }

@@ -97,7 +97,7 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
         let material = entity.material as u32;
         let mut look =
             Look { material, emission, flip_normal: flipped, entity: index as u32, light: NO_LIGHT };
-        for piece in entity.shape.pieces().unwrap_or_default() {
+        for piece in entity.shape.pieces() {
             look.light = if emits { lights.push_piece(&piece, flipped, emission) } else { NO_LIGHT };
             match piece {
                 Piece::Plane(plane) => all.planes.push((plane, surfaces.push(plane.surface(), look))),
@@ -135,9 +135,7 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),
         surfaces,
-        materials: MaterialTable::new(
-            scene.materials.iter().filter_map(|material| material.kind.row()).collect(),
-        ),
+        materials: MaterialTable::new(scene.materials.iter().map(|material| material.kind.row()).collect()),
         lights,
         ambient: colour(scene.render.ambient),
     };

@@ -187,7 +187,7 @@ pub(crate) use parameters;
 /// Lists a family: an enum with a member for each declaration, which stands in a module beside that of the list, and its
 /// [`Family`]. Members that are not declared come after a semicolon, as an enum has them. After the enum comes the
 /// function that compiles the parameters of a member, each by the same expression, and `else` what it gives for members
-/// that are not declared.
+/// that are not declared. Other crates, the tests among them, must allow for new members.
 macro_rules! family {
     (
         $(#[$attribute:meta])*
@@ -209,6 +209,7 @@ macro_rules! family {
 
         $(#[$attribute])*
         #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
         pub enum $family {
             $(
                 $(#[cfg($condition)])?

@@ -72,8 +72,7 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
         (surfaces.instances.len(), ["instance of a mesh", "instances of meshes"]),
     ];
     let kinds = declared(scene.entities.iter().map(|entity| &entity.shape)).into_iter().chain(meshes);
-    let kinds = kinds.filter(|(n, _)| *n > 0).map(|(n, [one, many])| count(n, one, many));
-    facts.line("surfaces", or_none(kinds.collect::<Vec<_>>().join(", ")));
+    facts.line("surfaces", counts(kinds));
     let around = bounds(scene, &compiled, &surfaces);
     if around.low[0] <= around.high[0] {
         facts.bounds(around);
@@ -112,15 +111,18 @@ fn bounds(scene: &Scene, compiled: &CompiledScene, surfaces: &Simple) -> Bounds 
 }
 
 fn lights(scene: &Scene, sampled: usize) -> String {
-    let declared = declared(scene.lights.iter()).into_iter().map(|(n, [one, many])| count(n, one, many));
     let shines = |c: &[f64; 3]| c.iter().any(|&x| x > 0.0);
     let emitters = scene.entities.iter().filter(|entity| shines(&entity.emission)).count();
     let sky = if shines(&scene.environment) { ", and the environment" } else { "" };
-    format!(
-        "{}, {}; {sampled} to choose among{sky}",
-        declared.collect::<Vec<_>>().join(", "),
-        count(emitters, "entity that emits", "entities that emit")
-    )
+    let emitters = (emitters, ["entity that emits", "entities that emit"]);
+    let kinds = declared(scene.lights.iter()).into_iter().chain([emitters]);
+    format!("{}; {sampled} to choose among{sky}", counts(kinds))
+}
+
+/// How many there are of each kind of which there are any.
+fn counts(kinds: impl Iterator<Item = (usize, [&'static str; 2])>) -> String {
+    let kinds = kinds.filter(|(n, _)| *n > 0).map(|(n, [one, many])| count(n, one, many));
+    or_none(kinds.collect::<Vec<_>>().join(", "))
 }
 
 /// How many there are of each declaration of a family, and what one and many are called.

@@ -6,10 +6,8 @@ use crate::math::Bounds;
 use crate::parameter::Family;
 use crate::scene::mesh::{self, MeshFile, Split};
 use crate::scene::{self, MaterialKind, Scene};
-use crate::shape::Shape;
-use crate::world::{CompiledScene, Finder, Simple, Size, Triangles, World, compile};
+use crate::world::{Finder, Simple, Size, Triangles, World, compile, extent};
 use glam::{DAffine3, DVec3};
-use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
@@ -73,7 +71,7 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     ];
     let kinds = declared(scene.entities.iter().map(|entity| &entity.shape)).into_iter().chain(meshes);
     facts.line("surfaces", counts(kinds));
-    let around = bounds(scene, &compiled, &surfaces);
+    let around = extent(scene, &compiled.surfaces, &surfaces);
     if around.low[0] <= around.high[0] {
         facts.bounds(around);
     }
@@ -85,29 +83,6 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     facts.structure(&surfaces);
     loaded.warnings.iter().for_each(|warning| facts.line("warning", warning));
     Ok(facts.0)
-}
-
-/// A box around all that is bounded. Of instances it holds their own boxes.
-fn bounds(scene: &Scene, compiled: &CompiledScene, surfaces: &Simple) -> Bounds {
-    let shapes = surfaces.spheres.iter().map(|(s, _)| s.bounds());
-    let shapes = shapes.chain(surfaces.quads.iter().map(|(q, _)| q.bounds()));
-    let shapes = shapes.chain(surfaces.rare.iter().map(|(s, _)| s.bounds()));
-    let triangles = (0..surfaces.triangles.placed()).map(|i| surfaces.triangles.bounds(i));
-    let mut own = HashMap::new();
-    let instances = surfaces.instances.rows.iter().filter_map(|&row| {
-        let (_, look) = compiled.surfaces.rows()[row as usize];
-        let scene::Shape::Mesh { mesh, transform } = &scene.entities[look.entity as usize].shape else {
-            return None;
-        };
-        let own = own.entry(Arc::as_ptr(mesh)).or_insert_with(|| Bounds::of(mesh.positions.iter().copied()));
-        let Bounds { low, high } = *own;
-        Some(Bounds::of((0..8).map(|corner| {
-            let p = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] });
-            let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
-            p.to_array().map(|x| x as f32)
-        })))
-    });
-    shapes.chain(triangles).chain(instances).fold(Bounds::NOTHING, |around, bounds| around.with(&bounds))
 }
 
 fn lights(scene: &Scene, sampled: usize) -> String {

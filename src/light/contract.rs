@@ -60,6 +60,6 @@ pub trait Light {
     }
 
     /// A ray that leaves the light, drawn with `u` in [0, 1)⁴: its origin with the first two numbers, its direction
-    /// with the others. A light at infinity keeps in its row how large the scene is.
+    /// with the others. From infinity it is an [`EmittedRay::from_beyond`].
     fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, u: [F; 4]) -> EmittedRay<F>;
 }

@@ -9,7 +9,7 @@ use super::lamps::{self, Lamp, MeshLamp};
 use super::sample::{EmittedRay, LightSample};
 use super::tree::LightTree;
 use super::triangle::Triangle;
-use crate::math::{BELOW_ONE, Float, Mask, Rgb, Uint, Vec3};
+use crate::math::{BELOW_ONE, Bounds, Float, Mask, Rgb, Uint, Vec3};
 use crate::shape::{Piece, Rare};
 use std::ops::Range;
 
@@ -89,6 +89,11 @@ impl LightTable {
     /// What rays see that leave the scene, behind all lights at infinity.
     pub fn environment(&self) -> Environment {
         self.environment
+    }
+
+    /// Says how far the scene reaches: lights at infinity send rays to all of a box (see [`LaneLights::extent`]).
+    pub fn set_extent(&mut self, around: Bounds) {
+        self.columns.set_extent(around);
     }
 
     /// The lights that have a place.

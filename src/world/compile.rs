@@ -1,5 +1,6 @@
 //! From the description to the tables.
 
+use super::extent::extent;
 use super::surfaces::{Look, SurfaceTable};
 use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
@@ -125,6 +126,9 @@ pub fn compile_sharing(scene: &Scene, width: u32, height: u32, from: usize) -> (
     all.instances = Arc::new(instances);
     surfaces.set_triangles(Arc::clone(&all.triangles), Arc::clone(&all.instances));
     lights.set_environment(Environment { radiance: colour(scene.environment) });
+    if !lights.infinite_lights().is_empty() {
+        lights.set_extent(extent(scene, &surfaces, &all));
+    }
     lights.build_tree();
     if scene.render.integrator == scene::Integrator::Whitted {
         lights.build_lamps();

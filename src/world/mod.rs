@@ -5,6 +5,7 @@
 
 mod bvh;
 mod compile;
+mod extent;
 mod instances;
 mod interaction;
 mod pages;
@@ -16,6 +17,7 @@ mod triangles;
 
 pub use bvh::{Boxes, Bvh, Contents, WIDTH as TREE_WIDTH};
 pub use compile::{CompiledScene, SHARING_PAYS_FROM, compile, compile_sharing};
+pub use extent::extent;
 pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
 pub use interaction::{Interaction, Uv};
 pub use simple::Simple;

@@ -228,9 +228,9 @@ broken!(
     light_type_unknown,
     r#"
 [[lights]]
-type = "spot"
+type = "pont"
 "#,
-    [r#"2:8: unknown light type "spot"; valid here: "point""#]
+    [r#"2:8: unknown light type "pont"; did you mean "point"?"#]
 );
 broken!(
     light_intensity_infinite,

@@ -148,6 +148,11 @@ impl LightTable {
         self.columns.len() == 0
     }
 
+    /// The kinds of its lights.
+    pub fn kinds(&self) -> impl Iterator<Item = LightKind> + '_ {
+        LightKind::ALL.iter().copied().filter(|&kind| self.columns.has(kind as u32))
+    }
+
     /// The lights and the numbers of their kinds (see [`LightKind`]), in the order in which they were added.
     pub fn rows(&self) -> impl Iterator<Item = (u32, LightRow)> + '_ {
         self.columns.kinds().iter().enumerate().map(|(light, &kind)| (kind, self.columns.row(light)))

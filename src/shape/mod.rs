@@ -15,13 +15,11 @@ mod rare;
 mod sphere;
 mod triangle;
 
-pub use cylinder::Cylinder;
-pub use disk::Disk;
 pub use list::*;
 pub use mesh::{FARTHEST, MOST as MOST_TRIANGLES, Mesh, MeshError};
 pub use plane::Plane;
 pub use quad::{Quad, QuadForm};
-pub use rare::Rare;
+pub use rare::*;
 pub use sphere::{Sphere, SphereForm};
 pub use triangle::{Meeting, NEEDLE, Sheared, Shears, Sides, TRIANGLE_ERROR, is_needle, triangle_error};
 

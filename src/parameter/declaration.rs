@@ -23,6 +23,8 @@ pub struct Declaration {
     pub name: &'static str,
     /// With an article: "a sphere".
     pub what: &'static str,
+    /// What it is, for people.
+    pub about: &'static str,
     /// What one and several are called where they are counted.
     pub counted: [&'static str; 2],
     /// Whether lists and the JSON Schema leave it out.
@@ -96,7 +98,7 @@ pub trait Family: Sized + 'static {
 
 /// Declares the parameters of a shape, a material or a light: a struct with a field for each, and its [`Declared`].
 ///
-/// The documentation of a field is the parameter's description in the JSON Schema. After the field's type comes the
+/// The documentation of the struct and of its fields are the descriptions in the JSON Schema. After the field's type comes the
 /// [`Kind`] of its values and, if it may be absent, the value that this means, in TOML:
 ///
 /// ```text
@@ -114,7 +116,7 @@ pub trait Family: Sized + 'static {
 /// an s. What comes after the fields may be left out: `check`, a function as [`Declared::check`], and `hidden = true`.
 macro_rules! parameters {
     (
-        $(#[$attribute:meta])*
+        $(#[doc = $summary:literal])+
         pub struct $type:ident: $name:literal, $what:literal $(, $one:literal, $several:literal)? {
             $(
                 $(#[doc = $about:literal])+
@@ -124,7 +126,7 @@ macro_rules! parameters {
         $(check = $check:path;)?
         $(hidden = $hidden:literal;)?
     ) => {
-        $(#[$attribute])*
+        $(#[doc = $summary])+
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct $type {
             $(
@@ -137,6 +139,7 @@ macro_rules! parameters {
             const DECLARATION: $crate::parameter::Declaration = $crate::parameter::Declaration {
                 name: $name,
                 what: $what,
+                about: concat!($($summary),+).trim_ascii_start(),
                 counted: $crate::parameter::parameters!(@counted $name $(, $one, $several)?),
                 is_hidden: false $(|| $hidden)?,
                 parameters: &[$(

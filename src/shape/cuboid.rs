@@ -6,7 +6,7 @@ use crate::parameter::{Problem, parameters};
 use glam::DVec3;
 
 parameters! {
-    /// The six sides of a box along the axes.
+    /// The six sides of a box along the axes; outward is away from its middle.
     pub struct BoxParameters: "box", "a box", "box of six quads", "boxes of six quads" {
         /// The corner of the box with the least x, y and z.
         min: DVec3 = POINT,

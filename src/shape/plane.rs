@@ -7,7 +7,7 @@ use crate::parameter::{Kind, Problem, parameters, unit};
 use glam::DVec3;
 
 parameters! {
-    /// All X with X·normal = distance, where the normal is of length one.
+    /// All X with X·normal = distance, where the normal is of length one; outward is the normal.
     pub struct PlaneParameters: "plane", "a plane" {
         /// The direction the plane faces. Its length does not matter: it is made one.
         normal: DVec3 = EDGE,

@@ -8,7 +8,7 @@ use glam::DVec3;
 use std::f32::consts::PI;
 
 parameters! {
-    /// All X with |X − center| = radius.
+    /// All X with |X − center| = radius; outward is away from the centre.
     pub struct SphereParameters: "sphere", "a sphere" {
         /// The centre of the sphere.
         center: DVec3 = POINT,

@@ -133,7 +133,7 @@ fn a_lamp_two_percent_brighter_is_noticed() {
         entity.emission = entity.emission.map(|e| e * 1.02);
     }
     for light in &mut brighter.lights {
-        let stride::scene::Light::Point(point) = light;
+        let stride::scene::Light::Point(point) = light else { panic!("a light of another kind") };
         point.intensity = point.intensity.map(|e| e * 1.02);
     }
     brighter.environment = brighter.environment.map(|e| e * 1.02);

@@ -7,7 +7,7 @@ use glam::DVec3;
 use std::marker::PhantomData;
 use stride::integrator::{Finished, Paths};
 use stride::material::{
-    Bxdf, CheckerboardParameters, Described, GlassParameters, MaterialTable, MatteParameters,
+    Bxdf, CheckerboardParameters, GlassParameters, MaterialParameters, MaterialTable, MatteParameters,
     MirrorParameters, Site, TransportMode, fresnel_dielectric,
 };
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};

@@ -9,7 +9,7 @@ use common::statistics::{check_against_tables, normal_tails, sidak};
 use glam::DVec3;
 use std::f64::consts::TAU;
 use stride::material::{
-    Bsdf, Bxdf, BxdfSample, Described, Dielectric, GlassParameters, Lambertian, MaterialTable,
+    Bsdf, Bxdf, BxdfSample, Dielectric, GlassParameters, Lambertian, MaterialParameters, MaterialTable,
     MatteParameters, MirrorParameters, Site, SpecularReflection, TransportMode,
 };
 use stride::math::lanes::scalar::Wrapping;

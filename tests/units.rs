@@ -47,7 +47,10 @@ fn scaled(scene: &Scene, s: f64) -> Scene {
             }
         }
     }
-    for Light::Point(PointLightParameters { position, intensity }) in &mut scene.lights {
+    for light in &mut scene.lights {
+        let Light::Point(PointLightParameters { position, intensity }) = light else {
+            panic!("a light of unknown lengths")
+        };
         *position *= s;
         *intensity = intensity.map(|c| c * s * s);
     }

@@ -2,14 +2,12 @@
 
 use super::failure::Failure;
 use super::loading::Loading;
-use crate::math::{Bounds, narrow};
+use crate::math::Bounds;
 use crate::parameter::Family;
 use crate::scene::mesh::{self, MeshFile, Split};
 use crate::scene::{self, MaterialKind, Scene};
-use crate::shape::Shape;
-use crate::world::{CompiledScene, Finder, Simple, Triangles, World, compile};
+use crate::world::{Finder, Simple, Triangles, World, compile, extent};
 use glam::{DAffine3, DVec3};
-use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
@@ -71,9 +69,8 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
         (surfaces.instances.len(), ["instance of a mesh", "instances of meshes"]),
     ];
     let kinds = declared(scene.entities.iter().map(|entity| &entity.shape)).into_iter().chain(meshes);
-    let kinds = kinds.filter(|(n, _)| *n > 0).map(|(n, [one, many])| count(n, one, many));
-    facts.line("surfaces", or_none(kinds.collect::<Vec<_>>().join(", ")));
-    let around = bounds(scene, &compiled, &surfaces);
+    facts.line("surfaces", counts(kinds));
+    let around = extent(scene, &compiled.surfaces, &surfaces);
     if around.low[0] <= around.high[0] {
         facts.bounds(around);
     }
@@ -87,39 +84,19 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     Ok(facts.0)
 }
 
-/// A box around all that is bounded. Of instances it holds their own boxes.
-fn bounds(scene: &Scene, compiled: &CompiledScene, surfaces: &Simple) -> Bounds {
-    let shapes = surfaces.spheres.iter().map(|(s, _)| s.bounds());
-    let shapes = shapes.chain(surfaces.quads.iter().map(|(q, _)| q.bounds()));
-    let shapes = shapes.chain(surfaces.rare.iter().map(|(s, _)| s.bounds()));
-    let triangles = (0..surfaces.triangles.placed()).map(|i| surfaces.triangles.bounds(i));
-    let mut own = HashMap::new();
-    let instances = surfaces.instances.rows.iter().filter_map(|&row| {
-        let (_, look) = compiled.surfaces.rows()[row as usize];
-        let scene::Shape::Mesh { mesh, transform } = &scene.entities[look.entity as usize].shape else {
-            return None;
-        };
-        let own = own.entry(Arc::as_ptr(mesh)).or_insert_with(|| Bounds::of(mesh.positions.iter().copied()));
-        let Bounds { low, high } = *own;
-        Some(Bounds::of((0..8).map(|corner| {
-            let p = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] });
-            let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
-            narrow(p.to_array())
-        })))
-    });
-    shapes.chain(triangles).chain(instances).fold(Bounds::NOTHING, |around, bounds| around.with(&bounds))
-}
-
 fn lights(scene: &Scene, sampled: usize) -> String {
-    let declared = declared(scene.lights.iter()).into_iter().map(|(n, [one, many])| count(n, one, many));
     let shines = |c: &[f64; 3]| c.iter().any(|&x| x > 0.0);
     let emitters = scene.entities.iter().filter(|entity| shines(&entity.emission)).count();
     let sky = if shines(&scene.environment) { ", and the environment" } else { "" };
-    format!(
-        "{}, {}; {sampled} to choose among{sky}",
-        declared.collect::<Vec<_>>().join(", "),
-        count(emitters, "entity that emits", "entities that emit")
-    )
+    let emitters = (emitters, ["entity that emits", "entities that emit"]);
+    let kinds = declared(scene.lights.iter()).into_iter().chain([emitters]);
+    format!("{}; {sampled} to choose among{sky}", counts(kinds))
+}
+
+/// How many there are of each kind of which there are any.
+fn counts(kinds: impl Iterator<Item = (usize, [&'static str; 2])>) -> String {
+    let kinds = kinds.filter(|(n, _)| *n > 0).map(|(n, [one, many])| count(n, one, many));
+    or_none(kinds.collect::<Vec<_>>().join(", "))
 }
 
 /// How many there are of each declaration of a family, and what one and many are called.

@@ -166,7 +166,7 @@ fn step<F: Float>(
 
     let (at, lights) = (&vertex.at, &view.scene.lights);
     let scattering = Scattering::new(view.scene, at, &state.ray);
-    let smooth = going & scattering.bsdf.is_smooth();
+    let smooth = going & scattering.bsdf.has_non_delta();
     let (asks, has_lights) = match transport {
         // Lamps are black more often than not.
         Transport::NextEvent(_) => (smooth & !scattering.bsdf.is_black(), !lights.is_empty()),

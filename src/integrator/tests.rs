@@ -63,8 +63,8 @@ fn seen(
 
 const MATTE: &str = "type = \"matte\"\nreflectance = [0.5, 0.5, 0.5]";
 const MIRROR: &str = "type = \"mirror\"\nreflectance = [0.5, 0.5, 0.5]";
-const SKY: Sky = Sky { radiance: [2.0; 3], reach: 10.0 };
-const SUN: Sun = Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3], reach: 10.0 };
+const SKY: Sky = Sky { radiance: [2.0; 3] };
+const SUN: Sun = Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] };
 
 #[track_caller]
 fn agrees((mean, error): (f64, f64), expected: f64) {

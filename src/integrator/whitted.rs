@@ -137,7 +137,7 @@ impl Whitted {
         let wo = frame.to_local(-ray.d);
         let spawn = |wi: Vec3<f32>| at.scattered(frame.to_world(wi).normalized());
         let mut l = emitted;
-        if bsdf.is_smooth() {
+        if bsdf.has_non_delta() {
             l = l + bsdf.albedo() * Rgb::splat(scene.ambient);
             if depth < self.settings.max_depth {
                 for lamp in scene.lights.lamps() {
@@ -159,8 +159,9 @@ impl Whitted {
                     }
                 }
             }
-        } else if depth < self.settings.max_depth {
-            if bsdf.transmits() {
+        }
+        if bsdf.has_delta() && depth < self.settings.max_depth {
+            if bsdf.transmits() && !bsdf.has_non_delta() {
                 for (wi, weight, chance) in bsdf.branches(wo, TransportMode::Radiance) {
                     // The tree of branches doubles with each bounce: below a rounding error of white it is cut.
                     let branch = spawn(wi);
@@ -173,7 +174,9 @@ impl Whitted {
                 let (u, lobe) = ([stream.random(), stream.random()], stream.random());
                 let sample = bsdf.sample(wo, u, lobe, TransportMode::Radiance);
                 let branch = spawn(sample.wi);
-                if at.passes(branch.d, sample.wi) {
+                // Of a surface with other lobes, too, only the delta ones are followed.
+                let is_delta = sample.delta || !bsdf.has_non_delta();
+                if is_delta && at.passes(branch.d, sample.wi) {
                     stack.push((branch, beta * sample.weight, depth + 1));
                 }
             }

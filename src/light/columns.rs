@@ -1,6 +1,8 @@
 //! Lights as columns, from which each lane can look up another one.
 
-use crate::math::{Float, Mask, Rgb, Uint, Vec3, push3};
+use crate::math::{Bounds, Float, Mask, Rgb, Uint, Vec3, push3};
+use crate::shape::BOUNDS_ERROR;
+use glam::DVec3;
 
 /// What a light puts into the columns of a [`LightTable`](super::LightTable). What its kind does not use is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,6 +48,8 @@ pub(super) struct Columns {
     emission: [Vec<f32>; 3],
     /// Bit `k` is set if some light is of kind `k`.
     kinds: u32,
+    /// Centre and radius of a ball around the scene.
+    extent: ([f32; 3], f32),
 }
 
 impl Columns {
@@ -64,6 +68,17 @@ impl Columns {
         self.square.push(f32::from(u8::from(square)));
         push3(&mut self.emission, emission);
         self.kinds |= 1 << kind;
+    }
+
+    /// Says how far the scene reaches.
+    pub(super) fn set_extent(&mut self, around: Bounds) {
+        let Bounds { low, high } = around.grown(BOUNDS_ERROR);
+        let wide = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+        let (centre, radius) = ((wide(low) + wide(high)) / 2.0, wide(low).distance(wide(high)) / 2.0);
+        // Of nothing, and of what has no end, there is no ball.
+        if radius.is_finite() {
+            self.extent = (centre.to_array().map(|x| x as f32), radius as f32);
+        }
     }
 
     /// How many lights there are.
@@ -142,6 +157,14 @@ impl<'a, F: Float> LaneLights<'a, F> {
     #[inline(always)]
     pub(super) fn are(&self, kind: u32) -> F::Mask {
         self.kind.eq(F::Uint::splat(kind))
+    }
+
+    /// Centre and radius of a ball around all surfaces of the scene that are bounded, for lights at infinity. The radius
+    /// is zero if there is no such surface.
+    #[inline(always)]
+    pub fn extent(&self) -> (Vec3<F>, F) {
+        let (centre, radius) = self.columns.extent;
+        (Vec3::splat(centre), F::splat(radius))
     }
 
     /// See [`LightRow::edge_u`] and [`LightRow::edge_v`].

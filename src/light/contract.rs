@@ -6,7 +6,7 @@ use super::sample::{EmittedRay, Escaped, LightSample};
 use crate::math::{Float, Rgb, Vec3};
 
 /// The parameters of a light that is not a surface, as a scene describes it.
-pub trait Described {
+pub trait LightParameters {
     /// The light that lanes look up.
     type Light: Light;
     /// The light.
@@ -60,6 +60,6 @@ pub trait Light {
     }
 
     /// A ray that leaves the light, drawn with `u` in [0, 1)⁴: its origin with the first two numbers, its direction
-    /// with the others. A light at infinity keeps in its row how large the scene is.
+    /// with the others. From infinity it is an [`EmittedRay::from_beyond`].
     fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, u: [F; 4]) -> EmittedRay<F>;
 }

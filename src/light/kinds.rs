@@ -33,6 +33,17 @@ macro_rules! kinds {
             )+
         }
 
+        impl LightKind {
+            /// All kinds.
+            pub const ALL: &[LightKind] = &[
+                LightKind::$first,
+                $(
+                    $(#[$attribute])*
+                    LightKind::$name,
+                )+
+            ];
+        }
+
         impl Listed for $First {
             const KIND: u32 = LightKind::$first as u32;
         }

@@ -1,6 +1,6 @@
 //! The list of lights that are not surfaces.
 
-use super::contract::Described;
+use super::contract::LightParameters;
 use super::table::LightTable;
 use crate::parameter::family;
 

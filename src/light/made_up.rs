@@ -4,23 +4,20 @@ use super::bounds::LightBounds;
 use super::columns::{LaneLights, LightRow};
 use super::contract::Light;
 use super::sample::{EmittedRay, Escaped, LightSample};
-use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3};
+use crate::math::{Float, Mask, Rgb, Vec3};
 use crate::sampling::warp;
-use std::f32::consts::PI;
 
 /// A sky of the same radiance everywhere, sampled uniformly by solid angle.
 #[derive(Clone, Copy)]
 pub(crate) struct Sky {
     pub(crate) radiance: [f32; 3],
-    /// Radius of a ball about the origin that holds the scene.
-    pub(crate) reach: f32,
 }
 
 impl Light for Sky {
     const INFINITE: bool = true;
 
     fn row(&self) -> LightRow {
-        LightRow { radius: self.reach, emission: self.radiance, ..LightRow::default() }
+        LightRow { emission: self.radiance, ..LightRow::default() }
     }
 
     fn bounds(&self) -> Option<LightBounds> {
@@ -51,10 +48,10 @@ impl Light for Sky {
 
     #[inline(always)]
     fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, [a, b, c, d]: [F; 4]) -> EmittedRay<F> {
-        let towards = warp::uniform_sphere([c, d]);
+        let d = warp::uniform_sphere([c, d]);
         EmittedRay {
             pdf_direction: warp::uniform_sphere_pdf(),
-            ..from_afar(lights, emission, towards, [a, b])
+            ..EmittedRay::from_beyond(lights.extent(), d, emission, [a, b])
         }
     }
 }
@@ -66,8 +63,6 @@ pub(crate) struct Sun {
     pub(crate) towards: [f32; 3],
     /// On a surface that faces it, in W/m².
     pub(crate) irradiance: [f32; 3],
-    /// Radius of a ball about the origin that holds the scene.
-    pub(crate) reach: f32,
 }
 
 impl Light for Sun {
@@ -75,12 +70,7 @@ impl Light for Sun {
     const INFINITE: bool = true;
 
     fn row(&self) -> LightRow {
-        LightRow {
-            normal: self.towards,
-            radius: self.reach,
-            emission: self.irradiance,
-            ..LightRow::default()
-        }
+        LightRow { normal: self.towards, emission: self.irradiance, ..LightRow::default() }
     }
 
     fn bounds(&self) -> Option<LightBounds> {
@@ -106,26 +96,6 @@ impl Light for Sun {
 
     #[inline(always)]
     fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, [a, b, _, _]: [F; 4]) -> EmittedRay<F> {
-        from_afar(lights, emission, lights.normal(), [a, b])
-    }
-}
-
-/// A ray from a disk beyond the scene, of which a direction to the light is the normal.
-#[inline(always)]
-fn from_afar<F: Float>(
-    lights: &LaneLights<'_, F>,
-    emission: Rgb<F>,
-    towards: Vec3<F>,
-    u: [F; 2],
-) -> EmittedRay<F> {
-    let reach = lights.radius();
-    let (x, y) = warp::disk(u);
-    let on_disk = Frame::around(towards).to_world(Vec3::new(x * reach, y * reach, reach));
-    EmittedRay {
-        ray: Ray::new(on_disk, -towards),
-        cos: F::splat(1.0),
-        radiance: emission,
-        pdf_position: F::splat(1.0) / (reach * reach * PI),
-        pdf_direction: F::splat(1.0),
+        EmittedRay::from_beyond(lights.extent(), -lights.normal(), emission, [a, b])
     }
 }

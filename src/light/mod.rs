@@ -26,7 +26,7 @@ mod triangle;
 pub use area::AreaLight;
 pub use bounds::LightBounds;
 pub use columns::{LaneLights, LightRow};
-pub use contract::{Described, Light};
+pub use contract::{Light, LightParameters};
 pub use environment::Environment;
 pub use kinds::{LightKind, Listed};
 pub use lamps::{LEAST_TRIANGLES, Lamp, MeshLamp};

@@ -2,7 +2,7 @@
 
 use super::bounds::{LightBounds, grey};
 use super::columns::{LaneLights, LightRow};
-use super::contract::{Described, Light};
+use super::contract::{Light, LightParameters};
 use super::sample::{EmittedRay, LightSample};
 use crate::math::{Float, Mask, Ray, Rgb, Vec3, narrow};
 use crate::parameter::limits::{INTENSITY, POINT};
@@ -30,7 +30,7 @@ pub struct PointLight {
     pub intensity: [f32; 3],
 }
 
-impl Described for PointLightParameters {
+impl LightParameters for PointLightParameters {
     type Light = PointLight;
 
     fn light(&self) -> PointLight {

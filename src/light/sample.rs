@@ -1,6 +1,7 @@
 //! What lights answer: a direction towards one, what a ray sees beyond the scene, and a ray that leaves a light.
 
-use crate::math::{Float, Mask, Ray, Rgb, Vec3};
+use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3};
+use crate::sampling::warp;
 use crate::shape::POSITION_ERROR;
 
 /// The share of its length that a shadow ray has: what is left out is as for a hit so far from the origin.
@@ -90,7 +91,7 @@ pub struct EmittedRay<F: Float> {
     pub ray: Ray<F>,
     /// cos θ between the ray and the normal of the side that emits; 1 for a light without a surface.
     pub cos: F,
-    /// Radiance along the ray; intensity of a point.
+    /// Radiance along the ray; intensity of a point, and what a light at infinity without a size gives in irradiance.
     pub radiance: Rgb<F>,
     /// Density of the origin by area; 1 for a point, whose place is certain.
     pub pdf_position: F,
@@ -99,6 +100,22 @@ pub struct EmittedRay<F: Float> {
 }
 
 impl<F: Float> EmittedRay<F> {
+    /// A ray that comes from infinity in the direction `d`, as if it left a disk that touches the ball around the scene
+    /// (see [`LaneLights::extent`](super::LaneLights::extent)) and shows it all of its face. The origin is drawn
+    /// uniformly with `u` in [0, 1)²; the direction is certain, unless the caller has drawn it and states its density.
+    #[inline(always)]
+    pub fn from_beyond((centre, radius): (Vec3<F>, F), d: Vec3<F>, radiance: Rgb<F>, u: [F; 2]) -> Self {
+        let (x, y) = warp::disk(u);
+        let on_disk = Frame::around(d).to_world(Vec3::new(x, y, F::splat(-1.0)));
+        EmittedRay {
+            ray: Ray::new(centre + on_disk * radius, d),
+            cos: F::splat(1.0),
+            radiance,
+            pdf_position: warp::disk_pdf::<F>() / (radius * radius),
+            pdf_direction: F::splat(1.0),
+        }
+    }
+
     /// The flux in W that the ray stands for: its mean over all rays is the power of the light.
     #[inline(always)]
     pub fn flux(&self) -> Rgb<F> {

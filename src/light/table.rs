@@ -9,7 +9,7 @@ use super::lamps::{self, Lamp, MeshLamp};
 use super::sample::{EmittedRay, LightSample};
 use super::tree::LightTree;
 use super::triangle::Triangle;
-use crate::math::{BELOW_ONE, Float, Mask, Rgb, Uint, Vec3};
+use crate::math::{BELOW_ONE, Bounds, Float, Mask, Rgb, Uint, Vec3};
 use crate::shape::{Piece, Rare};
 use std::ops::Range;
 
@@ -39,8 +39,10 @@ impl LightTable {
     /// Adds a light and returns its index.
     pub fn push<L: Listed>(&mut self, light: L) -> u32 {
         let index = self.len() as u32;
+        let bounds = light.bounds();
+        assert_eq!(bounds.is_none(), L::INFINITE, "lights at infinity have no bounds, and others have");
         self.columns.push(L::KIND, &light.row());
-        self.bounds.push(light.bounds().unwrap_or_default());
+        self.bounds.push(bounds.unwrap_or_default());
         if L::DELTA {
             self.delta.push(index);
         }
@@ -87,6 +89,11 @@ impl LightTable {
     /// What rays see that leave the scene, behind all lights at infinity.
     pub fn environment(&self) -> Environment {
         self.environment
+    }
+
+    /// Says how far the scene reaches: lights at infinity send rays to all of a box (see [`LaneLights::extent`]).
+    pub fn set_extent(&mut self, around: Bounds) {
+        self.columns.set_extent(around);
     }
 
     /// The lights that have a place.
@@ -139,6 +146,11 @@ impl LightTable {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.columns.len() == 0
+    }
+
+    /// The kinds of its lights.
+    pub fn kinds(&self) -> impl Iterator<Item = LightKind> + '_ {
+        LightKind::ALL.iter().copied().filter(|&kind| self.columns.has(kind as u32))
     }
 
     /// The lights and the numbers of their kinds (see [`LightKind`]), in the order in which they were added.

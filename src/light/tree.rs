@@ -276,7 +276,10 @@ impl<const DRAWS: bool> Kernel for Descent<'_, DRAWS> {
         while going != 0 {
             let lane = going.trailing_zeros() as usize & (MAX_LANES - 1);
             going &= going - 1;
-            let [p, n] = [&lanes.p, &lanes.n].map(|v| Vec3::<F::Octet>::splat([0, 1, 2].map(|c| v[c][lane])));
+            // An array's own `map` would not be inlined, and run without the level's instructions.
+            let at = |v: &[[f32; MAX_LANES]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
+            let p = Vec3::<F::Octet>::splat(at(&lanes.p));
+            let n = Vec3::<F::Octet>::splat(at(&lanes.n));
             let (mut u, mut chance, mut link) = (lanes.u[lane], lanes.chance[lane], lanes.node[lane]);
             let place = Wrapping(lanes.place[lane]);
             let (mut units, mut first_unit) = (0, 0);

@@ -3,7 +3,7 @@
 use super::bxdf::{Bxdf, BxdfSample, TransportMode};
 use super::kind::Kind;
 use super::lobes::Lambertian;
-use super::program::{Described, Leaf};
+use super::program::{Leaf, MaterialParameters};
 use super::row::{Numbers, Row, Site};
 use crate::math::{Float, Rgb, Vec3};
 use crate::parameter::parameters;
@@ -23,7 +23,7 @@ impl Broken {
     pub const WEIGHTS: [f32; 3] = [f32::NAN, f32::INFINITY, -1.0];
 }
 
-impl Described for BrokenParameters {
+impl MaterialParameters for BrokenParameters {
     fn row(&self) -> Row {
         Row::new(Kind::Broken, [1.0; 3])
     }
@@ -46,7 +46,8 @@ pub struct Impossible<F> {
 
 impl<F: Float> Bxdf<F> for Impossible<F> {
     // No light is sampled: what is impossible comes from its directions alone.
-    const SMOOTH: bool = false;
+    const HAS_NON_DELTA: bool = false;
+    const HAS_DELTA: bool = true;
 
     #[inline(always)]
     fn eval(&self, _wo: Vec3<F>, _wi: Vec3<F>, _mode: TransportMode) -> Rgb<F> {

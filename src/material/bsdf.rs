@@ -30,7 +30,10 @@ macro_rules! has {
 macro_rules! answer {
     (
         { $bsdf:ident, $flag:ident, $select:path, $bxdf:ident => $answer:expr }
-        leaves { $first_module:ident::$First:ident, $($(#[$cfg:meta])* $module:ident::$Leaf:ident,)* }
+        leaves {
+            $first_module:ident::$First:ident($first_parameters:ident),
+            $($(#[$cfg:meta])* $module:ident::$Leaf:ident($parameters:ident),)*
+        }
         choosers $choosers:tt
     ) => {{
         let $bxdf = $bsdf.lobe::<super::$first_module::$First>();
@@ -55,7 +58,7 @@ macro_rules! answer {
 macro_rules! lanes_with {
     (
         { $bsdf:ident, $flag:ident }
-        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident,)* }
+        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident($parameters:ident),)* }
         choosers $choosers:tt
     ) => {{
         let mut lanes = F::Mask::splat(false);
@@ -92,11 +95,13 @@ impl<F: Float> Bsdf<F> {
 }
 
 impl<F: Float> Bxdf<F> for Bsdf<F> {
+    const HAS_DELTA: bool = true;
     const TRANSMITS: bool = true;
 
     #[inline(always)]
     fn eval(&self, wo: Vec3<F>, wi: Vec3<F>, mode: TransportMode) -> Rgb<F> {
-        materials!(answer self, SMOOTH, Rgb::select, bxdf => bxdf.eval(wo, wi, mode)).only(self.is_smooth())
+        materials!(answer self, HAS_NON_DELTA, Rgb::select, bxdf => bxdf.eval(wo, wi, mode))
+            .only(self.has_non_delta())
     }
 
     #[inline(always)]
@@ -106,7 +111,7 @@ impl<F: Float> Bxdf<F> for Bsdf<F> {
 
     #[inline(always)]
     fn pdf(&self, wo: Vec3<F>, wi: Vec3<F>) -> F {
-        materials!(answer self, SMOOTH, F::select, bxdf => bxdf.pdf(wo, wi)).only(self.is_smooth())
+        materials!(answer self, HAS_NON_DELTA, F::select, bxdf => bxdf.pdf(wo, wi)).only(self.has_non_delta())
     }
 
     #[inline(always)]
@@ -115,8 +120,13 @@ impl<F: Float> Bxdf<F> for Bsdf<F> {
     }
 
     #[inline(always)]
-    fn is_smooth(&self) -> F::Mask {
-        materials!(lanes_with self, SMOOTH)
+    fn has_non_delta(&self) -> F::Mask {
+        materials!(lanes_with self, HAS_NON_DELTA)
+    }
+
+    #[inline(always)]
+    fn has_delta(&self) -> F::Mask {
+        materials!(lanes_with self, HAS_DELTA)
     }
 
     #[inline(always)]
@@ -146,4 +156,47 @@ fn select_branch<F: Float>(
     b: (Vec3<F>, Rgb<F>, F),
 ) -> (Vec3<F>, Rgb<F>, F) {
     (Vec3::select(mask, a.0, b.0), Rgb::select(mask, a.1, b.1), F::select(mask, a.2, b.2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::scalar::Wrapping;
+    use crate::sampling::{Stream, warp};
+    use rand::RngExt;
+
+    macro_rules! kinds_of_leaves {
+        (
+            {}
+            leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident($parameters:ident),)* }
+            choosers $choosers:tt
+        ) => {
+            [$($(#[$cfg])* Kind::$Leaf,)*]
+        };
+    }
+
+    /// Paths sample no lights where [`Bsdf::is_black`] holds: there must be nothing to lose.
+    #[test]
+    fn what_is_black_scatters_nothing_but_by_deltas() {
+        let mut stream = Stream::new(50, 0, 0);
+        let mut scattered = 0;
+        for kind in materials!(kinds_of_leaves) {
+            for (colour, is_black) in [(0.0, true), (0.5, false)] {
+                let numbers =
+                    Numbers { colour: Rgb::splat([colour; 3]), further: [0.5_f32; super::super::NUMBERS] };
+                let site = Site { p: Vec3::zero(), uv: [0.5; 2] };
+                let bsdf = Bsdf { kind: Wrapping(kind as u32), numbers, site };
+                assert_eq!(bsdf.is_black(), is_black);
+                for _ in 0..100 {
+                    let [wo, wi] =
+                        [(); 2].map(|()| warp::uniform_sphere([stream.random::<f32>(), stream.random()]));
+                    let f = bsdf.eval(wo, wi, TransportMode::Radiance);
+                    assert!(!is_black || f == Rgb::black(), "{kind:?}: {f:?}");
+                    scattered += u32::from(f.max_channel() > 0.0);
+                }
+            }
+        }
+        // Negative control: some scatter where they are not black.
+        assert!(scattered > 20, "{scattered}");
+    }
 }

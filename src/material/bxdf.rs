@@ -21,9 +21,11 @@ pub enum TransportMode {
 /// A direction drawn from a BxDF.
 #[derive(Clone, Copy, Debug)]
 pub struct BxdfSample<F: Float> {
-    /// Where light comes from.
+    /// Where the path goes on: where light comes from in [`TransportMode::Radiance`], where it goes in
+    /// [`TransportMode::Importance`].
     pub wi: Vec3<F>,
-    /// f(wo, wi)·|cos θᵢ| / pdf: what the path's throughput is multiplied by.
+    /// f·|cos θᵢ| / pdf: what the path's throughput is multiplied by. f is that of light which goes along the path, so
+    /// f(wo, wi) in [`TransportMode::Radiance`] and f(wi, wo) in [`TransportMode::Importance`].
     pub weight: Rgb<F>,
     /// Density of `wi`; for a delta lobe, the probability of choosing it.
     pub pdf: F,
@@ -52,30 +54,37 @@ impl<F: Float> BxdfSample<F> {
 /// `eval(wo, wi)` always means light that arrives along `wi` and leaves along `wo`.
 pub trait Bxdf<F: Float> {
     /// Whether it has a lobe that is not a delta, so that [`Bxdf::eval`] says something and sampling lights makes sense.
-    const SMOOTH: bool = true;
+    const HAS_NON_DELTA: bool = true;
+    /// Whether it has a delta lobe, which only [`Bxdf::sample`] and [`Bxdf::branches`] know.
+    const HAS_DELTA: bool = false;
     /// Whether it lets light through.
     const TRANSMITS: bool = false;
 
     /// f(wo, wi) per steradian, without delta lobes.
     fn eval(&self, wo: Vec3<F>, wi: Vec3<F>, mode: TransportMode) -> Rgb<F>;
-    /// A direction for `wo`, from a pair for the direction and a number for the lobe, both uniform in [0, 1).
+    /// A direction in which a path goes on that came along `wo`, from a pair for the direction and a number for the lobe, both uniform in [0, 1).
     fn sample(&self, wo: Vec3<F>, u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F>;
     /// Density of [`Bxdf::sample`] at `wi`, without delta lobes.
     fn pdf(&self, wo: Vec3<F>, wi: Vec3<F>) -> F;
     /// The fraction of light that is reflected, or let through where that is its way, for denoisers and compositors:
     /// about the mean over all directions, in [0, 1].
     fn albedo(&self) -> Rgb<F>;
-    /// The lanes that are [`Bxdf::SMOOTH`].
+    /// The lanes that [`Bxdf::HAS_NON_DELTA`] is true of.
     #[inline(always)]
-    fn is_smooth(&self) -> F::Mask {
-        F::Mask::splat(Self::SMOOTH)
+    fn has_non_delta(&self) -> F::Mask {
+        F::Mask::splat(Self::HAS_NON_DELTA)
+    }
+    /// The lanes that [`Bxdf::HAS_DELTA`] is true of.
+    #[inline(always)]
+    fn has_delta(&self) -> F::Mask {
+        F::Mask::splat(Self::HAS_DELTA)
     }
     /// The lanes that [`Bxdf::TRANSMITS`] is true of.
     #[inline(always)]
     fn transmits(&self) -> F::Mask {
         F::Mask::splat(Self::TRANSMITS)
     }
-    /// Both delta branches of a surface that transmits and is not smooth, for integrators that follow both: directions,
+    /// Both delta branches of a surface that transmits and has delta lobes alone, for integrators that follow both: directions,
     /// weights f·|cos θ|, and the probabilities with which [`Bxdf::sample`] chooses them. Other surfaces have none: black
     /// ones of no probability.
     #[inline(always)]

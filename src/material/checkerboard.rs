@@ -1,7 +1,7 @@
 //! Two materials by turns.
 
 use super::kind::Kind;
-use super::program::{Chooser, Described};
+use super::program::{Chooser, MaterialParameters};
 use super::row::{Columns, NUMBERS, Row, padded};
 use crate::math::{Float, Uint, narrow};
 use crate::parameter::limits::LENGTH;
@@ -25,7 +25,7 @@ parameters! {
 #[derive(Clone, Copy, Debug)]
 pub struct Checkerboard;
 
-impl Described for CheckerboardParameters {
+impl MaterialParameters for CheckerboardParameters {
     fn row(&self) -> Row {
         Row {
             choices: [self.even, self.odd].map(|index| index as u32),

@@ -2,7 +2,7 @@
 
 use super::kind::Kind;
 use super::lobes::Dielectric;
-use super::program::{Described, Leaf};
+use super::program::{Leaf, MaterialParameters};
 use super::row::{NUMBERS, Numbers, Row, Site, padded};
 use crate::math::{Float, Rgb, narrow};
 use crate::parameter::limits::FRACTION;
@@ -24,7 +24,7 @@ parameters! {
 #[derive(Clone, Copy, Debug)]
 pub struct Glass;
 
-impl Described for GlassParameters {
+impl MaterialParameters for GlassParameters {
     fn row(&self) -> Row {
         let [r, g, b] = narrow(self.transmittance);
         Row { numbers: padded([r, g, b, self.ior as f32]), ..Row::new(Kind::Glass, narrow(self.reflectance)) }

@@ -1,6 +1,6 @@
 //! The list of materials, and the kinds that it makes.
 
-/// The one list of materials, each by its file and its program: calls a macro with it, behind tokens for that macro.
+/// The list of materials, each by its file, its program and its parameters: calls a macro with it, behind tokens for that macro.
 ///
 /// Leaves scatter light ([`super::Leaf`]); choosers have it scattered by another row ([`super::Chooser`]). Lobes of the
 /// first leaf are computed in all lanes, those of the others only where a lane has one: the most frequent comes first.
@@ -9,14 +9,14 @@ macro_rules! materials {
         $then! {
             { $($tokens)* }
             leaves {
-                matte::Matte,
-                mirror::Mirror,
-                glass::Glass,
+                matte::Matte(MatteParameters),
+                mirror::Mirror(MirrorParameters),
+                glass::Glass(GlassParameters),
                 #[cfg(feature = "broken-material")]
-                broken::Broken,
+                broken::Broken(BrokenParameters),
             }
             choosers {
-                checkerboard::Checkerboard,
+                checkerboard::Checkerboard(CheckerboardParameters),
             }
         }
     };
@@ -26,8 +26,8 @@ pub(super) use materials;
 macro_rules! kinds {
     (
         {}
-        leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident,)* }
-        choosers { $($(#[$chooser_cfg:meta])* $chooser_module:ident::$Chooser:ident,)* }
+        leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident($leaf_parameters:ident),)* }
+        choosers { $($(#[$chooser_cfg:meta])* $chooser_module:ident::$Chooser:ident($chooser_parameters:ident),)* }
     ) => {
         /// What a material is: its program. The numbers are those of the GPU's `switch`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use super::kind::Kind;
 use super::lobes::Lambertian;
-use super::program::{Described, Leaf};
+use super::program::{Leaf, MaterialParameters};
 use super::row::{Numbers, Row, Site};
 use crate::math::{Float, narrow};
 use crate::parameter::limits::FRACTION;
@@ -20,7 +20,7 @@ parameters! {
 #[derive(Clone, Copy, Debug)]
 pub struct Matte;
 
-impl Described for MatteParameters {
+impl MaterialParameters for MatteParameters {
     fn row(&self) -> Row {
         Row::new(Kind::Matte, narrow(self.reflectance))
     }

@@ -25,15 +25,15 @@ pub use bxdf::{Bxdf, BxdfSample, TransportMode};
 pub use kind::Kind;
 pub use list::*;
 pub use lobes::{Dielectric, Lambertian, SpecularReflection, Sum, fresnel_dielectric};
-pub use program::{Chooser, Described, Leaf};
+pub use program::{Chooser, Leaf, MaterialParameters};
 pub use row::{CHOICES, Columns, NUMBERS, Numbers, Row, Site};
 pub use table::MaterialTable;
 
 macro_rules! export {
     (
         {}
-        leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident,)* }
-        choosers { $($(#[$chooser_cfg:meta])* $chooser_module:ident::$Chooser:ident,)* }
+        leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident($leaf_parameters:ident),)* }
+        choosers { $($(#[$chooser_cfg:meta])* $chooser_module:ident::$Chooser:ident($chooser_parameters:ident),)* }
     ) => {
         $($(#[$leaf_cfg])* pub use $leaf_module::$Leaf;)*
         $($(#[$chooser_cfg])* pub use $chooser_module::$Chooser;)*

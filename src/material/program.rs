@@ -5,13 +5,16 @@ use super::row::{Columns, Numbers, Row, Site};
 use crate::math::Float;
 
 /// The parameters of a material, as a scene describes it.
-pub trait Described {
+pub trait MaterialParameters {
     /// The row in which the material's program finds them.
     fn row(&self) -> Row;
 }
 
 /// A material that scatters light: a program that makes a lobe, which may be a combination of several, of the numbers of
 /// a row and the point where they are looked at.
+///
+/// Where the colour of the row is black, every lobe that is not a delta must be black, too: paths sample no lights there
+/// (see [`Bsdf::is_black`](super::Bsdf::is_black)).
 pub trait Leaf {
     /// Whether it looks at [`Site::uv`], which are nothing of use otherwise.
     const LOOKS_AT_UV: bool = false;

@@ -22,7 +22,7 @@ macro_rules! lanes_that_choose {
     (
         { $kind:ident }
         leaves $leaves:tt
-        choosers { $($(#[$cfg:meta])* $module:ident::$Chooser:ident,)* }
+        choosers { $($(#[$cfg:meta])* $module:ident::$Chooser:ident($parameters:ident),)* }
     ) => {{
         let mut lanes = F::Mask::splat(false);
         $(
@@ -39,7 +39,7 @@ macro_rules! lanes_that_choose {
 macro_rules! leaves_that_look {
     (
         { $kind:ident }
-        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident,)* }
+        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident($parameters:ident),)* }
         choosers $choosers:tt
     ) => {{
         let mut lanes = F::Mask::splat(false);
@@ -60,7 +60,7 @@ macro_rules! choose {
     (
         { $table:ident, $kind:ident, $row:ident, $uv:ident }
         leaves $leaves:tt
-        choosers { $($(#[$cfg:meta])* $module:ident::$Chooser:ident,)* }
+        choosers { $($(#[$cfg:meta])* $module:ident::$Chooser:ident($parameters:ident),)* }
     ) => {
         $(
             $(#[$cfg])*
@@ -137,7 +137,7 @@ impl MaterialTable {
 mod tests {
     use super::*;
     use crate::material::{
-        Bxdf, CheckerboardParameters, Described, GlassParameters, MatteParameters, MirrorParameters,
+        Bxdf, CheckerboardParameters, GlassParameters, MaterialParameters, MatteParameters, MirrorParameters,
         TransportMode,
     };
     use crate::math::Vec3;
@@ -187,9 +187,9 @@ mod tests {
         let wo = Vec3::new(0.0, 0.0, 1.0);
         let refracted = bsdf.sample(wo, [0.5; 2], 0.5, TransportMode::Radiance);
         assert_eq!((refracted.eta, bsdf.albedo().lane(0)), (1.5, [0.75, 0.5, 0.25]));
-        assert!(!bsdf.is_smooth() && bsdf.transmits());
+        assert!(!bsdf.has_non_delta() && bsdf.transmits());
         let matte = table.bsdf::<f32>(Wrapping(0), site);
         assert_eq!(matte.albedo().lane(0), [0.1; 3]);
-        assert!(matte.is_smooth() && !matte.transmits());
+        assert!(matte.has_non_delta() && !matte.transmits());
     }
 }

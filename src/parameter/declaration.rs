@@ -23,6 +23,8 @@ pub struct Declaration {
     pub name: &'static str,
     /// With an article: "a sphere".
     pub what: &'static str,
+    /// What it is, for people.
+    pub about: &'static str,
     /// What one and several are called where they are counted.
     pub counted: [&'static str; 2],
     /// Whether lists and the JSON Schema leave it out.
@@ -106,7 +108,7 @@ pub trait Family: Sized + 'static {
 
 /// Declares the parameters of a shape, a material or a light: a struct with a field for each, and its [`Declared`].
 ///
-/// The documentation of a field is the parameter's description in the JSON Schema. After the field's type comes the
+/// The documentation of the struct and of its fields are the descriptions in the JSON Schema. After the field's type comes the
 /// [`Kind`] of its values and, if it may be absent, the value that this means, in TOML:
 ///
 /// ```text
@@ -124,7 +126,7 @@ pub trait Family: Sized + 'static {
 /// an s. What comes after the fields may be left out: `check`, a function as [`Declared::check`], and `hidden = true`.
 macro_rules! parameters {
     (
-        $(#[$attribute:meta])*
+        $(#[doc = $summary:literal])+
         pub struct $type:ident: $name:literal, $what:literal $(, $one:literal, $several:literal)? {
             $(
                 $(#[doc = $about:literal])+
@@ -134,7 +136,7 @@ macro_rules! parameters {
         $(check = $check:path;)?
         $(hidden = $hidden:literal;)?
     ) => {
-        $(#[$attribute])*
+        $(#[doc = $summary])+
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct $type {
             $(
@@ -147,6 +149,7 @@ macro_rules! parameters {
             const DECLARATION: $crate::parameter::Declaration = $crate::parameter::Declaration {
                 name: $name,
                 what: $what,
+                about: concat!($($summary),+).trim_ascii_start(),
                 counted: $crate::parameter::parameters!(@counted $name $(, $one, $several)?),
                 is_hidden: false $(|| $hidden)?,
                 parameters: &[$(
@@ -196,8 +199,8 @@ pub(crate) use parameters;
 
 /// Lists a family: an enum with a member for each declaration, which stands in a module beside that of the list, and its
 /// [`Family`]. Members that are not declared come after a semicolon, as an enum has them. After the enum comes the
-/// function that compiles the parameters of a member, each by the same expression; it gives `None` for one that is not
-/// declared.
+/// function that compiles the parameters of a member, each by the same expression, and `else` what it gives for members
+/// that are not declared. Other crates, the tests among them, must allow for new members.
 macro_rules! family {
     (
         $(#[$attribute:meta])*
@@ -210,7 +213,7 @@ macro_rules! family {
         }
 
         $(#[$compiled_attribute:meta])*
-        pub fn $compile:ident(&self $(, $argument:ident: $of:ty)*) -> $compiled:ty = $declared:ident => $how:expr;
+        pub fn $compile:ident(&self $(, $argument:ident: $of:ty)*) -> $compiled:ty = $declared:ident => $how:expr $(, else $otherwise:expr)?;
     ) => {
         $(
             $(#[cfg($condition)])?
@@ -219,6 +222,7 @@ macro_rules! family {
 
         $(#[$attribute])*
         #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
         pub enum $family {
             $(
                 $(#[cfg($condition)])?
@@ -230,14 +234,13 @@ macro_rules! family {
 
         impl $family {
             $(#[$compiled_attribute])*
-            #[allow(unreachable_patterns, reason = "some families have no members that are not declared")]
-            pub fn $compile(&self $(, $argument: $of)*) -> Option<$compiled> {
+            pub fn $compile(&self $(, $argument: $of)*) -> $compiled {
                 match self {
                     $(
                         $(#[cfg($condition)])?
-                        Self::$member($declared) => Some($how),
+                        Self::$member($declared) => $how,
                     )*
-                    _ => None,
+                    $(_ => $otherwise,)?
                 }
             }
         }

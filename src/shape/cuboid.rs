@@ -1,12 +1,12 @@
 //! The box along the axes, which is six quads: [`super::Quad::sides`].
 
-use super::{Described, Piece, Quad};
+use super::{Piece, Quad, ShapeParameters};
 use crate::parameter::limits::{POINT, SHORTEST};
 use crate::parameter::{Problem, parameters};
 use glam::DVec3;
 
 parameters! {
-    /// The six sides of a box along the axes.
+    /// The six sides of a box along the axes; outward is away from its middle.
     pub struct BoxParameters: "box", "a box", "box of six quads", "boxes of six quads" {
         /// The corner of the box with the least x, y and z.
         min: DVec3 = POINT,
@@ -31,7 +31,7 @@ fn with_an_extent(cuboid: BoxParameters, _: &mut Vec<Problem>) -> Result<BoxPara
     Ok(cuboid)
 }
 
-impl Described for BoxParameters {
+impl ShapeParameters for BoxParameters {
     fn pieces(&self) -> Vec<Piece> {
         Quad::sides(self.min, self.max).map(Piece::Quad).to_vec()
     }

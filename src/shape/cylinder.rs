@@ -2,7 +2,8 @@
 
 use super::disk::around;
 use super::{
-    BOUNDS_ERROR, Bounds, Described, Form, NOTHING, Piece, RareShape, Shape, Surface, UNIT_ROUNDOFF, overlap,
+    BOUNDS_ERROR, Bounds, Form, NOTHING, Piece, RareShape, Shape, ShapeParameters, Surface, UNIT_ROUNDOFF,
+    overlap,
 };
 use crate::math::{Float, Frame, Ray, Vec3, narrow, trig};
 use crate::parameter::limits::{LENGTH, POINT, SHORTEST};
@@ -99,7 +100,7 @@ impl Cylinder {
     }
 }
 
-impl Described for CylinderParameters {
+impl ShapeParameters for CylinderParameters {
     fn pieces(&self) -> Vec<Piece> {
         vec![Piece::Rare(Cylinder::new(self.from, self.to, self.radius).into())]
     }

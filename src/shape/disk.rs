@@ -2,7 +2,8 @@
 
 use super::plane::distance_to_plane;
 use super::{
-    BOUNDS_ERROR, Bounds, Described, Form, NOTHING, POSITION_ERROR, Piece, RareShape, Shape, Surface, overlap,
+    BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Piece, RareShape, Shape, ShapeParameters, Surface,
+    overlap,
 };
 use crate::math::{Float, Frame, Ray, Vec3, narrow, trig};
 use crate::parameter::limits::{DIRECTION, LENGTH, POINT};
@@ -68,7 +69,7 @@ impl Disk {
     }
 }
 
-impl Described for DiskParameters {
+impl ShapeParameters for DiskParameters {
     fn pieces(&self) -> Vec<Piece> {
         vec![Piece::Rare(Disk::new(self.center, self.normal, self.radius).into())]
     }

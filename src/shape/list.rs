@@ -1,7 +1,7 @@
 //! The list of shapes.
 
 use super::mesh::Mesh;
-use super::{Described, Piece};
+use super::{Piece, ShapeParameters};
 use crate::parameter::family;
 use glam::DAffine3;
 use std::sync::Arc;
@@ -26,5 +26,5 @@ family! {
     }
 
     /// What rays meet; none of a mesh, whose triangles are kept by themselves.
-    pub fn pieces(&self) -> Vec<Piece> = shape => shape.pieces();
+    pub fn pieces(&self) -> Vec<Piece> = shape => shape.pieces(), else Vec::new();
 }

@@ -15,13 +15,11 @@ mod rare;
 mod sphere;
 mod triangle;
 
-pub use cylinder::Cylinder;
-pub use disk::Disk;
 pub use list::*;
 pub use mesh::{FARTHEST, MOST as MOST_TRIANGLES, Mesh, MeshError};
 pub use plane::Plane;
 pub use quad::{Quad, QuadForm};
-pub use rare::Rare;
+pub use rare::*;
 pub use sphere::{Sphere, SphereForm};
 pub use triangle::{Meeting, NEEDLE, Sheared, Shears, Sides, TRIANGLE_ERROR, is_needle, triangle_error};
 
@@ -31,7 +29,7 @@ use crate::math::{Bounds, Float, Ray, Vec3};
 pub const NOTHING: f32 = f32::INFINITY;
 
 /// The parameters of a shape, as a scene describes it.
-pub trait Described {
+pub trait ShapeParameters {
     /// What rays meet: most shapes are one piece, a box is six.
     fn pieces(&self) -> Vec<Piece>;
 }

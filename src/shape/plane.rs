@@ -1,13 +1,13 @@
 //! The unbounded plane.
 
-use super::{Bounds, Described, Form, NOTHING, POSITION_ERROR, Piece, Shape, Surface};
+use super::{Bounds, Form, NOTHING, POSITION_ERROR, Piece, Shape, ShapeParameters, Surface};
 use crate::math::{Float, Frame, Ray, Vec3, narrow};
 use crate::parameter::limits::{COORDINATE, EDGE};
 use crate::parameter::{Kind, Problem, parameters, unit};
 use glam::DVec3;
 
 parameters! {
-    /// All X with X·normal = distance, where the normal is of length one.
+    /// All X with X·normal = distance, where the normal is of length one; outward is the normal.
     pub struct PlaneParameters: "plane", "a plane" {
         /// The direction the plane faces. Its length does not matter: it is made one.
         normal: DVec3 = EDGE,
@@ -64,7 +64,7 @@ pub(super) fn distance_to_plane<F: Float>(ray: &Ray<F>, n: Vec3<F>, distance: F)
     F::select(t.gt(F::zero()), t, F::splat(NOTHING))
 }
 
-impl Described for PlaneParameters {
+impl ShapeParameters for PlaneParameters {
     fn pieces(&self) -> Vec<Piece> {
         let plane = Plane { normal: narrow(self.normal.to_array()), distance: self.distance as f32 };
         vec![Piece::Plane(plane)]

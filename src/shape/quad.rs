@@ -1,7 +1,9 @@
 //! The parallelogram.
 
 use super::plane::distance_to_plane;
-use super::{BOUNDS_ERROR, Bounds, Described, Form, NOTHING, POSITION_ERROR, Piece, Shape, Surface, overlap};
+use super::{
+    BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Piece, Shape, ShapeParameters, Surface, overlap,
+};
 use crate::math::{Float, Ray, Vec3, narrow};
 use crate::parameter::limits::{EDGE, PARALLEL, POINT};
 use crate::parameter::{Problem, parameters, unit};
@@ -120,7 +122,7 @@ impl<F: Float> QuadForm<F> {
     }
 }
 
-impl Described for QuadParameters {
+impl ShapeParameters for QuadParameters {
     fn pieces(&self) -> Vec<Piece> {
         vec![Piece::Quad(Quad::new(self.corner, self.u, self.v))]
     }

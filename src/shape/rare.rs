@@ -6,7 +6,7 @@ use crate::math::{Float, Ray, Vec3};
 /// Makes one shape of several.
 macro_rules! rare {
     ($($file:ident::$shape:ident),+) => {
-        $(use super::$file::$shape;)+
+        $(pub use super::$file::$shape;)+
 
         /// Any of the shapes of which most scenes have none: all of these are asked in one place, which rays pass by
         /// where there are none.

@@ -1,6 +1,6 @@
 //! The sphere.
 
-use super::{BOUNDS_ERROR, Bounds, Described, Form, NOTHING, Piece, Shape, Surface, UNIT_ROUNDOFF};
+use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, Piece, Shape, ShapeParameters, Surface, UNIT_ROUNDOFF};
 use crate::math::{Float, Ray, Vec3, narrow};
 use crate::parameter::limits::{LENGTH, POINT};
 use crate::parameter::{Kind, parameters};
@@ -8,7 +8,7 @@ use glam::DVec3;
 use std::f32::consts::PI;
 
 parameters! {
-    /// All X with |X − center| = radius.
+    /// All X with |X − center| = radius; outward is away from the centre.
     pub struct SphereParameters: "sphere", "a sphere" {
         /// The centre of the sphere.
         center: DVec3 = POINT,
@@ -111,7 +111,7 @@ impl<F: Float> SphereForm<F> {
     }
 }
 
-impl Described for SphereParameters {
+impl ShapeParameters for SphereParameters {
     fn pieces(&self) -> Vec<Piece> {
         vec![Piece::Sphere(Sphere::new(self.center, self.radius))]
     }

@@ -1,5 +1,6 @@
 //! From the description to the tables.
 
+use super::extent::extent;
 use super::sharing::{SHARING_PAYS_FROM, shared};
 use super::size::{Size, TooLarge};
 use super::surfaces::{Look, SurfaceTable};
@@ -69,7 +70,7 @@ pub fn compile_sharing(
         let material = entity.material as u32;
         let mut look =
             Look { material, emission, flip_normal: flipped, entity: index as u32, light: NO_LIGHT };
-        for piece in entity.shape.pieces().unwrap_or_default() {
+        for piece in entity.shape.pieces() {
             look.light = if emits { lights.push_piece(&piece, flipped, emission) } else { NO_LIGHT };
             match piece {
                 Piece::Plane(plane) => all.planes.push((plane, surfaces.push(plane.surface(), look))),
@@ -97,6 +98,9 @@ pub fn compile_sharing(
     all.instances = Arc::new(instances);
     surfaces.set_triangles(Arc::clone(&all.triangles), Arc::clone(&all.instances));
     lights.set_environment(Environment { radiance: narrow(scene.environment) });
+    if !lights.infinite_lights().is_empty() {
+        lights.set_extent(extent(scene, &surfaces, &all));
+    }
     lights.build_tree();
     if scene.render.integrator == scene::Integrator::Whitted {
         lights.build_lamps();
@@ -107,9 +111,7 @@ pub fn compile_sharing(
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),
         surfaces,
-        materials: MaterialTable::new(
-            scene.materials.iter().filter_map(|material| material.kind.row()).collect(),
-        ),
+        materials: MaterialTable::new(scene.materials.iter().map(|material| material.kind.row()).collect()),
         lights,
         ambient: narrow(scene.render.ambient),
     };

@@ -5,6 +5,7 @@
 
 mod bvh;
 mod compile;
+mod extent;
 mod instances;
 mod interaction;
 mod pages;
@@ -17,6 +18,7 @@ mod triangles;
 
 pub use bvh::{Boxes, Bvh, Contents, WIDTH as TREE_WIDTH};
 pub use compile::{CompiledScene, compile, compile_sharing};
+pub use extent::extent;
 pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
 pub use interaction::{Interaction, Uv};
 pub use sharing::SHARING_PAYS_FROM;

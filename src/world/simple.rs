@@ -95,6 +95,7 @@ impl Kernel for AskAll<'_> {
     fn run<F: Float>(self) -> Found {
         let [ox, oy, oz, dx, dy, dz] = &self.ray;
         let o = Vec3::new(F::load(ox), F::load(oy), F::load(oz));
+        // Without its time: nothing moves.
         let ray = Ray::new(o, Vec3::new(F::load(dx), F::load(dy), F::load(dz)));
         let hit = closest(
             &self.world.rare,

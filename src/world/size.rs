@@ -55,7 +55,7 @@ impl Size {
                 }
                 // An instance.
                 Shape::Mesh { .. } => size.with(1, 0),
-                shape => size.with(shape.pieces().map_or(0, |pieces| pieces.len()), 0),
+                shape => size.with(shape.pieces().len(), 0),
             };
         }
         meshes.iter().fold(size, |size, mesh| size.with(mesh.triangles.len(), mesh.positions.len()))

@@ -1,6 +1,23 @@
 //! Entities, lights, environment.
 
 use super::*;
+use stride::parameter::{Declaration, Family};
+use stride::scene::Shape;
+
+/// The names of all shapes, as messages list them.
+fn shapes() -> String {
+    Shape::DECLARATIONS
+        .iter()
+        .map(|shape| format!("{:?}, ", shape.name))
+        .chain([r#""mesh""#.into()])
+        .collect()
+}
+
+/// The shapes with a parameter of this name.
+fn shapes_with(name: &str) -> String {
+    let has_it = |shape: &&Declaration| shape.parameters.iter().any(|parameter| parameter.name == name);
+    Shape::DECLARATIONS.iter().filter(has_it).map(|shape| shape.what).collect::<Vec<_>>().join(", ")
+}
 
 // Entities.
 broken!(
@@ -27,7 +44,10 @@ broken!(
     [
         r#"5:9: missing key "file" in a mesh"#,
         r#"7:1: unknown key "materials" in an entity; "materials" belongs inside shape, as a key of a mesh"#,
-        r#"8:1: unknown key "radius" in an entity; "radius" belongs inside shape, as a key of a sphere, a disk, a cylinder"#
+        &format!(
+            r#"8:1: unknown key "radius" in an entity; "radius" belongs inside shape, as a key of {}"#,
+            shapes_with("radius")
+        )
     ]
 );
 broken!(
@@ -66,16 +86,12 @@ material = "white"
 broken!(
     shape_without_type,
     entity("{ center = [0, 0, 0], radius = 1 }", ""),
-    [
-        r#"5:9: missing key "type" in shape; a shape is one of "plane", "sphere", "quad", "disk", "cylinder", "box", "mesh""#
-    ]
+    [&format!(r#"5:9: missing key "type" in shape; a shape is one of {}"#, shapes())]
 );
 broken!(
     shape_unknown,
     entity(r#"{ type = "cube" }"#, ""),
-    [
-        r#"5:18: unknown shape type "cube"; valid here: "plane", "sphere", "quad", "disk", "cylinder", "box", "mesh""#
-    ]
+    [&format!(r#"5:18: unknown shape type "cube"; valid here: {}"#, shapes())]
 );
 broken!(
     disk_without_normal,
@@ -228,9 +244,9 @@ broken!(
     light_type_unknown,
     r#"
 [[lights]]
-type = "spot"
+type = "pont"
 "#,
-    [r#"2:8: unknown light type "spot"; valid here: "point""#]
+    [r#"2:8: unknown light type "pont"; did you mean "point"?"#]
 );
 broken!(
     light_intensity_infinite,

@@ -26,6 +26,16 @@ const KINDS: &[Kind] = &[
     Kind::Broken,
 ];
 
+/// The kinds of lights that the device's program has.
+const LIGHT_KINDS: &[LightKind] = &[
+    LightKind::Point,
+    LightKind::Sphere,
+    LightKind::Quad,
+    LightKind::Triangle,
+    LightKind::Disk,
+    LightKind::Cylinder,
+];
+
 /// WGSL promises square roots within 4.5 units in the last place where the CPU's are within ½, and a round
 /// surface's and a cylinder's share of a hit's error bound comes from one.
 const ROUND_ERROR: f32 = 2.0;
@@ -91,8 +101,8 @@ impl Tables {
         let places = order.places(table.len());
         tree.put_surfaces(&places);
         let surfaces = order.rows.iter().map(|&row| surface(table, row)).collect::<Result<_, _>>()?;
-        if !lights.infinite_lights().is_empty() {
-            return Err(GpuError::Unsupported("lights at infinity".to_owned()));
+        if let Some(kind) = lights.kinds().find(|kind| !LIGHT_KINDS.contains(kind)) {
+            return Err(GpuError::Unsupported(format!("lights of the kind {kind:?}")));
         }
         let point_lights = lights.rows().take_while(|&(kind, _)| kind == LightKind::Point as u32).count();
         let mut offset_nodes = [[0.0; 4]; 17];

@@ -270,11 +270,49 @@ fn emitted_rays_leave_the_side_that_shines() {
     }
 }
 
+/// What passes through a ball within the scene is what a ray's share of the light says, and all of it comes from beyond.
+#[test]
+fn rays_from_infinity_show_the_whole_scene_their_light() {
+    let mut table = LightTable::default();
+    table.push(Sky { radiance: [2.0; 3] });
+    table.push(Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
+    table.set_extent(Bounds { low: [1.0, -2.0, 3.0], high: [5.0, 4.0, 7.0] });
+    let (middle, reach) = (DVec3::new(3.0, 1.0, 5.0), 17_f64.sqrt());
+    let (centre, radius, pi) = (DVec3::new(1.5, -1.5, 6.5), 0.5, std::f64::consts::PI);
+    let stream = &mut Stream::new(50, 0, 0);
+    for (light, irradiance) in [(0, 4.0 * pi * 2.0), (1, 3.0)] {
+        let (mut flux, draws) = (0.0, 400_000);
+        for _ in 0..draws {
+            let u = [stream.random(), stream.random(), stream.random(), stream.random()];
+            let emitted = table.emit::<f32>(Wrapping(light), u);
+            let (o, d) = (wide(emitted.ray.o), wide(emitted.ray.d));
+            assert!((d.length() - 1.0).abs() < 1e-5);
+            assert!((d.dot(o - middle) / -reach - 1.0).abs() < 1e-4, "{o} is within the scene");
+            if d.cross(centre - o).length() < radius {
+                flux += f64::from(emitted.flux().r);
+            }
+        }
+        let (got, expected) = (flux / f64::from(draws), irradiance * pi * radius * radius);
+        assert!((got / expected - 1.0).abs() < 0.06, "{got} is not {expected}");
+    }
+}
+
+#[test]
+fn without_an_extent_nothing_is_sent_from_infinity() {
+    let mut table = LightTable::default();
+    table.push(Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
+    for around in [Bounds::NOTHING, Bounds::EVERYTHING] {
+        table.set_extent(around);
+        let emitted = table.emit::<f32>(Wrapping(0), [0.3, 0.6, 0.0, 0.0]);
+        assert_eq!((emitted.flux().r, emitted.ray.o.lane(0)), (0.0, [0.0; 3]));
+    }
+}
+
 #[test]
 fn lights_at_infinity_are_chosen_beside_the_tree() {
     let point = |x: f32| PointLight { position: [x, 0.0, 1.0], intensity: [1.0; 3] };
-    let sky = Sky { radiance: [1.0; 3], reach: 10.0 };
-    let sun = Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3], reach: 10.0 };
+    let sky = Sky { radiance: [1.0; 3] };
+    let sun = Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] };
     let (p, n) = (Vec3::<f32>::zero(), Vec3::splat([0.0_f32, 0.0, 1.0]));
     for (points, infinite) in [(0, 1), (0, 2), (1, 1), (3, 2), (20, 1)] {
         let mut table = LightTable::default();
@@ -319,8 +357,8 @@ fn lights_at_infinity_are_chosen_beside_the_tree() {
 fn lights_at_infinity_are_infinitely_far_away() {
     let mut table = LightTable::default();
     table.push(PointLight { position: [0.0, 0.0, 2.0], intensity: [8.0; 3] });
-    table.push(Sky { radiance: [1.0; 3], reach: 10.0 });
-    table.push(Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3], reach: 10.0 });
+    table.push(Sky { radiance: [1.0; 3] });
+    table.push(Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
     table.build_tree();
     let o = Vec3::splat([1.0_f32, -2.0, 0.5]);
     let samples = [0, 1, 2].map(|light| table.sample(Wrapping(light), o, [0.3, 0.6]));
@@ -343,10 +381,10 @@ fn what_escapes_is_weighed_by_the_density_of_its_light() {
     let d = Vec3::splat([0.0_f32, 0.0, 1.0]);
     let mut table = LightTable::default();
     table.set_environment(Environment { radiance: [1.0, 2.0, 3.0] });
-    table.push(Sun { towards: [0.0, 0.0, 1.0], irradiance: [3.0; 3], reach: 10.0 });
+    table.push(Sun { towards: [0.0, 0.0, 1.0], irradiance: [3.0; 3] });
     // The environment is never sampled, and the sun has no size.
     assert_eq!(table.escaped(d, |_| 0.0).lane(0), [1.0, 2.0, 3.0]);
-    table.push(Sky { radiance: [8.0; 3], reach: 10.0 });
+    table.push(Sky { radiance: [8.0; 3] });
     let given = std::cell::Cell::new(0.0);
     let seen = table.escaped(d, |pdf| {
         given.set(pdf);

@@ -39,7 +39,8 @@ impl<F: Float> Dielectric<F> {
 }
 
 impl<F: Float> Bxdf<F> for Dielectric<F> {
-    const SMOOTH: bool = false;
+    const HAS_NON_DELTA: bool = false;
+    const HAS_DELTA: bool = true;
     const TRANSMITS: bool = true;
 
     #[inline(always)]

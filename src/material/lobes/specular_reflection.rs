@@ -12,7 +12,8 @@ pub struct SpecularReflection<F> {
 }
 
 impl<F: Float> Bxdf<F> for SpecularReflection<F> {
-    const SMOOTH: bool = false;
+    const HAS_NON_DELTA: bool = false;
+    const HAS_DELTA: bool = true;
 
     #[inline(always)]
     fn eval(&self, _wo: Vec3<F>, _wi: Vec3<F>, _mode: TransportMode) -> Rgb<F> {

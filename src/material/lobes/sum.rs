@@ -16,7 +16,8 @@ pub struct Sum<F, A, B> {
 }
 
 impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Sum<F, A, B> {
-    const HAS_A_SMOOTH_LOBE: () = assert!(A::SMOOTH || B::SMOOTH, "one of the lobes must not be a delta");
+    const HAS_A_SMOOTH_LOBE: () =
+        assert!(A::HAS_NON_DELTA || B::HAS_NON_DELTA, "one of the lobes must not be a delta");
 
     /// The sum of two lobes, the first of which gets this share, in [0, 1], of the samples.
     #[inline(always)]
@@ -27,6 +28,7 @@ impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Sum<F, A, B> {
 }
 
 impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Bxdf<F> for Sum<F, A, B> {
+    const HAS_DELTA: bool = A::HAS_DELTA || B::HAS_DELTA;
     const TRANSMITS: bool = A::TRANSMITS || B::TRANSMITS;
 
     #[inline(always)]
@@ -47,8 +49,12 @@ impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Bxdf<F> for Sum<F, A, B> {
         // No other lobe scatters into the direction of a delta; into other directions both may.
         let chosen = F::select(is_first, self.chance, rest);
         let pdf = self.pdf(wo, sample.wi);
-        // Along the surface a density may be nothing, where f·|cos θ| is nothing too.
-        let both = (self.eval(wo, sample.wi, mode) * (sample.wi.z.abs() / pdf)).only(pdf.gt(F::zero()));
+        let f = match mode {
+            TransportMode::Radiance => self.eval(wo, sample.wi, mode),
+            TransportMode::Importance => self.eval(sample.wi, wo, mode),
+        };
+        // Along the surface a density may be zero, where f·|cos θ| is zero too. NaN stays, to be counted.
+        let both = (f * (sample.wi.z.abs() / pdf)).only(!pdf.le(F::zero()));
         BxdfSample {
             weight: Rgb::select(sample.delta, sample.weight * (F::splat(1.0) / chosen), both),
             pdf: F::select(sample.delta, sample.pdf * chosen, pdf),
@@ -208,6 +214,63 @@ mod tests {
         assert_eq!(deltas, 250);
         // The mirror is in no density.
         assert_eq!(sum.eval(wo(), wi, MODE), matte().eval(wo(), wi, MODE));
+    }
+
+    /// Scatters in proportion to the first coordinate of where light comes from, one and a half: f(wo, wi) ≠ f(wi, wo).
+    #[derive(Clone, Copy)]
+    struct OneWay;
+
+    impl Bxdf<f32> for OneWay {
+        fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>, _mode: TransportMode) -> Rgb<f32> {
+            Rgb::splat([0.1 * (1.5 + wi.x); 3]).only(same_side(wo, wi))
+        }
+        fn sample(&self, wo: Vec3<f32>, u: [f32; 2], lobe: f32, mode: TransportMode) -> BxdfSample<f32> {
+            Even.sample(wo, u, lobe, mode)
+        }
+        fn pdf(&self, wo: Vec3<f32>, wi: Vec3<f32>) -> f32 {
+            Even.pdf(wo, wi)
+        }
+        fn albedo(&self) -> Rgb<f32> {
+            Rgb::splat([0.2; 3])
+        }
+    }
+
+    #[test]
+    fn a_path_from_a_light_sees_the_function_with_swapped_directions() {
+        let sum = Sum::new(OneWay, OneWay, 0.5);
+        for mode in [TransportMode::Radiance, TransportMode::Importance] {
+            let sample = sum.sample(wo(), [0.3, 0.6], 0.2, mode);
+            let from = if mode == TransportMode::Radiance { sample.wi } else { wo() };
+            let expected = 0.2 * (1.5 + from.x) * sample.wi.z.abs() / sample.pdf;
+            assert!(
+                (sample.weight.r - expected).abs() < 1e-5,
+                "{mode:?}: {} is not {expected}",
+                sample.weight.r
+            );
+        }
+    }
+
+    /// Has no density that is a number.
+    struct Broken;
+
+    impl Bxdf<f32> for Broken {
+        fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>, mode: TransportMode) -> Rgb<f32> {
+            Even.eval(wo, wi, mode)
+        }
+        fn sample(&self, wo: Vec3<f32>, u: [f32; 2], lobe: f32, mode: TransportMode) -> BxdfSample<f32> {
+            Even.sample(wo, u, lobe, mode)
+        }
+        fn pdf(&self, _wo: Vec3<f32>, _wi: Vec3<f32>) -> f32 {
+            f32::NAN
+        }
+        fn albedo(&self) -> Rgb<f32> {
+            Rgb::black()
+        }
+    }
+
+    #[test]
+    fn a_density_that_is_no_number_shows() {
+        assert!(Sum::new(Broken, Broken, 0.5).sample(wo(), [0.3, 0.6], 0.2, MODE).weight.r.is_nan());
     }
 
     /// Shows its number for the lobe as the x of a direction.

@@ -63,7 +63,9 @@ pub(super) fn names(declaration: &'static Declaration) -> impl Iterator<Item = &
 /// The schema of a declared table.
 pub(super) fn schema(declaration: &Declaration) -> Json {
     let keys: Vec<_> = declaration.parameters.iter().map(key).collect();
-    table::schema(keys.iter().map(|key| key as &dyn AnyKey), Some(declaration.name))
+    let mut schema = table::schema(keys.iter().map(|key| key as &dyn AnyKey), Some(declaration.name));
+    schema["description"] = declaration.about.into();
+    schema
 }
 
 /// The values of a declared table, in which materials are still names. They are kept apart, so that a wrong value does

@@ -44,7 +44,7 @@ static FLIP_NORMAL: Key<Flag> = Key::default(
     "flip_normal",
     Flag,
     "false",
-    "Turns the outward side: a plane's n, a sphere's outside, a quad's u × v, a disk's normal, away from a cylinder's axis, a box's outside, a triangle's counter-clockwise side.",
+    "Turns the outward side, which the shape's description names; of a mesh it is that from which a triangle's corners run counter-clockwise.",
 );
 
 pub(super) fn entity(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawEntity> {

@@ -13,8 +13,8 @@ use crate::film::reject::check;
 use crate::film::{MAX_RADIANCE, PixelSums};
 use crate::light::{AreaLight, LightTable, PointLight, Triangle};
 use crate::material::{
-    Bxdf, CheckerboardParameters, Described, Dielectric, GlassParameters, MaterialTable, MatteParameters,
-    TransportMode,
+    Bxdf, CheckerboardParameters, Dielectric, GlassParameters, MaterialParameters, MaterialTable,
+    MatteParameters, TransportMode,
 };
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Frame, Ray, Rgb, Vec3, trig};

@@ -1,0 +1,33 @@
+//! How far a scene reaches.
+
+use super::{Simple, SurfaceTable};
+use crate::math::{Bounds, narrow};
+use crate::scene::{self, Scene};
+use crate::shape::Shape;
+use glam::DVec3;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A box around all surfaces that are bounded; [`Bounds::NOTHING`] if there is none. Of instances it holds their own
+/// boxes.
+pub fn extent(scene: &Scene, table: &SurfaceTable, surfaces: &Simple) -> Bounds {
+    let shapes = surfaces.spheres.iter().map(|(s, _)| s.bounds());
+    let shapes = shapes.chain(surfaces.quads.iter().map(|(q, _)| q.bounds()));
+    let shapes = shapes.chain(surfaces.rare.iter().map(|(s, _)| s.bounds()));
+    let triangles = (0..surfaces.triangles.placed()).map(|i| surfaces.triangles.bounds(i));
+    let mut own = HashMap::new();
+    let instances = surfaces.instances.rows.iter().filter_map(|&row| {
+        let (_, look) = table.rows()[row as usize];
+        let scene::Shape::Mesh { mesh, transform } = &scene.entities[look.entity as usize].shape else {
+            return None;
+        };
+        let own = own.entry(Arc::as_ptr(mesh)).or_insert_with(|| Bounds::of(mesh.positions.iter().copied()));
+        let Bounds { low, high } = *own;
+        Some(Bounds::of((0..8).map(|corner| {
+            let p = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] });
+            let p = transform.transform_point3(DVec3::from(p.map(f64::from)));
+            narrow(p.to_array())
+        })))
+    });
+    shapes.chain(triangles).chain(instances).fold(Bounds::NOTHING, |around, bounds| around.with(&bounds))
+}

@@ -2,9 +2,9 @@
 
 use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
-use super::lanes::View;
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::paths::{Finished, Paths, Pixel, Sample, Settings, camera_ray};
+use super::vertex::View;
 use crate::camera::Camera;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::scalar::Wrapping;

@@ -1,4 +1,4 @@
-//! From the description to the tables.
+//! From the description of a scene to its tables.
 
 use super::surfaces::{Look, SurfaceTable};
 use super::{Instances, Simple, Triangles};
@@ -10,7 +10,7 @@ use crate::shape::{Mesh, Piece, Shape};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// What a path looks up, whatever the world that finds its hits.
+/// The tables that paths look up; they do not depend on how hits are found.
 #[derive(Clone, Debug)]
 pub struct CompiledScene {
     /// The camera over the film.

@@ -1,4 +1,4 @@
-//! Memory as rays like it.
+//! Memory in large pages, and prefetching.
 //!
 //! A ray that goes through a large tree touches memory all over it, and with pages of 4 KiB most of its reads wait
 //! for the page's address first. On Linux large tables ask for pages of 2 MiB.

@@ -45,7 +45,7 @@ pub struct Impossible<F> {
 }
 
 impl<F: Float> Bxdf<F> for Impossible<F> {
-    // No light is sampled: what is impossible comes from its directions alone.
+    // Lights are not sampled: impossible values come from its directions alone.
     const SMOOTH: bool = false;
 
     #[inline(always)]

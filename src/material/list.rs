@@ -5,7 +5,7 @@ use super::row::Row;
 use crate::parameter::family;
 
 family! {
-    /// What a material does with light, as a scene describes it.
+    /// The kind of a material with its parameters, as a scene describes it.
     pub enum MaterialKind {
         Matte(matte::MatteParameters),
         Mirror(mirror::MirrorParameters),

@@ -10,10 +10,10 @@ pub trait Described {
     fn row(&self) -> Row;
 }
 
-/// A material that scatters light: a program that makes a lobe, which may be a combination of several, of the numbers of
-/// a row and the point where they are looked at.
+/// A material that scatters light: a program that makes a lobe, which may combine several, of the numbers of a row at a
+/// point.
 pub trait Leaf {
-    /// Whether it looks at [`Site::uv`], which are nothing of use otherwise.
+    /// Whether it uses [`Site::uv`], which are unspecified otherwise.
     const LOOKS_AT_UV: bool = false;
 
     /// How it scatters.
@@ -23,8 +23,8 @@ pub trait Leaf {
     fn lobe<F: Float>(numbers: &Numbers<F>, site: &Site<F>) -> Self::Lobe<F>;
 }
 
-/// A material that has light scattered by one of several others.
+/// A material that stands for one of several others, by uv.
 pub trait Chooser {
-    /// The row that a row of this kind chooses at uv, and the coordinates that the chosen one sees.
+    /// The row that a row of this kind chooses at uv, and the uv for the chosen one.
     fn choose<F: Float>(columns: &Columns, row: F::Uint, uv: [F; 2]) -> (F::Uint, [F; 2]);
 }

@@ -25,6 +25,6 @@ family! {
         },
     }
 
-    /// What rays meet; none of a mesh, whose triangles are kept by themselves.
+    /// The pieces that rays meet; `None` for a mesh, whose triangles are kept apart.
     pub fn pieces(&self) -> Vec<Piece> = shape => shape.pieces();
 }

@@ -3,7 +3,7 @@
 use super::{NOTHING, POSITION_ERROR, UNIT_ROUNDOFF};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
 
-/// A ray in the coordinates in which it asks triangles: the axis along which it is longest comes third, and the
+/// A ray in the coordinates of tests against triangles: the axis along which it is longest comes third, and the
 /// other two are sheared so that the ray runs along the third (Woop, Benthin and Wald 2013, "Watertight
 /// Ray/Triangle Intersection").
 ///
@@ -202,11 +202,11 @@ pub const TRIANGLE_ERROR: f32 = 8.0 * UNIT_ROUNDOFF;
 ///
 /// The bound of all other triangles grows faster than their width falls: at this form it is a hundredth of the width,
 /// and at ten times the length as large as the width, so that rays would start and end beyond another needle that lies
-/// beside it. Wider triangles do without: the exact areas cost more than all else that a ray asks of a triangle.
+/// beside it. Wider triangles do without: the exact areas cost more than all the rest of the test.
 pub const NEEDLE: f32 = 128.0;
 
 /// The lanes whose triangles, of which these are two sides, are needles. The answer is the same to the bit for
-/// coordinates in any cyclic order: rays ask in theirs, and the error bound in the world's.
+/// coordinates in any cyclic order: tests use those of the ray, the error bound those of the world.
 #[inline(always)]
 pub fn is_needle<F: Float>(ab: Vec3<F>, ac: Vec3<F>) -> F::Mask {
     let size = ab.max_abs().max(ac.max_abs());
@@ -218,7 +218,7 @@ pub fn is_needle<F: Float>(ab: Vec3<F>, ac: Vec3<F>) -> F::Mask {
 const SHORT: f32 = 1.0 / (1 << 20) as f32;
 const LONG: f32 = (1 << 20) as f32;
 
-/// What the two sides of a triangle that begin at one corner span.
+/// The cross product of the two sides of a triangle at a corner, scaled to avoid overflow.
 ///
 /// The square of an area is a length's fourth power, which leaves the range of 32 bits at 10⁻¹⁰ and at 10⁹. Short and
 /// long sides are therefore multiplied by a power of two first, which takes their size to about one and changes no bit
@@ -227,7 +227,7 @@ const LONG: f32 = (1 << 20) as f32;
 pub struct Sides<F> {
     /// The largest coordinate of both.
     size: F,
-    /// What both were multiplied by.
+    /// The factor that both sides were multiplied by.
     scale: F,
     /// Their cross product after that, whose length is twice the area.
     pub across: Vec3<F>,

@@ -70,7 +70,7 @@ pub struct Finished {
 pub struct Settings {
     /// The source of random numbers.
     pub sampler: Sampler,
-    /// How samples are spread around a pixel's centre.
+    /// The distribution of samples around a pixel's centre.
     pub offset: FilmOffset,
     /// The largest number of bounces; [`crate::scene::UNLIMITED`] only with an integrator that ends its paths
     /// otherwise.

@@ -43,7 +43,7 @@ pub(super) struct Departure<F> {
 }
 
 impl<F: Float> Departure<F> {
-    /// Of a ray that leaves the camera.
+    /// That of a ray that leaves the camera.
     #[inline(always)]
     pub(super) fn camera() -> Departure<F> {
         Departure { p: Vec3::zero(), n: Vec3::zero(), pdf: F::zero(), eta_scale: F::splat(1.0) }

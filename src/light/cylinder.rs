@@ -123,7 +123,7 @@ struct Seen<F: Float> {
     radius: F,
     /// Half the arc, in turns.
     half_arc: F,
-    /// How far along the axis the ends are.
+    /// The positions of the ends along the axis.
     ends: [F; 2],
     /// Whether the point is outside; if not, the other fields are unspecified.
     outside: F::Mask,

@@ -22,7 +22,7 @@ pub enum TransportMode {
 /// A direction drawn from a BxDF.
 #[derive(Clone, Copy, Debug)]
 pub struct BxdfSample<F: Float> {
-    /// Where light comes from.
+    /// The direction that light comes from.
     pub wi: Vec3<F>,
     /// f(wo, wi)·|cos θᵢ| / pdf, the factor for the path's throughput.
     pub weight: Rgb<F>,

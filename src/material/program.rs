@@ -16,7 +16,7 @@ pub trait Leaf {
     /// Whether it uses [`Site::uv`], which are unspecified otherwise.
     const LOOKS_AT_UV: bool = false;
 
-    /// How it scatters.
+    /// Its BxDF.
     type Lobe<F: Float>: Bxdf<F>;
 
     /// The lobe at a point.

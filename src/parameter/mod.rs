@@ -1,4 +1,4 @@
-//! How shapes, materials and lights are declared: each parameter once, with its name, limits, default and description.
+//! Declarations of shapes, materials and lights: each parameter once, with its name, limits, default and description.
 //!
 //! | file | what is in it |
 //! |---|---|

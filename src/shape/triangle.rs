@@ -71,7 +71,7 @@ impl<F: Float> Shears<F> {
         Shears { sheared, x_last, y_last }
     }
 
-    /// Where each lane's ray meets its triangle, which may be a needle only if there are any.
+    /// The hit of each lane's ray on its triangle, which may be a needle only if `has_needles`.
     #[inline(always)]
     pub fn meet(&self, corners: [Vec3<F>; 3], has_needles: bool) -> Meeting<F> {
         // An array's own `map` would not be inlined, and run without the level's instructions.
@@ -88,12 +88,12 @@ fn order<F: Float>(x_last: F::Mask, y_last: F::Mask, v: Vec3<F>) -> Vec3<F> {
     Vec3::new(pick(v.y, v.z, v.x), pick(v.z, v.x, v.y), pick(v.x, v.y, v.z))
 }
 
-/// Where a ray meets a triangle.
+/// The hit of a ray on a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting<F> {
     /// Distance, or [`NOTHING`].
     pub t: F,
-    /// The weights of the second and the third corner; nonsense where nothing is met.
+    /// The weights of the second and the third corner; unspecified where there is no hit.
     pub weights: [F; 2],
 }
 
@@ -129,11 +129,11 @@ fn halves<F: Float>(x: F) -> (F, F) {
 }
 
 impl<F: Float> Sheared<F> {
-    /// Where the ray meets a triangle, whose corners are in the order of the ray's coordinates, and which may be a
-    /// needle (see [`NEEDLE`]) only if there are any.
+    /// The hit of the ray on a triangle, whose corners are in the order of the ray's coordinates, and which may be a
+    /// needle (see [`NEEDLE`]) only if `has_needles`.
     ///
-    /// The distance is never outside of the triangle's own box, however small the angle at which the ray meets
-    /// it, so that a box can speak for it (see [`super::BOUNDS_ERROR`]).
+    /// The distance is never outside of the triangle's own box, however small the angle between the ray and the plane,
+    /// so that a ray which misses the box has no hit (see [`super::BOUNDS_ERROR`]).
     #[inline(always)]
     pub fn meet(&self, corners: [Vec3<F>; 3], has_needles: bool) -> Meeting<F> {
         let shear = self.shear;

@@ -48,7 +48,7 @@ pub struct SurfaceTable {
     emission: [Vec<f32>; 3],
     material: Vec<u32>,
     light: Vec<u32>,
-    /// Of a mesh that emits, what to add to a triangle's index for its light, wrapping.
+    /// For a mesh that emits, the difference between a triangle's light and its index, wrapping.
     triangle_light: Vec<u32>,
     /// Whether some are round.
     has_round: bool,

@@ -157,8 +157,8 @@ impl Triangles {
         Vec3::gather(&self.positions, vertex)
     }
 
-    /// Where rays met triangles: the corners' mean, whose error is that of the corners' coordinates, however far the
-    /// ray has come. Lanes outside `on_mesh` are unspecified; `orientation` is 1, or −1 where outward is the other
+    /// The hits of rays on triangles, as means of the corners, whose error is that of the corners' coordinates however
+    /// long the ray is. Lanes outside `on_mesh` are unspecified; `orientation` is 1, or −1 where outward is the other
     /// side.
     #[inline(always)]
     pub(super) fn point<F: Float>(

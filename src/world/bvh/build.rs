@@ -209,14 +209,14 @@ fn grow(
     }));
 }
 
-/// How many rounds it takes to test so many things.
+/// The number of rounds in which so many things are tested.
 fn rounds(count: u32) -> f64 {
     f64::from(count.div_ceil(LEAF as u32))
 }
 
 /// Two sides of a node's things.
 struct Sides {
-    /// Where the second begins.
+    /// The beginning of the second.
     middle: usize,
     around: [Around; 2],
 }

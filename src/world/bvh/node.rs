@@ -139,7 +139,7 @@ impl Spheres {
         block
     }
 
-    /// The spheres as eight lanes ask for them.
+    /// The spheres, one in each of eight lanes.
     #[inline(always)]
     pub(super) fn form<F: Float>(&self) -> SphereForm<F> {
         let to_centre = load3(&self.to_centre);
@@ -172,7 +172,7 @@ impl Quads {
         block
     }
 
-    /// The quads as eight lanes ask for them.
+    /// The quads, one in each of eight lanes.
     #[inline(always)]
     pub(super) fn form<F: Float>(&self) -> QuadForm<F> {
         QuadForm {
@@ -346,7 +346,7 @@ impl Nodes {
         }
     }
 
-    /// The boxes of what is right below the root; empty ones hold nothing.
+    /// The boxes of the root's children; those of absent children are empty.
     pub(super) fn boxes(&self) -> Vec<Bounds> {
         let Node { planes: [low_x, low_y, low_z, high_x, high_y, high_z], .. } = &self.nodes[0];
         let low = |i: usize| [low_x[i], low_y[i], low_z[i]];

@@ -72,9 +72,9 @@ struct Probe<F> {
     /// of the origin's largest coordinate (see [`BOUNDS_ERROR`]).
     near_o: Vec3<F>,
     far_o: Vec3<F>,
-    /// Which of a node's planes are near sides.
+    /// The indices of a node's planes that are near sides.
     near: [usize; 3],
-    /// And which far ones.
+    /// And of those that are far sides.
     far: [usize; 3],
 }
 

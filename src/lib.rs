@@ -7,18 +7,18 @@
 //! | [`math`] | vectors, lanes, rays, frames |
 //! | [`sampling`] | random streams, warps, each beside its density |
 //! | [`parameter`] | how shapes, materials and lights are declared |
-//! | [`shape`] | plane, sphere, quad, triangle mesh |
-//! | [`material`] | materials, BxDFs |
-//! | [`light`] | area and point lights |
+//! | [`shape`] | plane, sphere, quad, disk, cylinder, box, triangle mesh |
+//! | [`material`] | materials, BxDFs and their interface |
+//! | [`light`] | the interface of lights, area and point lights, and the choice among them |
 //! | [`camera`] | film positions to rays |
-//! | [`scene`] | the description: names, units, source lines; one file per format |
-//! | [`world`] | the compiled scene, and what rays meet in it |
+//! | [`scene`] | the description: names, units, source lines; the readers of scene and mesh files |
+//! | [`world`] | the compiled scene, and the intersection of rays with it |
 //! | [`integrator`] | whitted, path, path-naive |
 //! | [`film`] | exact sums, reconstruction filters, tone mapping |
 //! | [`render`] | strides, batches, workers, the accumulator |
 //! | [`gpu`] | the GPU worker |
 //! | [`output`] | one sink per file |
-//! | [`session`] | creates the channels and starts everybody: the wiring diagram |
+//! | [`session`] | the processes of a render, and the channels between them |
 //! | [`cli`] | one file per subcommand |
 
 pub mod camera;

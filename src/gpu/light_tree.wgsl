@@ -1,4 +1,4 @@
-// Twin of `light::tree`: which light to ask.
+// Twin of `light::tree`: the choice among lights.
 
 struct LightChoice {
     light: u32,

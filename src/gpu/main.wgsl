@@ -1,4 +1,5 @@
-// Strides dealt to invocations (report §3.2, figure 3.1): invocation i of m takes slots i, i + m, i + 2m, …
+// The entry point: each invocation follows one path at a time and starts the next when it ends, as lanes do in
+// `integrator::path_tracer`. Strides are dealt to invocations (report §3.2, figure 3.1): invocation i of m takes slots i, i + m, i + 2m, …
 
 // The `slot`th place of the stride.
 fn stride_place(slot: u32) -> u32 {

@@ -96,7 +96,17 @@ fn dielectric_sample(material: Material, wo: vec3f, lobe: f32) -> BxdfSample {
 // η² of a passage from the side of `wo` to the other, through glass; 1 elsewhere.
 fn bsdf_eta2_scale(material: Material, wo: vec3f, passes: bool) -> f32 {
     let eta = select(1.0 / material.ior, material.ior, wo.z >= 0.0);
-    return select(1.0, eta * eta, passes && material.kind == KIND_GLASS);
+    return select(1.0, eta * eta, passes && bsdf_transmits(material));
+}
+
+// Whether it has a lobe that is not a delta, so that sampling lights makes sense.
+fn bsdf_has_non_delta(material: Material) -> bool {
+    return material.kind == KIND_MATTE;
+}
+
+// Whether it lets light through.
+fn bsdf_transmits(material: Material) -> bool {
+    return material.kind == KIND_GLASS;
 }
 
 // f without delta lobes.

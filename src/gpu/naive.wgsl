@@ -1,4 +1,4 @@
-// Twin of `integrator::naive`: the report's path tracer.
+// Twin of `integrator::naive`, and of the step that `integrator::path_tracer` takes for it: the report's path tracer.
 
 fn naive_step(state: ptr<function, State>) -> bool {
     var vertex: PathVertex;
@@ -13,7 +13,7 @@ fn naive_step(state: ptr<function, State>) -> bool {
     let material = material_at(vertex.material);
     let frame = frame_around(point.shading);
     let wo = to_local(frame, -(*state).ray.d);
-    if scene.point_lights > 0u && material.kind == KIND_MATTE {
+    if scene.point_lights > 0u && bsdf_has_non_delta(material) {
         (*state).rays++;
         (*state).l += (*state).beta * point_light(state, point, frame, material, wo);
     }

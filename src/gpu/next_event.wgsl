@@ -1,4 +1,5 @@
-// Twin of `integrator::next_event`: path tracing with next-event estimation.
+// Twin of `integrator::next_event` and `integrator::roulette`, and of the step that `integrator::path_tracer` takes with
+// them: path tracing with next-event estimation.
 
 // What the weight of a light that is met depends on: the vertex that the ray left.
 struct Departure {
@@ -27,7 +28,7 @@ fn next_event_step(state: ptr<function, State>) -> bool {
     let material = material_at(vertex.material);
     let frame = frame_around(point.shading);
     let wo = to_local(frame, -(*state).ray.d);
-    if scene.lights > 0u && material.kind == KIND_MATTE {
+    if scene.lights > 0u && bsdf_has_non_delta(material) {
         let direct = direct_light(state, point, frame, material, wo);
         (*state).l += (*state).beta * direct;
     }
@@ -43,7 +44,7 @@ fn next_event_step(state: ptr<function, State>) -> bool {
     return survives(state, u.w);
 }
 
-// Russian roulette, from some depth on: paths that are worth little end, or are worth more.
+// Twin of `integrator::roulette`: from some depth on, paths of low throughput may end; the others gain weight for them.
 fn survives(state: ptr<function, State>, survival: f32) -> bool {
     var chance = max_channel((*state).beta) * (*state).departure.eta_scale * ROULETTE_KEEPS;
     if (*state).depth >= ROULETTE_AT_MOST_FROM && chance > ROULETTE_AT_MOST {

@@ -46,17 +46,17 @@ fn whitted_step(state: ptr<function, State>, lane: Lane) -> bool {
     let wo = to_local(frame, -(*state).ray.d);
     let goes_on = (*state).depth < scene.max_depth;
     var l = vertex.emitted;
-    if material.kind == KIND_MATTE {
+    if bsdf_has_non_delta(material) {
         l += material.reflectance * scene.ambient;
         if goes_on {
             l += light_from_all(state, point, frame, material, wo);
         }
     }
     (*state).l += (*state).beta * l;
-    if material.kind == KIND_MATTE || !goes_on {
+    if bsdf_has_non_delta(material) || !goes_on {
         return pop_branch(state, lane);
     }
-    if material.kind == KIND_GLASS {
+    if bsdf_transmits(material) {
         return split(state, lane, point, frame, material, wo);
     }
     var stream = (*state).stream;

@@ -1,4 +1,4 @@
-//! The integrators that scenes ask for.
+//! From a scene's settings to its integrator.
 
 use super::Integrator;
 use super::next_event::NextEvent;
@@ -11,7 +11,7 @@ use crate::scene;
 use crate::world::{CompiledScene, World};
 use std::sync::Arc;
 
-/// The integrator that a scene asks for, over the compiled scene and its world.
+/// The integrator that a scene names, over the compiled scene and its world.
 pub fn build(
     render: &scene::RenderSettings,
     offset: FilmOffset,

@@ -1,8 +1,8 @@
-//! What camera rays meet first, for the layers of a picture that compositors and denoisers read.
+//! The first hits of camera rays, for the layers of a picture that compositors and denoisers read.
 
-use super::lanes::View;
 use super::paths::Paths;
 use super::queue::{Queue, Start};
+use super::vertex::View;
 use crate::material::Bxdf;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
@@ -15,7 +15,7 @@ pub struct FirstHit {
     pub slot: u32,
     /// Whether there is a surface.
     pub met: bool,
-    /// The fraction of light that the surface reflects, or lets through where that is its way.
+    /// The fraction of light that the surface reflects, or transmits if it is transmissive.
     pub albedo: [f32; 3],
     /// The outward normal in world space.
     pub normal: [f32; 3],

@@ -1,8 +1,23 @@
-//! Integrators: what follows light from the camera into the scene.
+//! Integrators: estimates of the radiance that arrives at the camera along its rays.
+//!
+//! | file | what is in it |
+//! |---|---|
+//! | `path_tracer` | `path` and `path-naive`: the loop over lanes, and one step of a path |
+//! | `next_event` | the direct light of `path`, and the weights of multiple importance sampling |
+//! | `naive` | the direct light of `path-naive`: that of delta lights |
+//! | `roulette` | Russian roulette |
+//! | `whitted` | `whitted` |
+//! | `vertex` | the state of a path in each lane, the surfaces that it meets, and its next ray |
+//! | `queue` | camera rays that wait for a free lane |
+//! | `paths` | the input and output of integrators: the pixels and samples to trace, and the samples found |
+//! | `first_hit` | the first hits of camera rays, for layers |
+//! | `observe` | the events of one path, for `stride trace` |
+//! | `build` | the integrator that a scene names |
+//!
+//! An [`Integrator`] traces [`Paths`]; [`build()`] makes one for a scene.
 
 mod build;
 mod first_hit;
-mod lanes;
 mod naive;
 mod next_event;
 mod observe;
@@ -12,6 +27,7 @@ mod queue;
 mod roulette;
 #[cfg(test)]
 mod tests;
+mod vertex;
 mod whitted;
 
 pub use build::{build, path, path_naive};
@@ -25,14 +41,14 @@ pub use whitted::Whitted;
 use crate::camera::Camera;
 use crate::math::lanes::Level;
 
-/// Follows light. Chosen once per run; a call traces a block of paths, so that no indirect call falls on a ray.
+/// An integrator. It is chosen once per run; a call traces a block of paths, so that no ray costs an indirect call.
 pub trait Integrator: Send + Sync {
     /// Traces paths, appends their samples in any order, and returns how many rays that took.
     fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
         self.trace_until(level, paths, &|| false, out).unwrap_or_default()
     }
-    /// The same, and asks before each bounce of a packet whether to stop. If so it gives up at once and returns `None`:
-    /// some of the paths may be in `out` then.
+    /// The same, but calls `stop` before each bounce of a packet. If that returns true, tracing ends at once and the
+    /// result is `None`; `out` may then hold some of the samples.
     fn trace_until(
         &self,
         level: Level,
@@ -40,10 +56,10 @@ pub trait Integrator: Send + Sync {
         stop: &dyn Fn() -> bool,
         out: &mut Vec<Finished>,
     ) -> Option<u64>;
-    /// Follows the camera rays of paths to what they meet first, in the order of the paths.
+    /// Finds the first hits of the paths' camera rays, in the order of the paths.
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>);
-    /// The same, where another camera looks at the same scene.
+    /// The same integrator over the same scene, with another camera.
     fn seen_by(&self, camera: Camera) -> Box<dyn Integrator>;
-    /// Traces one path and tells what happens on it.
+    /// Traces one path. Returns its sample and the events along it.
     fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>);
 }

@@ -1,8 +1,8 @@
-//! The report's path tracer (§4.3): directions come from the BxDF alone, and lights are found by chance. Delta lights,
-//! which no path can hit, are sampled directly.
+//! The direct light of `path-naive`, the report's path tracer (§4.3). Directions come from the BxDF alone, so that lights
+//! are found by chance; delta lights, which no path can hit, are sampled here.
 
-use super::lanes::{Scattering, State, View};
 use super::observe::{Event, Observer, rgb, vec3};
+use super::vertex::{Scattering, State, View};
 use crate::material::{Bxdf, TransportMode};
 use crate::math::{Float, Mask, Rgb};
 use crate::sampling::Block;

@@ -1,17 +1,16 @@
 //! Path tracing with next-event estimation.
 
-use super::lanes::{Departure, Scattering, State, Vertex, View};
 use super::observe::{Event, Observer, rgb, vec3};
+use super::vertex::{Departure, Scattering, State, Vertex, View};
 use crate::light::NO_LIGHT;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::{Float, Mask, Rgb, Uint};
 use crate::sampling::Block;
 use crate::world::Interaction;
 
-/// Path tracing with next-event estimation: at each vertex a light is chosen by what it may contribute and
-/// asked directly, and the BxDF's own direction may find it too; multiple importance sampling weighs the
-/// two (Veach 1997, ch. 9, the power heuristic). Russian roulette ends paths whose throughput is low
-/// (report §6.2.1).
+/// Path tracing with next-event estimation: at each vertex a light is chosen by an estimate of its contribution and
+/// sampled, and the BxDF's own direction may find it too; multiple importance sampling weighs the two (Veach 1997,
+/// ch. 9, the power heuristic). Russian roulette ends paths whose throughput is low (report §6.2.1).
 ///
 /// The constant environment is left to the BxDF (see [`Environment`](crate::light::Environment)).
 #[derive(Clone, Copy, Debug)]
@@ -34,13 +33,15 @@ fn power_heuristic<F: Float>(first: F, second: F) -> F {
     F::splat(1.0) / (ratio * ratio + 1.0)
 }
 
-/// The weight of a light at infinity that the BxDF's direction found, against the density of having asked for it.
+/// The weight of a light at infinity that the BxDF's direction found, against the density `asked` with which sampling
+/// lights would have found it.
 #[inline(always)]
 pub(super) fn weight_of_escaped<F: Float>(departure: &Departure<F>, asked: F) -> F {
     F::select(departure.pdf.gt(F::zero()), power_heuristic(departure.pdf, asked), F::splat(1.0))
 }
 
-/// The weight of emission that the BxDF's direction found, against having asked for it.
+/// The weight of emission that the BxDF's direction found, against the density with which sampling lights would
+/// have found it.
 #[inline(always)]
 pub(super) fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F>, vertex: &Vertex<F>) -> F {
     let one = F::splat(1.0);

@@ -5,7 +5,7 @@ use crate::math::{Float, Mask, Ray, Rgb, Vec3};
 /// Something that happens on a path.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// A ray sets out.
+    /// A ray leaves the camera or a surface.
     Ray {
         /// Bounces so far.
         depth: u32,
@@ -31,10 +31,10 @@ pub enum Event {
     },
     /// It left the scene.
     Escape {
-        /// What it saw there.
+        /// The radiance from there.
         radiance: [f32; 3],
     },
-    /// A light was asked directly.
+    /// A light was sampled.
     Light {
         /// Direction to the light.
         direction: [f32; 3],
@@ -59,20 +59,20 @@ pub enum Event {
     },
     /// The path ends.
     End {
-        /// Why.
+        /// The reason.
         reason: &'static str,
-        /// What it saw.
+        /// The radiance of the sample.
         radiance: [f32; 3],
     },
 }
 
-/// Writes down what happens on a path, if a caller wants to know.
+/// A log of the events of a path, if a caller wants one.
 ///
-/// Only a path that is traced in a single lane is written down, so that wider lanes have no code for it.
+/// Events are recorded only where there is a single lane, so that wider lanes have no code for it.
 pub struct Observer<'a>(Option<&'a mut Vec<Event>>);
 
 impl<'a> Observer<'a> {
-    /// Writes down nothing.
+    /// Records nothing.
     pub fn none() -> Observer<'a> {
         Observer(None)
     }
@@ -82,13 +82,13 @@ impl<'a> Observer<'a> {
         Observer(Some(events))
     }
 
-    /// Whether events of paths in such lanes are written down.
+    /// Whether events of paths in lanes of this width are recorded.
     #[inline(always)]
     pub fn listens<F: Float>(&self) -> bool {
         F::LANES == 1 && self.0.is_some()
     }
 
-    /// Writes down an event of the path in lane 0.
+    /// Records an event of the path in lane 0.
     #[inline(always)]
     pub fn event<F: Float>(&mut self, event: impl FnOnce() -> Event) {
         if F::LANES == 1

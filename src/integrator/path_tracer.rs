@@ -1,14 +1,14 @@
-//! Path tracing: lanes that each follow a path, and take up the next when it ends.
+//! Path tracing: the loop over lanes, which each follow a path and start the next when it ends, and one step of a path.
 
 use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
-use super::lanes::{Departure, Scattering, State, View, go_on, meet};
 use super::naive::delta_light;
 use super::next_event::{NextEvent, direct_light, weight_of_escaped, weight_of_met};
 use super::observe::{Event, Observer, rgb};
 use super::paths::{Finished, Paths, Pixel, Sample, Settings};
 use super::queue::{Queue, Start};
 use super::roulette::roulette;
+use super::vertex::{Departure, Scattering, State, View, go_on, meet};
 use crate::camera::Camera;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
@@ -17,12 +17,13 @@ use crate::sampling::Block;
 use crate::world::{CompiledScene, World};
 use std::sync::Arc;
 
-/// How paths gather light. It is a value and not a type, so that paths are compiled once; no choice falls on a ray.
+/// How paths gather light. It is a value and not a type, so that the path tracer is compiled once; the branch is taken
+/// once a step for all lanes.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Transport {
     /// By next-event estimation.
     NextEvent(NextEvent),
-    /// By chance: see `naive.rs`.
+    /// By directions of the BxDF alone, but for delta lights: see `naive.rs`.
     Naive,
 }
 
@@ -30,9 +31,9 @@ pub(super) enum Transport {
 pub(super) struct PathTracer {
     /// How paths gather light.
     pub transport: Transport,
-    /// The tables.
+    /// The scene's tables.
     pub scene: Arc<CompiledScene>,
-    /// What rays meet.
+    /// The surfaces.
     pub world: Arc<World>,
     /// Film, sampler and depth.
     pub settings: Settings,
@@ -82,8 +83,7 @@ pub(super) struct TracePaths<'a> {
     pub view: View<'a>,
     pub transport: Transport,
     pub paths: &'a Paths<'a>,
-    /// Whether to stop. It is asked once for a whole packet at each of its bounces: there is no other bound on the time
-    /// that paths take.
+    /// Whether to stop. It is called at each bounce of a packet, as there is no other bound on the time that paths take.
     pub stop: &'a dyn Fn() -> bool,
     pub out: &'a mut Vec<Finished>,
     pub observer: Observer<'a>,
@@ -108,7 +108,7 @@ impl Kernel for TracePaths<'_> {
         let mut alive = F::Mask::splat(false);
         let mut rays = 0;
         loop {
-            // Dead lanes take up the next paths.
+            // Lanes whose paths have ended start the next ones.
             let started = queue.take(!alive, view.settings, &view.scene.camera, &mut start, &mut state.ray);
             state.id = start.id;
             state.depth = F::Uint::select(started, F::Uint::splat(0), state.depth);
@@ -134,7 +134,8 @@ impl Kernel for TracePaths<'_> {
     }
 }
 
-/// Takes every living path to its next surface and, from there, into its next direction. Returns the lanes that go on.
+/// One step of every path that is alive: it meets a surface, gathers light there, and gets its next ray. Returns the
+/// lanes that go on.
 #[inline(always)]
 fn step<F: Float>(
     transport: Transport,
@@ -168,7 +169,7 @@ fn step<F: Float>(
     let scattering = Scattering::new(view.scene, at, &state.ray);
     let smooth = going & scattering.bsdf.has_non_delta();
     let (asks, has_lights) = match transport {
-        // Lamps are black more often than not.
+        // Surfaces that emit are often black.
         Transport::NextEvent(_) => (smooth & !scattering.bsdf.is_black(), !lights.is_empty()),
         Transport::Naive => (smooth, !lights.delta_lights().is_empty()),
     };

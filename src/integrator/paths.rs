@@ -1,11 +1,11 @@
-//! Paths to trace and what they find, for all integrators.
+//! The paths that integrators trace, and the samples that they return.
 
 use crate::camera::Camera;
 use crate::math::{Float, Ray, Uint};
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{Block, PathId, Sampler};
 
-/// One sample: where it fell on the film and what it saw.
+/// One sample: its place on the film and its radiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Sample {
@@ -61,18 +61,19 @@ impl Paths<'_> {
 pub struct Finished {
     /// Which of the [`Paths::pixels`] it was for.
     pub slot: u32,
-    /// What it found.
+    /// Its sample.
     pub sample: Sample,
 }
 
-/// What all integrators know of the film and of chance.
+/// Settings that all integrators share.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     /// The source of random numbers.
     pub sampler: Sampler,
-    /// How samples are spread around a pixel's centre.
+    /// The distribution of samples around a pixel's centre.
     pub offset: FilmOffset,
-    /// The largest number of bounces; [`crate::scene::UNLIMITED`] with an integrator whose paths end all the same.
+    /// The largest number of bounces; [`crate::scene::UNLIMITED`] only with an integrator that ends its paths
+    /// otherwise.
     pub max_depth: u32,
 }
 

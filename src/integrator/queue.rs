@@ -1,4 +1,4 @@
-//! Paths that have left the camera and wait for a lane.
+//! Camera rays that wait for a free lane.
 
 use super::paths::{Paths, Settings, camera_ray};
 use crate::camera::Camera;
@@ -6,7 +6,7 @@ use crate::math::lanes::MAX_LANES;
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
 use crate::sampling::PathId;
 
-/// What does not change along a path.
+/// The properties of a path that do not change along it.
 #[derive(Clone, Copy)]
 pub(super) struct Start<F: Float> {
     /// Which of the [`Paths::pixels`] it is for.
@@ -18,20 +18,20 @@ pub(super) struct Start<F: Float> {
 }
 
 impl<F: Float> Start<F> {
-    /// Paths that are none.
+    /// Placeholders, for lanes without a path.
     pub(super) fn nowhere() -> Self {
         let zero = F::Uint::splat(0);
         Start { slot: zero, id: PathId { pixel: zero, sample: zero }, x: F::zero(), y: F::zero() }
     }
 }
 
-/// The next paths of a block, made as many at a time as there are lanes: a lane that falls idle takes up one
-/// of them, and no camera ray is computed for lanes that are busy.
+/// The next paths of a block, made as many at a time as there are lanes: a lane whose path has
+/// ended takes one of them, and no camera ray is computed for lanes that are busy.
 pub(super) struct Queue<'a> {
     paths: &'a Paths<'a>,
     /// The next path to make, as (pixel, sample) among `paths`.
     next: (usize, u32),
-    /// Waiting are the places from `taken` to `made`.
+    /// The places from `taken` to `made` hold paths that wait.
     made: u32,
     taken: u32,
     slot: [u32; MAX_LANES],

@@ -1,27 +1,28 @@
 //! Russian roulette.
 
-use super::lanes::State;
 use super::observe::{Event, Observer, first, rgb};
+use super::vertex::State;
 use crate::math::{Float, Uint};
 
 /// Bounces that every path makes before Russian roulette may end it.
 pub const ROULETTE_FROM: u32 = 2;
 
 /// The chance to survive is this much for each unit of throughput, and certainty above its inverse: a path
-/// goes on unthinned until it is worth a quarter of one that has just begun. Measured: beside thinning at any
+/// is never ended while its throughput is a quarter or more. Measured: compared with ending paths at any
 /// loss, as the report does, variance falls more than time grows, and most where samples are well spread.
 pub const ROULETTE_KEEPS: f32 = 4.0;
 
-/// From this depth on no path survives with more than [`ROULETTE_AT_MOST`], so that even one that loses
-/// nothing, between perfect mirrors say, comes to an end.
+/// From this depth on no path survives with more than [`ROULETTE_AT_MOST`], so that even one without
+/// losses, between perfect mirrors for example, ends.
 pub const ROULETTE_AT_MOST_FROM: u32 = 256;
 
-/// See [`ROULETTE_AT_MOST_FROM`]. The nearer to one the better: among surfaces that lose a smaller share of
-/// light at a bounce than the square root of this, a few survivors would have to stand for all the others.
+/// See [`ROULETTE_AT_MOST_FROM`]. The nearer to one the better: among surfaces that reflect more at a bounce than the
+/// square root of this, each further bounce adds more variance than the last, as few survivors stand for all
+/// other paths.
 pub const ROULETTE_AT_MOST: f32 = 0.999;
 
-/// Russian roulette: thins paths that are worth less than a quarter of one that has just begun, and weighs up the
-/// survivors. `survival` is uniform in [0, 1). Returns the lanes that go on.
+/// Russian roulette: ends paths whose throughput is below a quarter with a chance that grows as it falls, and divides
+/// the throughput of the others by their chance to survive. `survival` is uniform in [0, 1). Returns the lanes that go on.
 #[inline(always)]
 pub(super) fn roulette<F: Float>(
     state: &mut State<F>,

@@ -2,9 +2,9 @@
 
 use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
-use super::lanes::View;
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::paths::{Finished, Paths, Pixel, Sample, Settings, camera_ray};
+use super::vertex::View;
 use crate::camera::Camera;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
@@ -15,24 +15,24 @@ use crate::world::{CompiledScene, Uv, World};
 use rand::RngExt;
 use std::sync::Arc;
 
-/// Direct light on matte surfaces, mirror and glass followed, and an ambient term for the rest (Whitted
-/// 1980; report ch. 2).
+/// Direct light on matte surfaces, perfect reflection and refraction followed, and an ambient term for the rest
+/// (Whitted 1980; report ch. 2).
 ///
-/// Each matte hit asks every lamp: points once, emitters with a finite area at one random point. A mesh that emits is
-/// one lamp if it has many triangles (see [`crate::light::LEAST_TRIANGLES`]), and one lamp a triangle if it has few.
-/// Glass follows both branches. Emitters of infinite area are seen but light nothing.
+/// At each matte hit every lamp is sampled once, those of finite area at a random point. A mesh that emits is one lamp
+/// if it has many triangles (see [`crate::light::LEAST_TRIANGLES`]), and one lamp a triangle if it has few. At glass
+/// both branches are followed. Emitters of infinite area are visible but light no surface.
 pub struct Whitted {
-    /// The tables.
+    /// The scene's tables.
     pub scene: Arc<CompiledScene>,
-    /// What rays meet.
+    /// The surfaces.
     pub world: Arc<World>,
-    /// Film, chance and depth.
+    /// Film, sampler and depth.
     pub settings: Settings,
     /// The seed of the points on lights.
     pub seed: u32,
 }
 
-/// A branch to follow: a ray, its share of the picture, its bounces so far.
+/// A branch to follow: a ray, its throughput, its bounces so far.
 type Branch = (Ray<f32>, Rgb<f32>, u32);
 
 impl Integrator for Whitted {
@@ -78,7 +78,7 @@ impl Integrator for Whitted {
 }
 
 impl Whitted {
-    /// Follows one path, until `stop` says that nobody wants it.
+    /// Follows one path, until `stop` returns true.
     fn trace_one(
         &self,
         pixel: Pixel,
@@ -104,7 +104,7 @@ impl Whitted {
         Sample { pixel: pixel.index, sample, x, y, radiance: [l.r, l.g, l.b] }
     }
 
-    /// What a branch adds to the picture; pushes the branches that it splits into.
+    /// The radiance that a branch adds to the sample; pushes the branches that it splits into.
     fn follow(
         &self,
         (ray, beta, depth): Branch,

@@ -1,4 +1,4 @@
-//! Surfaces that emit.
+//! Surfaces that emit, whatever their shape.
 
 use super::columns::LaneLights;
 use super::sample::EmittedRay;
@@ -11,7 +11,7 @@ use crate::shape::POSITION_ERROR;
 pub struct AreaLight<S> {
     /// The surface.
     pub shape: S,
-    /// Whether it emits from the side that is not its own outward one.
+    /// Whether the side that emits is the inward one.
     pub flipped: bool,
     /// Radiance in W·m⁻²·sr⁻¹.
     pub emission: [f32; 3],

@@ -1,4 +1,4 @@
-//! What a light, or a group of lights, can do to a point at most: its place, its power, and where it shines.
+//! Bounds of lights and of groups of lights: their places, their power, and the directions of their light.
 
 use std::f64::consts::PI;
 
@@ -10,13 +10,14 @@ pub struct LightBounds {
     pub lo: [f32; 3],
     /// Greatest corner.
     pub hi: [f32; 3],
-    /// Where they are on average, each counted by its power.
+    /// Mean of their points, weighted by power.
     pub mean: [f64; 3],
-    /// How far they are from there: the mean of the squared distance, each counted by its power.
+    /// Mean squared distance from there, weighted by power.
     pub spread: f64,
-    /// Power in W, the mean of the channels. In double precision: a scene may be as large and as bright as it likes.
+    /// Power in W, the mean of the channels. In double precision, as the sizes and radiances of scenes have no common
+    /// scale.
     pub power: f64,
-    /// The number of the mesh that they are all triangles of.
+    /// The number of their mesh, if all are triangles of the same one.
     pub mesh: Option<u32>,
     /// Axis of the cone of their normals, of length one.
     pub axis: [f32; 3],
@@ -26,7 +27,7 @@ pub struct LightBounds {
     pub cos_e: f32,
 }
 
-/// What has no power and no extent, and shines in all directions.
+/// Bounds without power or extent, of light in all directions.
 impl Default for LightBounds {
     fn default() -> LightBounds {
         LightBounds {
@@ -87,8 +88,8 @@ impl LightBounds {
         }
     }
 
-    /// What a split's side costs: power times spread, so that lights that are near each other stay together,
-    /// times the solid angle lit (ibid., §4.4, where the box's surface stands for the spread).
+    /// The cost of one side of a split: power times spread, so that lights that are near each other stay together,
+    /// times the solid angle lit (ibid., §4.4, which uses the area of the box instead of the spread).
     pub fn cost(&self) -> f64 {
         let (cos_o, cos_e) = (f64::from(self.cos_o), f64::from(self.cos_e));
         let theta_o = libm::acos(cos_o.clamp(-1.0, 1.0));

@@ -1,10 +1,10 @@
-//! Lights as columns, from which each lane can look up another one.
+//! The rows of lights, stored by columns, so that each lane can look up a light of its own.
 
 use crate::math::{Bounds, Float, Mask, Rgb, Uint, Vec3, push3};
 use crate::shape::BOUNDS_ERROR;
 use glam::DVec3;
 
-/// What a light puts into the columns of a [`LightTable`](super::LightTable). What its kind does not use is zero.
+/// The row of a light in a [`LightTable`](super::LightTable). Fields that its kind does not use are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LightRow {
     /// Position of a point, centre of a sphere or disk, corner of a quad or triangle, one end of a cylinder's axis.

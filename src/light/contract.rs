@@ -1,4 +1,4 @@
-//! What every kind of light tells.
+//! The interface of lights.
 
 use super::bounds::LightBounds;
 use super::columns::{LaneLights, LightRow};
@@ -13,28 +13,28 @@ pub trait LightParameters {
     fn light(&self) -> Self::Light;
 }
 
-/// A kind of light. One value is one light as the scene has it; what runs on a path looks lights up by lanes.
+/// A kind of light. A value is one light of a scene. The functions without `self` run on paths, where each lane looks up
+/// a light of its own.
 ///
-/// A new kind is a file with this contract in it, a `mod` line, and a line in the list of `kinds`. Directions are of
-/// length one, densities of directions by solid angle, and `emission` is that of the row unless a caller has scaled it.
+/// A new kind is a file that implements this, a `mod` line, and a line in the list of `kinds.rs`; one that is not a
+/// surface has a line in `list.rs` too, which lists the parameters of lights for scenes. Directions are of length one, densities of directions by solid angle, and `emission` is that of the row unless a caller has scaled it.
 pub trait Light {
-    /// Whether its light comes to a point along one direction only, which a BxDF's own direction has no chance to
-    /// find: a point, the sun without a size. It is sampled even where all other lights are left to chance, and needs
-    /// no numbers for it.
+    /// Whether its light reaches a point along a single direction, which sampling the BxDF cannot find: a point light, a
+    /// sun without a size. `path-naive` samples these lights only. Sampling one uses no random numbers.
     const DELTA: bool = false;
 
     /// Whether it is at infinity. Then it has no bounds, and rays that leave the scene see it (see
     /// [`Light::escaped`]).
     const INFINITE: bool = false;
 
-    /// What lanes look up.
+    /// The light's row in the table.
     fn row(&self) -> LightRow;
 
-    /// Its place, its power, and where it shines, for the choice among lights; `None` at infinity.
+    /// Its place, its power and the directions of its light, for the choice among lights; `None` at infinity.
     fn bounds(&self) -> Option<LightBounds>;
 
-    /// A direction from `p` to the light, drawn with `u` in [0, 1)². Which way a surface at `p` faces counts for the
-    /// choice among lights alone (see [`LightTable::choose`](super::LightTable::choose)).
+    /// A direction from `p` to the light, drawn with `u` in [0, 1)². The orientation of a surface at `p` matters only
+    /// to the choice among lights (see [`LightTable::choose`](super::LightTable::choose)).
     fn sample<F: Float>(
         lights: &LaneLights<'_, F>,
         p: Vec3<F>,
@@ -44,7 +44,7 @@ pub trait Light {
 
     /// Density with which [`Light::sample`] from `p` would have drawn the direction of a ray that met the light at
     /// distance `t`, on the side that emits, with the cosine `cos_light` between the normal there and the way back.
-    /// It is given for the lanes of the mask; in all others, and for `None` in all lanes, it is that of a point drawn
+    /// The mask holds the lanes for which it is given; in other lanes, and in all lanes if it is `None`, points are drawn
     /// uniformly by area.
     #[inline(always)]
     fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, t: F, cos_light: F) -> Option<(F::Mask, F)> {
@@ -52,7 +52,8 @@ pub trait Light {
         None
     }
 
-    /// Of a light at infinity: what a ray sees of it that leaves the scene in the direction `d`.
+    /// The radiance of a light at infinity along a ray that leaves the scene in the direction `d`, and the density of
+    /// that direction.
     #[inline(always)]
     fn escaped<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, d: Vec3<F>) -> Escaped<F> {
         let _ = (lights, emission, d);

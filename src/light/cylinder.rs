@@ -9,8 +9,8 @@ use crate::math::{Float, Frame, Mask, Rgb, Vec3, trig};
 use crate::shape::{Cylinder, POSITION_ERROR, Shape};
 use std::f32::consts::PI;
 
-/// Seen from outside, sampled by the directions in which it is seen; one that emits inwards, uniformly by area: of that
-/// any part may be seen through an end.
+/// A cylinder that emits outwards is sampled, from a point outside, by the directions in which it is seen; one that
+/// emits inwards uniformly by area, as any part of it may be seen through an end.
 impl Light for AreaLight<Cylinder> {
     fn row(&self) -> LightRow {
         let (cylinder, surface) = (&self.shape, self.shape.surface());
@@ -101,7 +101,7 @@ impl Light for AreaLight<Cylinder> {
     }
 }
 
-/// What a cylinder looks like, one end of whose axis lies at `to_end` from the point.
+/// A cylinder as seen from a point, with one end of its axis at `to_end` from there.
 #[inline(always)]
 fn seen<F: Float>(lights: &LaneLights<'_, F>, to_end: Vec3<F>) -> Seen<F> {
     let (axis, along) = (lights.normal(), lights.edge_v());
@@ -110,10 +110,10 @@ fn seen<F: Float>(lights: &LaneLights<'_, F>, to_end: Vec3<F>) -> Seen<F> {
 
 /// A cylinder seen from a point outside of it.
 ///
-/// About the axis a direction has an angle α, and towards the end of the axis a sine: their product measures solid
-/// angle. In α the cylinder fills an arc, evenly; for each α it is seen along one line from end to end, of which the
-/// distance across the axis says between which sines. Both are uniform, which is all but uniform by solid angle, and
-/// wastes no sample on the side that is hidden.
+/// A direction is given by its angle α about the axis and the sine of its angle β towards the end of the axis, which
+/// together measure solid angle. The cylinder fills an arc in α; for each α it is seen along a line from end to end,
+/// whose distance from the point gives the range of sin β. Both are drawn uniformly. That is nearly uniform by solid
+/// angle, and draws no point on the hidden side.
 struct Seen<F: Float> {
     /// Towards the axis, at a right angle to it, and of length one.
     towards: Vec3<F>,
@@ -123,24 +123,24 @@ struct Seen<F: Float> {
     radius: F,
     /// Half the arc, in turns.
     half_arc: F,
-    /// How far along the axis the ends are.
+    /// The positions of the ends along the axis.
     ends: [F; 2],
-    /// Whether the point is outside; if not, nothing else here means anything.
+    /// Whether the point is outside; if not, the other fields are unspecified.
     outside: F::Mask,
 }
 
-/// Directions from end to end along one line of a cylinder: of β, the angle by which they rise along the axis.
+/// The range of β, the angle by which a direction rises along the axis, for one line of a cylinder from end to end.
 struct Rise<F> {
     /// 1 − sin β at both ends,
     less: [F; 2],
-    /// and 1 + sin β: whichever is small has all its digits.
+    /// and 1 + sin β: the smaller of the two has no cancellation.
     more: [F; 2],
     /// The difference of the sines.
     sines: F,
 }
 
 impl<F: Float> Rise<F> {
-    /// Of a line at a distance across the axis, between two heights.
+    /// The range for a line at a distance across the axis, between two heights.
     #[inline(always)]
     fn new(across: F, [low, high]: [F; 2]) -> Self {
         let (length_low, length_high) = (length(low, across), length(high, across));
@@ -177,9 +177,9 @@ fn around_one<F: Float>(height: F, length: F, across: F) -> (F, F) {
 struct Towards<F> {
     /// Of length one.
     wi: Vec3<F>,
-    /// The outward normal where it leads.
+    /// The outward normal at the point that it leads to.
     normal: Vec3<F>,
-    /// How far along the axis that is from the lower end.
+    /// That point's distance from the lower end, along the axis.
     height: F,
     /// Density by solid angle.
     pdf: F,
@@ -235,8 +235,8 @@ impl<F: Float> Seen<F> {
 
     /// Density of the direction of a point that was met at distance `t`, with the cosine `cos` there.
     ///
-    /// Across the axis, point, axis and what is met are the corners of a triangle, whose sides D and r are known; of the
-    /// third, t·cos is the share along the normal: D² = r² + ρ² + 2r·t·cos.
+    /// Projected along the axis, the point, the axis and the hit form a triangle with the known sides D and r; t·cos is
+    /// the part of the third side, ρ, along the normal: D² = r² + ρ² + 2r·t·cos.
     #[inline(always)]
     fn pdf(&self, t: F, cos: F) -> F {
         let near = self.distance - self.radius;

@@ -1,10 +1,10 @@
-//! What rays see that leave the scene.
+//! The environment: radiance along rays that leave the scene.
 
-/// The same radiance from everywhere outside, behind all lights.
+/// The same radiance from all directions, behind all lights.
 ///
-/// It is no light of the table, and never sampled: under an even sky the BxDF's own density is already the best for a
-/// matte surface, and shadow rays would buy nothing. The density with which a direction to it is drawn is therefore
-/// zero, and what rays see of it counts in full.
+/// It is not in the table of lights, and never sampled: for a matte surface under constant radiance, sampling the BxDF
+/// alone is already optimal, and shadow rays would gain nothing. So its density is zero, and its radiance counts in
+/// full where rays leave the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Environment {
     /// Radiance in W·m⁻²·sr⁻¹.

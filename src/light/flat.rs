@@ -1,4 +1,4 @@
-//! What flat surfaces that emit have in common.
+//! Code that flat surfaces that emit share.
 
 use super::area;
 use super::bounds::{LightBounds, distance2, grey};
@@ -8,7 +8,7 @@ use crate::math::{Bounds, Float, Mask, Rgb, Vec3};
 use crate::shape::POSITION_ERROR;
 use std::f64::consts::PI;
 
-/// Of a triangle or parallelogram with these corners that emits where `normal` points.
+/// The bounds of a triangle or parallelogram with these corners that emits on the side of `normal`.
 pub(super) fn bounds(corners: &[[f32; 3]], normal: [f32; 3], area: f32, emission: [f32; 3]) -> LightBounds {
     let bounds = Bounds::of(corners.iter().copied());
     let count = corners.len() as f64;
@@ -28,8 +28,8 @@ pub(super) fn bounds(corners: &[[f32; 3]], normal: [f32; 3], area: f32, emission
     }
 }
 
-/// The point of a flat light that is `at` these shares of its edges, seen from `p`: if `at` is uniform by area, with a
-/// density of distance²/(cos θ·area) by solid angle; in the lanes of `own` with the density there.
+/// The point of a flat light at the shares `at` of its edges, seen from `p`. In the lanes of `own` its density is given
+/// there; in others `at` is uniform by area, and the density by solid angle is distance²/(cos θ·area).
 #[inline(always)]
 pub(super) fn sample<F: Float>(
     lights: &LaneLights<'_, F>,
@@ -61,7 +61,7 @@ pub(super) fn sample<F: Float>(
     }
 }
 
-/// A ray from the point that is `at` these shares of the edges, if `at` is uniform by area.
+/// A ray from the point at the shares `at` of the edges, where `at` is uniform by area.
 #[inline(always)]
 pub(super) fn emit<F: Float>(
     lights: &LaneLights<'_, F>,

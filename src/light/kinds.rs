@@ -1,4 +1,4 @@
-//! The list of all kinds of lights, and how lanes whose lights are of different kinds are served.
+//! The list of all kinds of lights, and the dispatch of lanes whose lights are of different kinds.
 
 use super::area::AreaLight;
 use super::columns::LaneLights;
@@ -20,7 +20,7 @@ macro_rules! kinds {
         $first:ident: $First:ty,
         $($(#[$attribute:meta])* $name:ident: $Type:ty,)+
     ) => {
-        /// The kinds of lights, by the numbers with which tables tell them apart.
+        /// The kinds of lights, by their numbers in the table.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u32)]
         pub enum LightKind {
@@ -54,7 +54,7 @@ macro_rules! kinds {
             }
         )+
 
-        /// Whether any kind is at infinity: without one, nothing is compiled for them.
+        /// Whether any kind is at infinity. If not, no code is compiled for such lights.
         pub(super) const ANY_INFINITE: bool = {
             let mut any = <$First>::INFINITE;
             $(
@@ -150,7 +150,7 @@ macro_rules! kinds {
     };
 }
 
-// A new kind comes last: the GPU knows the first ones by their numbers.
+// The first kind is computed in all lanes, the others only where a lane has one. A new kind comes last.
 kinds! {
     Point: PointLight,
     Sphere: AreaLight<Sphere>,

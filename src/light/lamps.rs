@@ -1,14 +1,14 @@
-//! Lamps: what an integrator asks that asks every light.
+//! Lamps: the lights of an integrator that samples all of them at each vertex.
 
 use super::{LightBounds, LightTree};
 use crate::math::Vec3;
 use std::ops::Range;
 
-/// From this many triangles on a mesh that emits is one lamp, of which one triangle is asked.
+/// A mesh that emits and has at least this many triangles is one lamp, of which one triangle is sampled.
 ///
-/// Fewer are asked one by one, which leaves less noise: a vertex then takes 255 shadow rays for a mesh at most, of which
-/// a closed mesh asks about half. More would make the time for one vertex grow with a detail that the picture does not
-/// show.
+/// Of smaller meshes every triangle is sampled, which leaves less noise: a vertex then takes 255 shadow rays for a mesh
+/// at most, and about half as many if it is closed. With more triangles the time for a vertex would grow with detail
+/// that the picture does not show.
 pub const LEAST_TRIANGLES: usize = 256;
 
 /// A mesh of many triangles that emits, as one lamp.
@@ -45,8 +45,8 @@ pub enum Lamp<'a> {
 }
 
 impl Lamp<'_> {
-    /// The light to ask for a point `p` on a surface with normal `n`, and the probability of that choice. A mesh draws
-    /// one number in [0, 1) for it.
+    /// The light to sample from a point `p` on a surface with normal `n`, and the probability of that choice. Only a
+    /// mesh calls `draw`, which gives a number in [0, 1).
     pub fn choose(&self, p: Vec3<f32>, n: Vec3<f32>, draw: impl FnOnce() -> f32) -> (u32, f32) {
         match self {
             Lamp::Light(light) => (*light, 1.0),
@@ -55,7 +55,7 @@ impl Lamp<'_> {
     }
 }
 
-/// The lamps of so many lights, of which some are those of meshes, in the order of the lights.
+/// The lamps of `lights` lights, some of which belong to `meshes`, in the order of the lights.
 pub(super) fn lamps(lights: u32, meshes: &[MeshLamp]) -> impl Iterator<Item = Lamp<'_>> {
     let (mut next, mut meshes) = (0, meshes.iter().peekable());
     std::iter::from_fn(move || {

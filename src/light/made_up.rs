@@ -1,4 +1,4 @@
-//! Two lights at infinity that no scene has, to hold the table to its contract.
+//! Two lights at infinity for tests of the table; no scene has them.
 
 use super::bounds::LightBounds;
 use super::columns::{LaneLights, LightRow};

@@ -1,5 +1,20 @@
-//! Lights: the one door to them is [`LightTable`]. It chooses a light, samples a direction towards it, and tells what
-//! rays see that leave the scene; what kinds of lights there are is known in this room only.
+//! Lights. Integrators use them through [`LightTable`] alone: it chooses a light, samples a direction towards it, gives
+//! densities, and the radiance along rays that leave the scene.
+//!
+//! | file | what is in it |
+//! |---|---|
+//! | `contract` | the interface of lights: [`Light`], and [`Described`] for their parameters |
+//! | `list` | the parameters of lights that are not surfaces, for scenes |
+//! | `kinds` | the list of kinds, and the dispatch of lanes to them |
+//! | `table`, `columns` | all lights of a scene, and their rows |
+//! | `tree`, `bounds` | the choice among lights, by estimates of their contribution |
+//! | `lamps` | the lights as `whitted` samples them: a mesh of many triangles is one |
+//! | `sample` | the results of sampling |
+//! | `area`, `flat`, `rectangle` | code that kinds share |
+//! | `point`, `sphere`, `quad`, `triangle`, `disk`, `cylinder` | the kinds |
+//! | `environment` | the constant environment |
+//!
+//! No integrator names a kind; the GPU does, whose tables and WGSL have the kinds by number.
 
 mod area;
 mod bounds;

@@ -24,7 +24,7 @@ parameters! {
 /// Sends the same intensity in every direction. No path can hit it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointLight {
-    /// Where it is.
+    /// The position.
     pub position: [f32; 3],
     /// Radiant intensity in W/sr.
     pub intensity: [f32; 3],

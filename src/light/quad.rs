@@ -10,11 +10,11 @@ use super::sample::{EmittedRay, LightSample};
 use crate::math::{Float, Mask, Rgb, Vec3};
 use crate::shape::{Quad, Shape};
 
-/// From this solid angle on, in steradians, rectangles are sampled by it: of smaller ones the sum of angles that
-/// it is made of has lost too many digits, and by area they are sampled about as well.
+/// Rectangles of at least this solid angle, in steradians, are sampled by it. A smaller solid angle, a sum of angles,
+/// has lost too many digits, and sampling by area is about as good there.
 pub const LEAST_SOLID_ANGLE: f32 = 0.03;
 
-/// Cosine between the sides of a quad up to which it counts as a rectangle.
+/// A quad counts as a rectangle if the cosine between its sides is at most this.
 const SQUARE: f32 = 1e-6;
 
 /// Seen from a point, a rectangle is sampled uniformly by the solid angle that it fills, unless that is small; all
@@ -75,8 +75,8 @@ impl Light for AreaLight<Quad> {
     }
 }
 
-/// The lanes whose light is a rectangle large enough to be sampled by solid angle, if there are any, and what it looks
-/// like.
+/// The lanes whose light is a rectangle large enough to be sampled by solid angle, if there are any, and the rectangle
+/// as seen from the point.
 #[inline(always)]
 fn by_angle<F: Float>(
     lights: &LaneLights<'_, F>,

@@ -15,7 +15,7 @@ pub(super) struct Rectangle<F: Float> {
     z: F,
     /// z components of the unit normals of the planes through the point and the sides at y₀ and y₁.
     b: [F; 2],
-    /// What the two inner angles at the side x₀ exceed right ones by, together.
+    /// The sum of the two inner angles at the side x₀, less two right angles.
     excess: F,
     /// In steradians.
     pub(super) solid_angle: F,
@@ -40,7 +40,7 @@ impl<F: Float> Rectangle<F> {
         Rectangle { x: [x0, x1], y: [y0, y1], z, b: [n0, n2], excess: left, solid_angle: left + right }
     }
 
-    /// A point of it, as its share of either side, so that its direction is uniform over the solid angle.
+    /// A point of it, as shares of both sides, whose direction is uniform over the solid angle.
     #[inline(always)]
     pub(super) fn sample(&self, [u, v]: [F; 2]) -> [F; 2] {
         let Rectangle { x: [x0, x1], y: [y0, y1], z, b: [b0, b1], .. } = *self;

@@ -1,10 +1,11 @@
-//! What lights answer: a direction towards one, what a ray sees beyond the scene, and a ray that leaves a light.
+//! Samples of lights: a direction towards a light, radiance from infinity, and a ray that leaves a light.
 
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3};
 use crate::sampling::warp;
 use crate::shape::POSITION_ERROR;
 
-/// The share of its length that a shadow ray has: what is left out is as for a hit so far from the origin.
+/// A shadow ray ends at this share of its length; the rest is the error bound of a hit at that distance from the
+/// origin.
 pub const SHADOW_LENGTH: f32 = 1.0 - POSITION_ERROR;
 
 /// A point on a light, seen from a point in the scene.
@@ -13,8 +14,7 @@ pub struct LightSample<F: Float> {
     /// Direction to the light, of length one.
     pub wi: Vec3<F>,
     /// The point on the light, moved off its surface by its error bound so that the light doesn't shadow
-    /// itself. A ray's distance to a surface is off by roundings of its origin, too, which therefore count as well.
-    /// Of a light at infinity it means nothing.
+    /// itself. The bound includes the rounding of the shadow ray's origin. Unspecified for a light at infinity.
     pub target: Vec3<F>,
     /// Radiance from there; for a delta light, irradiance on a surface that faces it: of a point, intensity over
     /// distance². Zero where the light doesn't shine.
@@ -28,11 +28,11 @@ pub struct LightSample<F: Float> {
 }
 
 impl<F: Float> LightSample<F> {
-    /// The ray from `o` to the light, and the distance before which something is in the way: infinite for a light at
+    /// The ray from `o` to the light, and the distance up to which a hit hides the light: infinite for a light at
     /// infinity.
     ///
-    /// `target` is moved off the light by the error of a point on it. From far away rounding does more to the ray:
-    /// it meets the light too early by some roundings of its length, and ends that much before the light.
+    /// `target` is moved off the light by the error of a point on it. Over a great distance rounding makes the ray meet
+    /// the light too early, by some roundings of its length; so it ends that much before the light.
     #[inline(always)]
     pub fn shadow_ray(&self, o: Vec3<F>) -> (Ray<F>, F) {
         let segment = self.target - o;
@@ -66,7 +66,7 @@ impl<F: Float> LightSample<F> {
     }
 }
 
-/// What a ray sees of a light at infinity when it leaves the scene.
+/// The radiance of a light at infinity along a ray that leaves the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Escaped<F: Float> {
     /// Radiance from there.
@@ -77,7 +77,7 @@ pub struct Escaped<F: Float> {
 }
 
 impl<F: Float> Escaped<F> {
-    /// Of a light that no ray can see.
+    /// That of a light that no ray can see.
     #[inline(always)]
     pub fn nothing() -> Self {
         Escaped { radiance: Rgb::black(), pdf: F::zero() }

@@ -99,7 +99,8 @@ impl Light for AreaLight<Sphere> {
     #[inline(always)]
     fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, _t: F, _cos_light: F) -> Option<(F::Mask, F)> {
         let cone = Cone::new(lights.origin - p, lights.radius());
-        // A point on the inside of a sphere may round to its outside: what was met tells where it is.
+        // A point on the inside of a sphere may round to its outside: `inward` decides, as the ray met the side that
+        // emits.
         Some((cone.outside & !lights.inward(), cone.pdf))
     }
 
@@ -122,7 +123,7 @@ struct Cone<F: Float> {
     versine: F,
     /// Density of a uniform direction within, by solid angle.
     pdf: F,
-    /// Whether the point is outside the sphere; if not, nothing else here means anything.
+    /// Whether the point is outside the sphere; if not, the other fields are unspecified.
     outside: F::Mask,
 }
 

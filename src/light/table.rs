@@ -24,11 +24,11 @@ pub struct LightTable {
     tree: LightTree,
     /// The delta lights.
     delta: Vec<u32>,
-    /// The lights at infinity, which the tree leaves out.
+    /// The lights at infinity, which are not in the tree.
     infinite: Vec<u32>,
-    /// What rays see behind all of them.
+    /// The environment behind all lights.
     environment: Environment,
-    /// Which lights are those of meshes that emit, by mesh.
+    /// The lights of each mesh that emits.
     meshes: Vec<Range<u32>>,
     /// Meshes of which [`LightTable::lamps`] gives one light.
     mesh_lamps: Vec<MeshLamp>,
@@ -52,8 +52,8 @@ impl LightTable {
         index
     }
 
-    /// Adds a piece of a shape whose outward side emits, or if `flipped` the other. Returns its index;
-    /// [`NO_LIGHT`] for planes and others that are not sampled, which paths find by chance.
+    /// Adds a piece of a shape that emits on its outward side, or on the other if it is `flipped`. Returns its index,
+    /// or [`NO_LIGHT`] for planes and other pieces that are not sampled, which paths find by chance.
     pub fn push_piece(&mut self, piece: &Piece, flipped: bool, emission: [f32; 3]) -> u32 {
         match *piece {
             Piece::Sphere(shape) => self.push(AreaLight { shape, flipped, emission }),
@@ -81,12 +81,12 @@ impl LightTable {
         first
     }
 
-    /// Sets what rays see that leave the scene, behind all lights at infinity.
+    /// Sets the environment, which rays that leave the scene see behind all lights at infinity.
     pub fn set_environment(&mut self, environment: Environment) {
         self.environment = environment;
     }
 
-    /// What rays see that leave the scene, behind all lights at infinity.
+    /// The environment, which rays that leave the scene see behind all lights at infinity.
     pub fn environment(&self) -> Environment {
         self.environment
     }
@@ -101,19 +101,19 @@ impl LightTable {
         (0..self.len() as u32).filter(|light| !self.infinite.contains(light)).collect()
     }
 
-    /// Builds the tree that chooses among the lights, once all are there.
+    /// Builds the tree that chooses among the lights, once all have been added.
     pub fn build_tree(&mut self) {
         self.tree = LightTree::of(&self.bounds, self.bounded());
     }
 
-    /// Makes one lamp of each mesh that emits and has many triangles, once all lights are there (see
+    /// Makes one lamp of each mesh that emits and has many triangles, once all lights have been added (see
     /// [`super::LEAST_TRIANGLES`]).
     pub fn build_lamps(&mut self) {
         let lamps = self.meshes.iter().filter_map(|lights| MeshLamp::new(lights.clone(), &self.bounds));
         self.mesh_lamps = lamps.collect();
     }
 
-    /// The lamps, in the order of their lights: each light by itself, but of meshes that are lamps all together.
+    /// The lamps, in the order of their lights: each light is one, but all triangles of a mesh with many are one lamp.
     pub fn lamps(&self) -> impl Iterator<Item = Lamp<'_>> {
         lamps::lamps(self.len() as u32, &self.mesh_lamps)
     }
@@ -123,17 +123,16 @@ impl LightTable {
         &self.mesh_lamps
     }
 
-    /// Builds a tree that chooses every light with the same chance, wherever it is asked from: what the other one
-    /// is measured against.
+    /// Builds a tree that chooses every light with the same probability from everywhere, to compare the other one with.
     pub fn build_uniform_tree(&mut self) {
-        // Of equal powers, and spread so far that every place is among them: nothing tells them apart.
+        // Equal powers, and a spread so large that every point is among the lights: all have the same importance.
         let everywhere =
             LightBounds { lo: [-1e6; 3], hi: [1e6; 3], spread: 1e12, power: 1.0, ..LightBounds::default() };
         self.tree = LightTree::of(&vec![everywhere; self.len()], self.bounded());
     }
 
-    /// Says whether all triangles in the scene are lights of one mesh that bulges: seen from before any of them, all
-    /// others lie behind.
+    /// Sets whether all triangles in the scene are lights of one mesh that bulges: no point in front of a triangle is
+    /// hidden from it by another.
     pub fn set_bulging_mesh(&mut self, has_bulging_mesh: bool) {
         self.has_bulging_mesh = has_bulging_mesh;
     }
@@ -173,8 +172,9 @@ impl LightTable {
         &self.infinite
     }
 
-    /// The lanes whose light no triangle can hide from where it shines: it is one of those of a mesh that bulges, and
-    /// there are no others. To ask them all the same would cost more than all else that a shadow ray asks.
+    /// The lanes whose light cannot be hidden by triangles: the light is a triangle of a mesh that bulges, and the
+    /// scene has no other mesh. Shadow rays to it need not be tested against triangles, which would be most of their
+    /// cost.
     #[inline(always)]
     pub fn is_past_triangles<F: Float>(&self, light: F::Uint) -> F::Mask {
         if !self.has_bulging_mesh {
@@ -189,15 +189,16 @@ impl LightTable {
         kinds::ANY_INFINITE && !self.infinite.is_empty()
     }
 
-    /// Among how many [`LightTable::choose`] chooses first, each as likely as the others: the lights at infinity, and
-    /// those of the tree as one.
+    /// The number of equally likely groups that [`LightTable::choose`] chooses among first: each light at infinity is
+    /// one, and all lights of the tree together are one.
     #[inline(always)]
     fn groups(&self) -> usize {
         self.infinite.len() + usize::from(self.infinite.len() < self.len())
     }
 
     /// Chooses a light for a point `p` on a surface with normal `n`, with `u` in [0, 1): its index and the
-    /// probability of the choice; where no light can matter, it is any of them. Lanes that do not ask hold nonsense.
+    /// probability of the choice. Where no light can contribute, it is any of them. Lanes outside `asks` are
+    /// unspecified.
     ///
     /// Each light at infinity has the same chance as all others together, among which the tree chooses (Pharr, Jakob
     /// and Humphreys 2023, §12.6.3).
@@ -222,7 +223,7 @@ impl LightTable {
         (F::Uint::select(in_tree, light, one), F::select(in_tree, chance * share, share))
     }
 
-    /// The probability with which [`LightTable::choose`] chooses a light. Lanes that do not ask hold nonsense.
+    /// The probability with which [`LightTable::choose`] chooses a light. Lanes outside `asks` are unspecified.
     #[inline(always)]
     pub fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
         let mut in_tree = asks;
@@ -247,8 +248,8 @@ impl LightTable {
         kinds::sample::<F, false>(&lights, p, emission, u)
     }
 
-    /// A direction from `p` to a delta light, each as likely as the others and weighted for it, chosen with `choice`
-    /// in [0, 1). There is one at least (see [`LightTable::delta_lights`]).
+    /// A direction from `p` to a delta light, drawn uniformly among them with `choice` in [0, 1), its radiance
+    /// multiplied by their number. There must be one (see [`LightTable::delta_lights`]).
     #[inline(always)]
     pub fn sample_delta<F: Float>(&self, p: Vec3<F>, choice: F) -> LightSample<F> {
         let count = self.delta.len() as f32;
@@ -272,9 +273,9 @@ impl LightTable {
         kinds::pdf(&lights, p, t, cos_light, by_area)
     }
 
-    /// Radiance that a ray sees that leaves the scene in the direction `d`. That of each light at infinity counts with
-    /// the weight of its density: the one with which [`LightTable::choose`] and [`LightTable::sample`] together would
-    /// have drawn the direction by way of that light. What is never drawn counts in full.
+    /// Radiance along a ray that leaves the scene in the direction `d`. The radiance of each light at infinity is
+    /// multiplied by `weight` of its density, with which [`LightTable::choose`] and [`LightTable::sample`] together
+    /// would have drawn the direction from that light. Lights that are never drawn, and the environment, count in full.
     #[inline(always)]
     pub fn escaped<F: Float>(&self, d: Vec3<F>, weight: impl Fn(F) -> F) -> Rgb<F> {
         let mut radiance = Rgb::splat(self.environment.radiance);

@@ -1,4 +1,4 @@
-//! Which light to ask: a tree of lights, descended by what each branch contributes.
+//! The choice among lights: a tree that is descended by estimates of what each branch contributes.
 
 mod build;
 mod choice;
@@ -20,17 +20,17 @@ use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, Mask, Uint, Vec3};
 
-/// A tree over lights (Conty Estevez and Kulla 2018) of eight children a node. A node's lights are judged by the mean
-/// of their places and how far they spread about it, not by the box around them: a point among them then still learns
-/// which side has more of those that are near.
+/// A tree over lights (Conty Estevez and Kulla 2018) of eight children a node. The importance of a
+/// node comes from the mean position and the spread of its lights, not from their box, so that it still tells sides
+/// apart for a point among the lights.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
     /// A node with everything as its only child.
     top: Node,
-    /// What is below it, if that is not one light.
+    /// The nodes below it; none if there is a single light.
     nodes: Vec<Node>,
     kinds: Kinds,
-    /// Which light has which unit.
+    /// The units of power of each light.
     shares: Shares,
     /// For each light its place in the order of the tree.
     place: Vec<u32>,
@@ -94,7 +94,7 @@ impl LightTree {
         if !self.kinds.has_meshes {
             return (light, chance);
         }
-        // Of lights that are far, the one that has some unit of their power. Adding all bits subtracts one.
+        // Among lights that are far, a unit of their power is drawn. Adding all bits subtracts one.
         let is_far = asks & F::Uint::splat(0).lt(units);
         let unit = (units.to_float() * u).to_uint();
         let unit = F::Uint::select(unit.lt(units), unit, units + F::Uint::splat(u32::MAX));
@@ -116,8 +116,8 @@ impl LightTree {
         F::select(is_far, chance * own / units.to_float().max(F::splat(1.0)), chance)
     }
 
-    /// Goes down until the lights are far or only one is left: with `DRAWS` where `u` leads, otherwise to the light in
-    /// a given place. Lanes that do not ask hold nonsense.
+    /// Descends until the lights are far or a single one is left: with `DRAWS` by drawing with `u`, otherwise towards
+    /// the light in a given place. Lanes outside `asks` are unspecified.
     #[inline(always)]
     fn descend<F: Float, const DRAWS: bool>(
         &self,
@@ -145,7 +145,7 @@ impl LightTree {
         }
         end.units = F::Uint::select(going, F::Uint::splat(0), end.units);
         let mut node = F::Uint::splat(0);
-        // All together at the first node, if that is less work than one by one.
+        // At the root all lanes together, if that is less work than lane by lane.
         if going.bits().count_ones() as usize * WIDTH > F::LANES * root.count / 2 {
             let mut values = [F::zero(); WIDTH];
             let mut far = [F::Mask::splat(false); WIDTH];
@@ -180,23 +180,23 @@ impl LightTree {
     }
 }
 
-/// Where a descent ends.
+/// The end of a descent.
 struct End<F: Float> {
-    /// At this light, if it is not among lights that are far.
+    /// The light, unless the lights are far.
     light: F::Uint,
-    /// The chance of the way to it.
+    /// The probability of the way to it.
     chance: F,
-    /// What is left of the number that it was drawn with.
+    /// The rest of the random number, uniform again.
     u: F,
     /// The units of lights that are far; zero at one light.
     units: F::Uint,
-    /// The first of them.
+    /// The first of these units.
     first_unit: F::Uint,
 }
 
 /// The descents of some lanes, a column for each number.
 struct Lanes {
-    /// Bit `i` is set if lane `i` is still on its way.
+    /// Bit `i` is set if lane `i` has not reached the end.
     going: u32,
     p: [[f32; MAX_LANES]; 3],
     n: [[f32; MAX_LANES]; 3],
@@ -259,8 +259,8 @@ impl Lanes {
     }
 }
 
-/// Takes lanes down one by one, each past eight children at a time: where lanes are at nodes of their own, to look
-/// these up costs more than to look at them.
+/// Descends with one lane after the other, over eight children at a time: where lanes are at different nodes, gathering
+/// their children costs more than evaluating them.
 struct Descent<'a, const DRAWS: bool> {
     tree: &'a LightTree,
     lanes: &'a mut Lanes,

@@ -10,7 +10,7 @@ use crate::math::{Float, Rgb, Vec3};
 use crate::sampling::warp;
 use crate::shape::Sides;
 
-/// A triangle: its corners.
+/// The corners of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle(pub [[f32; 3]; 3]);
 

@@ -1,4 +1,4 @@
-//! The scattering function of a hit: whichever lobe its material makes there, a possibly different one in each lane.
+//! The scattering function of a hit: the lobe of its material there, which may be of another kind in each lane.
 
 use super::bxdf::{Bxdf, BxdfSample, TransportMode};
 use super::kind::{Kind, materials};
@@ -6,7 +6,7 @@ use super::program::Leaf;
 use super::row::{Numbers, Site};
 use crate::math::{Float, Mask, Rgb, Uint, Vec3};
 
-/// The scattering functions of hits. Integrators see no more of a material than this.
+/// The scattering functions of hits. Integrators know materials by this type alone.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<F: Float> {
     pub(super) kind: F::Uint,
@@ -24,9 +24,9 @@ macro_rules! has {
     };
 }
 
-/// What each lane's lobe answers, of the lobes with a flag; other lanes hold nothing of use.
+/// Evaluates each lane's lobe, if it has a flag; other lanes are unspecified.
 ///
-/// The first leaf's lobe answers in all lanes without more ado, the others only if there is a lane with one.
+/// The first leaf's lobe is evaluated in all lanes, each other one only if there is a lane that has it.
 macro_rules! answer {
     (
         { $bsdf:ident, $flag:ident, $select:path, $bxdf:ident => $answer:expr }
@@ -81,13 +81,13 @@ impl<F: Float> Bsdf<F> {
         self.kind.eq(F::Uint::splat(kind as u32))
     }
 
-    /// The lobe of a kind, of use in lanes of that kind.
+    /// The lobe of a kind, valid in lanes of that kind.
     #[inline(always)]
     fn lobe<L: Leaf>(&self) -> L::Lobe<F> {
         L::lobe(&self.numbers, &self.site)
     }
 
-    /// The lanes that scatter no light but by delta lobes.
+    /// The lanes whose lobes are black, except for delta lobes.
     #[inline(always)]
     pub fn is_black(&self) -> F::Mask {
         self.numbers.colour.max_channel().le(F::zero())

@@ -1,4 +1,4 @@
-//! What every scattering function can do: the contract between materials and integrators.
+//! The interface of scattering functions, between materials and integrators.
 //!
 //! Directions are in the shading frame, where +z is the outward normal; they have length one and point
 //! away from the surface: `wo` towards where light goes, `wi` towards where it comes from. Densities are
@@ -6,9 +6,10 @@
 
 use crate::math::{Float, Mask, Rgb, Vec3};
 
-/// What a path carries from one end of the scene to the other.
+/// The quantity that a path carries.
 ///
-/// It matters where light is refracted: radiance is squeezed into another solid angle, power is not (Veach 1997, §5.2).
+/// It matters where light is refracted: radiance scales with the square of the index of refraction, power does not
+/// (Veach 1997, §5.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransportMode {
     /// A path from the camera carries radiance: it goes on towards where light comes from.
@@ -49,7 +50,7 @@ impl<F: Float> BxdfSample<F> {
     }
 }
 
-/// What every BxDF can do.
+/// The interface of BxDFs.
 ///
 /// `eval(wo, wi)` always means light that arrives along `wi` and leaves along `wo`.
 pub trait Bxdf<F: Float> {
@@ -66,8 +67,8 @@ pub trait Bxdf<F: Float> {
     fn sample(&self, wo: Vec3<F>, u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F>;
     /// Density of [`Bxdf::sample`] at `wi`, without delta lobes.
     fn pdf(&self, wo: Vec3<F>, wi: Vec3<F>) -> F;
-    /// The fraction of light that is reflected, or let through where that is its way, for denoisers and compositors:
-    /// about the mean over all directions, in [0, 1].
+    /// The fraction of light that is reflected, or transmitted by a transmissive surface, for denoisers and
+    /// compositors: about the mean over all directions, in [0, 1].
     fn albedo(&self) -> Rgb<F>;
     /// The lanes that [`Bxdf::HAS_NON_DELTA`] is true of.
     #[inline(always)]

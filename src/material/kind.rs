@@ -29,7 +29,7 @@ macro_rules! kinds {
         leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident($leaf_parameters:ident),)* }
         choosers { $($(#[$chooser_cfg:meta])* $chooser_module:ident::$Chooser:ident($chooser_parameters:ident),)* }
     ) => {
-        /// What a material is: its program. The numbers are those of the GPU's `switch`.
+        /// The kinds of materials, by their programs. The GPU has them by these numbers.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u32)]
         pub enum Kind {

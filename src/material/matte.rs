@@ -1,4 +1,4 @@
-//! Matte: the same from wherever it is seen.
+//! The matte material, of the same radiance in all directions.
 
 use super::kind::Kind;
 use super::lobes::Lambertian;

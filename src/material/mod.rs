@@ -1,9 +1,9 @@
 //! Materials, and the scattering functions that they give a point.
 //!
 //! A material is a program with a file of its own. A [`Leaf`] makes a lobe of its row's numbers, a [`Chooser`] leads to
-//! another row. `kind.rs` lists them; a new material is a new file, a `mod` line here, and a line in that list. `lobes/`
-//! has a file for each scattering function. [`Bxdf`] is the contract that integrators see; [`MaterialTable`] finds the
-//! [`Bsdf`] of a hit.
+//! another row. A new material is a new file, a `mod` line here, a line in `list.rs`, which lists the parameters of
+//! materials for scenes, and a line in `kind.rs`, which lists their programs. `lobes/` has a file for each scattering
+//! function. [`Bxdf`] is the interface that integrators use; [`MaterialTable`] finds the [`Bsdf`] of a hit.
 
 #[cfg(feature = "broken-material")]
 mod broken;

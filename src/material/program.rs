@@ -16,18 +16,18 @@ pub trait MaterialParameters {
 /// Where the colour of the row is black, every lobe that is not a delta must be black, too: paths sample no lights there
 /// (see [`Bsdf::is_black`](super::Bsdf::is_black)).
 pub trait Leaf {
-    /// Whether it looks at [`Site::uv`], which are nothing of use otherwise.
+    /// Whether it uses [`Site::uv`], which are unspecified otherwise.
     const LOOKS_AT_UV: bool = false;
 
-    /// How it scatters.
+    /// Its BxDF.
     type Lobe<F: Float>: Bxdf<F>;
 
     /// The lobe at a point.
     fn lobe<F: Float>(numbers: &Numbers<F>, site: &Site<F>) -> Self::Lobe<F>;
 }
 
-/// A material that has light scattered by one of several others.
+/// A material that stands for one of several others, by uv.
 pub trait Chooser {
-    /// The row that a row of this kind chooses at uv, and the coordinates that the chosen one sees.
+    /// The row that a row of this kind chooses at uv, and the uv for the chosen one.
     fn choose<F: Float>(columns: &Columns, row: F::Uint, uv: [F; 2]) -> (F::Uint, [F; 2]);
 }

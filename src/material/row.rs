@@ -9,14 +9,14 @@ pub const NUMBERS: usize = 8;
 /// Rows that one row chooses among.
 pub const CHOICES: usize = 2;
 
-/// One material: its program, and what the program's parameters are here.
+/// One material: its program, and the program's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// The program.
     pub kind: Kind,
     /// The colour that most materials have. Where it is black, lobes that are not deltas must be black.
     pub colour: [f32; 3],
-    /// What else the program has, in its own order; zero beyond that.
+    /// Further parameters of the program, in its own order; zero beyond them.
     pub numbers: [f32; NUMBERS],
     /// The rows that a chooser chooses among, all of them before this one.
     pub choices: [u32; CHOICES],
@@ -45,13 +45,13 @@ pub struct Numbers<F> {
     pub further: [F; NUMBERS],
 }
 
-/// What programs may look at of the points that they make lobes for, so that parameters can vary over a surface.
+/// The properties of a point that programs may use, so that parameters can vary over a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Site<F> {
     /// The point in world space.
     pub p: Vec3<F>,
-    /// The surface's coordinates there, or those within a check. They are of use only in lanes where
-    /// [`super::MaterialTable::looks_at_uv`] holds of the surface's material.
+    /// The surface's coordinates there, or those within a check. They are valid only in lanes where
+    /// [`super::MaterialTable::looks_at_uv`] holds for the surface's material.
     pub uv: [F; 2],
 }
 
@@ -96,10 +96,10 @@ impl Columns {
         F::gather(&self.numbers[i], row)
     }
 
-    /// All that leaves make lobes of.
+    /// All numbers that leaves make lobes of.
     #[inline(always)]
     pub(super) fn numbers<F: Float>(&self, row: F::Uint) -> Numbers<F> {
-        // Most scenes have nothing but colours. What a scene has is the same at every hit: the branches are foreseen.
+        // Most scenes use colours alone. `used` is the same at every hit, so that the branches are predicted.
         let further = if self.used > 0 {
             [
                 self.number_if_used(0, row),

@@ -11,7 +11,7 @@ use crate::math::{Float, Mask, Uint};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MaterialTable {
     columns: Columns,
-    /// How many choosers lie inside one another at most.
+    /// The greatest depth of choosers inside choosers.
     nesting: u32,
     uses_uv: bool,
     rows: Vec<Row>,
@@ -35,7 +35,7 @@ macro_rules! lanes_that_choose {
     }};
 }
 
-/// The lanes whose kind is that of a leaf that looks at uv.
+/// The lanes whose kind is that of a leaf that uses uv.
 macro_rules! leaves_that_look {
     (
         { $kind:ident }
@@ -55,7 +55,7 @@ macro_rules! leaves_that_look {
     }};
 }
 
-/// Has the choosers of rows choose: replaces their rows, and uv by what the chosen rows see.
+/// Replaces the rows of choosers by the rows that they choose, and uv by the uv for these.
 macro_rules! choose {
     (
         { $table:ident, $kind:ident, $row:ident, $uv:ident }
@@ -100,20 +100,20 @@ impl MaterialTable {
         &self.rows
     }
 
-    /// Whether any material looks at uv.
+    /// Whether any material uses uv.
     #[inline(always)]
     pub fn uses_uv(&self) -> bool {
         self.uses_uv
     }
 
-    /// Lanes whose material looks at uv.
+    /// The lanes whose material uses uv.
     #[inline(always)]
     pub fn looks_at_uv<F: Float>(&self, material: F::Uint) -> F::Mask {
         let kind = self.columns.kind(material);
         materials!(lanes_that_choose kind) | materials!(leaves_that_look kind)
     }
 
-    /// The material at uv, and the coordinates that it sees: choosers choose until there is a leaf.
+    /// The material at uv, a leaf, and the uv for it: choosers are followed until there is a leaf.
     #[inline(always)]
     pub fn resolve<F: Float>(&self, mut material: F::Uint, mut uv: [F; 2]) -> (F::Uint, [F; 2]) {
         for _ in 0..self.nesting {

@@ -8,15 +8,15 @@ use super::value::Value;
 pub struct Parameter {
     /// Its name in scene files.
     pub name: &'static str,
-    /// What it means, for people.
+    /// Its description, for people.
     pub about: &'static str,
-    /// What its value may be.
+    /// The values that it may have.
     pub kind: Kind,
     /// The value, in TOML, that its absence means; none if it must be there.
     pub default: Option<&'static str>,
 }
 
-/// What a shape, a material or a light is called, and what its parameters are.
+/// The names of a shape, a material or a light, and its parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Declaration {
     /// Its name in scene files: "sphere".
@@ -33,23 +33,23 @@ pub struct Declaration {
     pub parameters: &'static [Parameter],
 }
 
-/// What is wrong or odd about the values of several parameters.
+/// An error or a warning about the values of several parameters together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// The name of the parameter at fault.
     pub parameter: &'static str,
-    /// What is wrong.
+    /// The message.
     pub message: String,
-    /// What to do about it.
+    /// A remedy.
     pub help: Option<String>,
 }
 
 /// The parameters of a shape, a material or a light. `parameters!` implements it.
 pub trait Declared: Sized {
-    /// What it is called, and what its parameters are.
+    /// Its names and parameters.
     const DECLARATION: Declaration;
 
-    /// With these values, in the order of the declaration.
+    /// The parameters with these values, in the order of the declaration.
     ///
     /// # Panics
     ///

@@ -1,4 +1,4 @@
-//! What the value of a parameter may be.
+//! The kinds of values of parameters, and their limits.
 
 use super::value::Value;
 use glam::DVec3;
@@ -32,7 +32,7 @@ impl Number {
         Self { above: Some(0.0), least: 0.0, most: limit, below: Some(limit) }
     }
 
-    /// What `number` must be and is not.
+    /// The requirement that `number` does not meet, in words; `None` if it is allowed.
     pub fn objection(&self, number: f64) -> Option<String> {
         if !number.is_finite() {
             return Some("must be a finite number".into());
@@ -44,7 +44,7 @@ impl Number {
                 limit(f32::MAX.into())
             ));
         }
-        // What is rendered has 32 bits: a limit that rounding would reach is reached.
+        // Rendering uses 32 bits: a number that rounds to a limit counts as equal to it.
         let rounded = f64::from(single);
         match (self.above, self.below) {
             (Some(above), Some(below)) if number <= above || rounded >= below => {
@@ -77,7 +77,7 @@ fn limit(value: f64) -> String {
     }
 }
 
-/// What the value of a parameter may be.
+/// The kind of a parameter's values, and their limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A number.

@@ -25,7 +25,7 @@ pub const POINT: Kind = Kind::Vector(COORDINATE);
 pub const EDGE: Kind = Kind::NonZero(COORDINATE);
 /// A direction, of any length.
 pub const DIRECTION: Kind = Kind::Direction(COORDINATE);
-/// What is reflected or transmitted of each channel.
+/// The reflected or transmitted fraction of each channel.
 pub const FRACTION: Kind = Kind::Colour(Number::between(0.0, 1.0));
 
 /// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would

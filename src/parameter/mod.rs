@@ -1,9 +1,9 @@
-//! How shapes, materials and lights are declared: each parameter once, with its name, limits, default and description.
+//! Declarations of shapes, materials and lights: each parameter once, with its name, limits, default and description.
 //!
 //! | file | what is in it |
 //! |---|---|
 //! | `value` | the values of parameters, and the types of the fields that hold them |
-//! | `kind` | what a value may be |
+//! | `kind` | the kinds of values, and their limits |
 //! | [`limits`] | the limits that several parameters have in common |
 //! | `declaration` | a declaration, `parameters!` that makes one, and `family!` that lists them |
 //!

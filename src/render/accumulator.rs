@@ -1,5 +1,6 @@
 //! The accumulator: sole owner of the film.
 
+mod barriers;
 mod publish;
 
 use super::batch::{Payload, SampleBatch, Traced};
@@ -234,12 +235,6 @@ impl Accumulator {
         self.schedule.decide(end, self.next_gate());
         self.estimate();
         self
-    }
-
-    /// Where all wait next: at a milestone, or for a picture that can't be gathered share by share.
-    fn next_gate(&self) -> Option<u32> {
-        let pictures = self.splatter.is_some().then(|| self.gathering.iter().map(|g| g.barrier.end).min());
-        self.next_milestone.into_iter().chain(pictures.flatten()).min()
     }
 
     /// Says how often the film is to be sent.
@@ -536,18 +531,8 @@ impl Accumulator {
         self.warn_of_faint();
         if self.splatter.is_some() {
             self.gather_whole();
-        } else if let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) {
-            let gathering = &mut self.gathering[index];
-            gathering.barrier.picture.rgb.resize(self.region.len() as usize, [0.0; 3]);
-            for slot in 0..stride.len(self.region.len()) {
-                let place = stride.place(slot) as usize;
-                gathering.barrier.picture.rgb[place] = self.film.mean(place);
-            }
-            gathering.missing -= 1;
-            if gathering.missing == 0 {
-                let done = self.gathering.swap_remove(index);
-                self.send_barrier(done.barrier);
-            }
+        } else {
+            self.gather_share(stride, end);
         }
         self.outstanding[worker].pop_front();
         self.pass_gate();
@@ -566,34 +551,6 @@ impl Accumulator {
             // What cannot be told now is told at the end.
             self.has_warned_of_faint = notes.try_send(format!("warning: {}", self.faint)).is_ok();
         }
-    }
-
-    /// Goes on when all wait at a gate. At a milestone it is decided where to end: at a power of two of samples, from
-    /// sums that are exact and hence the same however they came about.
-    fn pass_gate(&mut self) {
-        let Some(gate) = self.schedule.waits_at() else { return };
-        let (Some(asked), true) = (self.asked, self.next_milestone == Some(gate)) else {
-            self.schedule.decide(None, self.next_gate());
-            return;
-        };
-        let (samples, picture, last) = (gate - self.first, self.film.picture(), self.milestone.as_ref());
-        let milestone = match self.planned {
-            None => Milestone::new(samples, picture, last),
-            Some(_) => Milestone::adaptive(samples, picture, last, asked, self.schedule.target()),
-        };
-        self.next_milestone = gate.checked_mul(2);
-        self.schedule.decide(milestone.end(asked), self.next_gate());
-        if let (Some(workers), Some(plan)) = (&self.planned, &milestone.plan) {
-            let held = Arc::new(Held::planned(&self.film, self.region, Arc::clone(plan)));
-            for worker in workers {
-                // There is room, and a worker that has ended has nothing to hear.
-                let _ = worker.try_send(Arc::clone(&held));
-            }
-        }
-        self.milestone = Some(milestone);
-        // Pixels that were sent before have less than those that follow may have: the film begins anew.
-        self.sending = None;
-        self.estimate();
     }
 
     /// Notes what the error is by estimate.

@@ -1,4 +1,4 @@
-//! What workers send.
+//! Batches, the messages of workers.
 
 use super::faint::Faint;
 use super::stride::Stride;
@@ -8,7 +8,7 @@ use crate::integrator::Sample;
 /// Samples of some of the pixels of an order: themselves, or exact sums of them.
 #[derive(Clone, Debug)]
 pub struct SampleBatch {
-    /// Who made them.
+    /// The worker that made them.
     pub worker: usize,
     /// The pixels that the order is for, as places in the region.
     pub stride: Stride,

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// The channels that the accumulator listens to.
 pub struct Inbox {
-    /// What workers send.
+    /// The batches of workers.
     pub batches: Receiver<SampleBatch>,
     /// Workers that failed.
     pub failures: Receiver<WorkerFailure>,

@@ -1,4 +1,4 @@
-//! What pixels have from an earlier run, and how far each is to go.
+//! The samples that pixels have from an earlier run, and the number that each is to reach.
 
 use super::schedule::Order;
 use super::stride::Region;

@@ -1,4 +1,4 @@
-//! What a render comes to: figures on the way, the outcome, and failures of workers.
+//! The outcome of a render, its figures on the way, and failures of workers.
 
 use super::batch::Traced;
 use super::faint::Faint;
@@ -37,7 +37,7 @@ impl Totals {
     }
 }
 
-/// What is left when all is done.
+/// The result of a render.
 pub struct Outcome {
     /// The film.
     pub film: Film,
@@ -99,7 +99,7 @@ pub struct WorkerFailure {
     pub index: usize,
     /// Which worker, as a user knows it.
     pub worker: String,
-    /// What it said.
+    /// Its message.
     pub message: String,
 }
 

@@ -23,7 +23,7 @@ pub struct Order {
     pub end: u32,
 }
 
-/// What a worker that asks for work is told.
+/// The answer to a worker that asks for work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deal {
     /// Do this.

@@ -1,4 +1,4 @@
-//! Strides: who owns which pixels (report §3.2, figure 3.1).
+//! Strides: the division of pixels among workers (report §3.2, figure 3.1).
 
 use crate::film::Rectangle;
 use crate::integrator::Pixel;

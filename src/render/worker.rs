@@ -44,11 +44,11 @@ const _: () = {
     assert!(3 * sums <= 16 << 20 && 3 * with_samples <= 16 << 20 && 3 * splats <= 16 << 20);
 };
 
-/// What a worker needs to know.
+/// The settings of a worker.
 pub struct Worker<'a> {
     /// Its number.
     pub index: usize,
-    /// What follows light.
+    /// The integrator.
     pub integrator: &'a dyn Integrator,
     /// Which lanes to use.
     pub level: Level,

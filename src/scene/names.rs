@@ -26,7 +26,7 @@ impl<'n> Names<'n> {
         self.by_name.get(name).copied()
     }
 
-    /// What to write instead of a name that no material has; none if there are no materials.
+    /// A suggestion in place of a name that no material has; none if there are no materials.
     pub fn instead(&self, name: &str) -> Option<String> {
         match nearest(name, self.names.iter().copied()) {
             Some(nearest) => Some(format!("did you mean {}?", quote(nearest))),
@@ -62,14 +62,14 @@ pub enum Disorder {
         /// By which of its names.
         edge: usize,
     },
-    /// A material contains others that contain others …, more than [`MAX_NESTING`] deep. Those that contain it are as
-    /// wrong, and not told.
+    /// A material contains others that contain others …, more than [`MAX_NESTING`] deep. Those that contain it are not
+    /// reported.
     TooDeep(usize),
 }
 
 /// The materials in an order in which each comes after those that it names: `edges[i]` are those that material i names.
 ///
-/// If there is no such order, `report` hears all the reasons, and its last answer is the error.
+/// If there is no such order, `report` is called with each reason, and its last result is the error.
 pub fn order<E>(edges: &[Vec<usize>], mut report: impl FnMut(Disorder) -> E) -> Result<Vec<usize>, E> {
     // Depth first, with a stack of our own: a file may chain as many materials as it has room for.
     let mut marks = vec![Mark::New; edges.len()];

@@ -37,7 +37,7 @@ fn with_a_length(tube: CylinderParameters, _: &mut Vec<Problem>) -> Result<Cylin
 /// Of a point at w from the middle of the axis a, the part across is w − a(w·a), which is off by the rounding of w,
 /// the four of w·a, one of their product and one of the difference: 7 roundings of |w|, which is at most the sum of
 /// both. Its length adds 2.5 of the radius. That happens twice, when the hit is put onto the cylinder and when the
-/// next ray asks for it, as |m|² − r², which is off by that and 1.5 of the radius more.
+/// next ray is tested against it, as |m|² − r², which is off by that and 1.5 of the radius more.
 const CYLINDER_ERROR: f32 = 24.0 * UNIT_ROUNDOFF;
 
 /// The points at a radius from an axis, between its ends: open there, for disks to close.

@@ -119,7 +119,7 @@ impl RareShape for Disk {
     }
 }
 
-/// What is no farther from a point than this along each axis.
+/// The box around a point that reaches this far along each axis.
 pub(super) fn around(centre: [f32; 3], reach: [f32; 3]) -> Bounds {
     let moved = |by: f32| [0, 1, 2].map(|i| centre[i] + by * reach[i]);
     Bounds::of([moved(-1.0), moved(1.0)])

@@ -56,7 +56,7 @@ impl Mesh {
         })
     }
 
-    /// Checks a mesh. That something of it can be seen is asked apart: [`Mesh::has_area`].
+    /// Checks a mesh, except that it has an area: see [`Mesh::has_area`].
     pub fn check(&self) -> Result<(), MeshError> {
         let vertices = self.positions.len();
         debug_assert!(self.normals.is_empty() || self.normals.len() == vertices);

@@ -1,4 +1,4 @@
-//! Shapes: where a ray meets a surface first, and what the surface is like there.
+//! Shapes: the first hit of a ray on a surface, and the properties of the surface there.
 //!
 //! Distances are along a ray of unit direction; [`NOTHING`] stands for no hit. Outward is a plane's normal,
 //! a sphere's outside, a quad's u × v, a triangle's counter-clockwise side, a disk's normal, and away from a cylinder's
@@ -47,21 +47,21 @@ pub enum Piece {
     Rare(Rare),
 }
 
-/// What every shape can do.
+/// The interface of shapes.
 pub trait Shape {
     /// Distance to the first hit in front of the ray's origin, or [`NOTHING`]. A hit at the origin itself
     /// is none.
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> F;
-    /// A box around it, grown by what rounding can do: wherever [`Shape::intersect`] says that a ray meets the
+    /// A box around it, grown by the error of rounding: wherever [`Shape::intersect`] says that a ray meets the
     /// shape, the ray passes there through the box grown by [`BOUNDS_ERROR`] of the largest coordinate of the
     /// ray's origin. Not finite if the shape is not.
     fn bounds(&self) -> Bounds;
-    /// What the surface is like everywhere, in the form that hits look up.
+    /// The surface's properties, in the form that hits look up.
     fn surface(&self) -> Surface;
 }
 
 /// A shape of which most scenes have none. Its hits are completed one by one, apart from those on other surfaces, by
-/// what it says here. Its [`Surface`] holds no more than an area and a share of its hits' error bound.
+/// the functions here. Its [`Surface`] holds only its area and its share of a hit's error bound.
 trait RareShape: Shape {
     /// The outward unit normal of the surface at its point nearest to `p`, and how far `p` lies off the surface along
     /// that normal. `p` is a computed hit: off by rounding alone.
@@ -71,19 +71,19 @@ trait RareShape: Shape {
     fn uv<F: Float>(&self, p: Vec3<F>, n: Vec3<F>) -> (F, F);
 }
 
-/// Which formula says what the surface is like at a point.
+/// The formula for the normal and uv of a surface at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// A plane, a quad; of meshes the triangles say.
+    /// A plane or a quad; also meshes, whose triangles have their own formula.
     Flat,
     /// A sphere.
     Round,
-    /// The shape itself says: see [`Rare`].
+    /// The shape's own: see [`Rare`].
     Rare,
 }
 
-/// Everything that a hit needs to know of a surface, in one form for flat and round ones, so that lanes on
-/// different shapes evaluate the same formula. In world space and the scene's unit of length.
+/// Everything that a hit looks up of a surface, in one form for flat and round ones, so that lanes on different shapes
+/// evaluate the same formula. In world space and the scene's unit of length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Its form.
@@ -114,7 +114,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// The row of a mesh, whose triangles say the rest.
+    /// The row of a mesh, whose triangles hold the rest.
     pub const OF_A_MESH: Surface = Surface {
         form: Form::Flat,
         centre: [0.0; 3],

@@ -92,7 +92,7 @@ impl Quad {
     }
 }
 
-/// What a ray asks of a quad, one quad a lane or one in all lanes.
+/// The numbers of a quad for intersections, one quad a lane or one in all lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct QuadForm<F> {
     /// Of length one.

@@ -8,8 +8,8 @@ macro_rules! rare {
     ($($file:ident::$shape:ident),+) => {
         $(pub use super::$file::$shape;)+
 
-        /// Any of the shapes of which most scenes have none: all of these are asked in one place, which rays pass by
-        /// where there are none.
+        /// Any of the shapes of which most scenes have none. Rays are tested against all of these in one place, which
+        /// is skipped in scenes without them.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Rare {
             $(

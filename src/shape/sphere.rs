@@ -22,7 +22,7 @@ parameters! {
 ///
 /// Of w·(w − 2h) each factor, product and sum is rounded once, which leaves the power within 5 roundings of
 /// |w|·|w − 2h|, and the distance, power/2r, within 2.5 of r for an ordinary sphere and 5 of |w| for a wall.
-/// That happens twice, when the hit is put onto the sphere and when the next ray asks for it. |w| is at most
+/// That happens twice, when the hit is put onto the sphere and when the next ray is tested against it. |w| is at most
 /// the hit's and the anchor's distance from the origin; [`super::POSITION_ERROR`] pays for the hit's.
 const SPHERE_ERROR: f32 = 8.0 * UNIT_ROUNDOFF;
 
@@ -68,7 +68,7 @@ impl Sphere {
     }
 }
 
-/// What a ray asks of a sphere, one sphere a lane or one in all lanes: see [`Sphere`].
+/// The numbers of a sphere for intersections, one sphere a lane or one in all lanes: see [`Sphere`].
 #[derive(Clone, Copy, Debug)]
 pub struct SphereForm<F> {
     /// The anchor A.

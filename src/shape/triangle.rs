@@ -3,7 +3,7 @@
 use super::{NOTHING, POSITION_ERROR, UNIT_ROUNDOFF};
 use crate::math::{Float, Mask, Ray, Uint, Vec3};
 
-/// A ray in the coordinates in which it asks triangles: the axis along which it is longest comes third, and the
+/// A ray in the coordinates of tests against triangles: the axis along which it is longest comes third, and the
 /// other two are sheared so that the ray runs along the third (Woop, Benthin and Wald 2013, "Watertight
 /// Ray/Triangle Intersection").
 ///
@@ -71,7 +71,7 @@ impl<F: Float> Shears<F> {
         Shears { sheared, x_last, y_last }
     }
 
-    /// Where each lane's ray meets its triangle, which may be a needle only if there are any.
+    /// The hit of each lane's ray on its triangle, which may be a needle only if `has_needles`.
     #[inline(always)]
     pub fn meet(&self, corners: [Vec3<F>; 3], has_needles: bool) -> Meeting<F> {
         // An array's own `map` would not be inlined, and run without the level's instructions.
@@ -88,12 +88,12 @@ fn order<F: Float>(x_last: F::Mask, y_last: F::Mask, v: Vec3<F>) -> Vec3<F> {
     Vec3::new(pick(v.y, v.z, v.x), pick(v.z, v.x, v.y), pick(v.x, v.y, v.z))
 }
 
-/// Where a ray meets a triangle.
+/// The hit of a ray on a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting<F> {
     /// Distance, or [`NOTHING`].
     pub t: F,
-    /// The weights of the second and the third corner; nonsense where nothing is met.
+    /// The weights of the second and the third corner; unspecified where there is no hit.
     pub weights: [F; 2],
 }
 
@@ -129,11 +129,11 @@ fn halves<F: Float>(x: F) -> (F, F) {
 }
 
 impl<F: Float> Sheared<F> {
-    /// Where the ray meets a triangle, whose corners are in the order of the ray's coordinates, and which may be a
-    /// needle (see [`NEEDLE`]) only if there are any.
+    /// The hit of the ray on a triangle, whose corners are in the order of the ray's coordinates, and which may be a
+    /// needle (see [`NEEDLE`]) only if `has_needles`.
     ///
-    /// The distance is never outside of the triangle's own box, however small the angle at which the ray meets
-    /// it, so that a box can speak for it (see [`super::BOUNDS_ERROR`]).
+    /// The distance is never outside of the triangle's own box, however small the angle between the ray and the plane,
+    /// so that a ray which misses the box has no hit (see [`super::BOUNDS_ERROR`]).
     #[inline(always)]
     pub fn meet(&self, corners: [Vec3<F>; 3], has_needles: bool) -> Meeting<F> {
         let shear = self.shear;
@@ -202,11 +202,11 @@ pub const TRIANGLE_ERROR: f32 = 8.0 * UNIT_ROUNDOFF;
 ///
 /// The bound of all other triangles grows faster than their width falls: at this form it is a hundredth of the width,
 /// and at ten times the length as large as the width, so that rays would start and end beyond another needle that lies
-/// beside it. Wider triangles do without: the exact areas cost more than all else that a ray asks of a triangle.
+/// beside it. Wider triangles do without: the exact areas cost more than all the rest of the test.
 pub const NEEDLE: f32 = 128.0;
 
 /// The lanes whose triangles, of which these are two sides, are needles. The answer is the same to the bit for
-/// coordinates in any cyclic order: rays ask in theirs, and the error bound in the world's.
+/// coordinates in any cyclic order: tests use those of the ray, the error bound those of the world.
 #[inline(always)]
 pub fn is_needle<F: Float>(ab: Vec3<F>, ac: Vec3<F>) -> F::Mask {
     let size = ab.max_abs().max(ac.max_abs());
@@ -218,7 +218,7 @@ pub fn is_needle<F: Float>(ab: Vec3<F>, ac: Vec3<F>) -> F::Mask {
 const SHORT: f32 = 1.0 / (1 << 20) as f32;
 const LONG: f32 = (1 << 20) as f32;
 
-/// What the two sides of a triangle that begin at one corner span.
+/// The cross product of the two sides of a triangle at a corner, scaled to avoid overflow.
 ///
 /// The square of an area is a length's fourth power, which leaves the range of 32 bits at 10⁻¹⁰ and at 10⁹. Short and
 /// long sides are therefore multiplied by a power of two first, which takes their size to about one and changes no bit
@@ -227,7 +227,7 @@ const LONG: f32 = (1 << 20) as f32;
 pub struct Sides<F> {
     /// The largest coordinate of both.
     size: F,
-    /// What both were multiplied by.
+    /// The factor that both sides were multiplied by.
     scale: F,
     /// Their cross product after that, whose length is twice the area.
     pub across: Vec3<F>,

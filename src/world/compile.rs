@@ -1,4 +1,4 @@
-//! From the description to the tables.
+//! From the description of a scene to its tables.
 
 use super::extent::extent;
 use super::sharing::{SHARING_PAYS_FROM, shared};
@@ -13,7 +13,7 @@ use crate::scene::{self, Scene};
 use crate::shape::{Piece, Shape};
 use std::sync::Arc;
 
-/// What a path looks up, whatever the world that finds its hits.
+/// The tables that paths look up; they do not depend on how hits are found.
 #[derive(Clone, Debug)]
 pub struct CompiledScene {
     /// The camera over the film.

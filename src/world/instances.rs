@@ -8,10 +8,11 @@ use crate::shape::BOUNDS_ERROR;
 use glam::{DAffine3, DMat3};
 use std::ops::Range;
 
-/// What [`super::Hit::instance`] is where what is met stands in the world's own space.
+/// The value of [`super::Hit::instance`] for a hit in world space.
 pub const NO_INSTANCE: u32 = 0;
 
-/// The most by which a place may magnify errors. A mesh that is sheared, or squeezed obliquely, more is not shared.
+/// The greatest factor by which a place may magnify errors. A mesh that is sheared, or squeezed obliquely, more is not
+/// shared.
 const WORST_CONDITION: f32 = 1000.0;
 
 /// Numbers of a place in the table.
@@ -26,9 +27,9 @@ pub struct Place<F> {
     pub to_mesh: [Vec3<F>; 3],
     /// c.
     pub origin: Vec3<F>,
-    /// The most by which A lengthens.
+    /// The greatest factor by which A lengthens.
     pub stretch: F,
-    /// By how much more A lengthens some error than others: ‖|A|·|A⁻¹|‖ in the maximum norm.
+    /// The condition number of A for errors: ‖|A|·|A⁻¹|‖ in the maximum norm.
     pub condition: F,
 }
 
@@ -96,11 +97,11 @@ impl<F: Float> Place<F> {
         n * per_length
     }
 
-    /// What a hit's error bound has to be larger by: of a point `p` on a triangle whose own bound, in the mesh's
+    /// The increase of a hit's error bound: of a point `p` on a triangle whose own bound, in the mesh's
     /// space, is `error`.
     ///
-    /// A ray that is taken to the mesh is off by some 5 roundings of its distance from the mesh's origin, as the
-    /// mesh sees it; in the world that is as much times the condition.
+    /// A ray that is transformed to the mesh's space is off by some 5 roundings of its distance from the mesh's origin
+    /// there; in the world that is as much times the condition number.
     #[inline(always)]
     pub(super) fn error(&self, p: Vec3<F>, error: F) -> F {
         let away = (p - self.origin).max_abs() + self.origin.max_abs() * ROUNDING;
@@ -172,7 +173,7 @@ impl Instances {
         )
     }
 
-    /// The places of hits' instances. Lanes without one hold nonsense.
+    /// The places of hits' instances. Lanes without one are unspecified.
     #[inline(always)]
     pub(super) fn gather<F: Float>(&self, instance: F::Uint) -> Place<F> {
         let index = instance + F::Uint::splat(u32::MAX);
@@ -208,7 +209,7 @@ impl Instances {
         (Bounds { low: low.map(|x| x - margin), high: high.map(|x| x + margin) }, share)
     }
 
-    /// What they take up in memory, in bytes.
+    /// Their memory, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.numbers[..]) + size_of_val(&self.rows[..]) + size_of_val(&self.mesh[..])
     }

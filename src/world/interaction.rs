@@ -1,4 +1,4 @@
-//! Where light meets a surface: all that scattering depends on there, and the rays that go on from it.
+//! Interactions of rays with surfaces: all that scattering depends on, and the rays that leave.
 
 use super::{CompiledScene, Hit, SurfacePoint};
 use crate::light::LightSample;
@@ -6,7 +6,7 @@ use crate::material::{Bsdf, Site};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3};
 use crate::shape::offset_origin;
 
-/// In which lanes uv are computed.
+/// The lanes in which uv are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Uv {
     /// Where the material depends on them.
@@ -15,15 +15,15 @@ pub enum Uv {
     Everywhere,
 }
 
-/// A ray's meeting with a surface. Everything is in world space.
+/// The interaction of a ray with a surface. Everything is in world space.
 #[derive(Clone, Copy, Debug)]
 pub struct Interaction<F: Float> {
     /// The point, its error bound, its normals and the surface's row.
     pub point: SurfacePoint<F>,
-    /// The surface's own coordinates, in the lanes that [`Uv`] names; nonsense in others.
+    /// The surface's own coordinates, in the lanes that [`Uv`] names; unspecified in others.
     pub uv: [F; 2],
-    /// The coordinates that the material sees: those within a check where the entity's own material is a checkerboard.
-    /// Nonsense in lanes whose material does not look at them.
+    /// The coordinates for the material: those within a check where the entity's own material is a checkerboard.
+    /// Unspecified in lanes whose material does not use them.
     pub material_uv: [F; 2],
     /// [`NO_INSTANCE`](super::NO_INSTANCE), or one more than the index in [`Instances`](super::Instances).
     pub instance: F::Uint,
@@ -40,7 +40,7 @@ pub struct Interaction<F: Float> {
 }
 
 impl CompiledScene {
-    /// The meeting of rays with what they hit, in the lanes that `met` names. Other lanes hold nonsense; the scene has
+    /// The interactions of rays at their hits, in the lanes of `met`; other lanes are unspecified. The scene must have
     /// a surface.
     #[inline(always)]
     pub fn interaction<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>, met: F::Mask, uv: Uv) -> Interaction<F> {
@@ -74,13 +74,13 @@ impl CompiledScene {
         }
     }
 
-    /// How light scatters at a point.
+    /// The BSDF at an interaction.
     #[inline(always)]
     pub fn bsdf<F: Float>(&self, at: &Interaction<F>) -> Bsdf<F> {
         self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv })
     }
 
-    /// Radiance that a surface emits back along the ray that met it.
+    /// Radiance that the surface emits back along the ray.
     #[inline(always)]
     pub fn emitted<F: Float>(&self, at: &Interaction<F>) -> Rgb<F> {
         self.surfaces.emission(&at.point).only(at.cos_o.gt(F::zero()))
@@ -88,14 +88,14 @@ impl CompiledScene {
 }
 
 impl<F: Float> Interaction<F> {
-    /// The frame that light scatters in: around the shading normal, with its tangents.
+    /// The shading frame: the shading normal and two tangents.
     #[inline(always)]
     pub fn frame(&self) -> Frame<F> {
         Frame::around(self.point.shading)
     }
 
-    /// The lanes in which a direction, in the world and in the frame, is on one side of the surface and of the
-    /// smooth one that its shading normals tell of. No light passes where they differ: it would leak through.
+    /// The lanes in which a direction, given in the world and in the frame, is on the same side by the true normal and
+    /// by the shading normal. No light passes where they differ: it would leak through the surface.
     #[inline(always)]
     pub fn passes(&self, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
         if !self.is_smoothed {
@@ -116,7 +116,7 @@ impl<F: Float> Interaction<F> {
         Ray { o: self.origin(d), d, time: self.time }
     }
 
-    /// The ray to a sample of a light, and the distance before which something is in the way.
+    /// The ray to a sample of a light, and the distance up to which a hit hides it.
     #[inline(always)]
     pub fn shadow(&self, light: &LightSample<F>) -> (Ray<F>, F) {
         let (ray, length) = light.shadow_ray(self.origin(light.wi));

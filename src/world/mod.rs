@@ -1,7 +1,22 @@
-//! Worlds: the scene in the compiled form that rays meet.
+//! The compiled scene, and the intersection of rays with it.
 //!
-//! [`CompiledScene`] holds flat tables of everything that a path looks up. A [`World`] answers which of its
-//! surfaces a ray meets first.
+//! [`CompiledScene`] holds flat tables of everything that a path looks up. A [`World`] finds the first of its surfaces
+//! along a ray, and whether there is any before a distance.
+//!
+//! | file | what is in it |
+//! |---|---|
+//! | `compile` | from the description of a scene to its tables |
+//! | `size` | the limits of these tables |
+//! | `extent` | the box around everything bounded |
+//! | `simple` | the surfaces that every ray is tested against |
+//! | `bvh` | trees of boxes over the other surfaces |
+//! | `triangles` | the triangles of all meshes |
+//! | `sharing` | the choice of meshes that are kept once |
+//! | `instances` | the places where these stand, and rays in their own space |
+//! | `surfaces` | the rows that hits look up: material, emission, normals, uv |
+//! | `rare` | normals and uv of hits on shapes of which most scenes have none |
+//! | `interaction` | a hit with all that scattering depends on, and the rays that leave it |
+//! | `pages` | memory in large pages, and prefetching |
 
 mod bvh;
 mod compile;
@@ -30,19 +45,19 @@ pub use triangles::{FIRST_TRIANGLE, Triangles};
 use crate::math::{Float, Ray, Uint};
 use crate::shape::NOTHING;
 
-/// What finds the surfaces that rays meet. The picture is the same.
+/// How the surfaces that rays meet are found. The picture is the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Finder {
-    /// The fastest for as many surfaces as there are.
+    /// The fastest way for the number of surfaces.
     #[default]
     Fastest,
-    /// Surfaces are tried one by one.
+    /// By testing every surface.
     Simple,
-    /// A tree of everything that it can hold.
+    /// By a tree of all surfaces that it can hold.
     Bvh,
 }
 
-/// What of the bounded surfaces goes into a tree; the others are tried one by one, by all lanes at once.
+/// Which of the bounded surfaces go into a tree. Every ray is tested against the others, all lanes at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Treed {
     /// Nothing: no tree is worth it.
@@ -54,9 +69,9 @@ pub enum Treed {
 }
 
 impl Finder {
-    /// What of these surfaces is to be in a tree.
+    /// Which of these surfaces go into a tree.
     pub fn treed(self, surfaces: &Simple) -> Treed {
-        // To try a quad takes about twice as long as to try a sphere, and so does a triangle.
+        // Testing a quad or a triangle takes about twice as long as testing a sphere.
         let others = surfaces.spheres.len() + 2 * surfaces.quads.len();
         let all = others + 2 * (surfaces.triangles.len() + surfaces.instances.len());
         match self {
@@ -68,15 +83,15 @@ impl Finder {
     }
 }
 
-/// Spheres from which on a tree is faster than trying them all: about 70 where sixteen paths run side by side,
-/// 40 where eight do, 35 and 28 with quads for two each.
+/// The number of spheres from which on a tree is faster than testing them all: about 70 for sixteen paths side by side,
+/// 40 for eight; 35 and 28 if they are quads, which count as two each.
 const TREE_PAYS_FROM: usize = 56;
 
-/// Spheres up to which trying them all is faster where there is a tree of meshes anyway: rays that have met something
-/// near need not go there.
+/// The number of spheres up to which testing them all is faster where there is a tree of meshes anyway: rays that have
+/// a near hit then need not enter the tree.
 const BESIDE_UP_TO: usize = 24;
 
-/// What a ray meets first.
+/// The first hit of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit<F: Float> {
     /// Distance along the ray; infinite where nothing is met.
@@ -98,8 +113,8 @@ impl<F: Float> Hit<F> {
         Hit { t: F::splat(NOTHING), surface: F::Uint::splat(u32::MAX), instance, weights: [F::zero(); 2] }
     }
 
-    /// The nearer of two hits; of equal distances the lower instance and then the lower surface, so that no
-    /// world's order of visits shows.
+    /// The nearer of two hits. At equal distances it is the one of the lower instance, and then of the lower surface,
+    /// so that the result does not depend on the order of tests.
     #[inline(always)]
     pub fn nearer(self, other: Self) -> Self {
         let same = other.instance.eq(self.instance);
@@ -123,30 +138,30 @@ impl<F: Float> Hit<F> {
     }
 }
 
-/// Everything that rays can meet: surfaces that are tried one by one, and a tree of the others.
+/// Everything that rays can meet: surfaces that every ray is tested against, and a tree of the others.
 ///
-/// Which surfaces are in the tree is a value and not a type, so that integrators are compiled once. The tree is
-/// searched by a function of its own for a whole packet of rays; no choice falls on a ray.
+/// Whether there is a tree is a value and not a type, so that integrators are compiled once. A function of its own
+/// searches it for a whole packet of rays, so that the branch is taken once a packet.
 #[derive(Clone, Debug)]
 pub struct World {
-    /// The surfaces that every ray tries.
+    /// The surfaces that every ray is tested against.
     pub simple: Simple,
     /// The others, if a tree is worth it.
     pub tree: Option<Bvh>,
 }
 
 impl World {
-    /// The world of some surfaces, with a tree where `finder` wants one.
+    /// The world of some surfaces, with or without a tree as `finder` says.
     pub fn new(surfaces: &Simple, finder: Finder) -> World {
         World::with_tree_of(surfaces, finder.treed(surfaces))
     }
 
-    /// The same with so much in a tree.
+    /// The same with these surfaces in a tree.
     pub fn with_tree_of(surfaces: &Simple, treed: Treed) -> World {
         World::built_by(surfaces, treed, std::thread::available_parallelism().map_or(1, |n| n.get()))
     }
 
-    /// The same world, whose tree is built by so many threads.
+    /// The same, with a given number of threads to build the tree. It does not depend on that number.
     pub fn built_by(surfaces: &Simple, treed: Treed, threads: usize) -> World {
         if treed == Treed::Nothing {
             return World { simple: surfaces.clone(), tree: None };
@@ -166,8 +181,8 @@ impl World {
         }
     }
 
-    /// The lanes whose ray meets anything before the distance `t_max`; for those in `past_triangles` nothing counts
-    /// that belongs to a mesh. The answers of lanes outside `asks` are unspecified.
+    /// The lanes whose ray has a hit before the distance `t_max`. For lanes in `past_triangles`, hits on meshes do not
+    /// count. The results of lanes outside `asks` are unspecified.
     #[inline(always)]
     pub fn occluded<F: Float>(
         &self,

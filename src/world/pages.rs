@@ -1,14 +1,14 @@
-//! Memory as rays like it.
+//! Memory in large pages, and prefetching.
 //!
-//! A ray that goes through a large tree touches memory all over it, and with pages of 4 KiB most of its reads wait
-//! for the page's address first. On Linux large tables ask for pages of 2 MiB.
+//! The reads of a ray in a large tree are scattered, and with pages of 4 KiB most of them miss the cache of page
+//! addresses. On Linux, large tables are kept in pages of 2 MiB, if the system has them.
 //!
 //! # Safety
 //! The two blocks below hand addresses to the system or the processor as hints, which change no byte of memory and
 //! no meaning of the program: each says why its addresses may be named.
 #![allow(unsafe_code, reason = "hints to the system and the processor")]
 
-/// The fewest bytes worth asking for.
+/// The fewest bytes for which large pages are worth it.
 const WORTH_IT: usize = 1 << 22;
 
 /// An empty vector with room for so many values, in large pages if it is large. The pages come when values are

@@ -1,4 +1,4 @@
-//! Surfaces that are tried one by one.
+//! Surfaces that every ray is tested against.
 
 use super::{FIRST_TRIANGLE, Hit, Instances, NO_INSTANCE, Triangles};
 use crate::math::lanes::{Kernel, MAX_LANES};
@@ -7,7 +7,7 @@ use crate::shape::{Meeting, NOTHING, Plane, Quad, Rare, Shape, Shears, Sphere};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Tries every surface, kind by kind (report §5.2.4, `SimpleWorld`): the fastest for a handful.
+/// Tests every surface, kind by kind (report §5.2.4, `SimpleWorld`), which is the fastest for a few surfaces.
 #[derive(Clone, Debug, Default)]
 pub struct Simple {
     /// The planes, each with its row in the surface table, in ascending order of rows.
@@ -37,7 +37,7 @@ impl Simple {
     }
 }
 
-/// The first hit among those so far and shapes of one kind, which stand in the order of their rows: of equal
+/// The first of the hit so far and the hits on shapes of one kind, which are in the order of their rows: at equal
 /// distances among them the first one counts.
 #[inline(always)]
 fn closest<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, so_far: Hit<F>) -> Hit<F> {
@@ -59,8 +59,8 @@ fn any<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut foun
     found
 }
 
-/// What rays ask where there are rare shapes, in a function of its own: what most scenes have none of takes no
-/// room in theirs.
+/// The test against all surfaces if there are rare shapes. It is a function of its own, so that other scenes have no
+/// code for rare shapes in their paths.
 struct AskAll<'a> {
     world: &'a Simple,
     /// The rays' origins and directions, one column for each coordinate.
@@ -114,11 +114,11 @@ impl Kernel for AskAll<'_> {
     }
 }
 
-/// Says that a branch is seldom taken: what its call would have to save, the branch saves, and the others nothing.
+/// Marks a branch as cold, so that registers are saved there and not on the common path.
 #[cold]
 fn rarely() {}
 
-/// Where rays meet some triangles, each with its index.
+/// Tests rays against some triangles, and calls `found` for each with its index.
 #[inline(always)]
 fn each_triangle<F: Float>(
     triangles: &Triangles,
@@ -137,7 +137,7 @@ fn each_triangle<F: Float>(
 }
 
 impl Simple {
-    /// The first hit of all, rare shapes among them; for lanes in `past_triangles`, of all but triangles.
+    /// The first hit on all surfaces, rare shapes included; for lanes in `past_triangles`, on all but triangles.
     #[inline(always)]
     fn closest_of_all<F: Float>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
         let found = &F::outlined(AskAll::new(self, ray, past_triangles));
@@ -149,7 +149,7 @@ impl Simple {
         }
     }
 
-    /// The first hit of all but rare shapes.
+    /// The first hit on all surfaces but rare shapes.
     #[inline(always)]
     fn closest_common<F: Float>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
         let hit = closest(&self.planes, ray, Hit::none());
@@ -174,7 +174,8 @@ impl Simple {
         hit
     }
 
-    /// Where rays meet all triangles, each with its instance and index, in the order in which equal distances count.
+    /// Tests rays against all triangles, each with its instance and index, in the order that decides at equal
+    /// distances.
     #[inline(always)]
     fn every_triangle<F: Float>(&self, ray: &Ray<F>, mut found: impl FnMut(Meeting<F>, u32, u32)) {
         let triangles = &self.triangles;

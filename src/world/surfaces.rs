@@ -1,4 +1,4 @@
-//! What hits look up: one row for each surface, one column for each property.
+//! The table that hits look up: one row for each surface, one column for each property.
 
 use super::rare::Rares;
 use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
@@ -8,7 +8,7 @@ use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3, push3, trig};
 use crate::shape::{Form, POSITION_ERROR, Rare, Shape, Surface};
 use std::sync::Arc;
 
-/// What a surface looks like beside its form.
+/// The properties of a surface other than its form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     /// Row in the material table.
@@ -23,7 +23,7 @@ pub struct Look {
     pub light: u32,
 }
 
-/// What [`SurfaceTable::rare_index`] says of other surfaces.
+/// The value of [`SurfaceTable::rare_index`] for other surfaces.
 const NOT_RARE: u32 = u32::MAX;
 
 /// All surfaces, one column for each property.
@@ -42,18 +42,18 @@ pub struct SurfaceTable {
     u_offset: Vec<f32>,
     v_axis: [Vec<f32>; 3],
     v_offset: Vec<f32>,
-    /// 1, or −1 where `flip_normal` turns a surface round.
+    /// 1, or −1 where `flip_normal` reverses a surface.
     orientation: Vec<f32>,
     emission: [Vec<f32>; 3],
     material: Vec<u32>,
     light: Vec<u32>,
-    /// Of a mesh that emits, what to add to a triangle's index for its light, wrapping.
+    /// For a mesh that emits, the difference between a triangle's light and its index, wrapping.
     triangle_light: Vec<u32>,
     /// Whether some are round.
     has_round: bool,
     /// The index of each row in `rare`, or [`NOT_RARE`].
     rare_index: Vec<u32>,
-    /// The rare shapes, which know themselves what the other columns say of others.
+    /// The rare shapes, which compute themselves what the other columns hold for other surfaces.
     rare: Vec<Rare>,
     rows: Vec<(Surface, Look)>,
     triangles: Option<Arc<Triangles>>,
@@ -67,8 +67,8 @@ pub struct SurfacePoint<F: Float> {
     pub p: Vec3<F>,
     /// Outward normal, of length one.
     pub n: Vec3<F>,
-    /// The normal that light scatters around, of length one: `n`, or what a mesh says, on the same side of the
-    /// triangle and as the ray sees it.
+    /// The normal that light scatters around, of length one: `n`, or the normal of a mesh's vertices, on
+    /// the same side of the triangle for the ray.
     pub shading: Vec3<F>,
     /// See [`Hit::weights`].
     weights: [F; 2],
@@ -188,7 +188,7 @@ impl SurfaceTable {
         self.rows[row as usize].1.entity
     }
 
-    /// Rows of what is met.
+    /// Rows of hits.
     #[inline(always)]
     fn row<F: Float>(&self, hit: &Hit<F>) -> F::Uint {
         let Some(triangles) = &self.triangles else { return hit.surface };
@@ -208,8 +208,8 @@ impl SurfaceTable {
         row
     }
 
-    /// The point that a ray met, put back onto its surface. Lanes without a hit hold nonsense; the table
-    /// is not empty.
+    /// The point that a ray met, put back onto its surface. Lanes without a hit are unspecified; the
+    /// table must not be empty.
     #[inline(always)]
     pub fn point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
         let mut point = self.smooth_point(ray, hit);
@@ -269,7 +269,7 @@ impl SurfaceTable {
         }
     }
 
-    /// uv of points, of use in the lanes where they are wanted: see the shapes for what they mean.
+    /// uv of points, in the lanes where they are wanted; each shape defines its own.
     #[inline(always)]
     pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> [F; 2] {
         let (p, row) = (point.p, point.row);

@@ -46,9 +46,9 @@ impl Triangles {
         self.rows.len()
     }
 
-    /// Adds a mesh where a transform takes it, as the surface of a row, and returns its first triangle.
+    /// Adds a transformed mesh as the surface of a row, and returns its first triangle.
     ///
-    /// A transform that mirrors turns the order of the corners, so that what was outward stays it.
+    /// A transform that mirrors reverses the order of the corners, so that the outward side stays the same.
     pub fn push(&mut self, mesh: &Mesh, transform: &DAffine3, row: u32) -> usize {
         assert_eq!(self.len(), self.placed(), "shared meshes come last");
         let first = self.add(mesh, transform);
@@ -104,7 +104,7 @@ impl Triangles {
         p != q && q != r && r != p && is_needle(b - a, c - a)
     }
 
-    /// What they take up in memory, in bytes.
+    /// Their memory, in bytes.
     pub fn bytes(&self) -> usize {
         let Triangles { corners, rows, positions, normals, uv, has_normals: _, has_needles: _ } = self;
         let of = |columns: &[Vec<f32>]| columns.iter().map(|column| size_of_val(&column[..])).sum::<usize>();
@@ -120,9 +120,9 @@ impl Triangles {
         [position(a[triangle]), position(b[triangle]), position(c[triangle])]
     }
 
-    /// Whether triangles bulge: seen from before any of them, within the errors of points on it, all others lie
-    /// behind, so that none is in the way. `turned` swaps before and behind. Of more than a thousand nobody asks:
-    /// each is held against every vertex.
+    /// Whether triangles bulge: all others lie behind the plane of each, within the errors of points on it, so that
+    /// none hides another from a point in front of it. `turned` swaps front and back. For more than a thousand
+    /// triangles the result is false, as each is compared with every vertex.
     pub fn bulge(&self, triangles: Range<usize>, turned: bool) -> bool {
         const MOST: usize = 1024;
         if triangles.len() > MOST {
@@ -157,8 +157,9 @@ impl Triangles {
         Vec3::gather(&self.positions, vertex)
     }
 
-    /// Where rays met triangles: the corners' mean, whose error is that of the corners' coordinates, however far the
-    /// ray has come. Lanes outside `on_mesh` hold nonsense; `orientation` is 1, or −1 where outward is the other side.
+    /// The hits of rays on triangles, as means of the corners, whose error is that of the corners' coordinates however
+    /// long the ray is. Lanes outside `on_mesh` are unspecified; `orientation` is 1, or −1 where outward is the other
+    /// side.
     #[inline(always)]
     pub(super) fn point<F: Float>(
         &self,
@@ -256,7 +257,7 @@ pub(super) fn triangle_of<F: Float>(surface: F::Uint) -> F::Uint {
     surface & F::Uint::splat(FIRST_TRIANGLE - 1)
 }
 
-/// The weighted mean of what a column says of three vertices, or of other numbers where it says nothing.
+/// The weighted mean of a column's values at three vertices; `without` stands for values that are NaN.
 #[inline(always)]
 fn corner_mean<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3], weights: [F; 2]) -> F {
     let mut corners = [F::zero(); 3];

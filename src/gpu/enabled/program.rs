@@ -22,7 +22,7 @@ const SOURCES: [&str; 20] = [
     include_str!("../world.wgsl"),
     include_str!("../instances.wgsl"),
     include_str!("../tree.wgsl"),
-    include_str!("../lanes.wgsl"),
+    include_str!("../vertex.wgsl"),
     include_str!("../naive.wgsl"),
     include_str!("../next_event.wgsl"),
     include_str!("../whitted.wgsl"),

@@ -1,18 +1,18 @@
-//! How the tree is built: by twos first, then two levels and more are made one.
+//! Building the tree: first a binary one, of which several levels are then merged into one.
 
 use super::group::{Below, Group};
 use super::node::{LEAF, Node, WIDTH};
 use super::shares::Shares;
 use crate::light::bounds::{LightBounds, distance2};
 
-/// From this many radii on, triangles of one mesh are chosen by their power alone, all the way down: they share what
-/// shadows them, and to look at each would cost more than it saves. (Of lamps that are apart, the picture would be
-/// noisier: by half at twice the radius, with ten thousand of them.)
+/// Beyond this many radii, triangles of one mesh are chosen by their power alone: the same things shadow all of them,
+/// and evaluating each would cost more than it saves. (With lights that are apart, the picture would be noisier: by
+/// half at twice the radius, with ten thousand of them.)
 const FAR: f64 = 2.0;
 
-/// Units of power of the whole tree, about: no more than a uniform number of 24 bits can tell apart. Once steps down
-/// the tree have used up some of its bits, what is left of it leads to fewer places, evenly spread: a light that
-/// comes up less than once in 2²⁴ may not be asked from a given point, as in any tree.
+/// Units of power of the whole tree, about: no more than a uniform number of 24 bits can tell apart. Each step down the
+/// tree uses up some of its bits, so that the rest reaches fewer units, evenly spread: as in any tree, a light of
+/// probability below 2⁻²⁴ may never be drawn from a given point.
 const UNITS: f64 = 8_388_608.0;
 
 /// A tree of groups, the largest one last, and its lights in order.
@@ -22,13 +22,13 @@ pub(super) struct Groups {
     pub(super) shares: Shares,
 }
 
-/// From this depth on lights are split in halves, so that no way down is longer than 31 steps.
+/// From this depth on lights are split in halves, so that no path down is longer than 31 steps.
 fn balanced_from(lights: usize) -> u32 {
     31 - lights.next_power_of_two().trailing_zeros().min(31)
 }
 
 impl Groups {
-    /// Of some of the lights with these bounds.
+    /// The groups of some of the lights with these bounds.
     pub(super) fn new(bounds: &[LightBounds], mut lights: Vec<u32>) -> Groups {
         let mut groups = Groups::default();
         // Only shares of power count, and these fit into f32 whatever the powers are.
@@ -49,7 +49,7 @@ impl Groups {
         let first = self.shares.len() as u32;
         let group = if let [light] = *lights {
             let own = bounds[light as usize];
-            // What shines has a unit at least, or it would never be found.
+            // A light with power has at least one unit, or it would never be drawn.
             let units = if own.power > 0.0 { (own.power * units_of_power).round().max(1.0) } else { 0.0 };
             let (units, below) = (units as u32, Below::Light(light));
             let first_unit = self.shares.push(light, units);
@@ -94,8 +94,8 @@ impl Groups {
         (top, nodes)
     }
 
-    /// Where a group is: a light, or a node, which is added with all below it. A node takes its children's children in
-    /// their place, those first that tell most apart, until it has eight.
+    /// The link to a group: to a light, or to a node, which is added with all below it. A node replaces its children by
+    /// their children, starting with the most different ones, until it has eight.
     fn link(&self, group: &Group, nodes: &mut Vec<Node>) -> u32 {
         let (a, b) = match group.below {
             Below::Light(light) => return light | LEAF,

@@ -3,8 +3,8 @@
 use super::node::{Node, WIDTH};
 use crate::math::{BELOW_ONE, Float, Mask, Uint};
 
-/// What a child counts for at least that counts at all, of the one that counts for most: neither the sum of eight nor
-/// a number with 24 bits loses that.
+/// The least value of a child, unless it is zero, as a share of the greatest value among the children. Neither a sum of
+/// eight values nor a random number of 24 bits loses so much.
 pub const LEAST_SHARE: f32 = 1.0 / 524_288.0;
 
 /// A choice among a node's children.
@@ -12,17 +12,18 @@ pub(super) struct Choice<F: Float> {
     pub(super) child: F::Uint,
     /// Its probability.
     pub(super) share: F,
-    /// What is left of the number that it was drawn with, uniform again.
+    /// The rest of the random number, uniform again.
     pub(super) u: F,
 }
 
 impl<F: Float> Choice<F> {
-    /// Among children of these values, each by its share; where all are zero, all alike.
+    /// A choice among children with probabilities in proportion to these values, or equal ones where all are zero.
     ///
-    /// With `DRAWS` the one that `u` falls to, otherwise the one that holds a light, by its place in the tree's order.
+    /// With `DRAWS` the child is drawn with `u`; otherwise it is the one that holds the light in a given place of the
+    /// tree's order.
     #[inline(always)]
     pub(super) fn new<const DRAWS: bool>(node: &Node, values: [F; WIDTH], u: F, light: F::Uint) -> Self {
-        // Where the children's intervals end, of which the first begins at zero.
+        // The ends of the children's intervals; the first begins at zero.
         let [a, b, c, d, e, f, g, h] = values;
         let most = a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)));
         let least = most * LEAST_SHARE;
@@ -39,7 +40,7 @@ impl<F: Float> Choice<F> {
             }
         }
         let end = ends[node.count - 1];
-        // Never the end itself, however u times it is rounded. Adding all bits subtracts one.
+        // Always below the end, even if the product rounds up to it. Adding all bits subtracts one.
         let last = F::from_bits(end.to_bits() + F::Uint::splat(u32::MAX));
         let at = (u * end).min(last);
         let (mut child, mut from, mut to) = (F::Uint::splat(0), F::zero(), ends[0]);

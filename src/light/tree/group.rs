@@ -9,13 +9,13 @@ pub(super) struct Group {
     pub(super) far2: f32,
     pub(super) units: u32,
     pub(super) first_unit: u32,
-    /// Where its lights begin in the order of the tree.
+    /// The place of its first light in the order of the tree.
     pub(super) first: u32,
     pub(super) lights: u32,
     pub(super) below: Below,
 }
 
-/// What a group is made of.
+/// The parts of a group.
 pub(super) enum Below {
     /// One light.
     Light(u32),

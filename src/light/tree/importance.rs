@@ -1,11 +1,11 @@
-//! What lights may contribute to a point.
+//! Estimates of what lights contribute to a point.
 
 use super::node::{Node, Place};
 use crate::math::{Float, Mask, Vec3};
 
-/// How much of their spread counts as distance: the harmonic mean of |d|² over lights about a point is less than the
-/// mean. Of 0.1 to 0.45 this gave the least variance over slabs, ceilings, clusters, lines and cubes of 100 to 10,000
-/// lights, where any of 0.1 to 0.3 is within a tenth of it.
+/// The share of the spread that is added to the squared distance: the harmonic mean of |d|² over lights around a point
+/// is less than the mean. Among 0.1 to 0.45 this gave the least variance for slabs, ceilings, clusters, lines and cubes
+/// of 100 to 10,000 lights; 0.1 to 0.3 are within a tenth of it.
 pub const NEARNESS: f32 = 0.2;
 
 /// Lights that are far, and of which the cosine at each is at least this,
@@ -15,31 +15,31 @@ pub const FACING: f32 = 0.3;
 /// that tells them apart.
 pub const NARROW: f32 = 0.95;
 
-/// The most that lights are taken to contribute, so that eight of them have a sum.
+/// The greatest importance, so that the sum of eight is finite.
 pub const GREATEST: f32 = 1e37;
 
-/// What lights are to a point.
+/// The importance of a group of lights for a point.
 pub(super) struct Importance<F: Float> {
-    /// Up to a common factor and without shadows; never zero where a light can matter.
+    /// An estimate of the contribution, up to a common factor and without shadows; zero only if there is none.
     pub(super) value: F,
-    /// Whether they are so far that how they share it hardly depends on the point.
+    /// Whether the lights are so far that their shares of it hardly depend on the point.
     pub(super) is_far: F::Mask,
 }
 
-/// Of which lights something need not be looked at.
+/// Properties of all lights of a tree, by which evaluations can be left out.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Kinds {
-    /// Whether some light does not shine in all directions.
+    /// Whether some light has a normal, and so does not emit in all directions.
     pub(super) is_directed: bool,
-    /// Whether some mesh shines.
+    /// Whether some mesh emits.
     pub(super) has_meshes: bool,
 }
 
 impl<F: Float> Importance<F> {
-    /// Of a node's children to a point `p` on a surface with normal `n` that scatters on both sides.
+    /// The importance of a node's children for a point `p` on a surface with normal `n` that scatters on both sides.
     ///
-    /// Of lights that spread alike in all directions, σ² in all, the mean of (n·d)² is (n·d̄)² + σ²/3 and that of
-    /// |d|² is d̄² + σ²: the quotient of both is a mean of cos². Exact for one point.
+    /// For lights with the same spread in all directions, σ² in total, the mean of (n·d)² is (n·d̄)² + σ²/3 and that of
+    /// |d|² is d̄² + σ²; their quotient approximates the mean of cos². It is exact for a single point.
     #[inline(always)]
     pub(super) fn of(node: &Node, at: impl Place<F>, kinds: Kinds, p: Vec3<F>, n: Vec3<F>) -> Self {
         let least = F::splat(f32::MIN_POSITIVE);

@@ -23,22 +23,22 @@ pub(super) struct Node {
     pub(super) radius: [f32; WIDTH],
     /// Axis of the cone of normals.
     pub(super) axis: [[f32; WIDTH]; 3],
-    /// Of the cone's half angle,
+    /// Cosine of the cone's half angle,
     pub(super) cos_o: [f32; WIDTH],
     /// and its sine.
     pub(super) sin_o: [f32; WIDTH],
-    /// Cosine of the angle from a normal past which no light leaves.
+    /// Cosine of the greatest angle between a normal and a direction of emission.
     pub(super) cos_e: [f32; WIDTH],
-    /// The square of the distance from the centre from which on these lights are far; infinite at leaves, and if they
-    /// are not all of one mesh or too many to share units.
+    /// The square of the least distance from the centre at which the lights are far; infinite at leaves, and if the
+    /// lights are not all of one mesh or are too many to share units.
     pub(super) far2: [f32; WIDTH],
     /// Index of a node, or of a light with [`LEAF`] set.
     pub(super) link: [u32; WIDTH],
-    /// Where the lights below begin in the order of the tree.
+    /// The place of the first light below in the order of the tree.
     pub(super) first: [u32; WIDTH],
     /// Power in whole units, so that the lights of a node share it without rounding.
     pub(super) units: [u32; WIDTH],
-    /// The first of them.
+    /// The first of these units.
     pub(super) first_unit: [u32; WIDTH],
     /// How many children there are: eight at most.
     pub(super) count: usize,
@@ -122,14 +122,14 @@ pub struct LightNode {
     pub axis: [f32; 3],
     /// Cosine of the cone's half angle.
     pub cos_o: f32,
-    /// Cosine of the angle from a normal past which no light leaves.
+    /// Cosine of the greatest angle between a normal and a direction of emission.
     pub cos_e: f32,
-    /// Square of the distance from the centre from which on power alone says which light is asked, if the lights
-    /// face the point or their normals agree; infinite for lights that are not of one mesh.
+    /// Square of the distance from the centre beyond which the light is chosen by power alone, if the lights face the
+    /// point or their normals agree; infinite for lights that are not of one mesh.
     pub far2: f32,
     /// Whole units of power, for the choice among far lights.
     pub units: u32,
-    /// Where its lights begin in the order of the tree.
+    /// The place of its first light in the order of the tree.
     pub first: u32,
     /// Index of the first child, the others follow it, and from bit [`COUNT_FROM`] on one less than their number; or
     /// the index of the light with [`LEAF`] set.
@@ -139,7 +139,7 @@ pub struct LightNode {
 /// See [`LightNode::link`].
 pub const COUNT_FROM: u32 = 28;
 
-/// Which children of a node are looked at: the same one by all lanes, or each by a lane of its own.
+/// The child of each lane: the same one in all lanes, or another one in each.
 pub(super) trait Place<F: Float>: Copy {
     fn number(self, column: &[f32; WIDTH]) -> F;
     #[inline(always)]

@@ -1,9 +1,9 @@
-//! Lights in the order of their tree, each with whole units of power: which of them has a given unit.
+//! Lights in the order of their tree, each with whole units of power, and the search for the light of a given unit.
 
 use crate::math::{Float, Mask, Uint};
 
-/// Lights and the units that each of them has. A unit's bucket says between which lights to look; few buckets hold
-/// more than two.
+/// Lights and the units of each. The bucket of a unit gives the range of lights to search; few buckets hold more than
+/// two.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shares {
     /// The lights, in the order of the tree's leaves.
@@ -57,7 +57,7 @@ impl Shares {
         self.buckets = 1.0 / (1_u32 << (bits - LEAST_BITS)) as f32;
     }
 
-    /// The light that has a unit, and how many units it has. Lanes that do not ask hold nonsense.
+    /// The light that has a unit, and how many units it has. Lanes outside the mask are unspecified.
     #[inline(always)]
     pub(super) fn find<F: Float>(&self, unit: F::Uint, asks: F::Mask) -> (F::Uint, F::Uint) {
         let (one, all_bits) = (F::Uint::splat(1), F::Uint::splat(u32::MAX));

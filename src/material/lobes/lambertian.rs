@@ -1,4 +1,4 @@
-//! Even scattering.
+//! Lambertian reflection.
 
 use super::same_side;
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
@@ -23,7 +23,7 @@ impl<F: Float> Bxdf<F> for Lambertian<F> {
     fn sample(&self, wo: Vec3<F>, u: [F; 2], _lobe: F, _mode: TransportMode) -> BxdfSample<F> {
         let up = warp::cosine_hemisphere(u);
         let wi = Vec3::new(up.x, up.y, up.z.copysign(wo.z));
-        // f·cos/pdf = (R/π)·cos / (cos/π): what the report's program, which leaves π out of f, gets wrong.
+        // f·cos/pdf = (R/π)·cos / (cos/π). The report's program leaves π out of f.
         let (pdf, delta) = (warp::cosine_hemisphere_pdf(up.z), F::Mask::splat(false));
         BxdfSample { wi, weight: self.reflectance, pdf, delta, eta: F::splat(1.0) }
     }

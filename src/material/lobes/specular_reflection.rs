@@ -1,4 +1,4 @@
-//! Perfect reflection.
+//! Perfect specular reflection.
 
 use super::reflect;
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};

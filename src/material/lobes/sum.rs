@@ -3,11 +3,11 @@
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
 use crate::math::{BELOW_ONE, Float, Rgb, Vec3};
 
-/// Scatters by both of two lobes: f = f₁ + f₂. Directions come from either, with the densities p·p₁ + (1 − p)·p₂
-/// (the one-sample model of Veach 1997, §9.2.4).
+/// Scatters by both of two lobes: f = f₁ + f₂. A direction is drawn from the first lobe with the probability c and from
+/// the second with 1 − c, so that its density is c·p₁ + (1 − c)·p₂, where p₁ and p₂ are the densities of the lobes (the
+/// one-sample model of Veach 1997, §9.2.4).
 ///
-/// At least one is smooth, so that there are no [`Bxdf::branches`] to follow. A sum of sums has as many lobes as it
-/// takes.
+/// At least one lobe is smooth, so that there are no [`Bxdf::branches`]. A sum of sums has more than two lobes.
 #[derive(Clone, Copy, Debug)]
 pub struct Sum<F, A, B> {
     first: A,
@@ -40,13 +40,13 @@ impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Bxdf<F> for Sum<F, A, B> {
     fn sample(&self, wo: Vec3<F>, u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F> {
         let is_first = lobe.lt(self.chance);
         let rest = -self.chance + 1.0;
-        // Within its share the number is as uniform as before. Rounding must not take it to one.
+        // Within the share of a lobe the number is uniform again. Rounding must not take it to one.
         let of_first = (lobe / self.chance).min(F::splat(BELOW_ONE));
         let of_second = ((lobe - self.chance) / rest).min(F::splat(BELOW_ONE));
         let first = self.first.sample(wo, u, of_first, mode);
         let second = self.second.sample(wo, u, of_second, mode);
         let sample = BxdfSample::select(is_first, first, second);
-        // No other lobe scatters into the direction of a delta; into other directions both may.
+        // The other lobe does not scatter into the direction of a delta; into other directions both may.
         let chosen = F::select(is_first, self.chance, rest);
         let pdf = self.pdf(wo, sample.wi);
         let f = match mode {

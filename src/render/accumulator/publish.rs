@@ -1,6 +1,6 @@
-//! What the accumulator sends to those who keep and show: the film in pieces, and snapshots.
+//! Checkpoints of the film, sent in pieces, and progress and snapshots for viewers.
 
-use super::{Accumulator, Barrier, FRAME, PIECE, SNAPSHOT_SHARE, STATISTICS};
+use super::{Accumulator, FRAME, PIECE, SNAPSHOT_SHARE, STATISTICS};
 use crate::film::file::Piece;
 use crate::film::{Snapshot, Statistics};
 use crossbeam_channel::{Sender, TrySendError};
@@ -8,24 +8,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 impl Accumulator {
-    pub(super) fn send_barrier(&mut self, barrier: Barrier) {
-        if let Some(sink) = &self.outbox.barriers
-            && sink.send(barrier).is_err()
-        {
-            self.outbox.barriers = None;
-            self.deserted = true;
-        }
-    }
-
-    /// Gathers the picture of a barrier at which all pixels are.
-    pub(super) fn gather_whole(&mut self) {
-        let end = self.schedule.completed();
-        if let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) {
-            self.gathering.swap_remove(index);
-            self.send_barrier(Barrier { end, picture: self.film.picture() });
-        }
-    }
-
     /// Sends as much of a film as is taken without waiting, if one is under way or due.
     pub(super) fn send_film(&mut self) {
         let Some(film) = &self.outbox.film else { return };
@@ -67,7 +49,7 @@ impl Accumulator {
         self.sending.is_some()
     }
 
-    /// Tells those who watch, if they have taken the last word.
+    /// Sends progress and a snapshot, unless the last one is still unread.
     pub(super) fn report(&mut self) {
         self.totals.elapsed = self.started.elapsed();
         if let Some(progress) = &self.outbox.progress {
@@ -97,6 +79,8 @@ impl Accumulator {
         self.last_frame = Some(Instant::now());
     }
 
+    /// The film as it is now, for viewers. Statistics are reused for a while (see [`STATISTICS`]), but not if the render
+    /// is `finished`.
     pub(super) fn snapshot(&mut self, finished: bool) -> Snapshot {
         let fresh = |(at, _): &(Instant, Arc<Statistics>)| !finished && at.elapsed() < STATISTICS;
         let known = self.statistics.take().filter(fresh);

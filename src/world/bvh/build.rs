@@ -4,18 +4,18 @@
 use crate::math::Bounds;
 use crate::world::pages;
 
-/// The most things in a leaf, which a ray tests all at once.
+/// The most items in a leaf, which a ray is tested against all at once.
 pub(super) const LEAF: usize = 8;
 
 /// Bins along an axis, at most.
 const BINS: usize = 16;
 
-/// How many bins so many things are worth: few things fall into few.
+/// The number of bins for a number of things: few things need few.
 fn bins_for(count: usize) -> usize {
     (8 + count / 4).min(BINS)
 }
 
-/// What asking a leaf costs over what passing a split costs. A split is a seventh of a node with eight
+/// The cost of testing a leaf over that of passing a split. A split is a seventh of a node with eight
 /// children, but a node's children are rarely all of use.
 const LEAF_COST: f64 = 2.0;
 
@@ -125,7 +125,7 @@ pub(super) struct Split {
     pub(super) below: Below,
 }
 
-/// What a node holds.
+/// The contents of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Below {
     /// Two nodes, of which the first follows.
@@ -209,14 +209,14 @@ fn grow(
     }));
 }
 
-/// How many rounds it takes to test so many things.
+/// The number of rounds in which so many things are tested.
 fn rounds(count: u32) -> f64 {
     f64::from(count.div_ceil(LEAF as u32))
 }
 
 /// Two sides of a node's things.
 struct Sides {
-    /// Where the second begins.
+    /// The beginning of the second.
     middle: usize,
     around: [Around; 2],
 }

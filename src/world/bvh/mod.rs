@@ -1,7 +1,7 @@
-//! The world that finds its way to what a ray may meet: a tree of boxes.
+//! Trees of boxes, by which a ray is tested against a few surfaces only.
 //!
-//! Boxes are grown by the error of a hit, so that the tree never hides what a shape would answer: its hits have
-//! the bits of [`Simple`](super::Simple)'s.
+//! Boxes are grown by the error bound of a hit, so that no hit is missed: the hits have the bits of those of
+//! [`Simple`](super::Simple).
 
 mod build;
 mod node;

@@ -1,4 +1,4 @@
-//! Nodes of eight children, and what is in a leaf.
+//! Nodes of eight children, and the items of leaves.
 
 use super::build::{ALONE, Below, Item, LEAF, Split, in_parts};
 use crate::math::{Bounds, Float, Ray, Vec3};
@@ -14,7 +14,7 @@ pub const WIDTH: usize = 8;
 pub(super) struct Node {
     /// Low x, y and z, then high x, y and z. An absent child has the box of nothing, and is [`Child::ABSENT`].
     pub(super) planes: [[f32; WIDTH]; 6],
-    /// What the boxes hold.
+    /// The contents of the boxes.
     pub(super) children: [Child; WIDTH],
 }
 
@@ -35,7 +35,7 @@ impl Node {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(u32);
 
-/// What a reference leads to: an index among the things of its kind.
+/// The target of a reference: an index among the items of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     Node(usize),
@@ -139,7 +139,7 @@ impl Spheres {
         block
     }
 
-    /// The spheres as eight lanes ask for them.
+    /// The spheres, one in each of eight lanes.
     #[inline(always)]
     pub(super) fn form<F: Float>(&self) -> SphereForm<F> {
         let to_centre = load3(&self.to_centre);
@@ -172,7 +172,7 @@ impl Quads {
         block
     }
 
-    /// The quads as eight lanes ask for them.
+    /// The quads, one in each of eight lanes.
     #[inline(always)]
     pub(super) fn form<F: Float>(&self) -> QuadForm<F> {
         QuadForm {
@@ -212,7 +212,7 @@ impl Eight {
     }
 }
 
-/// The tree as rays go through it.
+/// The tree as rays traverse it.
 #[derive(Clone, Debug)]
 pub(super) struct Nodes {
     pub(super) root: Child,
@@ -226,7 +226,7 @@ pub(super) struct Nodes {
     pub(super) first_without_needles: usize,
 }
 
-/// What a box of the tree holds, for workers that keep it in another form.
+/// The contents of a box of the tree, for workers that keep it in another form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contents<'a> {
     /// Nothing: there is no such box.
@@ -311,7 +311,7 @@ impl Nodes {
         !near.gt(far) & ray.is_finite()
     }
 
-    /// What a reference leads to.
+    /// The target of a reference.
     pub(super) fn contents(&self, child: Child) -> Contents<'_> {
         let rows = match child.target() {
             Target::Node(node) => return Contents::Node(node),
@@ -335,7 +335,7 @@ impl Nodes {
         })
     }
 
-    /// Begins to read what a child is from memory.
+    /// Prefetches the target of a child.
     #[inline(always)]
     pub(super) fn prefetch(&self, child: Child) {
         match child.target() {
@@ -346,7 +346,7 @@ impl Nodes {
         }
     }
 
-    /// The boxes of what is right below the root; empty ones hold nothing.
+    /// The boxes of the root's children; those of absent children are empty.
     pub(super) fn boxes(&self) -> Vec<Bounds> {
         let Node { planes: [low_x, low_y, low_z, high_x, high_y, high_z], .. } = &self.nodes[0];
         let low = |i: usize| [low_x[i], low_y[i], low_z[i]];

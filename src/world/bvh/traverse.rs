@@ -1,7 +1,8 @@
-//! Rays through the tree, one by one: each against eight boxes, or the eight things of a leaf, at a time.
+//! Traversal of the tree, one ray after the other: each is tested against eight boxes, or the eight items of a leaf, at
+//! a time.
 //!
-//! Paths that bounce agree on little, so that a packet of their rays would visit the nodes of all of them with
-//! most lanes idle.
+//! After a bounce the rays of a packet have little in common: traversed together, they would visit the nodes of all of
+//! them with most lanes idle.
 
 use super::build::MAX_DEPTH;
 use super::node::{Child, Node, Nodes, Target, WIDTH};
@@ -11,7 +12,7 @@ use crate::math::{Float, Mask, Ray, Uint, Vec3};
 use crate::shape::{BOUNDS_ERROR, Meeting, NOTHING, Sheared};
 use crate::world::{Hit, NO_INSTANCE};
 
-/// Children that wait while a ray looks at nearer ones: seven at each level at most.
+/// The size of the stack of children that wait while nearer ones are visited: seven at each level at most.
 const STACK: usize = (MAX_DEPTH * (WIDTH - 1)).next_power_of_two();
 
 /// A child that waits, and the distance at which the ray enters its box.
@@ -21,12 +22,12 @@ struct Waiting {
     child: Child,
 }
 
-/// The rays of all lanes, one column for each number. Their time is none of them: nothing in a tree moves.
+/// The rays of all lanes, one column for each number. Without times: nothing in a tree moves.
 #[derive(Clone, Copy)]
 pub(super) struct Rays {
     o: [[f32; MAX_LANES]; 3],
     d: [[f32; MAX_LANES]; 3],
-    /// Bit `i` is set if lane `i` asks.
+    /// Bit `i` is set if lane `i` has a ray.
     asks: u32,
 }
 
@@ -45,7 +46,7 @@ impl Rays {
         Rays { o: columns(ray.o), d: columns(ray.d), asks: asks.bits() }
     }
 
-    /// Calls `f` for each lane that asks.
+    /// Calls `f` for each lane that has a ray.
     #[inline(always)]
     fn for_each(&self, mut f: impl FnMut(usize, Ray<f32>)) {
         let mut lanes = self.asks;
@@ -60,20 +61,20 @@ impl Rays {
     }
 }
 
-/// One ray in eight lanes, with what boxes ask of it.
+/// One ray in eight lanes, with the values that tests against boxes use.
 struct Probe<F> {
     ray: Ray<F>,
-    /// The ray as triangles see it, and the order of its coordinates.
+    /// The ray as tests against triangles use it, and the order of its coordinates.
     sheared: (Sheared<F>, [usize; 3]),
     /// 1/d.
     inverse: Vec3<F>,
-    /// The origin as near sides see it, and as far sides do: moved apart by the error of a hit, which is a share
-    /// of its largest coordinate (see [`BOUNDS_ERROR`]).
+    /// The origin for near sides, and the one for far sides: moved apart by the error bound of a hit, which is a share
+    /// of the origin's largest coordinate (see [`BOUNDS_ERROR`]).
     near_o: Vec3<F>,
     far_o: Vec3<F>,
-    /// Which of a node's planes are near sides.
+    /// The indices of a node's planes that are near sides.
     near: [usize; 3],
-    /// And which far ones.
+    /// And of those that are far sides.
     far: [usize; 3],
 }
 
@@ -83,7 +84,7 @@ impl<F: Float> Probe<F> {
         let (o, d) = ([ray.o.x, ray.o.y, ray.o.z], [ray.d.x, ray.d.y, ray.d.z]);
         let error = ray.o.max_abs() * share;
         let splat = |v: [f32; 3]| Vec3::<F>::splat(v);
-        // The sign of zero counts: it is that of the infinity that its inverse is.
+        // The sign of zero matters: its inverse is an infinity of that sign.
         let back = d.map(|d| d.is_sign_negative());
         let moved = |i: usize, by: f32| o[i] + if back[i] { -by } else { by };
         Probe {
@@ -97,10 +98,10 @@ impl<F: Float> Probe<F> {
         }
     }
 
-    /// Where the ray enters the boxes of a node's children, and which of them it enters before `t_max` or
-    /// there.
+    /// The distances at which the ray enters the boxes of a node's children, and the lanes of those that it enters no
+    /// later than at `t_max`.
     ///
-    /// A ray that runs in the plane of a box's side makes 0·∞ of it; `min` and `max` pass NaN over.
+    /// A ray in the plane of a box's side gives 0·∞ = NaN there, which `min` and `max` ignore.
     #[inline(always)]
     fn enter(&self, node: &Node, t_max: F) -> (F, F::Mask) {
         let plane = |i: usize| F::load(&node.planes[i]);
@@ -115,7 +116,7 @@ impl<F: Float> Probe<F> {
 }
 
 /// Visits the leaves whose boxes a ray enters no later than at `t_max`, of a node's children the nearest
-/// first. `leaf` gives the new `t_max`, or `None` if it has seen enough.
+/// first. `leaf` returns the new `t_max`, or `None` to end the traversal.
 #[inline(always)]
 fn visit<F: Float, const NEAREST_FIRST: bool>(
     tree: &Nodes,
@@ -185,7 +186,7 @@ fn visit<F: Float, const NEAREST_FIRST: bool>(
                 None => return,
             },
         }
-        // A box that is entered where the best hit is may hold one of a lower row.
+        // A box that is entered at the distance of the best hit may hold a hit of a lower row.
         loop {
             if top == 0 {
                 return;
@@ -200,13 +201,13 @@ fn visit<F: Float, const NEAREST_FIRST: bool>(
     }
 }
 
-/// A meeting with what is no triangle.
+/// A hit on a surface other than a triangle.
 #[inline(always)]
 fn without_weights<F: Float>(t: F) -> Meeting<F> {
     Meeting { t, weights: [F::zero(); 2] }
 }
 
-/// Where a ray meets eight things, and their rows.
+/// The hits of a ray on eight items, and their rows.
 #[inline(always)]
 fn meetings<'a, F: Float>(
     tree: &'a Nodes,
@@ -233,7 +234,7 @@ fn meetings<'a, F: Float>(
     }
 }
 
-/// What the rays of all lanes met first, as [`crate::world::Hit`] has it.
+/// The first hits of the rays of all lanes, as in [`crate::world::Hit`].
 pub(super) struct Found {
     pub(super) t: [f32; MAX_LANES],
     pub(super) surface: [u32; MAX_LANES],
@@ -250,7 +251,7 @@ impl Found {
     };
 }
 
-/// What one ray met first so far.
+/// The first hit of one ray so far.
 #[derive(Clone, Copy)]
 struct Nearest {
     t: f32,
@@ -260,7 +261,7 @@ struct Nearest {
 }
 
 impl Nearest {
-    /// Asks a leaf in the tree of an instance.
+    /// Tests a leaf in the tree of an instance.
     #[inline(always)]
     fn ask<F: Float>(&mut self, tree: &Nodes, target: Target, probe: &Probe<F>, instance: u32) {
         let (Meeting { t, weights }, surfaces) = meetings(tree, target, probe);
@@ -273,7 +274,7 @@ impl Nearest {
         while near != 0 {
             let i = near.trailing_zeros() as usize & (WIDTH - 1);
             near &= near - 1;
-            // A tie goes to the lower instance and surface, so that no order of visits shows.
+            // A tie goes to the lower instance and surface, so that the order of visits does not matter.
             let lower = (instance, surfaces[i]) < (self.instance, self.surface);
             if each[i] < self.t || (each[i] == self.t && lower) {
                 let weights = [weights[0].lane(i), weights[1].lane(i)];
@@ -288,7 +289,7 @@ pub(super) struct Closest<'a> {
     pub(super) world: &'a Bvh,
     pub(super) tree: &'a Nodes,
     pub(super) rays: Rays,
-    /// Distances up to which hits count.
+    /// The greatest distances of hits.
     pub(super) t_max: [f32; MAX_LANES],
 }
 
@@ -301,7 +302,7 @@ impl Kernel for Closest<'_> {
         let Closest { world, tree, rays, t_max } = self;
         let nothing = Waiting { near: 0.0, child: tree.root };
         let mut stack = [nothing; STACK];
-        // A stack takes longer to clear than many a ray takes: most scenes have no use for a second one.
+        // Clearing a stack takes longer than many rays do, and most scenes need no second one.
         let mut inner_stack = (!world.instances.is_empty()).then_some([nothing; STACK]);
         let mut found = Found::NOTHING;
         rays.for_each(
@@ -354,7 +355,7 @@ impl Kernel for Closest<'_> {
     }
 }
 
-/// Which of some rays meet anything before a distance: bit `i` is lane `i`.
+/// The lanes whose ray has a hit before a distance: bit `i` is lane `i`.
 pub(super) struct Any<'a> {
     pub(super) world: &'a Bvh,
     pub(super) tree: &'a Nodes,
@@ -430,7 +431,7 @@ fn column<F: Float>(x: F) -> [f32; MAX_LANES] {
 }
 
 impl Bvh {
-    /// The first hit of each ray no farther than `t_max`; where there is none, a farther one or no hit. The hits of
+    /// The first hit of each ray, if it is no farther than `t_max`; otherwise a farther one or no hit. The hits of
     /// lanes outside `asks` are unspecified.
     #[inline(always)]
     pub fn intersect_within<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F> {

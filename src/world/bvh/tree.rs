@@ -1,4 +1,4 @@
-//! The trees of a world: which surfaces are in them, and what their boxes hold.
+//! The trees of a world: their surfaces, and the contents of their boxes.
 
 use super::build::{Item, build, in_parts};
 use super::node::{Contents, INSTANCE, Nodes, QUAD, SPHERE, TRIANGLE, WIDTH};
@@ -33,7 +33,7 @@ impl Bvh {
         Bvh::with(surfaces, treed, |bounds| bounds, threads)
     }
 
-    /// What the tree takes up in memory, in bytes.
+    /// The tree's memory, in bytes.
     pub fn bytes(&self) -> usize {
         let trees = self.tree.iter().chain(&self.meshes);
         trees.map(Nodes::bytes).sum::<usize>() + self.instances.bytes()
@@ -110,7 +110,7 @@ impl Bvh {
 pub struct Boxes<'a>(&'a Nodes);
 
 impl<'a> Boxes<'a> {
-    /// What the whole tree is.
+    /// The root.
     pub fn root(self) -> Contents<'a> {
         self.0.contents(self.0.root)
     }

@@ -1,4 +1,5 @@
-// Twin of `integrator::lanes`: invocations that each follow one path, and take up the next when it ends.
+// Twin of `integrator::vertex`: the state of a path, the surfaces that it meets, and its next direction. The loop over
+// paths, which the CPU has in `integrator::path_tracer`, is in `main.wgsl`.
 
 // How far a path has come.
 struct State {

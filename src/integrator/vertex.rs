@@ -1,4 +1,4 @@
-//! Many paths at once: how far the path of each lane has come, and the surfaces that it meets.
+//! The vertices of paths, one path in each lane: the state of the path, the surface that it meets, and its next ray.
 
 use super::observe::{Event, Observer, first, ray_event, rgb, vec3};
 use super::paths::Settings;
@@ -8,14 +8,14 @@ use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3};
 use crate::sampling::PathId;
 use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
 
-/// What every path looks at and none changes.
+/// The scene and the settings, which all paths share.
 pub(super) struct View<'a> {
     pub scene: &'a CompiledScene,
     pub world: &'a World,
     pub settings: &'a Settings,
 }
 
-/// How far each lane's path has come.
+/// The state of each lane's path.
 #[derive(Clone, Copy)]
 pub(super) struct State<F: Float> {
     pub id: PathId<F>,
@@ -30,20 +30,20 @@ pub(super) struct State<F: Float> {
     pub departure: Departure<F>,
 }
 
-/// What the weight of a light that is met depends on: the vertex that the ray left.
+/// The vertex that the ray left, as far as the weight of a light that it meets depends on it.
 #[derive(Clone, Copy)]
 pub(super) struct Departure<F> {
     pub p: Vec3<F>,
     pub n: Vec3<F>,
-    /// Density of the direction by solid angle; zero where nothing but the BxDF could have found it.
+    /// Density of the direction by solid angle; zero where sampling lights could not have found it.
     pub pdf: F,
-    /// Product of (η transmitted/η incident)² along the path: radiance scales with it, the path's worth
-    /// does not.
+    /// Product of (η transmitted/η incident)² along the path: radiance scales with it, the
+    /// contribution of the path to the picture does not.
     pub eta_scale: F,
 }
 
 impl<F: Float> Departure<F> {
-    /// Of a ray that leaves the camera.
+    /// That of a ray that leaves the camera.
     #[inline(always)]
     pub(super) fn camera() -> Departure<F> {
         Departure { p: Vec3::zero(), n: Vec3::zero(), pdf: F::zero(), eta_scale: F::splat(1.0) }
@@ -71,8 +71,9 @@ pub(super) struct Vertex<F: Float> {
     pub emitted: Rgb<F>,
 }
 
-/// Follows every living path's ray. What leaves the scene sees lights at infinity, with the weight that
-/// the ray's departure gives to the density with which they would have been sampled; `None` if that is all.
+/// Follows the ray of every path that is alive. A ray that leaves the scene sees lights at infinity; `weight` gives
+/// the weight of each, from the ray's departure and the density with which the light would have been sampled. `None` if
+/// no ray meets a surface.
 #[inline(always)]
 pub(super) fn meet<F: Float>(
     view: &View<'_>,
@@ -124,7 +125,7 @@ pub(super) fn meet<F: Float>(
     Some(Vertex { met, hit, at, emitted })
 }
 
-/// How light scatters at a vertex.
+/// The BSDF at a vertex, and its frame.
 pub(super) struct Scattering<F: Float> {
     pub bsdf: Bsdf<F>,
     pub frame: Frame<F>,
@@ -141,7 +142,7 @@ impl<F: Float> Scattering<F> {
 }
 
 /// Sends paths on in directions drawn from their BxDFs, with the weights of the draw. Returns the lanes
-/// whose throughput is nothing now.
+/// whose throughput is now zero.
 #[inline(always)]
 pub(super) fn go_on<F: Float>(
     state: &mut State<F>,
@@ -156,7 +157,7 @@ pub(super) fn go_on<F: Float>(
     state.beta = state.beta * scattered.weight.only(at.passes(d, scattered.wi));
     state.ray = at.scattered(d);
     state.depth = state.depth + F::Uint::splat(1);
-    // A throughput of nothing finds nothing; NaN is no such thing, and goes on to be counted.
+    // A path of zero throughput ends; NaN is not zero, and goes on to be counted.
     let beta = state.beta;
     let nothing = beta.r.abs().max(beta.g.abs()).max(beta.b.abs()).le(F::zero());
     observer.event::<F>(|| Event::Scatter {

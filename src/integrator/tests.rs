@@ -90,7 +90,7 @@ fn a_sky_that_is_sampled_lights_a_floor_as_the_environment_does() {
         // Two skies are one of the sum of their radiances.
         let two = |lights: &mut LightTable| {
             lights.push(SKY);
-            lights.push(Sky { radiance: [1.0; 3], ..SKY });
+            lights.push(Sky { radiance: [1.0; 3] });
         };
         agrees(seen("path", MATTE, 0.0, level, two), 0.5 * 3.0 * 15.0 / 16.0);
     }

@@ -6,7 +6,7 @@ use super::contract::{Light, LightParameters};
 use super::sample::{EmittedRay, LightSample};
 use crate::math::{Float, Mask, Ray, Rgb, Vec3, narrow};
 use crate::parameter::limits::{INTENSITY, POINT};
-use crate::parameter::{Colour, Kind, parameters};
+use crate::parameter::{Colour, ParameterKind, parameters};
 use crate::sampling::warp;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -17,7 +17,7 @@ parameters! {
         /// Where the light is.
         position: DVec3 = POINT,
         /// Radiant intensity in W/sr, the same in every direction.
-        intensity: Colour = Kind::Colour(INTENSITY),
+        intensity: Colour = ParameterKind::Colour(INTENSITY),
     }
 }
 

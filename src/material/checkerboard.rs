@@ -5,19 +5,19 @@ use super::program::{Chooser, MaterialParameters};
 use super::row::{Columns, NUMBERS, Row, padded};
 use crate::math::{Float, Uint, narrow};
 use crate::parameter::limits::LENGTH;
-use crate::parameter::{self, parameters};
+use crate::parameter::{ParameterKind, parameters};
 
 parameters! {
     /// Alternates two materials over the surface's uv: `even` is where ⌊u·a⌋ + ⌊v·b⌋ is even, with a and b checks for
     /// each unit.
     pub struct CheckerboardParameters: "checkerboard", "a checkerboard" {
         /// The name of the material where the numbers of the check along u and along v have an even sum.
-        even: usize = parameter::Kind::Material,
+        even: usize = ParameterKind::Material,
         /// The name of the material elsewhere.
-        odd: usize = parameter::Kind::Material,
+        odd: usize = ParameterKind::Material,
         // On planes the size of checks is a length.
         /// Checks for each unit of uv: one number, or one along u and one along v. A plane's uv are lengths in it.
-        checks_per_unit: [f64; 2] = parameter::Kind::Pair(LENGTH) => "1",
+        checks_per_unit: [f64; 2] = ParameterKind::Pair(LENGTH) => "1",
     }
 }
 

@@ -6,13 +6,13 @@ use super::program::{Leaf, MaterialParameters};
 use super::row::{NUMBERS, Numbers, Row, Site, padded};
 use crate::math::{Float, Rgb, narrow};
 use crate::parameter::limits::FRACTION;
-use crate::parameter::{self, Colour, Number, parameters};
+use crate::parameter::{Colour, Number, ParameterKind, parameters};
 
 parameters! {
     /// A smooth dielectric interface; the inside is where the normal does not point.
     pub struct GlassParameters: "glass", "a glass" {
         /// Index of refraction of the inside over the outside: 1.5 for glass in air, 1.33 for water.
-        ior: f64 = parameter::Kind::Number(Number::positive(1e-3, 1e3)),
+        ior: f64 = ParameterKind::Number(Number::positive(1e-3, 1e3)),
         /// Tint of what is reflected.
         reflectance: Colour = FRACTION => "[1, 1, 1]",
         /// Tint of what is transmitted.

@@ -1,6 +1,6 @@
 //! Declarations: one for each shape, material and light, in its own file, and a list of those of a family.
 
-use super::kind::Kind;
+use super::kind::ParameterKind;
 use super::value::Value;
 
 /// A parameter of a shape, a material or a light.
@@ -11,7 +11,7 @@ pub struct Parameter {
     /// Its description, for people.
     pub about: &'static str,
     /// The values that it may have.
-    pub kind: Kind,
+    pub kind: ParameterKind,
     /// The value, in TOML, that its absence means; none if it must be there.
     pub default: Option<&'static str>,
 }
@@ -62,7 +62,7 @@ pub trait Declared: Sized {
     /// The same, if the values are possible together. What is odd about them is added to `warnings`.
     ///
     /// A reader checks what it could read even if it could not read everything: any value may be
-    /// [unknown](super::Kind::unknown), which is NaN for numbers and `usize::MAX` for materials. A check reports only
+    /// [unknown](super::ParameterKind::unknown), which is NaN for numbers and `usize::MAX` for materials. A check reports only
     /// what holds whatever the unknown value is. Comparisons with NaN are false, all but `!=`: write
     /// `x.abs() > 0.0`, not `x != 0.0`.
     fn check(self, warnings: &mut Vec<Problem>) -> Result<Self, Problem>;
@@ -109,7 +109,7 @@ pub trait Family: Sized + 'static {
 /// Declares the parameters of a shape, a material or a light: a struct with a field for each, and its [`Declared`].
 ///
 /// The documentation of the struct and of its fields are the descriptions in the JSON Schema. After the field's type comes the
-/// [`Kind`] of its values and, if it may be absent, the value that this means, in TOML:
+/// [`ParameterKind`] of its values and, if it may be absent, the value that this means, in TOML:
 ///
 /// ```text
 /// parameters! {

@@ -79,7 +79,7 @@ fn limit(value: f64) -> String {
 
 /// The kind of a parameter's values, and their limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum ParameterKind {
     /// A number.
     Number(Number),
     /// One number for two axes, or two numbers.
@@ -96,16 +96,18 @@ pub enum Kind {
     Material,
 }
 
-impl Kind {
+impl ParameterKind {
     /// Stands for a value that could not be read, so that the others can be checked: NaN, with which no comparison
     /// holds but `!=`; for a material `usize::MAX`, which is no index.
     pub fn unknown(&self) -> Value {
         match self {
-            Kind::Number(_) => Value::Number(f64::NAN),
-            Kind::Pair(_) => Value::Pair([f64::NAN; 2]),
-            Kind::Colour(_) => Value::Colour([f64::NAN; 3]),
-            Kind::Vector(_) | Kind::NonZero(_) | Kind::Direction(_) => Value::Vector(DVec3::NAN),
-            Kind::Material => Value::Material(usize::MAX),
+            ParameterKind::Number(_) => Value::Number(f64::NAN),
+            ParameterKind::Pair(_) => Value::Pair([f64::NAN; 2]),
+            ParameterKind::Colour(_) => Value::Colour([f64::NAN; 3]),
+            ParameterKind::Vector(_) | ParameterKind::NonZero(_) | ParameterKind::Direction(_) => {
+                Value::Vector(DVec3::NAN)
+            }
+            ParameterKind::Material => Value::Material(usize::MAX),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The limits that several parameters have in common.
 
-use super::kind::{Kind, Number};
+use super::kind::{Number, ParameterKind};
 
 /// The longest length: its square, and the square of its inverse, fit 32 bits.
 pub const LONGEST: f64 = 1e18;
@@ -20,13 +20,13 @@ pub const RADIANCE: Number = Number::between(0.0, (1u32 << 30) as f64);
 pub const INTENSITY: Number = Number::between(0.0, LONGEST * LONGEST);
 
 /// A point in space.
-pub const POINT: Kind = Kind::Vector(COORDINATE);
+pub const POINT: ParameterKind = ParameterKind::Vector(COORDINATE);
 /// A displacement between two points.
-pub const EDGE: Kind = Kind::NonZero(COORDINATE);
+pub const EDGE: ParameterKind = ParameterKind::NonZero(COORDINATE);
 /// A direction, of any length.
-pub const DIRECTION: Kind = Kind::Direction(COORDINATE);
+pub const DIRECTION: ParameterKind = ParameterKind::Direction(COORDINATE);
 /// The reflected or transmitted fraction of each channel.
-pub const FRACTION: Kind = Kind::Colour(Number::between(0.0, 1.0));
+pub const FRACTION: ParameterKind = ParameterKind::Colour(Number::between(0.0, 1.0));
 
 /// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would
 /// be noise.

@@ -16,5 +16,5 @@ mod value;
 
 pub use declaration::{Declaration, Declared, Family, Parameter, Problem};
 pub(crate) use declaration::{family, parameters};
-pub use kind::{Kind, Number, unit};
+pub use kind::{Number, ParameterKind, unit};
 pub use value::{Colour, Field, Value};

@@ -9,7 +9,7 @@ use super::names::MAX_NESTING;
 use super::placement::{is_flat, misplaced};
 use super::spelling::quote;
 use crate::parameter::limits::{COORDINATE, DISTANCE, LENGTH, PARALLEL, RADIANCE};
-use crate::parameter::{Family, Kind, Number, Value};
+use crate::parameter::{Family, Number, ParameterKind, Value};
 use glam::{DAffine3, DVec3};
 use std::collections::HashSet;
 use std::f64::consts::PI;
@@ -206,14 +206,14 @@ fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
     for (parameter, value) in declaration.parameters.iter().zip(&values) {
         let name = parameter.name;
         match (parameter.kind, *value) {
-            (Kind::Number(limits), Value::Number(number)) => found.number(name, number, limits),
-            (Kind::Pair(limits), Value::Pair(pair)) => found.numbers(name, &pair, limits),
-            (Kind::Colour(limits), Value::Colour(colour)) => found.numbers(name, &colour, limits),
-            (Kind::Direction(_), Value::Vector(direction)) => found.direction(name, direction),
-            (Kind::NonZero(_), Value::Vector(DVec3::ZERO)) => {
+            (ParameterKind::Number(limits), Value::Number(number)) => found.number(name, number, limits),
+            (ParameterKind::Pair(limits), Value::Pair(pair)) => found.numbers(name, &pair, limits),
+            (ParameterKind::Colour(limits), Value::Colour(colour)) => found.numbers(name, &colour, limits),
+            (ParameterKind::Direction(_), Value::Vector(direction)) => found.direction(name, direction),
+            (ParameterKind::NonZero(_), Value::Vector(DVec3::ZERO)) => {
                 found.add(format!("{name} must not be zero in all of x, y, z"));
             }
-            (Kind::Vector(limits) | Kind::NonZero(limits), Value::Vector(vector)) => {
+            (ParameterKind::Vector(limits) | ParameterKind::NonZero(limits), Value::Vector(vector)) => {
                 found.numbers(name, &vector.to_array(), limits);
             }
             // Of names it matters what they stand for.

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::math::{Float, Frame, Ray, Vec3, narrow, trig};
 use crate::parameter::limits::{LENGTH, POINT, SHORTEST};
-use crate::parameter::{Kind, Problem, parameters};
+use crate::parameter::{ParameterKind, Problem, parameters};
 use glam::DVec3;
 use std::f32::consts::TAU;
 
@@ -19,7 +19,7 @@ parameters! {
         /// The end where v is 1.
         to: DVec3 = POINT,
         /// The radius of the cylinder. Its u is the angle about the axis over 2π.
-        radius: f64 = Kind::Number(LENGTH),
+        radius: f64 = ParameterKind::Number(LENGTH),
     }
     check = with_a_length;
 }

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::math::{Float, Frame, Ray, Vec3, narrow, trig};
 use crate::parameter::limits::{DIRECTION, LENGTH, POINT};
-use crate::parameter::{Kind, parameters};
+use crate::parameter::{ParameterKind, parameters};
 use glam::DVec3;
 use std::f32::consts::PI;
 
@@ -19,7 +19,7 @@ parameters! {
         /// The direction the disk faces, of any length.
         normal: DVec3 = DIRECTION,
         /// The radius of the disk. Its uv are the angle about the normal over 2π and the distance from the centre over the radius.
-        radius: f64 = Kind::Number(LENGTH),
+        radius: f64 = ParameterKind::Number(LENGTH),
     }
 }
 

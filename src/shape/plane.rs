@@ -3,7 +3,7 @@
 use super::{Bounds, Form, NOTHING, POSITION_ERROR, Piece, Shape, ShapeParameters, Surface};
 use crate::math::{Float, Frame, Ray, Vec3, narrow};
 use crate::parameter::limits::{COORDINATE, EDGE};
-use crate::parameter::{Kind, Problem, parameters, unit};
+use crate::parameter::{ParameterKind, Problem, parameters, unit};
 use glam::DVec3;
 
 parameters! {
@@ -12,7 +12,7 @@ parameters! {
         /// The direction the plane faces. Its length does not matter: it is made one.
         normal: DVec3 = EDGE,
         /// Signed distance of the plane from the origin along its normal, a length whatever the normal's: X·n = distance, where n is the normal over its length.
-        distance: f64 = Kind::Number(COORDINATE),
+        distance: f64 = ParameterKind::Number(COORDINATE),
     }
     check = with_unit_normal;
 }

@@ -3,7 +3,7 @@
 use super::{BOUNDS_ERROR, Bounds, Form, NOTHING, Piece, Shape, ShapeParameters, Surface, UNIT_ROUNDOFF};
 use crate::math::{Float, Ray, Vec3, narrow};
 use crate::parameter::limits::{LENGTH, POINT};
-use crate::parameter::{Kind, parameters};
+use crate::parameter::{ParameterKind, parameters};
 use glam::DVec3;
 use std::f32::consts::PI;
 
@@ -13,7 +13,7 @@ parameters! {
         /// The centre of the sphere.
         center: DVec3 = POINT,
         /// The radius of the sphere.
-        radius: f64 = Kind::Number(LENGTH),
+        radius: f64 = ParameterKind::Number(LENGTH),
     }
 }
 

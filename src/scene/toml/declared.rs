@@ -6,7 +6,7 @@ use super::form::{Form, Value};
 use super::report::{Placed, Read, Reports};
 use super::table::{self, AnyKey, Fields, Key};
 use super::value::{Colour, Direction, NonZero, Pair, Vector, Word};
-use crate::parameter::{self, Declaration, Family, Kind, Parameter, Problem};
+use crate::parameter::{self, Declaration, Family, Parameter, ParameterKind, Problem};
 
 /// What a file gives for a parameter.
 pub(super) enum Given {
@@ -15,39 +15,39 @@ pub(super) enum Given {
     Name(String),
 }
 
-impl Form for Kind {
+impl Form for ParameterKind {
     type Output = Given;
 
     fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Read<Given> {
         use parameter::Value;
         let value = match *self {
-            Kind::Number(number) => Value::Number(number.read(key, value, reports)?),
-            Kind::Pair(each) => Value::Pair(Pair(each).read(key, value, reports)?),
-            Kind::Colour(each) => Value::Colour(Colour(each).read(key, value, reports)?),
-            Kind::Vector(each) => Value::Vector(Vector(each).read(key, value, reports)?),
-            Kind::NonZero(each) => Value::Vector(NonZero(Vector(each)).read(key, value, reports)?),
-            Kind::Direction(each) => {
+            ParameterKind::Number(number) => Value::Number(number.read(key, value, reports)?),
+            ParameterKind::Pair(each) => Value::Pair(Pair(each).read(key, value, reports)?),
+            ParameterKind::Colour(each) => Value::Colour(Colour(each).read(key, value, reports)?),
+            ParameterKind::Vector(each) => Value::Vector(Vector(each).read(key, value, reports)?),
+            ParameterKind::NonZero(each) => Value::Vector(NonZero(Vector(each)).read(key, value, reports)?),
+            ParameterKind::Direction(each) => {
                 Value::Vector(Direction(NonZero(Vector(each))).read(key, value, reports)?)
             }
-            Kind::Material => return Word.read(key, value, reports).map(Given::Name),
+            ParameterKind::Material => return Word.read(key, value, reports).map(Given::Name),
         };
         Ok(Given::Value(value))
     }
 
     fn schema(&self) -> Json {
         match *self {
-            Kind::Number(number) => number.schema(),
-            Kind::Pair(each) => Pair(each).schema(),
-            Kind::Colour(each) => Colour(each).schema(),
-            Kind::Vector(each) => Vector(each).schema(),
-            Kind::NonZero(each) => NonZero(Vector(each)).schema(),
-            Kind::Direction(each) => Direction(NonZero(Vector(each))).schema(),
-            Kind::Material => Word.schema(),
+            ParameterKind::Number(number) => number.schema(),
+            ParameterKind::Pair(each) => Pair(each).schema(),
+            ParameterKind::Colour(each) => Colour(each).schema(),
+            ParameterKind::Vector(each) => Vector(each).schema(),
+            ParameterKind::NonZero(each) => NonZero(Vector(each)).schema(),
+            ParameterKind::Direction(each) => Direction(NonZero(Vector(each))).schema(),
+            ParameterKind::Material => Word.schema(),
         }
     }
 }
 
-fn key(parameter: &Parameter) -> Key<Kind> {
+fn key(parameter: &Parameter) -> Key<ParameterKind> {
     let Parameter { name, about, kind, default } = *parameter;
     match default {
         Some(default) => Key::default(name, kind, default, about),
@@ -172,20 +172,22 @@ mod tests {
     }
 
     /// Some values of a kind, of which some fit others badly.
-    fn examples(kind: Kind) -> Vec<parameter::Value> {
+    fn examples(kind: ParameterKind) -> Vec<parameter::Value> {
         use parameter::Value;
         let numbers = |limits: parameter::Number| {
             [0.0, 0.5, 1.0, 2.0].into_iter().filter(move |&number| limits.objection(number).is_none())
         };
         let vectors = [DVec3::X, DVec3::Y, DVec3::X * 2.0, DVec3::ONE].map(Value::Vector);
         match kind {
-            Kind::Number(limits) => numbers(limits).map(Value::Number).collect(),
-            Kind::Pair(limits) => numbers(limits).map(|number| Value::Pair([number; 2])).collect(),
-            Kind::Colour(limits) => numbers(limits).map(|number| Value::Colour([number; 3])).collect(),
-            Kind::Vector(_) => [&vectors[..], &[Value::Vector(DVec3::ZERO)]].concat(),
-            Kind::NonZero(_) => vectors.to_vec(),
-            Kind::Direction(_) => vectors[..2].to_vec(),
-            Kind::Material => vec![Value::Material(0), Value::Material(1)],
+            ParameterKind::Number(limits) => numbers(limits).map(Value::Number).collect(),
+            ParameterKind::Pair(limits) => numbers(limits).map(|number| Value::Pair([number; 2])).collect(),
+            ParameterKind::Colour(limits) => {
+                numbers(limits).map(|number| Value::Colour([number; 3])).collect()
+            }
+            ParameterKind::Vector(_) => [&vectors[..], &[Value::Vector(DVec3::ZERO)]].concat(),
+            ParameterKind::NonZero(_) => vectors.to_vec(),
+            ParameterKind::Direction(_) => vectors[..2].to_vec(),
+            ParameterKind::Material => vec![Value::Material(0), Value::Material(1)],
         }
     }
 

@@ -3,7 +3,7 @@
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `contract` | the interface of lights: [`Light`], and [`Described`] for their parameters |
+//! | `contract` | the interface of lights: [`Light`], and [`LightParameters`] for their parameters |
 //! | `list` | the parameters of lights that are not surfaces, for scenes |
 //! | `kinds` | the list of kinds, and the dispatch of lanes to them |
 //! | `table`, `columns` | all lights of a scene, and their rows |

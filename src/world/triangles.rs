@@ -96,12 +96,10 @@ impl Triangles {
         first
     }
 
-    /// Whether a triangle is a needle that rays may meet: with two corners in one place all areas that a ray sees are
-    /// zero or opposite.
+    /// Whether a triangle is a needle (see [`crate::shape::NEEDLE`]).
     pub fn is_needle(&self, triangle: usize) -> bool {
-        let corners @ [p, q, r] = self.positions_of(triangle);
-        let [a, b, c] = corners.map(Vec3::<f32>::splat);
-        p != q && q != r && r != p && is_needle(b - a, c - a)
+        let [a, b, c] = self.positions_of(triangle).map(Vec3::<f32>::splat);
+        is_needle(b - a, c - a)
     }
 
     /// Their memory, in bytes.

@@ -12,7 +12,7 @@
 //! Orders are as long as sixteen workers get them, half a second's work for all, and as short as the first are, one
 //! sample a pixel. Exits with 1 if the accumulator would be the limit with long ones.
 
-use crossbeam_channel::{bounded, unbounded};
+use crossbeam_channel::{bounded, never, unbounded};
 use std::collections::HashMap;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -147,7 +147,7 @@ impl Case {
         std::thread::scope(|scope| {
             let accumulator = scope.spawn(move || {
                 let start = computed();
-                let outcome = accumulator.run(Inbox { batches, failures, stop });
+                let outcome = accumulator.run(Inbox { batches, failures, stop, viewer: never() });
                 (outcome.totals.samples, computed() - start)
             });
             scope.spawn(move || samples.iter().for_each(drop));

@@ -345,7 +345,9 @@ fn render(
         if let Some(noise) = settings.goal() {
             accumulator = accumulator.until_noise(noise, milestone);
         }
-        let inbox = Inbox { batches, failures, stop: stop.clone() };
+        let (viewing, viewer) = bounded(0);
+        let viewer = if window.is_some() { viewer } else { never() };
+        let inbox = Inbox { batches, failures, stop: stop.clone(), viewer };
         let (left_out, left_in) = bounded::<Left>(1);
         let (ending_out, ending) = bounded(0);
         // One thread from the film to the files, so that they are written while the window stays open.
@@ -392,8 +394,9 @@ fn render(
                 }
                 let feed = Feed { snapshots, layers, stop: stop.clone() };
                 let left = window.show(&feed, &requests_out, settings.moved.is_some());
-                // It lies there before the accumulator sees that nobody watches any more, when the feed goes.
+                // It lies there before the accumulator sees that the viewer is left.
                 let _ = left_out.send(left.clone());
+                drop(viewing);
                 Some(left)
             }
             None => {

@@ -4,7 +4,7 @@
 mod common;
 
 use common::watched::Watched;
-use crossbeam_channel::bounded;
+use crossbeam_channel::{bounded, never};
 use glam::DVec3;
 use serde_json::Value;
 use std::path::Path;
@@ -101,7 +101,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
         };
         let film = Film::new(width, height).unwrap();
         let accumulator = Accumulator::new(film, region, schedule, &[], Some(spp), outbox);
-        Some(accumulator.run(Inbox { batches, failures, stop }))
+        Some(accumulator.run(Inbox { batches, failures, stop, viewer: never() }))
     })
 }
 

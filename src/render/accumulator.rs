@@ -270,6 +270,7 @@ impl Accumulator {
                     lost = Some(sent);
                 },
                 recv(inbox.stop) -> _ => break,
+                recv(inbox.viewer) -> _ => break,
                 recv(time_is_up) -> _ => {
                     overtime = true;
                     break;

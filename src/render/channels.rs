@@ -18,6 +18,9 @@ pub struct Inbox {
     pub failures: Receiver<WorkerFailure>,
     /// Closing this channel asks to stop.
     pub stop: Receiver<Infallible>,
+    /// Closes when a viewer is left, which ends the render. Snapshots alone would not show it: they are sent when
+    /// batches come, and beside a worker that never ends none may come any more.
+    pub viewer: Receiver<Infallible>,
 }
 
 /// The channels that the accumulator talks to. A closed one is no longer served.

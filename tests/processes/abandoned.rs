@@ -39,7 +39,7 @@ fn wired(workers: usize, spp: u32) -> Wired {
     let film = Film::new(WIDTH, HEIGHT).unwrap();
     let accumulator =
         Accumulator::new(film, WHOLE, schedule, &[], Some(spp), outbox).with_stops(stops, PATIENCE);
-    let inbox = Inbox { batches, failures: never(), stop };
+    let inbox = Inbox { batches, failures: never(), stop, viewer: never() };
     Wired { accumulator, inbox, stop: stop_out, mailboxes }
 }
 

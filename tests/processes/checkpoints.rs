@@ -1,7 +1,7 @@
 //! What the accumulator sends of a film while samples go on to arrive.
 
 use super::*;
-use crossbeam_channel::TryRecvError;
+use crossbeam_channel::{TryRecvError, never};
 use stride::film::file::Piece;
 
 const WIDE: u32 = 256;
@@ -83,7 +83,8 @@ fn a_film_that_is_sent_in_pieces_has_all_of_a_sample_or_nothing() {
     let (_stop_out, stop) = bounded(0);
     let (enough_out, enough) = bounded::<Infallible>(0);
     std::thread::scope(|scope| {
-        let run = scope.spawn(|| accumulator.run(Inbox { batches: batches_in, failures, stop }));
+        let run =
+            scope.spawn(|| accumulator.run(Inbox { batches: batches_in, failures, stop, viewer: never() }));
         let sender = scope.spawn(|| {
             let open = |_: &SampleBatch| enough.try_recv() == Err(TryRecvError::Empty);
             batches(&splatter).take_while(open).for_each(|batch| batches_out.send(batch).unwrap());

@@ -169,7 +169,7 @@ impl Wiring {
             if let Some((asked, milestone)) = self.noise {
                 accumulator = accumulator.until_noise(asked, milestone);
             }
-            let outcome = accumulator.run(Inbox { batches, failures, stop });
+            let outcome = accumulator.run(Inbox { batches, failures, stop, viewer: never() });
             Rendered {
                 outcome,
                 barriers: barriers.try_iter().collect(),

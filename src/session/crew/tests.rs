@@ -123,9 +123,13 @@ impl Viewer for Leaving {
         loop {
             select! {
                 recv(feed.snapshots) -> _ => {}
-                recv(self.held) -> _ => return self.left.clone(),
+                recv(self.held) -> _ => break,
             }
         }
+        // The other workers come to an end of what they can do without the stuck one: no batch tells the accumulator
+        // any more that the viewer is left.
+        while feed.snapshots.recv_timeout(Duration::from_millis(500)).is_ok() {}
+        self.left.clone()
     }
 }
 

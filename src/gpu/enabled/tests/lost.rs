@@ -73,7 +73,12 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
         if let Some(splatter) = prepared.splatter.clone() {
             accumulator = accumulator.with_splatter(splatter.into());
         }
-        accumulator.with_spare(1, vec![updates_out]).run(Inbox { batches, failures, stop: never() })
+        accumulator.with_spare(1, vec![updates_out]).run(Inbox {
+            batches,
+            failures,
+            stop: never(),
+            viewer: never(),
+        })
     });
     Some(outcome)
 }

@@ -1,4 +1,4 @@
-//! The tree against trying everything, to the bit, at every SIMD level.
+//! Trees of boxes: how deep they are, and what they must notice. `tests/trees.rs` holds them against trying everything.
 
 use super::Bvh;
 use super::build::{Below, Item, LEAF, MAX_DEPTH, Split, build};
@@ -306,25 +306,6 @@ fn differences(
         println!("found and to be found: {first:?}");
     }
     (differing.len(), hits)
-}
-
-#[test]
-fn the_tree_answers_what_trying_everything_answers() {
-    let stream = &mut Stream::new(11, 0, 0);
-    let levels = Level::available();
-    let (mut rays, mut hits) = (0, 0);
-    for i in 0..1000 {
-        let jumble = jumble(stream);
-        // Everything in the tree, or only meshes, which rays then look for as far as what they have met beside it.
-        let treed = if (i / levels.len()).is_multiple_of(2) { Treed::Everything } else { Treed::Meshes };
-        let tree = World::with_tree_of(&jumble.surfaces, treed);
-        let level = levels[i % levels.len()];
-        let (wrong, some) = differences(&jumble, &tree, level, 1000, stream);
-        assert_eq!(wrong, 0, "scene {i}, {level}: {:?}", jumble.surfaces);
-        rays += 1000;
-        hits += some;
-    }
-    assert!(rays >= 1_000_000 && hits > rays / 4, "{hits} hits of {rays} rays");
 }
 
 #[test]

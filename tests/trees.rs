@@ -2,7 +2,7 @@
 //!
 //! In the library's own unit tests the answers about shadows differed from these in one scene of instances, at the levels
 //! without AVX, and in another way after each change of the code around them. Here, in the program and in its pictures
-//! they do not. Why is not known: suspect the compiler, and this comment.
+//! they do not. The cause is not known; the compiler is suspected.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;

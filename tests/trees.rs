@@ -11,7 +11,7 @@ use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{Float, Mask, Ray, Uint, Vec3};
 use stride::sampling::Stream;
 use stride::shape::{Cylinder, Disk, Mesh, NOTHING, Plane, Quad, Rare, Sphere};
-use stride::world::{Finder, Instances, Simple, Treed, Triangles, World};
+use stride::world::{Bvh, Finder, Instances, Simple, Treed, Triangles, World};
 
 fn direction(stream: &mut Stream) -> DVec3 {
     let z = stream.random_range(-1.0..1.0_f64);
@@ -327,4 +327,104 @@ fn the_tree_answers_what_trying_everything_answers() {
         hits += some;
     }
     assert!(rays >= 1_000_000 && hits > rays / 4, "{hits} hits of {rays} rays");
+}
+
+#[test]
+fn boxes_that_are_too_small_are_noticed() {
+    // Smaller than the shapes by a thousandth, and by what rounding can do.
+    for share in [1e-3, 3e-6] {
+        let stream = &mut Stream::new(12, 0, 0);
+        let mut wrong = 0;
+        for _ in 0..200 {
+            let jumble = jumble(stream);
+            let (simple, tree) = Bvh::with(
+                &jumble.surfaces,
+                Treed::Everything,
+                |bounds| bounds.grown(-share).grown(-stride::shape::BOUNDS_ERROR),
+                1,
+            );
+            let tree = World { simple, tree: Some(tree) };
+            wrong += differences(&jumble, &tree, Level::SCALAR, 500, stream).0;
+        }
+        assert!(wrong > 20, "{wrong} wrong answers from boxes smaller by {share}");
+    }
+}
+
+/// A ray that is not finite: one coordinate, or some, are NaN or infinite.
+fn broken(jumble: &Jumble, stream: &mut Stream) -> Ray<f32> {
+    let Ray { o, d, .. } = jumble.ray(stream);
+    let mut numbers = [o.x, o.y, o.z, d.x, d.y, d.z];
+    let which = match stream.random_range(0..3) {
+        0 => 1 << stream.random_range(0..6),
+        1 => stream.random_range(1..64_u32),
+        _ => [0b00_0111, 0b11_1000, 0b11_1111][stream.random_range(0..3)],
+    };
+    for coordinate in (0..6).filter(|coordinate| which >> coordinate & 1 != 0) {
+        numbers[coordinate] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][stream.random_range(0..3)];
+    }
+    let [ox, oy, oz, dx, dy, dz] = numbers;
+    Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz))
+}
+
+/// What every world answers for some rays at every level.
+fn every_answer(jumble: &Jumble, rays: &[Ray<f32>], limits: &[f32]) -> Vec<Vec<Answer>> {
+    let all = [Treed::Nothing, Treed::Everything, Treed::Meshes];
+    let worlds = all.map(|treed| World::with_tree_of(&jumble.surfaces, treed));
+    let ask = |level| worlds.iter().map(move |world| dispatch(level, Ask { world, rays, limits }));
+    Level::available().into_iter().flat_map(ask).collect()
+}
+
+#[test]
+fn rays_that_are_not_finite_meet_nothing_in_any_world_at_any_level() {
+    let stream = &mut Stream::new(14, 0, 0);
+    for _ in 0..200 {
+        let jumble = jumble(stream);
+        let rays: Vec<_> = (0..100).map(|_| broken(&jumble, stream)).collect();
+        let limits: Vec<_> = (0..100).map(|i| [NOTHING, 1e30, 1.0, f32::NAN][i % 4]).collect();
+        let nothing = vec![(NOTHING.to_bits(), u32::MAX, 0, [0; 2], false); rays.len()];
+        for answers in every_answer(&jumble, &rays, &limits) {
+            let wrong = answers.iter().zip(&rays).find(|(answer, _)| **answer != nothing[0]);
+            assert!(wrong.is_none(), "{wrong:?} in {:?}", jumble.surfaces);
+        }
+    }
+}
+
+#[test]
+fn rays_without_a_direction_end_and_are_answered_alike() {
+    let stream = &mut Stream::new(15, 0, 0);
+    for _ in 0..100 {
+        let jumble = jumble(stream);
+        let zero = [0.0_f32, -0.0];
+        let ray = |stream: &mut Stream| {
+            Ray::new(jumble.ray(stream).o, Vec3::splat([(); 3].map(|()| zero[stream.random_range(0..2)])))
+        };
+        let rays: Vec<_> = (0..100).map(|_| ray(stream)).collect();
+        let answers = every_answer(&jumble, &rays, &[NOTHING; 100]);
+        assert!(answers.iter().all(|answer| *answer == answers[0]), "in {:?}", jumble.surfaces);
+    }
+}
+
+#[test]
+fn a_ray_that_overflows_on_its_way_into_an_instance_meets_nothing_there() {
+    let mesh = Mesh {
+        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2]; 9],
+        ..Mesh::default()
+    };
+    let mut triangles = Triangles::default();
+    let mut instances = Instances::default();
+    instances.meshes.push(triangles.push_shared(&mesh));
+    let tiny = DAffine3::from_scale(DVec3::splat(1e-37));
+    assert!(Instances::can_place(&tiny));
+    instances.push(0, &tiny, 0);
+    let surfaces =
+        Simple { triangles: Arc::new(triangles), instances: Arc::new(instances), ..Simple::default() };
+    let tree = World::new(&surfaces, Finder::Bvh);
+    // From so far that its origin has no finite coordinate in the mesh's space.
+    let d = Vec3::<f32>::splat([-1.0, -1.0, -1.0]).normalized();
+    let ray = Ray::new(d * -1e3, d);
+    for level in Level::available() {
+        let found = dispatch(level, Ask { world: &tree, rays: &[ray], limits: &[NOTHING] });
+        assert_eq!(found, [(NOTHING.to_bits(), u32::MAX, 0, [0; 2], false)], "{level}");
+    }
 }

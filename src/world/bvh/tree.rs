@@ -44,8 +44,8 @@ impl Bvh {
         self.tree.as_ref().map_or(0, Nodes::depth)
     }
 
-    /// With other boxes than the shapes' own.
-    pub(super) fn with(
+    /// The same with other boxes than the shapes' own: tests hold trees to boxes that are too small.
+    pub fn with(
         all: &Simple,
         treed: Treed,
         change: impl Fn(Bounds) -> Bounds + Sync,

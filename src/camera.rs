@@ -1,6 +1,6 @@
 //! The camera: film positions to rays (report §2.1).
 
-use crate::math::{Float, Ray, Vec3, narrow};
+use crate::math::{Float, Ray, Vec3, function, narrow};
 use crate::sampling::warp;
 use glam::DVec3;
 
@@ -95,25 +95,28 @@ impl Camera {
     /// `lens` in [0, 1)².
     #[inline(always)]
     pub fn ray<F: Float>(&self, x: F, y: F, lens: [F; 2]) -> Ray<F> {
-        let (left, up, forward) = (Vec3::splat(self.left), Vec3::splat(self.up), Vec3::splat(self.forward));
-        // Distances from the film's centre are exact in f32, and small where the picture is looked at.
-        let leftward = (-x + self.centre[0]) * self.pixel_side;
-        let upward = (-y + self.centre[1]) * self.pixel_side;
-        let pinhole = forward + left * leftward + up * upward;
-        let mut o = Vec3::splat(self.eye);
-        let mut to_plane = pinhole;
-        if self.aperture_radius > 0.0 {
-            let (lens_x, lens_y) = warp::disk(lens);
-            let shift = (left * lens_x + up * lens_y) * F::splat(self.aperture_radius);
-            o = o + shift;
-            to_plane = pinhole * F::splat(self.focus_distance) - shift;
-        }
-        let d = to_plane.normalized();
-        if self.near > 0.0 {
-            o = o + d * (F::splat(self.near) / d.dot(forward));
-        }
-        // The shutter opens and closes at once.
-        Ray { o, d, time: F::zero() }
+        function!(F, camera_ray(x, y, lens), {
+            let (left, up, forward) =
+                (Vec3::given(&self.left), Vec3::given(&self.up), Vec3::given(&self.forward));
+            // Distances from the film's centre are exact in f32, and small where the picture is looked at.
+            let leftward = (-x + F::given(&self.centre[0])) * F::given(&self.pixel_side);
+            let upward = (-y + F::given(&self.centre[1])) * F::given(&self.pixel_side);
+            let pinhole = forward + left * leftward + up * upward;
+            let mut o = Vec3::given(&self.eye);
+            let mut to_plane = pinhole;
+            if self.aperture_radius > 0.0 {
+                let (lens_x, lens_y) = warp::disk(lens);
+                let shift = (left * lens_x + up * lens_y) * F::given(&self.aperture_radius);
+                o = o + shift;
+                to_plane = pinhole * F::given(&self.focus_distance) - shift;
+            }
+            let d = to_plane.normalized();
+            if self.near > 0.0 {
+                o = o + d * (F::given(&self.near) / d.dot(forward));
+            }
+            // The shutter opens and closes at once.
+            Ray { o, d, time: F::zero() }
+        })
     }
 }
 

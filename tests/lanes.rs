@@ -11,7 +11,7 @@ use stride::material::{
     MirrorParameters, Site, TransportMode, fresnel_dielectric,
 };
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
-use stride::math::{Float, Frame, Ray, Rgb, Uint, Vec3, trig};
+use stride::math::{Frame, LaneFloat, LaneUint, Ray, Rgb, Uint, Vec3, trig};
 use stride::render::Region;
 use stride::sampling::{Block, Independent, PathId, Sobol, independent, warp};
 use stride::scene::{Integrator, Scene};
@@ -20,7 +20,7 @@ use stride::world::Finder;
 
 /// A program over eight words a lane.
 trait Program {
-    fn run<F: Float>(x: [F::Uint; 8]) -> Vec<F>;
+    fn run<F: LaneFloat>(x: [F::Uint; 8]) -> Vec<F>;
 }
 
 struct Rows<'a, P>(&'a [[u32; 8]], PhantomData<P>);
@@ -29,7 +29,7 @@ impl<P: Program> Kernel for Rows<'_, P> {
     type Output = Vec<Vec<u32>>;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> Vec<Vec<u32>> {
+    fn run<F: LaneFloat>(self) -> Vec<Vec<u32>> {
         let mut all = Vec::new();
         for chunk in self.0.chunks(F::LANES) {
             let mut columns = [F::Uint::splat(0); 8];
@@ -76,7 +76,7 @@ fn all_levels_agree<P: Program>() {
 }
 
 #[inline(always)]
-fn unit<F: Float>(x: [F::Uint; 8]) -> [F; 8] {
+fn unit<F: LaneFloat>(x: [F::Uint; 8]) -> [F; 8] {
     x.map(
         #[inline(always)]
         |x| x.to_unit(),
@@ -84,18 +84,18 @@ fn unit<F: Float>(x: [F::Uint; 8]) -> [F; 8] {
 }
 
 #[inline(always)]
-fn parts<F: Float>(v: Vec3<F>) -> [F; 3] {
+fn parts<F: LaneFloat>(v: Vec3<F>) -> [F; 3] {
     [v.x, v.y, v.z]
 }
 
 #[inline(always)]
-fn colour<F: Float>(c: Rgb<F>) -> [F; 3] {
+fn colour<F: LaneFloat>(c: Rgb<F>) -> [F; 3] {
     [c.r, c.g, c.b]
 }
 
 /// Two directions: anywhere, and close to the poles and the equator now and then.
 #[inline(always)]
-fn directions<F: Float>(x: [F::Uint; 8]) -> [Vec3<F>; 2] {
+fn directions<F: LaneFloat>(x: [F::Uint; 8]) -> [Vec3<F>; 2] {
     let [a, b, c, d, e, ..] = unit::<F>(x);
     let squeeze = F::select(e.lt(F::splat(0.3)), a * a * a * 1e-3, a);
     [warp::uniform_sphere([squeeze, b]), warp::uniform_sphere([c, d])]
@@ -108,7 +108,7 @@ macro_rules! law {
             struct Here;
             impl Program for Here {
                 #[inline(always)]
-                fn run<$f: Float>($x: [$f::Uint; 8]) -> Vec<$f> {
+                fn run<$f: LaneFloat>($x: [$f::Uint; 8]) -> Vec<$f> {
                     $outputs.concat()
                 }
             }
@@ -131,7 +131,7 @@ law!(frames_are_the_same_at_every_level, F, x, {
 });
 
 law!(random_numbers_are_the_same_at_every_level, F, x, {
-    let hash = independent::pcg4d([x[0], x[1], x[2], x[3]]).map(F::from_bits);
+    let hash = independent::pcg4d::<F>([x[0], x[1], x[2], x[3]]).map(F::from_bits);
     let id = PathId::<F> { pixel: x[4], sample: x[5] };
     let block = Block::SCATTER.at::<F>(x[6] & F::Uint::splat(63));
     [hash, Independent { seed: 7 }.draw(id, block), Sobol { seed: 7 }.draw(id, block)]

@@ -9,8 +9,8 @@ use common::statistics::{check_against_tables, normal_tails, sidak};
 use glam::DVec3;
 use std::f64::consts::TAU;
 use stride::material::{
-    Bsdf, Bxdf, BxdfSample, Dielectric, GlassParameters, Lambertian, MaterialParameters, MaterialTable,
-    MatteParameters, MirrorParameters, Site, SpecularReflection, TransportMode,
+    Branch, Bsdf, Bxdf, BxdfSample, Dielectric, GlassParameters, Lambertian, MaterialParameters,
+    MaterialTable, MatteParameters, MirrorParameters, Site, SpecularReflection, TransportMode,
 };
 use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Rgb, Vec3};
@@ -324,11 +324,11 @@ fn every_bxdf_is_reciprocal() {
 fn passage(glass: &Dielectric<f32>, wo: Vec3<f32>, scale: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     let ior = f64::from(glass.ior);
     let eta = |w: Vec3<f32>| if w.z > 0.0 { ior } else { 1.0 / ior };
-    let [_, (wi, there, chance)] = glass.branches(wo, MODE);
+    let [_, Branch { wi, weight: there, chance }] = glass.branches(wo, MODE);
     if chance <= 0.0 {
         return None;
     }
-    let [_, (home, back, _)] = glass.branches(wi, MODE);
+    let [_, Branch { wi: home, weight: back, .. }] = glass.branches(wi, MODE);
     let flux = |w: Vec3<f32>, weight: Rgb<f32>| f64::from(weight.r) * scale(eta(w));
     Some(((1.0 - flux(wo, there) / flux(wi, back)).abs(), (wide(home) - wide(wo)).length()))
 }
@@ -341,11 +341,11 @@ fn glass_is_reciprocal_but_for_the_squeeze_of_radiance() {
         for i in 0..20_000 {
             let wo = uniform(draw(8, i));
             // Reflection comes back the same way with the same share.
-            let [(mirrored, there, _), _] = glass.branches(wo, MODE);
-            let [(home, back, _), _] = glass.branches(mirrored, MODE);
+            let [Branch { wi: mirrored, weight: there, .. }, _] = glass.branches(wo, MODE);
+            let [Branch { wi: home, weight: back, .. }, _] = glass.branches(mirrored, MODE);
             assert_eq!((home, there), (wo, back));
             // Next to grazing, f32 has few digits of the cosine left on the denser side.
-            if wo.z.abs() < 0.02 || glass.branches(wo, MODE)[1].0.z.abs() < 0.02 {
+            if wo.z.abs() < 0.02 || glass.branches(wo, MODE)[1].wi.z.abs() < 0.02 {
                 continue;
             }
             let Some((off, astray)) = passage(&glass, wo, |eta| eta * eta) else { continue };

@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;
 use std::sync::Arc;
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
-use stride::math::{Float, Mask, Ray, Uint, Vec3};
+use stride::math::{LaneFloat, LaneMask, LaneUint, Ray, Vec3};
 use stride::sampling::Stream;
 use stride::shape::{Cylinder, Disk, Mesh, NOTHING, Plane, Quad, Rare, Sphere};
 use stride::world::{Bvh, Finder, Instances, Simple, Treed, Triangles, World};
@@ -242,7 +242,7 @@ impl Kernel for Ask<'_> {
     type Output = Vec<Answer>;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> Self::Output {
+    fn run<F: LaneFloat>(self) -> Self::Output {
         let mut all = Vec::new();
         for (chunk, limits) in self.rays.chunks(F::LANES).zip(self.limits.chunks(F::LANES)) {
             let column = |f: &dyn Fn(&Ray<f32>) -> f32| {

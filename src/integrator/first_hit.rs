@@ -5,7 +5,7 @@ use super::queue::{Queue, Start};
 use super::vertex::View;
 use crate::material::Bxdf;
 use crate::math::lanes::{Kernel, MAX_LANES};
-use crate::math::{Float, Mask, Ray, Uint, Vec3};
+use crate::math::{LaneFloat, LaneMask, LaneUint, Mask, Ray, Vec3};
 use crate::world::Uv;
 
 /// The point where a camera ray met a surface; zeros if it met none.
@@ -42,7 +42,7 @@ impl Kernel for FirstHits<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Float>(self) {
+    fn run<F: LaneFloat>(self) {
         let FirstHits { view, paths, out } = self;
         let (scene, settings) = (view.scene, view.settings);
         let (eye, forward) = (Vec3::splat(scene.camera.eye), Vec3::splat(scene.camera.forward));

@@ -8,7 +8,7 @@ use crate::math::{Float, Mask, Rgb};
 use crate::sampling::Block;
 use crate::world::Interaction;
 
-/// Radiance that one delta light sends back along the ray by way of a vertex.
+/// Radiance that one delta light sends back along the ray by way of a vertex. All lanes in `asks` trace a shadow ray.
 #[inline(always)]
 pub(super) fn delta_light<F: Float>(
     view: &View<'_>,
@@ -16,10 +16,8 @@ pub(super) fn delta_light<F: Float>(
     at: &Interaction<F>,
     scattering: &Scattering<F>,
     asks: F::Mask,
-    rays: &mut u64,
     observer: &mut Observer<'_>,
 ) -> Rgb<F> {
-    *rays += u64::from(asks.bits().count_ones());
     let [_, _, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
     let light = view.scene.lights.sample_delta(at.point.p, choice);
     let wi = scattering.frame.to_local(light.wi);

@@ -4,7 +4,7 @@ use super::observe::{Event, Observer, rgb, vec3};
 use super::vertex::{Departure, Scattering, State, Vertex, View};
 use crate::light::NO_LIGHT;
 use crate::material::{Bxdf, TransportMode};
-use crate::math::{Float, Mask, Rgb, Uint};
+use crate::math::{Float, Rgb, Uint};
 use crate::sampling::Block;
 use crate::world::Interaction;
 
@@ -49,18 +49,23 @@ pub(super) fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F>, vertex:
     let Departure { p, n, pdf, .. } = state.departure;
     let contested =
         vertex.met & light.lt(F::Uint::splat(NO_LIGHT)) & pdf.gt(F::zero()) & vertex.at.cos_o.gt(F::zero());
-    if !contested.any() {
-        return one;
-    }
-    let lights = &view.scene.lights;
-    // Lanes without a light look up the first one, in vain.
-    let light = F::Uint::select(contested, light, F::Uint::splat(0));
-    let asked = lights.chance(p, n, light, contested) * lights.pdf(light, p, vertex.hit.t, vertex.at.cos_o);
-    F::select(contested, power_heuristic(pdf, asked), one)
+    F::guard(
+        contested,
+        one,
+        #[inline(always)]
+        || {
+            let lights = &view.scene.lights;
+            // Lanes without a light look up the first one, in vain.
+            let light = F::Uint::select(contested, light, F::Uint::splat(0));
+            let asked =
+                lights.chance(p, n, light, contested) * lights.pdf(light, p, vertex.hit.t, vertex.at.cos_o);
+            F::select(contested, power_heuristic(pdf, asked), one)
+        },
+    )
 }
 
 /// Radiance that a chosen light sends back along the ray by way of a vertex, weighed against the chance
-/// that the BxDF finds the same light.
+/// that the BxDF finds the same light; and the lanes that traced a shadow ray.
 #[inline(always)]
 pub(super) fn direct_light<F: Float>(
     view: &View<'_>,
@@ -68,9 +73,8 @@ pub(super) fn direct_light<F: Float>(
     at: &Interaction<F>,
     scattering: &Scattering<F>,
     asks: F::Mask,
-    rays: &mut u64,
     observer: &mut Observer<'_>,
-) -> Rgb<F> {
+) -> (Rgb<F>, F::Mask) {
     let point = &at.point;
     let lights = &view.scene.lights;
     let [u, v, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
@@ -82,15 +86,19 @@ pub(super) fn direct_light<F: Float>(
     let pdf = sample.pdf * chance;
     let share = f * sample.radiance * (F::splat(1.0) / pdf);
     let possible = asks & at.passes(sample.wi, wi) & pdf.gt(F::zero()) & share.max_channel().gt(F::zero());
-    if !possible.any() {
-        return Rgb::black();
-    }
-    let found = bsdf.pdf(*wo, wi).only(!sample.delta);
-    *rays += u64::from(possible.bits().count_ones());
-    let (shadow, length) = at.shadow(&sample);
-    let past_triangles = lights.is_past_triangles::<F>(light);
-    let visible = possible & !view.world.occluded(&shadow, length, possible, past_triangles);
-    let added = (share * power_heuristic(pdf, found)).only(visible);
-    observer.event::<F>(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
-    added
+    let added = F::guard(
+        possible,
+        Rgb::black(),
+        #[inline(always)]
+        || {
+            let found = bsdf.pdf(*wo, wi).only(!sample.delta);
+            let (shadow, length) = at.shadow(&sample);
+            let past_triangles = lights.is_past_triangles::<F>(light);
+            let visible = possible & !view.world.occluded(&shadow, length, possible, past_triangles);
+            let added = (share * power_heuristic(pdf, found)).only(visible);
+            observer.event::<F>(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
+            added
+        },
+    );
+    (added, possible)
 }

@@ -1,6 +1,6 @@
 //! The events of a path, for `stride trace`.
 
-use crate::math::{Float, Mask, Ray, Rgb, Vec3};
+use crate::math::{Float, Ray, Rgb, Uint, Vec3};
 
 /// Something that happens on a path.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,23 +99,19 @@ impl<'a> Observer<'a> {
     }
 }
 
-/// Lane 0 of a mask.
-#[inline(always)]
-pub(super) fn first<M: Mask>(mask: M) -> bool {
-    mask.bits() & 1 != 0
-}
-
 #[inline(always)]
 pub(super) fn vec3<F: Float>(v: Vec3<F>) -> [f32; 3] {
-    v.lane(0)
+    let [x, y, z] = v.coordinates();
+    [x.first(), y.first(), z.first()]
 }
 
 #[inline(always)]
 pub(super) fn rgb<F: Float>(c: Rgb<F>) -> [f32; 3] {
-    c.lane(0)
+    let [r, g, b] = c.channels();
+    [r.first(), g.first(), b.first()]
 }
 
 #[inline(always)]
-pub(super) fn ray_event<F: Float>(depth: u32, ray: &Ray<F>) -> Event {
-    Event::Ray { depth, origin: vec3(ray.o), direction: vec3(ray.d) }
+pub(super) fn ray_event<F: Float>(depth: F::Uint, ray: &Ray<F>) -> Event {
+    Event::Ray { depth: depth.first(), origin: vec3(ray.o), direction: vec3(ray.d) }
 }

@@ -4,17 +4,17 @@ use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
 use super::naive::delta_light;
 use super::next_event::{NextEvent, direct_light, weight_of_escaped, weight_of_met};
-use super::observe::{Event, Observer, rgb};
+use super::observe::{Event, Observer, ray_event, rgb};
 use super::paths::{Finished, Paths, Pixel, Sample, Settings};
 use super::queue::{Queue, Start};
 use super::roulette::roulette;
-use super::vertex::{Departure, Scattering, State, View, go_on, meet};
+use super::vertex::{Departure, Scattering, State, Vertex, View, escape, go_on};
 use crate::camera::Camera;
 use crate::material::{Bxdf, TransportMode};
-use crate::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
-use crate::math::{Float, Mask, Ray, Rgb, Uint};
+use crate::math::lanes::{Kernel, Level, MAX_LANES, Value, dispatch};
+use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Ray, Rgb, Uint, value};
 use crate::sampling::Block;
-use crate::world::{CompiledScene, World};
+use crate::world::{CompiledScene, Interaction, World};
 use std::sync::Arc;
 
 /// How paths gather light. It is a value and not a type, so that the path tracer is compiled once; the branch is taken
@@ -25,6 +25,14 @@ pub(super) enum Transport {
     NextEvent(NextEvent),
     /// By directions of the BxDF alone, but for delta lights: see `naive.rs`.
     Naive,
+}
+
+impl Transport {
+    /// Whether sampling lights competes with directions of the BxDF for the same light.
+    #[inline(always)]
+    fn competes(self) -> bool {
+        matches!(self, Transport::NextEvent(_))
+    }
 }
 
 /// A path tracer.
@@ -93,7 +101,7 @@ impl Kernel for TracePaths<'_> {
     type Output = Option<u64>;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> Option<u64> {
+    fn run<F: LaneFloat>(self) -> Option<u64> {
         let TracePaths { view, transport, paths, stop, out, mut observer } = self;
         let mut queue = Queue::new(paths);
         let mut start = Start::<F>::nowhere();
@@ -114,7 +122,7 @@ impl Kernel for TracePaths<'_> {
             state.depth = F::Uint::select(started, F::Uint::splat(0), state.depth);
             state.beta = Rgb::select(started, Rgb::splat([1.0; 3]), state.beta);
             state.l = state.l.only(!started);
-            state.departure = Departure::select(started, Departure::camera(), state.departure);
+            state.departure = Departure::blend(started, Departure::camera(), state.departure);
             alive = alive | started;
             if !alive.any() {
                 return Some(rays);
@@ -123,10 +131,11 @@ impl Kernel for TracePaths<'_> {
                 return None;
             }
 
-            let went_on = step(transport, &view, &mut state, alive, &mut rays, &mut observer);
-
-            let ended = alive & !went_on;
-            alive = went_on;
+            let stepped = step(transport, &view, state, alive, &mut observer);
+            rays += u64::from(alive.bits().count_ones()) + u64::from(stepped.shadows.bits().count_ones());
+            state = stepped.state;
+            let ended = alive & !stepped.going;
+            alive = stepped.going;
             if ended.any() {
                 push(ended, &start, state.l, out);
             }
@@ -134,38 +143,76 @@ impl Kernel for TracePaths<'_> {
     }
 }
 
-/// One step of every path that is alive: it meets a surface, gathers light there, and gets its next ray. Returns the
-/// lanes that go on.
+/// Paths after a step.
+#[derive(Clone, Copy)]
+pub(super) struct Stepped<F: Float> {
+    pub state: State<F>,
+    /// The lanes that go on.
+    pub going: F::Mask,
+    /// The lanes that traced a shadow ray.
+    pub shadows: F::Mask,
+}
+
+value!(Stepped { state, going, shadows });
+
+/// One step of every path that is alive: it meets a surface, gathers light there, and gets its next ray.
 #[inline(always)]
-fn step<F: Float>(
+pub(super) fn step<F: Float>(
     transport: Transport,
     view: &View<'_>,
-    state: &mut State<F>,
+    mut state: State<F>,
     alive: F::Mask,
-    rays: &mut u64,
     observer: &mut Observer<'_>,
-) -> F::Mask {
-    let vertex = meet(
+) -> Stepped<F> {
+    observer.event::<F>(|| ray_event(state.depth, &state.ray));
+    let none = F::Mask::splat(false);
+    let hit = view.world.intersect(&state.ray, alive);
+    let (met, escaped) = (alive & hit.is_some(), alive & !hit.is_some());
+    state.l = escape(
         view,
-        state,
-        alive,
-        rays,
-        observer,
+        &state,
+        escaped,
         #[inline(always)]
         |departure, asked| weight_of_escaped(departure, asked),
+        observer,
     );
-    let Some(vertex) = vertex else { return F::Mask::splat(false) };
-    let met = vertex.met;
-    let competes = matches!(transport, Transport::NextEvent(_));
-    let weight = if competes { weight_of_met(view, state, &vertex) } else { F::splat(1.0) };
-    state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);
-    let mut going = met & state.depth.lt(F::Uint::splat(view.settings.max_depth));
-    if !going.any() {
-        observer.event::<F>(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
-        return going;
+    if observer.listens::<F>() && !met.first() {
+        observer.event::<F>(|| Event::End { reason: "it left the scene", radiance: rgb(state.l) });
     }
+    F::guard(
+        met,
+        Stepped { state, going: none, shadows: none },
+        #[inline(always)]
+        || {
+            let vertex = Vertex::new(view, &state.ray, hit, met, observer);
+            let weight =
+                if transport.competes() { weight_of_met(view, &state, &vertex) } else { F::splat(1.0) };
+            state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);
+            let going = met & state.depth.lt(F::Uint::given(&view.settings.max_depth));
+            if observer.listens::<F>() && !going.first() {
+                observer.event::<F>(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
+            }
+            F::guard(
+                going,
+                Stepped { state, going, shadows: none },
+                #[inline(always)]
+                || leave(transport, view, state, &vertex.at, going, observer),
+            )
+        },
+    )
+}
 
-    let (at, lights) = (&vertex.at, &view.scene.lights);
+/// The second half of a step: the direct light at an interaction, and the next ray.
+#[inline(always)]
+fn leave<F: Float>(
+    transport: Transport,
+    view: &View<'_>,
+    mut state: State<F>,
+    at: &Interaction<F>,
+    mut going: F::Mask,
+    observer: &mut Observer<'_>,
+) -> Stepped<F> {
+    let lights = &view.scene.lights;
     let scattering = Scattering::new(view.scene, at, &state.ray);
     let smooth = going & scattering.bsdf.has_non_delta();
     let (asks, has_lights) = match transport {
@@ -173,30 +220,38 @@ fn step<F: Float>(
         Transport::NextEvent(_) => (smooth & !scattering.bsdf.is_black(), !lights.is_empty()),
         Transport::Naive => (smooth, !lights.delta_lights().is_empty()),
     };
-    if has_lights && asks.any() {
-        let direct = match transport {
-            Transport::NextEvent(_) => direct_light(view, state, at, &scattering, asks, rays, observer),
-            Transport::Naive => delta_light(view, state, at, &scattering, asks, rays, observer),
-        };
-        state.l = Rgb::select(asks, state.l + state.beta * direct, state.l);
+    let mut shadows = F::Mask::splat(false);
+    if has_lights {
+        (state.l, shadows) = F::branch(
+            asks,
+            (state.l, shadows),
+            #[inline(always)]
+            || {
+                let (direct, traced) = match transport {
+                    Transport::NextEvent(_) => direct_light(view, &state, at, &scattering, asks, observer),
+                    Transport::Naive => (delta_light(view, &state, at, &scattering, asks, observer), asks),
+                };
+                (state.l + state.beta * direct, traced)
+            },
+        );
     }
 
     let [u, v, lobe, survival] = view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
     let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
-    going = going & !go_on(state, at, &scattering, &scattered, observer);
+    going = going & !go_on(&mut state, at, &scattering, &scattered, observer);
 
-    let pdf = if competes { scattered.pdf.only(!scattered.delta) } else { F::zero() };
+    let pdf = if transport.competes() { scattered.pdf.only(!scattered.delta) } else { F::zero() };
     let eta_scale = state.departure.eta_scale * (scattered.eta * scattered.eta);
     state.departure = Departure { p: at.point.p, n: at.point.n, pdf, eta_scale };
-    match transport {
-        Transport::NextEvent(NextEvent { roulette: true }) => roulette(state, going, survival, observer),
-        Transport::NextEvent(_) | Transport::Naive => going,
+    if let Transport::NextEvent(NextEvent { roulette: true }) = transport {
+        going = roulette(&mut state, going, survival, observer);
     }
+    Stepped { state, going, shadows }
 }
 
 /// Appends the samples of paths that have ended.
 #[inline(always)]
-fn push<F: Float>(ended: F::Mask, start: &Start<F>, l: Rgb<F>, out: &mut Vec<Finished>) {
+fn push<F: LaneFloat>(ended: F::Mask, start: &Start<F>, l: Rgb<F>, out: &mut Vec<Finished>) {
     let (mut slot, mut pixel, mut sample) = ([0; MAX_LANES], [0; MAX_LANES], [0; MAX_LANES]);
     let [mut x, mut y, mut r, mut g, mut b] = [[0.0; MAX_LANES]; 5];
     start.slot.store(&mut slot);

@@ -3,12 +3,12 @@
 use super::paths::{Paths, Settings, camera_ray};
 use crate::camera::Camera;
 use crate::math::lanes::MAX_LANES;
-use crate::math::{Float, Mask, Ray, Uint, Vec3};
+use crate::math::{LaneFloat, LaneMask, LaneUint, Mask, Ray, Uint, Vec3};
 use crate::sampling::PathId;
 
 /// The properties of a path that do not change along it.
 #[derive(Clone, Copy)]
-pub(super) struct Start<F: Float> {
+pub(super) struct Start<F: LaneFloat> {
     /// Which of the [`Paths::pixels`] it is for.
     pub slot: F::Uint,
     pub id: PathId<F>,
@@ -17,7 +17,7 @@ pub(super) struct Start<F: Float> {
     pub y: F,
 }
 
-impl<F: Float> Start<F> {
+impl<F: LaneFloat> Start<F> {
     /// Placeholders, for lanes without a path.
     pub(super) fn nowhere() -> Self {
         let zero = F::Uint::splat(0);
@@ -66,7 +66,7 @@ impl<'a> Queue<'a> {
     /// Gives paths and their first rays to the idle lanes, as long as there are any. Returns the lanes that
     /// got one.
     #[inline(always)]
-    pub(super) fn take<F: Float>(
+    pub(super) fn take<F: LaneFloat>(
         &mut self,
         idle: F::Mask,
         settings: &Settings,
@@ -103,7 +103,7 @@ impl<'a> Queue<'a> {
 
     /// Makes the next paths.
     #[inline(always)]
-    fn make<F: Float>(&mut self, settings: &Settings, camera: &Camera) {
+    fn make<F: LaneFloat>(&mut self, settings: &Settings, camera: &Camera) {
         let (mut slot, mut sample) = self.next;
         self.made = 0;
         self.taken = 0;
@@ -134,6 +134,6 @@ impl<'a> Queue<'a> {
 
 /// Looks up new words for the lanes of a mask.
 #[inline(always)]
-fn replace_words<F: Float>(words: &mut F::Uint, lanes: F::Mask, row: &[u32], place: F::Uint) {
+fn replace_words<F: LaneFloat>(words: &mut F::Uint, lanes: F::Mask, row: &[u32], place: F::Uint) {
     *words = F::Uint::select(lanes, F::Uint::gather(row, place), *words);
 }

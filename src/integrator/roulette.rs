@@ -1,8 +1,8 @@
 //! Russian roulette.
 
-use super::observe::{Event, Observer, first, rgb};
+use super::observe::{Event, Observer, rgb};
 use super::vertex::State;
-use crate::math::{Float, Uint};
+use crate::math::{Float, Mask, Uint};
 
 /// Bounces that every path makes before Russian roulette may end it.
 pub const ROULETTE_FROM: u32 = 2;
@@ -39,10 +39,10 @@ pub(super) fn roulette<F: Float>(
     let ends = plays & chance.le(survival);
     let reward = F::select(plays, F::splat(1.0) / chance, F::splat(1.0));
     state.beta = state.beta * reward;
-    if observer.listens::<F>() && first(plays & !ends) {
-        observer.event::<F>(|| Event::Survive { chance: chance.lane(0), throughput: rgb(state.beta) });
+    if observer.listens::<F>() && (plays & !ends).first() {
+        observer.event::<F>(|| Event::Survive { chance: chance.first(), throughput: rgb(state.beta) });
     }
-    if observer.listens::<F>() && first(ends) {
+    if observer.listens::<F>() && ends.first() {
         observer.event::<F>(|| Event::End { reason: "Russian roulette", radiance: rgb(state.l) });
     }
     going & !ends

@@ -1,10 +1,9 @@
 //! The vertices of paths, one path in each lane: the state of the path, the surface that it meets, and its next ray.
 
-use super::observe::{Event, Observer, first, ray_event, rgb, vec3};
+use super::observe::{Event, Observer, rgb, vec3};
 use super::paths::Settings;
 use crate::material::{Bsdf, BxdfSample};
-use crate::math::lanes::MAX_LANES;
-use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3};
+use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, value};
 use crate::sampling::PathId;
 use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
 
@@ -48,18 +47,10 @@ impl<F: Float> Departure<F> {
     pub(super) fn camera() -> Departure<F> {
         Departure { p: Vec3::zero(), n: Vec3::zero(), pdf: F::zero(), eta_scale: F::splat(1.0) }
     }
-
-    /// `a` where the mask holds, `b` elsewhere.
-    #[inline(always)]
-    pub(super) fn select(mask: F::Mask, a: Departure<F>, b: Departure<F>) -> Departure<F> {
-        Departure {
-            p: Vec3::select(mask, a.p, b.p),
-            n: Vec3::select(mask, a.n, b.n),
-            pdf: F::select(mask, a.pdf, b.pdf),
-            eta_scale: F::select(mask, a.eta_scale, b.eta_scale),
-        }
-    }
 }
+
+value!(State { id, ray, depth, beta, l, departure });
+value!(Departure { p, n, pdf, eta_scale });
 
 /// A point where a path met a surface.
 pub(super) struct Vertex<F: Float> {
@@ -71,58 +62,55 @@ pub(super) struct Vertex<F: Float> {
     pub emitted: Rgb<F>,
 }
 
-/// Follows the ray of every path that is alive. A ray that leaves the scene sees lights at infinity; `weight` gives
-/// the weight of each, from the ray's departure and the density with which the light would have been sampled. `None` if
-/// no ray meets a surface.
-#[inline(always)]
-pub(super) fn meet<F: Float>(
-    view: &View<'_>,
-    state: &mut State<F>,
-    alive: F::Mask,
-    rays: &mut u64,
-    observer: &mut Observer<'_>,
-    weight: impl Fn(&Departure<F>, F) -> F,
-) -> Option<Vertex<F>> {
-    let scene = view.scene;
-    *rays += u64::from(alive.bits().count_ones());
-    if observer.listens::<F>() {
-        let mut depth = [0; MAX_LANES];
-        state.depth.store(&mut depth);
-        observer.event::<F>(|| ray_event(depth[0], &state.ray));
-    }
-    let hit = view.world.intersect(&state.ray, alive);
-    let met = alive & hit.is_some();
-    let escaped = alive & !hit.is_some();
-    if escaped.any() {
-        let radiance = scene.lights.escaped(
-            state.ray.d,
-            #[inline(always)]
-            |pdf| weight(&state.departure, pdf),
-        );
-        state.l = Rgb::select(escaped, state.l + state.beta * radiance, state.l);
-        observer.event::<F>(|| Event::Escape { radiance: rgb(radiance) });
-    }
-    if !met.any() {
-        observer.event::<F>(|| Event::End { reason: "it left the scene", radiance: rgb(state.l) });
-        return None;
-    }
-
-    let at = scene.interaction(&state.ray, &hit, met, Uv::WherePatterned);
-    let emitted = scene.emitted(&at);
-    if observer.listens::<F>() {
-        let (mut row, mut resolved) = ([0; MAX_LANES], [0; MAX_LANES]);
-        at.point.row.store(&mut row);
-        at.material.store(&mut resolved);
+impl<F: Float> Vertex<F> {
+    /// The vertices at the hits of rays, in the lanes of `met`.
+    #[inline(always)]
+    pub(super) fn new(
+        view: &View<'_>,
+        ray: &Ray<F>,
+        hit: Hit<F>,
+        met: F::Mask,
+        observer: &mut Observer<'_>,
+    ) -> Self {
+        let scene = view.scene;
+        let at = scene.interaction(ray, &hit, met, Uv::WherePatterned);
+        let emitted = scene.emitted(&at);
         observer.event::<F>(|| Event::Hit {
-            distance: hit.t.lane(0),
+            distance: hit.t.first(),
             point: vec3(at.point.p),
             normal: vec3(at.point.n),
-            entity: scene.surfaces.entity(row[0]),
-            material: resolved[0],
+            entity: scene.surfaces.entity(at.point.row.first()),
+            material: at.material.first(),
             emitted: rgb(emitted),
         });
+        Vertex { met, hit, at, emitted }
     }
-    Some(Vertex { met, hit, at, emitted })
+}
+
+/// Gives the paths whose rays leave the scene the light from beyond. `weight` gives the weight of each light at infinity,
+/// from the ray's departure and the density with which the light would have been sampled.
+#[inline(always)]
+pub(super) fn escape<F: Float>(
+    view: &View<'_>,
+    state: &State<F>,
+    escaped: F::Mask,
+    weight: impl Fn(&Departure<F>, F) -> F,
+    observer: &mut Observer<'_>,
+) -> Rgb<F> {
+    F::branch(
+        escaped,
+        state.l,
+        #[inline(always)]
+        || {
+            let radiance = view.scene.lights.escaped(
+                state.ray.d,
+                #[inline(always)]
+                |pdf| weight(&state.departure, pdf),
+            );
+            observer.event::<F>(|| Event::Escape { radiance: rgb(radiance) });
+            state.l + state.beta * radiance
+        },
+    )
 }
 
 /// The BSDF at a vertex, and its frame.
@@ -159,13 +147,14 @@ pub(super) fn go_on<F: Float>(
     state.depth = state.depth + F::Uint::splat(1);
     // A path of zero throughput ends; NaN is not zero, and goes on to be counted.
     let beta = state.beta;
-    let nothing = beta.r.abs().max(beta.g.abs()).max(beta.b.abs()).le(F::zero());
+    let bits = beta.r.to_bits() | beta.g.to_bits() | beta.b.to_bits();
+    let nothing = (bits & F::Uint::splat(0x7fff_ffff)).eq(F::Uint::splat(0));
     observer.event::<F>(|| Event::Scatter {
         weight: rgb(scattered.weight),
-        pdf: scattered.pdf.lane(0),
+        pdf: scattered.pdf.first(),
         throughput: rgb(beta),
     });
-    if observer.listens::<F>() && first(nothing) {
+    if observer.listens::<F>() && nothing.first() {
         observer.event::<F>(|| Event::End {
             reason: "nothing is left of the throughput",
             radiance: rgb(state.l),

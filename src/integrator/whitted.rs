@@ -6,7 +6,7 @@ use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::paths::{Finished, Paths, Pixel, Sample, Settings, camera_ray};
 use super::vertex::View;
 use crate::camera::Camera;
-use crate::material::{Bxdf, TransportMode};
+use crate::material::{self, Bxdf, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Level, dispatch};
 use crate::math::{Ray, Rgb, Vec3};
@@ -115,7 +115,7 @@ impl Whitted {
     ) -> Rgb<f32> {
         let scene = &*self.scene;
         *rays += 1;
-        observer.event::<f32>(|| ray_event(depth, &ray));
+        observer.event::<f32>(|| ray_event::<f32>(Wrapping(depth), &ray));
         let hit = self.world.intersect(&ray, true);
         if !hit.is_some() {
             let radiance = scene.lights.escaped(ray.d, |_| 1.0);
@@ -162,7 +162,7 @@ impl Whitted {
         }
         if bsdf.has_delta() && depth < self.settings.max_depth {
             if bsdf.transmits() && !bsdf.has_non_delta() {
-                for (wi, weight, chance) in bsdf.branches(wo, TransportMode::Radiance) {
+                for material::Branch { wi, weight, chance } in bsdf.branches(wo, TransportMode::Radiance) {
                     // The tree of branches doubles with each bounce: below a rounding error of white it is cut.
                     let branch = spawn(wi);
                     let matters = (beta * weight).max_channel() > f32::EPSILON;

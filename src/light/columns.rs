@@ -129,7 +129,7 @@ impl Columns {
 #[derive(Clone, Copy)]
 pub struct LaneLights<'a, F: Float> {
     columns: &'a Columns,
-    light: F::Uint,
+    pub(super) light: F::Uint,
     kind: F::Uint,
     /// See [`LightRow::origin`].
     pub origin: Vec3<F>,
@@ -145,6 +145,12 @@ impl<'a, F: Float> LaneLights<'a, F> {
             kind: F::Uint::gather(&columns.kind, light),
             origin: Vec3::gather(&columns.origin, light),
         }
+    }
+
+    /// The lights of these indices, at these origins, of any kind.
+    #[inline(always)]
+    pub(super) fn of(&self, light: F::Uint, origin: Vec3<F>) -> Self {
+        LaneLights { light, origin, ..*self }
     }
 
     /// Whether there are lights of a kind at all.
@@ -163,8 +169,8 @@ impl<'a, F: Float> LaneLights<'a, F> {
     /// is zero if there is no such surface.
     #[inline(always)]
     pub fn extent(&self) -> (Vec3<F>, F) {
-        let (centre, radius) = self.columns.extent;
-        (Vec3::splat(centre), F::splat(radius))
+        let (centre, radius) = &self.columns.extent;
+        (Vec3::given(centre), F::given(radius))
     }
 
     /// See [`LightRow::edge_u`] and [`LightRow::edge_v`].

@@ -27,6 +27,9 @@ pub trait Light {
     /// [`Light::escaped`]).
     const INFINITE: bool = false;
 
+    /// Whether [`Light::pdf`] may be another density than `by_area`.
+    const HAS_OWN_PDF: bool = false;
+
     /// The light's row in the table.
     fn row(&self) -> LightRow;
 
@@ -43,13 +46,12 @@ pub trait Light {
     ) -> LightSample<F>;
 
     /// Density with which [`Light::sample`] from `p` would have drawn the direction of a ray that met the light at
-    /// distance `t`, on the side that emits, with the cosine `cos_light` between the normal there and the way back.
-    /// The mask holds the lanes for which it is given; in other lanes, and in all lanes if it is `None`, points are drawn
-    /// uniformly by area.
+    /// distance `t`, on the side that emits, with the cosine `cos_light` between the normal there and the way back;
+    /// `by_area` where points are drawn uniformly by area.
     #[inline(always)]
-    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, t: F, cos_light: F) -> Option<(F::Mask, F)> {
+    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, t: F, cos_light: F, by_area: F) -> F {
         let _ = (lights, p, t, cos_light);
-        None
+        by_area
     }
 
     /// The radiance of a light at infinity along a ray that leaves the scene in the direction `d`, and the density of

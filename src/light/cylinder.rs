@@ -12,6 +12,8 @@ use std::f32::consts::PI;
 /// A cylinder that emits outwards is sampled, from a point outside, by the directions in which it is seen; one that
 /// emits inwards uniformly by area, as any part of it may be seen through an end.
 impl Light for AreaLight<Cylinder> {
+    const HAS_OWN_PDF: bool = true;
+
     fn row(&self) -> LightRow {
         let (cylinder, surface) = (&self.shape, self.shape.surface());
         // A point on the light is made from the end and the axis, however far they are.
@@ -57,23 +59,22 @@ impl Light for AreaLight<Cylinder> {
         let inward = lights.inward();
         let seen = seen(lights, end - p);
         let towards = seen.sample(u);
-        let mut on_light = end + axis * towards.height + towards.normal * radius;
-        let (mut normal, mut wi, mut pdf) = (towards.normal, towards.wi, towards.pdf);
-        let mut shines = seen.outside & !inward;
-        if inward.any() {
-            let (sin, cos) = trig::sin_cos_turns(u[0]);
-            let outwards = Frame::around(axis).to_world(Vec3::new(cos, sin, F::zero()));
-            let at = end + along * u[1] + outwards * radius;
-            let to_light = at - p;
-            let distance2 = to_light.dot(to_light);
-            let back = to_light * (F::splat(1.0) / distance2.sqrt());
-            let cos = back.dot(outwards);
-            on_light = Vec3::select(inward, at, on_light);
-            normal = Vec3::select(inward, -outwards, normal);
-            wi = Vec3::select(inward, back, wi);
-            pdf = F::select(inward, distance2 / (cos * lights.area()), pdf);
-            shines = shines | (inward & cos.gt(F::zero()));
-        }
+        let outer = end + axis * towards.height + towards.normal * radius;
+        let (on_light, normal, wi, pdf, shines) = F::branch(
+            inward,
+            (outer, towards.normal, towards.wi, towards.pdf, seen.outside),
+            #[inline(always)]
+            || {
+                let (sin, cos) = trig::sin_cos_turns(u[0]);
+                let outwards = Frame::around(axis).to_world(Vec3::new(cos, sin, F::zero()));
+                let at = end + along * u[1] + outwards * radius;
+                let to_light = at - p;
+                let distance2 = to_light.dot(to_light);
+                let back = to_light * (F::splat(1.0) / distance2.sqrt());
+                let cos = back.dot(outwards);
+                (at, -outwards, back, distance2 / (cos * lights.area()), cos.gt(F::zero()))
+            },
+        );
         let off = on_light.max_abs().max(p.max_abs()) * POSITION_ERROR + lights.error();
         LightSample {
             wi,
@@ -86,9 +87,9 @@ impl Light for AreaLight<Cylinder> {
     }
 
     #[inline(always)]
-    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, t: F, cos_light: F) -> Option<(F::Mask, F)> {
+    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, t: F, cos_light: F, by_area: F) -> F {
         let seen = seen(lights, lights.origin - p);
-        Some((seen.outside & !lights.inward(), seen.pdf(t, cos_light)))
+        F::select(seen.outside & !lights.inward(), seen.pdf(t, cos_light), by_area)
     }
 
     #[inline(always)]

@@ -6,13 +6,25 @@ use super::contract::Light;
 use super::point::PointLight;
 use super::sample::{EmittedRay, Escaped, LightSample};
 use super::triangle::Triangle;
-use crate::math::{Float, Mask, Rgb, Vec3};
+use crate::math::{Float, Rgb, Vec3, function};
 use crate::shape::{Cylinder, Disk, Quad, Sphere};
 
 /// A light whose kind is in the list.
 pub trait Listed: Light {
     /// Its [`LightKind`].
     const KIND: u32;
+}
+
+/// A function of a kind, which is a function of recorded programs too: its lights and further arguments are those of the
+/// call in parentheses.
+macro_rules! of_kind {
+    ($name:ident $function:literal, <$Type:ty>::$method:ident($lights:ident $(, $argument:ident)*)) => {{
+        let (light, origin) = ($lights.light, $lights.origin);
+        function!(F, concat!(stringify!($name), $function), (light, origin $(, $argument)*), {
+            let lights = $lights.of(light, origin);
+            <$Type>::$method(&lights $(, $argument)*)
+        })
+    }};
 }
 
 macro_rules! kinds {
@@ -74,18 +86,19 @@ macro_rules! kinds {
             emission: Rgb<F>,
             u: [F; 2],
         ) -> LightSample<F> {
-            let mut sample = <$First>::sample(lights, p, emission, u);
+            let sample = of_kind!($first "_sample", <$First>::sample(lights, p, emission, u));
             $(
                 $(#[$attribute])*
-                {
-                    if (<$Type>::DELTA || !DELTA) && lights.has(<$Type>::KIND) {
-                        let lanes = lights.are(<$Type>::KIND);
-                        if lanes.any() {
-                            let own = <$Type>::sample(lights, p, emission, u);
-                            sample = LightSample::select(lanes, own, sample);
-                        }
-                    }
-                }
+                let sample = if (<$Type>::DELTA || !DELTA) && lights.has(<$Type>::KIND) {
+                    F::branch(
+                        lights.are(<$Type>::KIND),
+                        sample,
+                        #[inline(always)]
+                        || of_kind!($name "_sample", <$Type>::sample(lights, p, emission, u)),
+                    )
+                } else {
+                    sample
+                };
             )+
             sample
         }
@@ -99,51 +112,59 @@ macro_rules! kinds {
             cos_light: F,
             by_area: F,
         ) -> F {
-            let mut pdf = by_area;
+            let pdf = by_area;
             $(
                 $(#[$attribute])*
-                {
-                    if lights.has(<$Type>::KIND) {
-                        let lanes = lights.are(<$Type>::KIND);
-                        if lanes.any() && let Some((own, density)) = <$Type>::pdf(lights, p, t, cos_light) {
-                            pdf = F::select(lanes & own, density, pdf);
-                        }
-                    }
-                }
+                let pdf = if <$Type>::HAS_OWN_PDF && lights.has(<$Type>::KIND) {
+                    F::branch(
+                        lights.are(<$Type>::KIND),
+                        pdf,
+                        #[inline(always)]
+                        || of_kind!($name "_light_pdf", <$Type>::pdf(lights, p, t, cos_light, by_area)),
+                    )
+                } else {
+                    pdf
+                };
             )+
             pdf
         }
 
-        /// See [`Light::escaped`]. All lanes' lights are of the same kind.
+        /// See [`Light::escaped`]. All lanes' lights are of this kind.
         #[inline(always)]
-        pub(super) fn escaped<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, d: Vec3<F>) -> Escaped<F> {
+        pub(super) fn escaped<F: Float>(
+            kind: u32,
+            lights: &LaneLights<'_, F>,
+            emission: Rgb<F>,
+            d: Vec3<F>,
+        ) -> Escaped<F> {
             $(
                 $(#[$attribute])*
                 {
-                    if <$Type>::INFINITE && lights.are(<$Type>::KIND).any() {
-                        return <$Type>::escaped(lights, emission, d);
+                    if <$Type>::INFINITE && kind == <$Type>::KIND {
+                        return of_kind!($name "_escaped", <$Type>::escaped(lights, emission, d));
                     }
                 }
             )+
-            let _ = (lights, emission, d);
+            let _ = (kind, lights, emission, d);
             Escaped::nothing()
         }
 
         /// See [`Light::emit`].
         #[inline(always)]
         pub(super) fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, u: [F; 4]) -> EmittedRay<F> {
-            let mut emitted = <$First>::emit(lights, emission, u);
+            let emitted = of_kind!($first "_emit", <$First>::emit(lights, emission, u));
             $(
                 $(#[$attribute])*
-                {
-                    if lights.has(<$Type>::KIND) {
-                        let lanes = lights.are(<$Type>::KIND);
-                        if lanes.any() {
-                            let own = <$Type>::emit(lights, emission, u);
-                            emitted = EmittedRay::select(lanes, own, emitted);
-                        }
-                    }
-                }
+                let emitted = if lights.has(<$Type>::KIND) {
+                    F::branch(
+                        lights.are(<$Type>::KIND),
+                        emitted,
+                        #[inline(always)]
+                        || of_kind!($name "_emit", <$Type>::emit(lights, emission, u)),
+                    )
+                } else {
+                    emitted
+                };
             )+
             emitted
         }

@@ -20,6 +20,8 @@ const SQUARE: f32 = 1e-6;
 /// Seen from a point, a rectangle is sampled uniformly by the solid angle that it fills, unless that is small; all
 /// others uniformly by area.
 impl Light for AreaLight<Quad> {
+    const HAS_OWN_PDF: bool = true;
+
     fn row(&self) -> LightRow {
         let (quad, surface) = (&self.shape, self.shape.surface());
         let [u, v] = [quad.u, quad.v].map(Vec3::<f32>::splat);
@@ -53,40 +55,44 @@ impl Light for AreaLight<Quad> {
         u: [F; 2],
     ) -> LightSample<F> {
         let edges = lights.edges();
-        let seen = by_angle(lights, lights.origin - p, edges);
-        let (mut at, mut own) = (u, None);
-        if let Some((by_angle, rectangle)) = &seen {
-            let [a, b] = rectangle.sample(u);
-            at = [F::select(*by_angle, a, u[0]), F::select(*by_angle, b, u[1])];
-            own = Some((*by_angle, F::splat(1.0) / rectangle.solid_angle));
-        }
-        flat::sample(lights, edges, p, emission, at, own)
+        let square = lights.square();
+        let (at, by_angle, pdf) = F::guard(
+            square,
+            (u, F::Mask::splat(false), F::zero()),
+            #[inline(always)]
+            || {
+                let rectangle = Rectangle::new(lights.origin - p, edges[0], edges[1]);
+                let by_angle = square & rectangle.solid_angle.ge(F::splat(LEAST_SOLID_ANGLE));
+                let at = F::branch(
+                    by_angle,
+                    u,
+                    #[inline(always)]
+                    || rectangle.sample(u),
+                );
+                (at, by_angle, F::splat(1.0) / rectangle.solid_angle)
+            },
+        );
+        flat::sample(lights, edges, p, emission, at, Some((by_angle, pdf)))
     }
 
     #[inline(always)]
-    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, _t: F, _cos_light: F) -> Option<(F::Mask, F)> {
-        let (by_angle, rectangle) = by_angle(lights, lights.origin - p, lights.edges())?;
-        Some((by_angle, F::splat(1.0) / rectangle.solid_angle))
+    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, _t: F, _cos_light: F, by_area: F) -> F {
+        let [u, v] = lights.edges();
+        let square = lights.square();
+        F::guard(
+            square,
+            by_area,
+            #[inline(always)]
+            || {
+                let solid_angle = Rectangle::new(lights.origin - p, u, v).solid_angle;
+                let by_angle = square & solid_angle.ge(F::splat(LEAST_SOLID_ANGLE));
+                F::select(by_angle, F::splat(1.0) / solid_angle, by_area)
+            },
+        )
     }
 
     #[inline(always)]
     fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, [a, b, c, d]: [F; 4]) -> EmittedRay<F> {
         flat::emit(lights, emission, [a, b], [c, d])
     }
-}
-
-/// The lanes whose light is a rectangle large enough to be sampled by solid angle, if there are any, and the rectangle
-/// as seen from the point.
-#[inline(always)]
-fn by_angle<F: Float>(
-    lights: &LaneLights<'_, F>,
-    to_corner: Vec3<F>,
-    [u, v]: [Vec3<F>; 2],
-) -> Option<(F::Mask, Rectangle<F>)> {
-    let square = lights.square();
-    if !square.any() {
-        return None;
-    }
-    let rectangle = Rectangle::new(to_corner, u, v);
-    Some((square & rectangle.solid_angle.ge(F::splat(LEAST_SOLID_ANGLE)), rectangle))
 }

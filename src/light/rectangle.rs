@@ -1,6 +1,6 @@
 //! The rectangle, sampled by the solid angle that it fills.
 
-use crate::math::{Float, Vec3, trig};
+use crate::math::{Float, Vec3, trig, value};
 use std::f32::consts::{PI, TAU};
 
 /// A rectangle seen from a point, in the frame of its sides with the point at the origin (Ureña, Fajardo and King
@@ -8,6 +8,7 @@ use std::f32::consts::{PI, TAU};
 ///
 /// Where the article takes arc cosines of the four inner angles and subtracts 2π, here each angle's excess over
 /// a right one is an arc sine: small rectangles keep their digits.
+#[derive(Clone, Copy)]
 pub(super) struct Rectangle<F: Float> {
     /// From x₀ to x₁ and from y₀ to y₁, at z₀ < 0.
     x: [F; 2],
@@ -20,6 +21,8 @@ pub(super) struct Rectangle<F: Float> {
     /// In steradians.
     pub(super) solid_angle: F,
 }
+
+value!(Rectangle { x, y, z, b, excess, solid_angle });
 
 impl<F: Float> Rectangle<F> {
     /// The rectangle whose corner lies at `corner` from the point, with the sides `u` and `v` at a right angle.

@@ -1,6 +1,6 @@
 //! Samples of lights: a direction towards a light, radiance from infinity, and a ray that leaves a light.
 
-use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3};
+use crate::math::{Float, Frame, Ray, Rgb, Vec3, value};
 use crate::sampling::warp;
 use crate::shape::POSITION_ERROR;
 
@@ -27,6 +27,8 @@ pub struct LightSample<F: Float> {
     pub infinite: F::Mask,
 }
 
+value!(LightSample { wi, target, radiance, pdf, delta, infinite });
+
 impl<F: Float> LightSample<F> {
     /// The ray from `o` to the light, and the distance up to which a hit hides the light: infinite for a light at
     /// infinity.
@@ -37,12 +39,12 @@ impl<F: Float> LightSample<F> {
     pub fn shadow_ray(&self, o: Vec3<F>) -> (Ray<F>, F) {
         let segment = self.target - o;
         let length = segment.length();
-        let mut d = segment * (F::splat(1.0) / length);
-        let mut distance = length * SHADOW_LENGTH;
-        if self.infinite.any() {
-            d = Vec3::select(self.infinite, self.wi, d);
-            distance = F::select(self.infinite, F::splat(f32::INFINITY), distance);
-        }
+        let (d, distance) = F::branch(
+            self.infinite,
+            (segment * (F::splat(1.0) / length), length * SHADOW_LENGTH),
+            #[inline(always)]
+            || (self.wi, F::splat(f32::INFINITY)),
+        );
         (Ray::new(o, d), distance)
     }
 
@@ -50,19 +52,6 @@ impl<F: Float> LightSample<F> {
     #[inline(always)]
     pub fn weight(&self) -> Rgb<F> {
         (self.radiance * (F::splat(1.0) / self.pdf)).only(self.pdf.gt(F::zero()))
-    }
-
-    /// `a` where the mask holds, `b` elsewhere.
-    #[inline(always)]
-    pub(super) fn select(mask: F::Mask, a: Self, b: Self) -> Self {
-        LightSample {
-            wi: Vec3::select(mask, a.wi, b.wi),
-            target: Vec3::select(mask, a.target, b.target),
-            radiance: Rgb::select(mask, a.radiance, b.radiance),
-            pdf: F::select(mask, a.pdf, b.pdf),
-            delta: (mask & a.delta) | (!mask & b.delta),
-            infinite: (mask & a.infinite) | (!mask & b.infinite),
-        }
     }
 }
 
@@ -75,6 +64,8 @@ pub struct Escaped<F: Float> {
     /// drawn.
     pub pdf: F,
 }
+
+value!(Escaped { radiance, pdf });
 
 impl<F: Float> Escaped<F> {
     /// That of a light that no ray can see.
@@ -99,6 +90,8 @@ pub struct EmittedRay<F: Float> {
     pub pdf_direction: F,
 }
 
+value!(EmittedRay { ray, cos, radiance, pdf_position, pdf_direction });
+
 impl<F: Float> EmittedRay<F> {
     /// A ray that comes from infinity in the direction `d`, as if it left a disk that touches the ball around the scene
     /// (see [`LaneLights::extent`](super::LaneLights::extent)) and shows it all of its face. The origin is drawn
@@ -120,17 +113,5 @@ impl<F: Float> EmittedRay<F> {
     #[inline(always)]
     pub fn flux(&self) -> Rgb<F> {
         self.radiance * (self.cos / (self.pdf_position * self.pdf_direction))
-    }
-
-    /// `a` where the mask holds, `b` elsewhere.
-    #[inline(always)]
-    pub(super) fn select(mask: F::Mask, a: Self, b: Self) -> Self {
-        EmittedRay {
-            ray: Ray::new(Vec3::select(mask, a.ray.o, b.ray.o), Vec3::select(mask, a.ray.d, b.ray.d)),
-            cos: F::select(mask, a.cos, b.cos),
-            radiance: Rgb::select(mask, a.radiance, b.radiance),
-            pdf_position: F::select(mask, a.pdf_position, b.pdf_position),
-            pdf_direction: F::select(mask, a.pdf_direction, b.pdf_direction),
-        }
     }
 }

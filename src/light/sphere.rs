@@ -13,6 +13,8 @@ use std::f32::consts::{FRAC_1_PI, PI};
 /// Seen from outside, sampled uniformly within the cone that it fills (Pharr, Jakob and Humphreys 2023, §6.2.4); one that
 /// emits inwards, uniformly by area.
 impl Light for AreaLight<Sphere> {
+    const HAS_OWN_PDF: bool = true;
+
     fn row(&self) -> LightRow {
         let (sphere, surface) = (&self.shape, self.shape.surface());
         // A point on the light is made from the centre and the radius, however large they are.
@@ -64,30 +66,30 @@ impl Light for AreaLight<Sphere> {
         let near = cone.distance * cos
             - (radius * radius - cone.distance * cone.distance * sin2).max(F::zero()).sqrt();
         let on_cone = p + wi * near;
-        let mut normal = (on_cone - centre).normalized();
-        let mut direction = wi;
-        let mut pdf = cone.pdf;
-        let mut shines = cone.outside & !inward;
+        let outer = ((on_cone - centre).normalized(), wi, cone.pdf, cone.outside & !inward);
 
         // A point on the inner side itself may round to the outside: only what lies there by more than the
         // errors of both is dark.
         let inside = inward & cone.distance.le(radius + error * 4.0);
-        if inside.any() {
-            let outwards = warp::uniform_sphere(u);
-            let to_light = centre + outwards * radius - p;
-            let distance2 = to_light.dot(to_light);
-            let back = to_light * (F::splat(1.0) / distance2.sqrt());
-            let cos = back.dot(outwards);
-            normal = Vec3::select(inside, outwards, normal);
-            direction = Vec3::select(inside, back, direction);
-            pdf = F::select(inside, distance2 / (cos * (radius * radius * (4.0 * PI))), pdf);
-            shines = shines | (inside & cos.gt(F::zero()));
-        }
+        let (normal, wi, pdf, shines) = F::branch(
+            inside,
+            outer,
+            #[inline(always)]
+            || {
+                let outwards = warp::uniform_sphere(u);
+                let to_light = centre + outwards * radius - p;
+                let distance2 = to_light.dot(to_light);
+                let back = to_light * (F::splat(1.0) / distance2.sqrt());
+                let cos = back.dot(outwards);
+                let pdf = distance2 / (cos * (radius * radius * (4.0 * PI)));
+                (outwards, back, pdf, cos.gt(F::zero()))
+            },
+        );
         let on_light = centre + normal * radius;
         let off = on_light.max_abs().max(p.max_abs()) * POSITION_ERROR + error;
         let off = F::select(inward, -off, off);
         LightSample {
-            wi: direction,
+            wi,
             target: on_light + normal * off,
             radiance: emission.only(shines),
             pdf: pdf.only(shines),
@@ -97,11 +99,11 @@ impl Light for AreaLight<Sphere> {
     }
 
     #[inline(always)]
-    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, _t: F, _cos_light: F) -> Option<(F::Mask, F)> {
+    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, _t: F, _cos_light: F, by_area: F) -> F {
         let cone = Cone::new(lights.origin - p, lights.radius());
         // A point on the inside of a sphere may round to its outside: `inward` decides, as the ray met the side that
         // emits.
-        Some((cone.outside & !lights.inward(), cone.pdf))
+        F::select(cone.outside & !lights.inward(), cone.pdf, by_area)
     }
 
     #[inline(always)]

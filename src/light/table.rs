@@ -278,12 +278,13 @@ impl LightTable {
     /// would have drawn the direction from that light. Lights that are never drawn, and the environment, count in full.
     #[inline(always)]
     pub fn escaped<F: Float>(&self, d: Vec3<F>, weight: impl Fn(F) -> F) -> Rgb<F> {
-        let mut radiance = Rgb::splat(self.environment.radiance);
+        let mut radiance = Rgb::given(&self.environment.radiance);
         if self.has_infinite() {
             let share = 1.0 / self.groups() as f32;
             for &light in &self.infinite {
                 let lights = LaneLights::new(&self.columns, F::Uint::splat(light));
-                let escaped = kinds::escaped(&lights, lights.emission(), d);
+                let kind = self.columns.kinds()[light as usize];
+                let escaped = kinds::escaped(kind, &lights, lights.emission(), d);
                 let drawn = escaped.pdf.gt(F::zero());
                 let weight = F::select(drawn, weight(escaped.pdf * share), F::splat(1.0));
                 radiance = radiance + escaped.radiance * weight;

@@ -17,8 +17,8 @@ use self::node::{Each, Node, WIDTH};
 use self::shares::Shares;
 use super::bounds::LightBounds;
 use crate::math::lanes::scalar::Wrapping;
-use crate::math::lanes::{Kernel, MAX_LANES};
-use crate::math::{Float, Mask, Uint, Vec3};
+use crate::math::lanes::{Device, Kernel, MAX_LANES};
+use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Uint, Vec3};
 
 /// A tree over lights (Conty Estevez and Kulla 2018) of eight children a node. The importance of a
 /// node comes from the mean position and the spread of its lights, not from their box, so that it still tells sides
@@ -89,6 +89,17 @@ impl LightTree {
     /// See [`super::LightTable::choose`].
     #[inline(always)]
     pub(super) fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, asks: F::Mask) -> (F::Uint, F) {
+        F::device(&Choose(self), (p, n, u, asks))
+    }
+
+    /// See [`super::LightTable::chance`].
+    #[inline(always)]
+    pub(super) fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
+        F::device(&Chance(self), (p, n, light, asks))
+    }
+
+    #[inline(always)]
+    fn choose_in_lanes<F: LaneFloat>(&self, p: Vec3<F>, n: Vec3<F>, u: F, asks: F::Mask) -> (F::Uint, F) {
         let End { light, chance, u, units, first_unit } =
             self.descend::<F, true>(p, n, u, F::Uint::splat(0), asks);
         if !self.kinds.has_meshes {
@@ -103,9 +114,8 @@ impl LightTree {
         (F::Uint::select(is_far, one, light), F::select(is_far, chance * share, chance))
     }
 
-    /// See [`super::LightTable::chance`].
     #[inline(always)]
-    pub(super) fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
+    fn chance_in_lanes<F: LaneFloat>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
         let place = F::Uint::gather(&self.place, light);
         let End { chance, units, .. } = self.descend::<F, false>(p, n, F::zero(), place, asks);
         if !self.kinds.has_meshes {
@@ -119,7 +129,7 @@ impl LightTree {
     /// Descends until the lights are far or a single one is left: with `DRAWS` by drawing with `u`, otherwise towards
     /// the light in a given place. Lanes outside `asks` are unspecified.
     #[inline(always)]
-    fn descend<F: Float, const DRAWS: bool>(
+    fn descend<F: LaneFloat, const DRAWS: bool>(
         &self,
         p: Vec3<F>,
         n: Vec3<F>,
@@ -180,8 +190,36 @@ impl LightTree {
     }
 }
 
+/// [`LightTree::choose`]: a descent of its own for each lane.
+struct Choose<'a>(&'a LightTree);
+
+impl Device for Choose<'_> {
+    const NAME: &'static str = "choose_light";
+    type Arguments<F: Float> = (Vec3<F>, Vec3<F>, F, F::Mask);
+    type Output<F: Float> = (F::Uint, F);
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, (p, n, u, asks): Self::Arguments<F>) -> Self::Output<F> {
+        self.0.choose_in_lanes(p, n, u, asks)
+    }
+}
+
+/// [`LightTree::chance`], likewise.
+struct Chance<'a>(&'a LightTree);
+
+impl Device for Chance<'_> {
+    const NAME: &'static str = "light_chance";
+    type Arguments<F: Float> = (Vec3<F>, Vec3<F>, F::Uint, F::Mask);
+    type Output<F: Float> = F;
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, (p, n, light, asks): Self::Arguments<F>) -> F {
+        self.0.chance_in_lanes(p, n, light, asks)
+    }
+}
+
 /// The end of a descent.
-struct End<F: Float> {
+struct End<F: LaneFloat> {
     /// The light, unless the lights are far.
     light: F::Uint,
     /// The probability of the way to it.
@@ -210,14 +248,14 @@ struct Lanes {
 }
 
 #[inline(always)]
-fn floats<F: Float>(x: F) -> [f32; MAX_LANES] {
+fn floats<F: LaneFloat>(x: F) -> [f32; MAX_LANES] {
     let mut column = [0.0; MAX_LANES];
     x.store(&mut column);
     column
 }
 
 #[inline(always)]
-fn words<U: Uint>(x: U) -> [u32; MAX_LANES] {
+fn words<U: LaneUint>(x: U) -> [u32; MAX_LANES] {
     let mut column = [0; MAX_LANES];
     x.store(&mut column);
     column
@@ -225,7 +263,7 @@ fn words<U: Uint>(x: U) -> [u32; MAX_LANES] {
 
 impl Lanes {
     #[inline(always)]
-    fn new<F: Float>(
+    fn new<F: LaneFloat>(
         going: u32,
         p: Vec3<F>,
         n: Vec3<F>,
@@ -248,7 +286,7 @@ impl Lanes {
     }
 
     #[inline(always)]
-    fn end<F: Float>(&self) -> End<F> {
+    fn end<F: LaneFloat>(&self) -> End<F> {
         End {
             light: F::Uint::load(&self.light),
             chance: F::load(&self.chance),
@@ -270,7 +308,7 @@ impl<const DRAWS: bool> Kernel for Descent<'_, DRAWS> {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Float>(self) {
+    fn run<F: LaneFloat>(self) {
         let Descent { tree: LightTree { nodes, kinds, .. }, lanes } = self;
         let mut going = lanes.going;
         while going != 0 {
@@ -392,7 +430,7 @@ mod tests {
         type Output = Vec<[u32; 3]>;
 
         #[inline(always)]
-        fn run<F: Float>(self) -> Self::Output {
+        fn run<F: LaneFloat>(self) -> Self::Output {
             let mut all = Vec::new();
             for from in (0..512).step_by(F::LANES) {
                 let column = |k: usize| {

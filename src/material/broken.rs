@@ -5,7 +5,7 @@ use super::kind::Kind;
 use super::lobes::Lambertian;
 use super::program::{Leaf, MaterialParameters};
 use super::row::{Numbers, Row, Site};
-use crate::math::{Float, Rgb, Vec3};
+use crate::math::{Float, Rgb, Vec3, value};
 use crate::parameter::parameters;
 
 parameters! {
@@ -43,6 +43,8 @@ impl Leaf for Broken {
 pub struct Impossible<F> {
     directions: Lambertian<F>,
 }
+
+value!(Impossible { directions });
 
 impl<F: Float> Bxdf<F> for Impossible<F> {
     // No light is sampled: what is impossible comes from its directions alone.

@@ -1,10 +1,10 @@
 //! The scattering function of a hit: the lobe of its material there, which may be of another kind in each lane.
 
-use super::bxdf::{Bxdf, BxdfSample, TransportMode};
+use super::bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 use super::kind::{Kind, materials};
 use super::program::Leaf;
 use super::row::{Numbers, Site};
-use crate::math::{Float, Mask, Rgb, Uint, Vec3};
+use crate::math::{Float, Mask, Rgb, Uint, Vec3, function, value};
 
 /// The scattering functions of hits. Integrators know materials by this type alone.
 #[derive(Clone, Copy, Debug)]
@@ -13,6 +13,8 @@ pub struct Bsdf<F: Float> {
     pub(super) numbers: Numbers<F>,
     pub(super) site: Site<F>,
 }
+
+value!(Bsdf { kind, numbers, site });
 
 /// Whether the lobe of a leaf has a flag of [`Bxdf`]; every lobe is in `ALL`.
 macro_rules! has {
@@ -24,12 +26,19 @@ macro_rules! has {
     };
 }
 
-/// Evaluates each lane's lobe, if it has a flag; other lanes are unspecified.
+/// A function of the lobe of a leaf, which is a function of recorded programs too.
+macro_rules! of_leaf {
+    ($Leaf:ident, $function:literal, $bxdf:ident, ($($argument:ident),*), $answer:expr) => {
+        function!(F, concat!(stringify!($Leaf), "_", $function), ($bxdf $(, $argument)*), { $answer })
+    };
+}
+
+/// Evaluates each lane's lobe, if it has a flag; other lanes are unspecified. `$function` names what is evaluated.
 ///
 /// The first leaf's lobe is evaluated in all lanes, each other one only if there is a lane that has it.
 macro_rules! answer {
     (
-        { $bsdf:ident, $flag:ident, $select:path, $bxdf:ident => $answer:expr }
+        { $bsdf:ident, $flag:ident, $function:literal, $arguments:tt, $bxdf:ident => $answer:expr }
         leaves {
             $first_module:ident::$First:ident($first_parameters:ident),
             $($(#[$cfg:meta])* $module:ident::$Leaf:ident($parameters:ident),)*
@@ -37,18 +46,22 @@ macro_rules! answer {
         choosers $choosers:tt
     ) => {{
         let $bxdf = $bsdf.lobe::<super::$first_module::$First>();
-        let mut answer = $answer;
+        let answer = of_leaf!($First, $function, $bxdf, $arguments, $answer);
         $(
             $(#[$cfg])*
-            {
-                if has!($flag, super::$module::$Leaf) {
-                    let lanes = $bsdf.is(Kind::$Leaf);
-                    if lanes.any() {
+            let answer = if has!($flag, super::$module::$Leaf) {
+                F::branch(
+                    $bsdf.is(Kind::$Leaf),
+                    answer,
+                    #[inline(always)]
+                    || {
                         let $bxdf = $bsdf.lobe::<super::$module::$Leaf>();
-                        answer = $select(lanes, $answer, answer);
-                    }
-                }
-            }
+                        of_leaf!($Leaf, $function, $bxdf, $arguments, $answer)
+                    },
+                )
+            } else {
+                answer
+            };
         )*
         answer
     }};
@@ -100,23 +113,34 @@ impl<F: Float> Bxdf<F> for Bsdf<F> {
 
     #[inline(always)]
     fn eval(&self, wo: Vec3<F>, wi: Vec3<F>, mode: TransportMode) -> Rgb<F> {
-        materials!(answer self, HAS_NON_DELTA, Rgb::select, bxdf => bxdf.eval(wo, wi, mode))
-            .only(self.has_non_delta())
+        let bsdf = *self;
+        function!(F, bsdf_eval(bsdf, wo, wi), {
+            materials!(answer bsdf, HAS_NON_DELTA, "eval", (wo, wi), lobe => lobe.eval(wo, wi, mode))
+                .only(bsdf.has_non_delta())
+        })
     }
 
     #[inline(always)]
-    fn sample(&self, wo: Vec3<F>, u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F> {
-        materials!(answer self, ALL, BxdfSample::select, bxdf => bxdf.sample(wo, u, lobe, mode))
+    fn sample(&self, wo: Vec3<F>, u: [F; 2], choice: F, mode: TransportMode) -> BxdfSample<F> {
+        let bsdf = *self;
+        function!(F, bsdf_sample(bsdf, wo, u, choice), {
+            materials!(answer bsdf, ALL, "sample", (wo, u, choice), lobe => lobe.sample(wo, u, choice, mode))
+        })
     }
 
     #[inline(always)]
     fn pdf(&self, wo: Vec3<F>, wi: Vec3<F>) -> F {
-        materials!(answer self, HAS_NON_DELTA, F::select, bxdf => bxdf.pdf(wo, wi)).only(self.has_non_delta())
+        let bsdf = *self;
+        function!(F, bsdf_pdf(bsdf, wo, wi), {
+            materials!(answer bsdf, HAS_NON_DELTA, "pdf", (wo, wi), lobe => lobe.pdf(wo, wi))
+                .only(bsdf.has_non_delta())
+        })
     }
 
     #[inline(always)]
     fn albedo(&self) -> Rgb<F> {
-        materials!(answer self, ALL, Rgb::select, bxdf => bxdf.albedo())
+        let bsdf = *self;
+        function!(F, bsdf_albedo(bsdf), { materials!(answer bsdf, ALL, "albedo", (), lobe => lobe.albedo()) })
     }
 
     #[inline(always)]
@@ -135,27 +159,12 @@ impl<F: Float> Bxdf<F> for Bsdf<F> {
     }
 
     #[inline(always)]
-    fn branches(&self, wo: Vec3<F>, mode: TransportMode) -> [(Vec3<F>, Rgb<F>, F); 2] {
-        materials!(answer self, TRANSMITS, select_branches, bxdf => bxdf.branches(wo, mode))
+    fn branches(&self, wo: Vec3<F>, mode: TransportMode) -> [Branch<F>; 2] {
+        let bsdf = *self;
+        function!(F, bsdf_branches(bsdf, wo), {
+            materials!(answer bsdf, TRANSMITS, "branches", (wo), lobe => lobe.branches(wo, mode))
+        })
     }
-}
-
-#[inline(always)]
-fn select_branches<F: Float>(
-    mask: F::Mask,
-    [a, b]: [(Vec3<F>, Rgb<F>, F); 2],
-    [c, d]: [(Vec3<F>, Rgb<F>, F); 2],
-) -> [(Vec3<F>, Rgb<F>, F); 2] {
-    [select_branch(mask, a, c), select_branch(mask, b, d)]
-}
-
-#[inline(always)]
-fn select_branch<F: Float>(
-    mask: F::Mask,
-    a: (Vec3<F>, Rgb<F>, F),
-    b: (Vec3<F>, Rgb<F>, F),
-) -> (Vec3<F>, Rgb<F>, F) {
-    (Vec3::select(mask, a.0, b.0), Rgb::select(mask, a.1, b.1), F::select(mask, a.2, b.2))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! away from the surface: `wo` towards where light goes, `wi` towards where it comes from. Densities are
 //! by solid angle.
 
-use crate::math::{Float, Mask, Rgb, Vec3};
+use crate::math::{Float, Mask, Rgb, Vec3, value};
 
 /// The quantity that a path carries.
 ///
@@ -36,19 +36,20 @@ pub struct BxdfSample<F: Float> {
     pub eta: F,
 }
 
-impl<F: Float> BxdfSample<F> {
-    /// `a` where the mask holds, `b` elsewhere.
-    #[inline(always)]
-    pub fn select(mask: F::Mask, a: Self, b: Self) -> Self {
-        BxdfSample {
-            wi: Vec3::select(mask, a.wi, b.wi),
-            weight: Rgb::select(mask, a.weight, b.weight),
-            pdf: F::select(mask, a.pdf, b.pdf),
-            delta: (mask & a.delta) | (!mask & b.delta),
-            eta: F::select(mask, a.eta, b.eta),
-        }
-    }
+value!(BxdfSample { wi, weight, pdf, delta, eta });
+
+/// One of the ways that light takes at a surface that transmits and has delta lobes alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Branch<F> {
+    /// Its direction.
+    pub wi: Vec3<F>,
+    /// f·|cos θ|, without the probability.
+    pub weight: Rgb<F>,
+    /// The probability with which [`Bxdf::sample`] chooses it.
+    pub chance: F,
 }
+
+value!(Branch { wi, weight, chance });
 
 /// The interface of BxDFs.
 ///
@@ -85,11 +86,10 @@ pub trait Bxdf<F: Float> {
     fn transmits(&self) -> F::Mask {
         F::Mask::splat(Self::TRANSMITS)
     }
-    /// Both delta branches of a surface that transmits and has delta lobes alone, for integrators that follow both: directions,
-    /// weights f·|cos θ|, and the probabilities with which [`Bxdf::sample`] chooses them. Other surfaces have none: black
-    /// ones of no probability.
+    /// Both delta branches of a surface that transmits and has delta lobes alone, for integrators that follow both. Other
+    /// surfaces have none: black ones of no probability.
     #[inline(always)]
-    fn branches(&self, wo: Vec3<F>, _mode: TransportMode) -> [(Vec3<F>, Rgb<F>, F); 2] {
-        [(wo, Rgb::black(), F::zero()); 2]
+    fn branches(&self, wo: Vec3<F>, _mode: TransportMode) -> [Branch<F>; 2] {
+        [Branch { wi: wo, weight: Rgb::black(), chance: F::zero() }; 2]
     }
 }

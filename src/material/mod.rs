@@ -21,7 +21,7 @@ mod row;
 mod table;
 
 pub use bsdf::Bsdf;
-pub use bxdf::{Bxdf, BxdfSample, TransportMode};
+pub use bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 pub use kind::Kind;
 pub use list::*;
 pub use lobes::{Dielectric, Lambertian, SpecularReflection, Sum, fresnel_dielectric};

@@ -3,6 +3,7 @@
 use super::bxdf::Bxdf;
 use super::row::{Columns, Numbers, Row, Site};
 use crate::math::Float;
+use crate::math::lanes::Value;
 
 /// The parameters of a material, as a scene describes it.
 pub trait MaterialParameters {
@@ -20,7 +21,7 @@ pub trait Leaf {
     const LOOKS_AT_UV: bool = false;
 
     /// Its BxDF.
-    type Lobe<F: Float>: Bxdf<F>;
+    type Lobe<F: Float>: Bxdf<F> + Value<F>;
 
     /// The lobe at a point.
     fn lobe<F: Float>(numbers: &Numbers<F>, site: &Site<F>) -> Self::Lobe<F>;

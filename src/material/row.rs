@@ -1,7 +1,7 @@
 //! A material as the table keeps it, and as lanes read it.
 
 use super::kind::Kind;
-use crate::math::{Float, Rgb, Uint, Vec3};
+use crate::math::{Float, Rgb, Uint, Vec3, value};
 
 /// Numbers of a row beyond its colour: as many as the material with the most has.
 pub const NUMBERS: usize = 8;
@@ -45,6 +45,8 @@ pub struct Numbers<F> {
     pub further: [F; NUMBERS],
 }
 
+value!(Numbers { colour, further });
+
 /// The properties of a point that programs may use, so that parameters can vary over a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Site<F> {
@@ -54,6 +56,8 @@ pub struct Site<F> {
     /// [`super::MaterialTable::looks_at_uv`] holds for the surface's material.
     pub uv: [F; 2],
 }
+
+value!(Site { p, uv });
 
 /// All rows, one column for each property.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -5,7 +5,7 @@ use super::kind::{Kind, materials};
 use super::program::{Chooser, Leaf};
 use super::row::{Columns, Row, Site};
 use crate::math::lanes::scalar::Wrapping;
-use crate::math::{Float, Mask, Uint};
+use crate::math::{Float, Mask, Uint, function};
 
 /// All materials.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -66,11 +66,17 @@ macro_rules! choose {
             $(#[$cfg])*
             {
                 let lanes = $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
-                if lanes.any() {
-                    let (row, uv) = super::$module::$Chooser::choose(&$table.columns, $row, $uv);
-                    $row = F::Uint::select(lanes, row, $row);
-                    $uv = [F::select(lanes, uv[0], $uv[0]), F::select(lanes, uv[1], $uv[1])];
-                }
+                ($row, $uv) = F::branch(
+                    lanes,
+                    ($row, $uv),
+                    #[inline(always)]
+                    || {
+                        let (row, uv) = ($row, $uv);
+                        function!(F, concat!(stringify!($Chooser), "_choose"), (row, uv), {
+                            super::$module::$Chooser::choose(&$table.columns, row, uv)
+                        })
+                    },
+                );
             }
         )*
     };
@@ -118,9 +124,6 @@ impl MaterialTable {
     pub fn resolve<F: Float>(&self, mut material: F::Uint, mut uv: [F; 2]) -> (F::Uint, [F; 2]) {
         for _ in 0..self.nesting {
             let kind = self.columns.kind(material);
-            if !materials!(lanes_that_choose kind).any() {
-                break;
-            }
             materials!(choose self, kind, material, uv);
         }
         (material, uv)

@@ -1,6 +1,6 @@
 //! Orthonormal frames around a normal.
 
-use super::{Float, Vec3};
+use super::{Float, Vec3, function, value};
 
 /// A right-handed orthonormal frame (s, t, n).
 #[derive(Clone, Copy, Debug)]
@@ -13,29 +13,35 @@ pub struct Frame<F> {
     pub n: Vec3<F>,
 }
 
+value!(Frame { s, t, n });
+
 impl<F: Float> Frame<F> {
     /// A frame around a unit normal, without a singularity (Duff et al. 2017, "Building an Orthonormal
     /// Basis, Revisited", listing 3). For n = (0, 0, 1), s is x and t is y.
     #[inline(always)]
     pub fn around(n: Vec3<F>) -> Self {
-        let sign = F::splat(1.0).copysign(n.z);
-        let a = F::splat(-1.0) / (sign + n.z);
-        let b = n.x * n.y * a;
-        Frame {
-            s: Vec3::new(sign * n.x * n.x * a + 1.0, sign * b, -sign * n.x),
-            t: Vec3::new(b, sign + n.y * n.y * a, -n.y),
-            n,
-        }
+        function!(F, frame_around(n), {
+            let sign = F::splat(1.0).copysign(n.z);
+            let a = F::splat(-1.0) / (sign + n.z);
+            let b = n.x * n.y * a;
+            Frame {
+                s: Vec3::new(sign * n.x * n.x * a + 1.0, sign * b, -sign * n.x),
+                t: Vec3::new(b, sign + n.y * n.y * a, -n.y),
+                n,
+            }
+        })
     }
     /// World coordinates of a vector given in the frame's.
     #[inline(always)]
     pub fn to_world(&self, v: Vec3<F>) -> Vec3<F> {
-        self.s * v.x + self.t * v.y + self.n * v.z
+        let frame = *self;
+        function!(F, to_world(frame, v), { frame.s * v.x + frame.t * v.y + frame.n * v.z })
     }
     /// The frame's coordinates of a vector given in the world's.
     #[inline(always)]
     pub fn to_local(&self, v: Vec3<F>) -> Vec3<F> {
-        Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
+        let frame = *self;
+        function!(F, to_local(frame, v), { Vec3::new(v.dot(frame.s), v.dot(frame.t), v.dot(frame.n)) })
     }
 }
 

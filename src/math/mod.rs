@@ -14,7 +14,8 @@ pub mod vec3;
 pub use bounds::Bounds;
 pub use columns::{narrow, push3};
 pub use frame::Frame;
-pub use lanes::{Float, Mask, Uint};
+pub use lanes::{Float, LaneFloat, LaneMask, LaneUint, Mask, Uint};
+pub(crate) use lanes::{function, value};
 pub use ray::Ray;
 pub use vec3::{Rgb, Vec3};
 

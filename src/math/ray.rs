@@ -1,6 +1,6 @@
 //! Rays.
 
-use super::{Float, Vec3};
+use super::{Float, Vec3, value};
 
 /// A half-line R(t) = o + t·d, t > 0, with a direction of length one.
 #[derive(Clone, Copy, Debug)]
@@ -12,6 +12,8 @@ pub struct Ray<F> {
     /// When it is there, as a share of the time that the camera's shutter is open: 0 where nothing moves.
     pub time: F,
 }
+
+value!(Ray { o, d, time });
 
 impl<F: Float> Ray<F> {
     /// The ray of an origin and a direction at time 0.

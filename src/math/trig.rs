@@ -1,53 +1,58 @@
 //! Trigonometry by polynomials: the same bits everywhere, unlike the system's own.
 
-use super::{Float, Uint};
+use super::{Float, Uint, function};
 
 /// (sin 2πu, cos 2πu) for u in [0, 1], within 2⁻²².
 ///
 /// The nearest quarter turn is taken off; near-minimax polynomials serve the eighth of a turn that is left.
 #[inline(always)]
 pub fn sin_cos_turns<F: Float>(u: F) -> (F, F) {
-    let quarters = u * 4.0;
-    let nearest = (quarters + 0.5).floor();
-    let r = quarters - nearest;
-    let z = r * r;
-    let sin = r
-        * ((((z * 1.582_065_3e-4 - 4.681_266_4e-3) * z + 0.079_692_58) * z - 0.645_964_1) * z + 1.570_796_4);
-    let cos = (((z * 9.036_299e-4 - 0.020_860_07) * z + 0.253_669_2) * z - 1.233_700_5) * z + 1.0;
-    let quadrant = nearest.to_uint();
-    let one = F::Uint::splat(1);
-    let swap = (quadrant & one).eq(one);
-    let sin_sign = (quadrant & F::Uint::splat(2)).shl::<30>();
-    let cos_sign = ((quadrant + one) & F::Uint::splat(2)).shl::<30>();
-    let (s, c) = (F::select(swap, cos, sin), F::select(swap, sin, cos));
-    (F::from_bits(s.to_bits() ^ sin_sign), F::from_bits(c.to_bits() ^ cos_sign))
+    function!(F, sin_cos_turns(u), {
+        let quarters = u * 4.0;
+        let nearest = (quarters + 0.5).floor();
+        let r = quarters - nearest;
+        let z = r * r;
+        let sin = r
+            * ((((z * 1.582_065_3e-4 - 4.681_266_4e-3) * z + 0.079_692_58) * z - 0.645_964_1) * z
+                + 1.570_796_4);
+        let cos = (((z * 9.036_299e-4 - 0.020_860_07) * z + 0.253_669_2) * z - 1.233_700_5) * z + 1.0;
+        let quadrant = nearest.to_uint();
+        let one = F::Uint::splat(1);
+        let swap = (quadrant & one).eq(one);
+        let sin_sign = (quadrant & F::Uint::splat(2)).shl::<30>();
+        let cos_sign = ((quadrant + one) & F::Uint::splat(2)).shl::<30>();
+        let (s, c) = (F::select(swap, cos, sin), F::select(swap, sin, cos));
+        (F::from_bits(s.to_bits() ^ sin_sign), F::from_bits(c.to_bits() ^ cos_sign))
+    })
 }
 
 /// The angle of (x, y) over 2π, in [0, 1), within 2⁻²²; zero for the origin.
 #[inline(always)]
 pub fn angle_turns<F: Float>(y: F, x: F) -> F {
-    let (ax, ay) = (x.abs(), y.abs());
-    let (small, large) = (ax.min(ay), ax.max(ay));
-    let q = small / large.max(F::splat(f32::MIN_POSITIVE));
-    let z = q * q;
-    let mut p = F::splat(0.002_834_064_2);
-    for c in [
-        -0.016_005_03,
-        0.042_587_608,
-        -0.074_954_46,
-        0.106_367_54,
-        -0.142_025_71,
-        0.199_924_84,
-        -0.333_330_66,
-        1.0,
-    ] {
-        p = p * z + c;
-    }
-    let eighth = q * p * std::f32::consts::FRAC_1_PI * 0.5;
-    let first = F::select(ay.gt(ax), -eighth + 0.25, eighth);
-    let upper = F::select(x.lt(F::zero()), -first + 0.5, first);
-    let turns = F::select(y.lt(F::zero()), -upper + 1.0, upper);
-    F::select(turns.lt(F::splat(1.0)), turns, F::zero())
+    function!(F, angle_turns(y, x), {
+        let (ax, ay) = (x.abs(), y.abs());
+        let (small, large) = (ax.min(ay), ax.max(ay));
+        let q = small / large.max(F::splat(f32::MIN_POSITIVE));
+        let z = q * q;
+        let mut p = F::splat(0.002_834_064_2);
+        for c in [
+            -0.016_005_03,
+            0.042_587_608,
+            -0.074_954_46,
+            0.106_367_54,
+            -0.142_025_71,
+            0.199_924_84,
+            -0.333_330_66,
+            1.0,
+        ] {
+            p = p * z + c;
+        }
+        let eighth = q * p * std::f32::consts::FRAC_1_PI * 0.5;
+        let first = F::select(ay.gt(ax), -eighth + 0.25, eighth);
+        let upper = F::select(x.lt(F::zero()), -first + 0.5, first);
+        let turns = F::select(y.lt(F::zero()), -upper + 1.0, upper);
+        F::select(turns.lt(F::splat(1.0)), turns, F::zero())
+    })
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Vectors and colours of lanes.
 
-use super::lanes::Float;
+use super::lanes::{Float, LaneFloat, Layout, Part, Value};
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// A point, direction or normal in three dimensions, one a lane.
@@ -20,7 +20,22 @@ impl<F: Float> Vec3<F> {
     pub fn new(x: F, y: F, z: F) -> Self {
         Vec3 { x, y, z }
     }
-    /// The same vector in every lane.
+    /// A vector from its coordinates in an array.
+    #[inline(always)]
+    pub fn of([x, y, z]: [F; 3]) -> Self {
+        Vec3 { x, y, z }
+    }
+    /// The coordinates.
+    #[inline(always)]
+    pub fn coordinates(self) -> [F; 3] {
+        [self.x, self.y, self.z]
+    }
+    /// A vector of the scene or of the settings in every lane: see [`Float::given`].
+    #[inline(always)]
+    pub fn given([x, y, z]: &[f32; 3]) -> Self {
+        Vec3::new(F::given(x), F::given(y), F::given(z))
+    }
+    /// The same vector in every lane, a constant of the program.
     #[inline(always)]
     pub fn splat(v: [f32; 3]) -> Self {
         Vec3::new(F::splat(v[0]), F::splat(v[1]), F::splat(v[2]))
@@ -36,27 +51,15 @@ impl<F: Float> Vec3<F> {
         let [x, y, z] = table;
         Vec3::new(F::gather(x.as_ref(), index), F::gather(y.as_ref(), index), F::gather(z.as_ref(), index))
     }
-    /// Writes the lanes to the front of three slices, one for each coordinate.
-    #[inline(always)]
-    pub fn store<T: AsMut<[f32]>>(self, into: &mut [T; 3]) {
-        let [x, y, z] = into;
-        self.x.store(x.as_mut());
-        self.y.store(y.as_mut());
-        self.z.store(z.as_mut());
-    }
     /// The scalar product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> F {
-        self.x * other.x + self.y * other.y + self.z * other.z
+        F::dot3(self.coordinates(), other.coordinates())
     }
     /// The vector product.
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {
-        Vec3::new(
-            self.y * other.z - self.z * other.y,
-            self.z * other.x - self.x * other.z,
-            self.x * other.y - self.y * other.x,
-        )
+        Vec3::of(F::cross3(self.coordinates(), other.coordinates()))
     }
     /// The Euclidean length.
     #[inline(always)]
@@ -76,7 +79,18 @@ impl<F: Float> Vec3<F> {
     /// `a` where the mask holds, `b` elsewhere.
     #[inline(always)]
     pub fn select(mask: F::Mask, a: Self, b: Self) -> Self {
-        Vec3::new(F::select(mask, a.x, b.x), F::select(mask, a.y, b.y), F::select(mask, a.z, b.z))
+        Vec3::of(F::select3(mask, a.coordinates(), b.coordinates()))
+    }
+}
+
+impl<F: LaneFloat> Vec3<F> {
+    /// Writes the lanes to the front of three slices, one for each coordinate.
+    #[inline(always)]
+    pub fn store<T: AsMut<[f32]>>(self, into: &mut [T; 3]) {
+        let [x, y, z] = into;
+        self.x.store(x.as_mut());
+        self.y.store(y.as_mut());
+        self.z.store(z.as_mut());
     }
     /// One lane's vector.
     #[inline(always)]
@@ -89,7 +103,7 @@ impl<F: Float> Add for Vec3<F> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Vec3::new(self.x + other.x, self.y + other.y, self.z + other.z)
+        Vec3::of(F::add3(self.coordinates(), other.coordinates()))
     }
 }
 
@@ -97,7 +111,7 @@ impl<F: Float> Sub for Vec3<F> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Vec3::new(self.x - other.x, self.y - other.y, self.z - other.z)
+        Vec3::of(F::sub3(self.coordinates(), other.coordinates()))
     }
 }
 
@@ -105,7 +119,7 @@ impl<F: Float> Mul<F> for Vec3<F> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, k: F) -> Self {
-        Vec3::new(self.x * k, self.y * k, self.z * k)
+        Vec3::of(F::scale3(self.coordinates(), k))
     }
 }
 
@@ -113,7 +127,7 @@ impl<F: Float> Neg for Vec3<F> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Vec3::new(-self.x, -self.y, -self.z)
+        Vec3::of(F::neg3(self.coordinates()))
     }
 }
 
@@ -134,7 +148,22 @@ impl<F: Float> Rgb<F> {
     pub fn new(r: F, g: F, b: F) -> Self {
         Rgb { r, g, b }
     }
-    /// The same colour in every lane.
+    /// A colour from its channels in an array.
+    #[inline(always)]
+    pub fn of([r, g, b]: [F; 3]) -> Self {
+        Rgb { r, g, b }
+    }
+    /// The channels.
+    #[inline(always)]
+    pub fn channels(self) -> [F; 3] {
+        [self.r, self.g, self.b]
+    }
+    /// A colour of the scene or of the settings in every lane: see [`Float::given`].
+    #[inline(always)]
+    pub fn given([r, g, b]: &[f32; 3]) -> Self {
+        Rgb::new(F::given(r), F::given(g), F::given(b))
+    }
+    /// The same colour in every lane, a constant of the program.
     #[inline(always)]
     pub fn splat(c: [f32; 3]) -> Self {
         Rgb::new(F::splat(c[0]), F::splat(c[1]), F::splat(c[2]))
@@ -152,18 +181,21 @@ impl<F: Float> Rgb<F> {
     /// `a` where the mask holds, `b` elsewhere.
     #[inline(always)]
     pub fn select(mask: F::Mask, a: Self, b: Self) -> Self {
-        Rgb::new(F::select(mask, a.r, b.r), F::select(mask, a.g, b.g), F::select(mask, a.b, b.b))
+        Rgb::of(F::select3(mask, a.channels(), b.channels()))
     }
     /// The colour where the mask holds, black elsewhere.
     #[inline(always)]
     pub fn only(self, mask: F::Mask) -> Self {
-        Rgb::new(self.r.only(mask), self.g.only(mask), self.b.only(mask))
+        Rgb::select(mask, self, Rgb::black())
     }
     /// The largest channel.
     #[inline(always)]
     pub fn max_channel(self) -> F {
         self.r.max(self.g).max(self.b)
     }
+}
+
+impl<F: LaneFloat> Rgb<F> {
     /// One lane's colour.
     #[inline(always)]
     pub fn lane(self, i: usize) -> [f32; 3] {
@@ -175,7 +207,7 @@ impl<F: Float> Add for Rgb<F> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Rgb::new(self.r + other.r, self.g + other.g, self.b + other.b)
+        Rgb::of(F::add3(self.channels(), other.channels()))
     }
 }
 
@@ -183,7 +215,7 @@ impl<F: Float> Mul for Rgb<F> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        Rgb::new(self.r * other.r, self.g * other.g, self.b * other.b)
+        Rgb::of(F::mul3(self.channels(), other.channels()))
     }
 }
 
@@ -191,6 +223,29 @@ impl<F: Float> Mul<F> for Rgb<F> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, k: F) -> Self {
-        Rgb::new(self.r * k, self.g * k, self.b * k)
+        Rgb::of(F::scale3(self.channels(), k))
     }
 }
+
+/// Vectors and colours are values of three floats.
+macro_rules! vector {
+    ($Type:ident { $x:ident, $y:ident, $z:ident }) => {
+        impl<F: Float> Value<F> for $Type<F> {
+            #[inline(always)]
+            fn blend(mask: F::Mask, a: Self, b: Self) -> Self {
+                $Type::select(mask, a, b)
+            }
+            fn layout() -> Layout {
+                Layout::Vector
+            }
+            fn parts(&self, parts: &mut Vec<Part<F>>) {
+                parts.extend([self.$x, self.$y, self.$z].map(Part::Float));
+            }
+            fn of_parts(parts: &mut impl Iterator<Item = Part<F>>) -> Self {
+                $Type::of(Value::<F>::of_parts(parts))
+            }
+        }
+    };
+}
+vector!(Vec3 { x, y, z });
+vector!(Rgb { r, g, b });

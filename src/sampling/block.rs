@@ -1,6 +1,6 @@
 //! Which random numbers each decision of a path gets.
 
-use crate::math::{Float, Uint};
+use crate::math::{Float, Uint, value};
 
 /// Which path numbers are drawn for.
 #[derive(Clone, Copy, Debug)]
@@ -10,6 +10,8 @@ pub struct PathId<F: Float> {
     /// The index among the pixel's samples.
     pub sample: F::Uint,
 }
+
+value!(PathId { pixel, sample });
 
 /// Which decision of a path numbers are drawn for. A block holds four dimensions: two pairs, each
 /// stratified by samplers that stratify.

@@ -4,7 +4,7 @@
 //! what it traced before.
 
 use super::block::PathId;
-use crate::math::{Float, Uint};
+use crate::math::{Float, Uint, function};
 
 /// Independent uniform numbers.
 ///
@@ -20,7 +20,7 @@ impl Independent {
     /// The four numbers of a block.
     #[inline(always)]
     pub fn draw<F: Float>(&self, path: PathId<F>, block: F::Uint) -> [F; 4] {
-        let [x, y, z, w] = pcg4d([path.pixel, path.sample, block, F::Uint::splat(self.seed)]);
+        let [x, y, z, w] = pcg4d::<F>([path.pixel, path.sample, block, F::Uint::given(&self.seed)]);
         [x.to_unit(), y.to_unit(), z.to_unit(), w.to_unit()]
     }
 }
@@ -28,26 +28,28 @@ impl Independent {
 /// A hash of four words to four words (Jarzynski and Olano 2020, "Hash Functions for GPU Rendering",
 /// `pcg4d`).
 #[inline(always)]
-pub fn pcg4d<U: Uint>(words: [U; 4]) -> [U; 4] {
-    let (factor, step) = (U::splat(1_664_525), U::splat(1_013_904_223));
-    let [mut x, mut y, mut z, mut w] = words;
-    x = x * factor + step;
-    y = y * factor + step;
-    z = z * factor + step;
-    w = w * factor + step;
-    x = x + y * w;
-    y = y + z * x;
-    z = z + x * y;
-    w = w + y * z;
-    x = x ^ x.shr::<16>();
-    y = y ^ y.shr::<16>();
-    z = z ^ z.shr::<16>();
-    w = w ^ w.shr::<16>();
-    x = x + y * w;
-    y = y + z * x;
-    z = z + x * y;
-    w = w + y * z;
-    [x, y, z, w]
+pub fn pcg4d<F: Float>(words: [F::Uint; 4]) -> [F::Uint; 4] {
+    function!(F, pcg4d(words), {
+        let (factor, step) = (F::Uint::splat(1_664_525), F::Uint::splat(1_013_904_223));
+        let [mut x, mut y, mut z, mut w] = words;
+        x = x * factor + step;
+        y = y * factor + step;
+        z = z * factor + step;
+        w = w * factor + step;
+        x = x + y * w;
+        y = y + z * x;
+        z = z + x * y;
+        w = w + y * z;
+        x = x ^ x.shr::<16>();
+        y = y ^ y.shr::<16>();
+        z = z ^ z.shr::<16>();
+        w = w ^ w.shr::<16>();
+        x = x + y * w;
+        y = y + z * x;
+        z = z + x * y;
+        w = w + y * z;
+        [x, y, z, w]
+    })
 }
 
 #[cfg(test)]
@@ -56,7 +58,7 @@ mod tests {
     use crate::math::lanes::scalar::Wrapping;
 
     fn hash(words: [u32; 4]) -> [u32; 4] {
-        pcg4d(words.map(Wrapping)).map(|w| w.0)
+        pcg4d::<f32>(words.map(Wrapping)).map(|w| w.0)
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::block::PathId;
 use super::independent::Independent;
 use super::sobol::Sobol;
-use crate::math::Float;
+use crate::math::{Float, function};
 
 /// A source of numbers in [0, 1) for paths, chosen once per render.
 ///
@@ -21,10 +21,12 @@ impl Sampler {
     /// The four numbers of a block.
     #[inline(always)]
     pub fn draw<F: Float>(&self, path: PathId<F>, block: F::Uint) -> [F; 4] {
-        match self {
-            Sampler::Independent(independent) => independent.draw(path, block),
-            Sampler::Sobol(sobol) => sobol.draw(path, block),
-        }
+        function!(F, draw(path, block), {
+            match self {
+                Sampler::Independent(independent) => independent.draw(path, block),
+                Sampler::Sobol(sobol) => sobol.draw(path, block),
+            }
+        })
     }
 }
 

@@ -13,7 +13,7 @@
 
 use super::block::PathId;
 use super::independent::pcg4d;
-use crate::math::{Float, Uint};
+use crate::math::{Float, Uint, function};
 
 /// Owen-scrambled Sobol points, padded in pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,10 +26,10 @@ impl Sobol {
     /// The four numbers of a block.
     #[inline(always)]
     pub fn draw<F: Float>(&self, path: PathId<F>, block: F::Uint) -> [F; 4] {
-        let [a, b, c, d] = pcg4d([path.pixel, F::Uint::splat(SALT), block, F::Uint::splat(self.seed)]);
+        let [a, b, c, d] = pcg4d::<F>([path.pixel, F::Uint::splat(SALT), block, F::Uint::given(&self.seed)]);
         let mirrored = path.sample.reverse_bits();
-        let [u, v] = scrambled_pair(mirrored, a, b);
-        let [w, z] = scrambled_pair(mirrored, c, d);
+        let [u, v] = scrambled_pair::<F>(mirrored, a, b);
+        let [w, z] = scrambled_pair::<F>(mirrored, c, d);
         [u.to_unit(), v.to_unit(), w.to_unit(), z.to_unit()]
     }
 }
@@ -39,24 +39,31 @@ pub const SALT: u32 = 0x736f_626f;
 
 /// A pair of the sample whose index is given mirrored, in an order and with scrambles of these two keys.
 #[inline(always)]
-fn scrambled_pair<U: Uint>(mirrored: U, order: U, key: U) -> [U; 2] {
-    // Reordering the samples within every aligned run of 2ᵏ, which is what scrambling does to the mirrored
-    // index, keeps the runs.
-    let index = scramble(mirrored, order).reverse_bits();
-    // Three keys of which any two are independent.
-    [scramble(index, key).reverse_bits(), scramble(second_dimension(index), order + key).reverse_bits()]
+fn scrambled_pair<F: Float>(mirrored: F::Uint, order: F::Uint, key: F::Uint) -> [F::Uint; 2] {
+    function!(F, scrambled_pair(mirrored, order, key), {
+        // Reordering the samples within every aligned run of 2ᵏ, which is what scrambling does to the mirrored
+        // index, keeps the runs.
+        let index = scramble::<F>(mirrored, order).reverse_bits();
+        // Three keys of which any two are independent.
+        [
+            scramble::<F>(index, key).reverse_bits(),
+            scramble::<F>(second_dimension::<F>(index), order + key).reverse_bits(),
+        ]
+    })
 }
 
 /// Nested uniform scrambling of the mirrored number: whether a bit flips is a hash of the key and of the bits
 /// below it.
 #[inline(always)]
-fn scramble<U: Uint>(mirrored: U, key: U) -> U {
-    // Sums, products with odd numbers and x ^ (x · even) carry upwards only, so each is such a scrambling.
-    let x = mirrored ^ (mirrored * U::splat(0x3d20_adea));
-    let x = x + key;
-    let x = x * (key.shr::<16>() | U::splat(1));
-    let x = x ^ (x * U::splat(0x0552_6c56));
-    x ^ (x * U::splat(0x53a2_2864))
+fn scramble<F: Float>(mirrored: F::Uint, key: F::Uint) -> F::Uint {
+    function!(F, scramble(mirrored, key), {
+        // Sums, products with odd numbers and x ^ (x · even) carry upwards only, so each is such a scrambling.
+        let x = mirrored ^ (mirrored * F::Uint::splat(0x3d20_adea));
+        let x = x + key;
+        let x = x * (key.shr::<16>() | F::Uint::splat(1));
+        let x = x ^ (x * F::Uint::splat(0x0552_6c56));
+        x ^ (x * F::Uint::splat(0x53a2_2864))
+    })
 }
 
 /// The second dimension of Sobol's sequence, mirrored: the index times Pascal's triangle mod 2. (The first,
@@ -66,12 +73,14 @@ fn scramble<U: Uint>(mirrored: U, key: U) -> U {
 /// k has all the binary digits of j. Such a sum over supersets is taken digit by digit, in five steps instead of
 /// thirty-two (as Ahmed 2024, "An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact").
 #[inline(always)]
-fn second_dimension<U: Uint>(index: U) -> U {
-    let x = index ^ (index.shr::<1>() & U::splat(0x5555_5555));
-    let x = x ^ (x.shr::<2>() & U::splat(0x3333_3333));
-    let x = x ^ (x.shr::<4>() & U::splat(0x0f0f_0f0f));
-    let x = x ^ (x.shr::<8>() & U::splat(0x00ff_00ff));
-    x ^ x.shr::<16>()
+fn second_dimension<F: Float>(index: F::Uint) -> F::Uint {
+    function!(F, second_dimension(index), {
+        let x = index ^ (index.shr::<1>() & F::Uint::splat(0x5555_5555));
+        let x = x ^ (x.shr::<2>() & F::Uint::splat(0x3333_3333));
+        let x = x ^ (x.shr::<4>() & F::Uint::splat(0x0f0f_0f0f));
+        let x = x ^ (x.shr::<8>() & F::Uint::splat(0x00ff_00ff));
+        x ^ x.shr::<16>()
+    })
 }
 
 #[cfg(test)]
@@ -136,11 +145,11 @@ mod tests {
             let [_, v, w, _] = draw(Sobol { seed: 0 }, 0, 0, i);
             [v, w]
         }));
-        let unit = |x: u32, key| scramble(Wrapping(x), Wrapping(key)).reverse_bits().to_unit();
-        assert!(runs_are_stratified(|i| [unit(i, 5), unit(second_dimension(Wrapping(i)).0, 9)]));
+        let unit = |x: u32, key| scramble::<f32>(Wrapping(x), Wrapping(key)).reverse_bits().to_unit();
+        assert!(runs_are_stratified(|i| [unit(i, 5), unit(second_dimension::<f32>(Wrapping(i)).0, 9)]));
         assert!(!runs_are_stratified(|i| [unit(i, 5), unit(i, 9)]));
         assert!(!runs_are_stratified(|i| {
-            [unit(i, 5), unit(second_dimension(Wrapping(i)).0 ^ (i >> 7 & 1) << 5, 9)]
+            [unit(i, 5), unit(second_dimension::<f32>(Wrapping(i)).0 ^ (i >> 7 & 1) << 5, 9)]
         }));
     }
 
@@ -155,7 +164,7 @@ mod tests {
             let index = i.wrapping_mul(0x9e37_79b9);
             let bits = (0..32).filter(|bit| index >> bit & 1 != 0);
             let expected = bits.fold(0, |sum, bit| sum ^ directions[bit]);
-            assert_eq!(second_dimension(Wrapping(index)).reverse_bits().0, expected);
+            assert_eq!(second_dimension::<f32>(Wrapping(index)).reverse_bits().0, expected);
         }
     }
 
@@ -235,8 +244,8 @@ mod tests {
         }
         // Negative controls: pairs without an order of their own fall in step; one pair twice has all in common.
         let in_step = |place: u32, sample: u32| {
-            let [a, b, ..] = pcg4d([place, 0, 0, 0].map(Wrapping));
-            [a, b].map(|key| scramble(Wrapping(sample), key).reverse_bits().to_unit())
+            let [a, b, ..] = pcg4d::<f32>([place, 0, 0, 0].map(Wrapping));
+            [a, b].map(|key| scramble::<f32>(Wrapping(sample), key).reverse_bits().to_unit())
         };
         assert!(in_common(in_step, sign::<0>, 32.0)[1].abs() > 2.0 * Z_MILLIONTH);
         let same = |pixel, sample| [draw(sampler, pixel, 1, sample)[0]; 2];

@@ -25,7 +25,7 @@ impl Stream {
     fn next_word(&mut self) -> u32 {
         if self.used == 4 {
             let [pixel, sample, seed] = self.key;
-            self.words = pcg4d([pixel, sample, self.block, seed].map(Wrapping)).map(|w| w.0);
+            self.words = pcg4d::<f32>([pixel, sample, self.block, seed].map(Wrapping)).map(|w| w.0);
             self.block = self.block.wrapping_sub(1);
             self.used = 0;
         }

@@ -1,16 +1,18 @@
 //! Warps from the unit square, each beside its density.
 
-use crate::math::{Float, Uint, Vec3, trig};
+use crate::math::{Float, Uint, Vec3, function, trig};
 use std::f32::consts::FRAC_1_PI;
 
 /// A symmetric triangle on (−1, 1) (report §5.2.2), by inverting its distribution function.
 #[inline(always)]
 pub fn tent<F: Float>(u: F) -> F {
-    let rising = u.lt(F::splat(0.5));
-    // Folded to [0, 1] from the nearer end, where √ keeps its precision.
-    let twice = F::select(rising, u, -u + 1.0) * 2.0;
-    let x = -twice.sqrt() + 1.0;
-    F::select(rising, -x, x)
+    function!(F, tent(u), {
+        let rising = u.lt(F::splat(0.5));
+        // Folded to [0, 1] from the nearer end, where √ keeps its precision.
+        let twice = F::select(rising, u, -u + 1.0) * 2.0;
+        let x = -twice.sqrt() + 1.0;
+        F::select(rising, -x, x)
+    })
 }
 
 /// Density of [`tent`] at `x`.
@@ -22,9 +24,11 @@ pub fn tent_pdf<F: Float>(x: F) -> F {
 /// A point on the unit disk, uniform by area: r = √u₀, θ = 2π·u₁ (report §4.3.1.1).
 #[inline(always)]
 pub fn disk<F: Float>(u: [F; 2]) -> (F, F) {
-    let r = u[0].sqrt();
-    let (sin, cos) = trig::sin_cos_turns(u[1]);
-    (r * cos, r * sin)
+    function!(F, disk(u), {
+        let r = u[0].sqrt();
+        let (sin, cos) = trig::sin_cos_turns(u[1]);
+        (r * cos, r * sin)
+    })
 }
 
 /// Density of [`disk`] by area, inside the disk.
@@ -37,9 +41,11 @@ pub fn disk_pdf<F: Float>() -> F {
 /// disk, lifted to the hemisphere.
 #[inline(always)]
 pub fn cosine_hemisphere<F: Float>(u: [F; 2]) -> Vec3<F> {
-    let (x, y) = disk(u);
-    // 1 − r² with r² = u₀ is exact where 1 − x² − y² would lose half its digits near the horizon.
-    Vec3::new(x, y, (-u[0] + 1.0).sqrt())
+    function!(F, cosine_hemisphere(u), {
+        let (x, y) = disk(u);
+        // 1 − r² with r² = u₀ is exact where 1 − x² − y² would lose half its digits near the horizon.
+        Vec3::new(x, y, (-u[0] + 1.0).sqrt())
+    })
 }
 
 /// Density of [`cosine_hemisphere`] by solid angle, for a direction with this cosine to +z.
@@ -51,10 +57,12 @@ pub fn cosine_hemisphere_pdf<F: Float>(cos_theta: F) -> F {
 /// A direction, uniform over the whole sphere.
 #[inline(always)]
 pub fn uniform_sphere<F: Float>(u: [F; 2]) -> Vec3<F> {
-    let z = -u[0] * 2.0 + 1.0;
-    let r = (u[0] * (-u[0] + 1.0)).sqrt() * 2.0;
-    let (sin, cos) = trig::sin_cos_turns(u[1]);
-    Vec3::new(r * cos, r * sin, z)
+    function!(F, uniform_sphere(u), {
+        let z = -u[0] * 2.0 + 1.0;
+        let r = (u[0] * (-u[0] + 1.0)).sqrt() * 2.0;
+        let (sin, cos) = trig::sin_cos_turns(u[1]);
+        Vec3::new(r * cos, r * sin, z)
+    })
 }
 
 /// Density of [`uniform_sphere`] by solid angle.
@@ -87,20 +95,22 @@ impl FilmOffset {
     /// An offset from the centre along one axis, in pixels.
     #[inline(always)]
     pub fn sample<F: Float>(&self, u: F) -> F {
-        match *self {
-            FilmOffset::Centre => F::zero(),
-            FilmOffset::Uniform(radius) => (u * 2.0 - 1.0) * radius,
-            FilmOffset::Tent(radius) => tent(u) * radius,
-            FilmOffset::Drawn(ref nodes) => {
-                let side = u * 2.0 - 1.0;
-                let at = (-side.abs() + 1.0).sqrt() * (OFFSET_NODES - 1) as f32;
-                let node = at.floor();
-                let index = node.to_uint();
-                let from = F::gather(nodes, index);
-                let to = F::gather(nodes, index + F::Uint::splat(1));
-                (from + (to - from) * (at - node)).copysign(side)
+        function!(F, film_offset(u), {
+            match *self {
+                FilmOffset::Centre => F::zero(),
+                FilmOffset::Uniform(ref radius) => (u * 2.0 - 1.0) * F::given(radius),
+                FilmOffset::Tent(ref radius) => tent(u) * F::given(radius),
+                FilmOffset::Drawn(ref nodes) => {
+                    let side = u * 2.0 - 1.0;
+                    let at = (-side.abs() + 1.0).sqrt() * (OFFSET_NODES - 1) as f32;
+                    let node = at.floor();
+                    let index = node.to_uint();
+                    let from = F::gather(nodes, index);
+                    let to = F::gather(nodes, index + F::Uint::splat(1));
+                    (from + (to - from) * (at - node)).copysign(side)
+                }
             }
-        }
+        })
     }
 
     /// Density of [`FilmOffset::sample`] per pixel; `Centre` has none and gives zero.
@@ -133,10 +143,12 @@ impl FilmOffset {
 /// diagonal without tearing it (Heitz 2019, "A Low-Distortion Map Between Triangle and Square").
 #[inline(always)]
 pub fn triangle<F: Float>(u: [F; 2]) -> [F; 2] {
-    let upper = u[0].lt(u[1]);
-    let half = F::select(upper, u[0], u[1]) * 0.5;
-    let rest = F::select(upper, u[1], u[0]) - half;
-    [F::select(upper, half, rest), F::select(upper, rest, half)]
+    function!(F, triangle_weights(u), {
+        let upper = u[0].lt(u[1]);
+        let half = F::select(upper, u[0], u[1]) * 0.5;
+        let rest = F::select(upper, u[1], u[0]) - half;
+        [F::select(upper, half, rest), F::select(upper, rest, half)]
+    })
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The triangle, without a gap between neighbours.
 
 use super::{NOTHING, POSITION_ERROR, UNIT_ROUNDOFF};
-use crate::math::{Float, Mask, Ray, Uint, Vec3};
+use crate::math::{LaneFloat, LaneMask, Mask, Ray, Uint, Vec3};
 
 /// A ray in the coordinates of tests against triangles: the axis along which it is longest comes third, and the
 /// other two are sheared so that the ray runs along the third (Woop, Benthin and Wald 2013, "Watertight
@@ -21,12 +21,12 @@ pub struct Sheared<F> {
 }
 
 #[inline(always)]
-fn inverse<F: Float>(d: F) -> F {
+fn inverse<F: LaneFloat>(d: F) -> F {
     let inverse = F::splat(1.0) / d;
     inverse + inverse * F::zero()
 }
 
-impl<F: Float> Sheared<F> {
+impl<F: LaneFloat> Sheared<F> {
     /// One ray, in every lane, and the order of its coordinates.
     #[inline(always)]
     pub fn one(ray: &Ray<f32>) -> (Self, [usize; 3]) {
@@ -46,14 +46,14 @@ impl<F: Float> Sheared<F> {
 
 /// Rays of which each has its own order.
 #[derive(Clone, Copy, Debug)]
-pub struct Shears<F: Float> {
+pub struct Shears<F: LaneFloat> {
     sheared: Sheared<F>,
     /// Whether the first coordinate comes last, and whether the second does.
     x_last: F::Mask,
     y_last: F::Mask,
 }
 
-impl<F: Float> Shears<F> {
+impl<F: LaneFloat> Shears<F> {
     /// One ray a lane.
     #[inline(always)]
     pub fn new(ray: &Ray<F>) -> Self {
@@ -83,7 +83,7 @@ impl<F: Float> Shears<F> {
 
 /// Coordinates in a ray's order: the one after the last comes first.
 #[inline(always)]
-fn order<F: Float>(x_last: F::Mask, y_last: F::Mask, v: Vec3<F>) -> Vec3<F> {
+fn order<F: LaneFloat>(x_last: F::Mask, y_last: F::Mask, v: Vec3<F>) -> Vec3<F> {
     let pick = |x, y, z| F::select(x_last, x, F::select(y_last, y, z));
     Vec3::new(pick(v.y, v.z, v.x), pick(v.z, v.x, v.y), pick(v.x, v.y, v.z))
 }
@@ -99,7 +99,7 @@ pub struct Meeting<F> {
 
 /// The lanes in which no two numbers have different signs.
 #[inline(always)]
-fn one_sign<F: Float>(u: F, v: F, w: F) -> F::Mask {
+fn one_sign<F: LaneFloat>(u: F, v: F, w: F) -> F::Mask {
     let zero = F::zero();
     let front = zero.le(u) & zero.le(v) & zero.le(w);
     let back = u.le(zero) & v.le(zero) & w.le(zero);
@@ -109,26 +109,26 @@ fn one_sign<F: Float>(u: F, v: F, w: F) -> F::Mask {
 /// What is left of a·b − c·d where both products round to the same number: the difference of their rounding
 /// errors, each exact (Dekker 1971). Its sign is the true one, and turns when the products change places.
 #[inline(always)]
-fn exact_difference<F: Float>([a, b]: [F; 2], [c, d]: [F; 2]) -> F {
+fn exact_difference<F: LaneFloat>([a, b]: [F; 2], [c, d]: [F; 2]) -> F {
     product_error(a, b) - product_error(c, d)
 }
 
 /// x·y less the number that it rounds to.
 #[inline(always)]
-fn product_error<F: Float>(x: F, y: F) -> F {
+fn product_error<F: LaneFloat>(x: F, y: F) -> F {
     let ((xh, xl), (yh, yl)) = (halves(x), halves(y));
     ((xh * yh - x * y) + xh * yl + xl * yh) + xl * yl
 }
 
 /// A number as the sum of two of half as many digits.
 #[inline(always)]
-fn halves<F: Float>(x: F) -> (F, F) {
+fn halves<F: LaneFloat>(x: F) -> (F, F) {
     let big = x * F::splat(4097.0);
     let high = big - (big - x);
     (high, x - high)
 }
 
-impl<F: Float> Sheared<F> {
+impl<F: LaneFloat> Sheared<F> {
     /// The hit of the ray on a triangle, whose corners are in the order of the ray's coordinates, and which may be a
     /// needle (see [`NEEDLE`]) only if `has_needles`.
     ///
@@ -208,7 +208,7 @@ pub const NEEDLE: f32 = 128.0;
 /// The lanes whose triangles, of which these are two sides, are needles. The answer is the same to the bit for
 /// coordinates in any cyclic order: tests use those of the ray, the error bound those of the world.
 #[inline(always)]
-pub fn is_needle<F: Float>(ab: Vec3<F>, ac: Vec3<F>) -> F::Mask {
+pub fn is_needle<F: LaneFloat>(ab: Vec3<F>, ac: Vec3<F>) -> F::Mask {
     let size = ab.max_abs().max(ac.max_abs());
     (size * size).gt(ab.cross(ac).max_abs() * NEEDLE)
 }
@@ -235,7 +235,7 @@ pub struct Sides<F> {
     pub length: F,
 }
 
-impl<F: Float> Sides<F> {
+impl<F: LaneFloat> Sides<F> {
     /// From the sides.
     #[inline(always)]
     pub fn new(mut ab: Vec3<F>, mut ac: Vec3<F>) -> Self {
@@ -277,6 +277,6 @@ impl<F: Float> Sides<F> {
 /// How far at most a point that is computed as the mean of a triangle's corners lies off the triangle, plus how
 /// close to it a ray may start without meeting it again: of a corner and the sides that begin there.
 #[inline(always)]
-pub fn triangle_error<F: Float>(a: Vec3<F>, ab: Vec3<F>, ac: Vec3<F>) -> F {
+pub fn triangle_error<F: LaneFloat>(a: Vec3<F>, ab: Vec3<F>, ac: Vec3<F>) -> F {
     Sides::new(ab, ac).error(a)
 }

@@ -46,20 +46,23 @@ impl CompiledScene {
     pub fn interaction<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>, met: F::Mask, uv: Uv) -> Interaction<F> {
         let point = self.surfaces.point(ray, hit);
         let entity_material = self.surfaces.material(&point);
-        let mut material = entity_material;
         let mut own = [F::zero(); 2];
         if uv == Uv::Everywhere {
             own = self.surfaces.uv(&point, met);
         }
-        let mut material_uv = own;
+        let (mut material, mut material_uv) = (entity_material, own);
         if self.materials.uses_uv() {
             let looks = met & self.materials.looks_at_uv::<F>(material);
-            if looks.any() {
-                if uv == Uv::WherePatterned {
-                    own = self.surfaces.uv(&point, looks);
-                }
-                (material, material_uv) = self.materials.resolve(material, own);
-            }
+            (own, material, material_uv) = F::guard(
+                looks,
+                (own, material, material_uv),
+                #[inline(always)]
+                || {
+                    let own = if uv == Uv::WherePatterned { self.surfaces.uv(&point, looks) } else { own };
+                    let (material, material_uv) = self.materials.resolve(material, own);
+                    (own, material, material_uv)
+                },
+            );
         }
         Interaction {
             uv: own,

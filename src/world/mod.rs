@@ -42,7 +42,8 @@ pub use size::{MOST_PRIMITIVES, MOST_VERTICES, Size, TooLarge};
 pub use surfaces::{Look, SurfacePoint, SurfaceTable};
 pub use triangles::{FIRST_TRIANGLE, Triangles};
 
-use crate::math::{Float, Ray, Uint};
+use crate::math::lanes::Device;
+use crate::math::{Float, LaneFloat, Ray, Uint, value};
 use crate::shape::NOTHING;
 
 /// How the surfaces that rays meet are found. The picture is the same.
@@ -104,6 +105,8 @@ pub struct Hit<F: Float> {
     /// The weights of the second and the third corner of the triangle that is met; zero on other surfaces.
     pub weights: [F; 2],
 }
+
+value!(Hit { t, surface, instance, weights });
 
 impl<F: Float> Hit<F> {
     /// No hit.
@@ -174,11 +177,7 @@ impl World {
     /// of lanes outside `asks` are unspecified.
     #[inline(always)]
     pub fn intersect<F: Float>(&self, ray: &Ray<F>, asks: F::Mask) -> Hit<F> {
-        let hit = self.simple.intersect(ray);
-        match &self.tree {
-            None => hit,
-            Some(tree) => hit.nearer(tree.intersect_within(ray, hit.t, asks)),
-        }
+        F::device(&Intersect(self), (*ray, asks))
     }
 
     /// The lanes whose ray has a hit before the distance `t_max`. For lanes in `past_triangles`, hits on meshes do not
@@ -191,10 +190,42 @@ impl World {
         asks: F::Mask,
         past_triangles: F::Mask,
     ) -> F::Mask {
-        let found = self.simple.occluded(ray, t_max, past_triangles);
-        match &self.tree {
+        F::device(&Occluded(self), (*ray, t_max, asks, past_triangles))
+    }
+}
+
+/// [`World::intersect`].
+struct Intersect<'a>(&'a World);
+
+impl Device for Intersect<'_> {
+    const NAME: &'static str = "intersect";
+    type Arguments<F: Float> = (Ray<F>, F::Mask);
+    type Output<F: Float> = Hit<F>;
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, (ray, asks): Self::Arguments<F>) -> Hit<F> {
+        let hit = self.0.simple.intersect(&ray);
+        match &self.0.tree {
+            None => hit,
+            Some(tree) => hit.nearer(tree.intersect_within(&ray, hit.t, asks)),
+        }
+    }
+}
+
+/// [`World::occluded`].
+struct Occluded<'a>(&'a World);
+
+impl Device for Occluded<'_> {
+    const NAME: &'static str = "occluded";
+    type Arguments<F: Float> = (Ray<F>, F, F::Mask, F::Mask);
+    type Output<F: Float> = F::Mask;
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, (ray, t_max, asks, past_triangles): Self::Arguments<F>) -> F::Mask {
+        let found = self.0.simple.occluded(&ray, t_max, past_triangles);
+        match &self.0.tree {
             None => found,
-            Some(tree) => found | tree.occluded(ray, t_max, asks & !found, past_triangles),
+            Some(tree) => found | tree.occluded(&ray, t_max, asks & !found, past_triangles),
         }
     }
 }

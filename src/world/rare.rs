@@ -2,7 +2,7 @@
 //! shapes have no code for them in their paths.
 
 use crate::math::lanes::{Kernel, MAX_LANES};
-use crate::math::{Float, Mask, Uint, Vec3};
+use crate::math::{LaneFloat, LaneMask, LaneUint, Vec3};
 use crate::shape::Rare;
 
 /// The lanes that met a rare shape, and where.
@@ -17,7 +17,7 @@ pub(super) struct Rares<'a> {
 }
 
 #[inline(always)]
-fn columns<F: Float>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
+fn columns<F: LaneFloat>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
     let mut columns = [[0.0; MAX_LANES]; 3];
     v.store(&mut columns);
     columns
@@ -25,7 +25,12 @@ fn columns<F: Float>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
 
 impl<'a> Rares<'a> {
     #[inline(always)]
-    pub(super) fn new<F: Float>(shapes: &'a [Rare], lanes: F::Mask, index: F::Uint, p: Vec3<F>) -> Rares<'a> {
+    pub(super) fn new<F: LaneFloat>(
+        shapes: &'a [Rare],
+        lanes: F::Mask,
+        index: F::Uint,
+        p: Vec3<F>,
+    ) -> Rares<'a> {
         let mut indices = [0; MAX_LANES];
         index.store(&mut indices);
         Rares { shapes, lanes: lanes.bits(), index: indices, p: columns(p) }
@@ -45,14 +50,14 @@ impl<'a> Rares<'a> {
 
     /// See [`Rare::point`].
     #[inline(always)]
-    pub(super) fn points<F: Float>(self) -> (Vec3<F>, F) {
+    pub(super) fn points<F: LaneFloat>(self) -> (Vec3<F>, F) {
         let [x, y, z, off] = &F::outlined(Points(self));
         (Vec3::new(F::load(x), F::load(y), F::load(z)), F::load(off))
     }
 
     /// See [`Rare::uv`].
     #[inline(always)]
-    pub(super) fn uv<F: Float>(self, n: Vec3<F>) -> (F, F) {
+    pub(super) fn uv<F: LaneFloat>(self, n: Vec3<F>) -> (F, F) {
         let [u, v] = &F::outlined(Uvs { at: self, n: columns(n) });
         (F::load(u), F::load(v))
     }
@@ -65,7 +70,7 @@ impl Kernel for Points<'_> {
     type Output = [[f32; MAX_LANES]; 4];
 
     #[inline(always)]
-    fn run<F: Float>(self) -> Self::Output {
+    fn run<F: LaneFloat>(self) -> Self::Output {
         let mut out = [[0.0; MAX_LANES]; 4];
         self.0.for_each(
             #[inline(always)]
@@ -91,7 +96,7 @@ impl Kernel for Uvs<'_> {
     type Output = [[f32; MAX_LANES]; 2];
 
     #[inline(always)]
-    fn run<F: Float>(self) -> Self::Output {
+    fn run<F: LaneFloat>(self) -> Self::Output {
         let mut out = [[0.0; MAX_LANES]; 2];
         let [x, y, z] = &self.n;
         self.at.for_each(

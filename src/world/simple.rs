@@ -2,7 +2,7 @@
 
 use super::{FIRST_TRIANGLE, Hit, Instances, NO_INSTANCE, Triangles};
 use crate::math::lanes::{Kernel, MAX_LANES};
-use crate::math::{Float, Mask, Ray, Uint, Vec3};
+use crate::math::{LaneFloat, LaneMask, LaneUint, Mask, Ray, Uint, Vec3};
 use crate::shape::{Meeting, NOTHING, Plane, Quad, Rare, Shape, Shears, Sphere};
 use std::ops::Range;
 use std::sync::Arc;
@@ -40,7 +40,7 @@ impl Simple {
 /// The first of the hit so far and the hits on shapes of one kind, which are in the order of their rows: at equal
 /// distances among them the first one counts.
 #[inline(always)]
-fn closest<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, so_far: Hit<F>) -> Hit<F> {
+fn closest<F: LaneFloat, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, so_far: Hit<F>) -> Hit<F> {
     let mut hit = Hit::none();
     for (shape, row) in shapes {
         let t = shape.intersect(ray);
@@ -52,7 +52,7 @@ fn closest<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, so_far: Hit<F>
 }
 
 #[inline(always)]
-fn any<F: Float, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut found: F::Mask) -> F::Mask {
+fn any<F: LaneFloat, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut found: F::Mask) -> F::Mask {
     for (shape, _) in shapes {
         found = found | shape.intersect(ray).lt(t_max);
     }
@@ -71,7 +71,7 @@ struct AskAll<'a> {
 
 impl<'a> AskAll<'a> {
     #[inline(always)]
-    fn new<F: Float>(world: &'a Simple, ray: &Ray<F>, past_triangles: F::Mask) -> AskAll<'a> {
+    fn new<F: LaneFloat>(world: &'a Simple, ray: &Ray<F>, past_triangles: F::Mask) -> AskAll<'a> {
         let mut columns = [[0.0; MAX_LANES]; 6];
         for (column, x) in columns.iter_mut().zip([ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z]) {
             x.store(column);
@@ -92,7 +92,7 @@ impl Kernel for AskAll<'_> {
     type Output = Found;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> Found {
+    fn run<F: LaneFloat>(self) -> Found {
         let [ox, oy, oz, dx, dy, dz] = &self.ray;
         let o = Vec3::new(F::load(ox), F::load(oy), F::load(oz));
         // Without its time: nothing moves.
@@ -120,7 +120,7 @@ fn rarely() {}
 
 /// Tests rays against some triangles, and calls `found` for each with its index.
 #[inline(always)]
-fn each_triangle<F: Float>(
+fn each_triangle<F: LaneFloat>(
     triangles: &Triangles,
     range: Range<usize>,
     ray: &Ray<F>,
@@ -139,7 +139,7 @@ fn each_triangle<F: Float>(
 impl Simple {
     /// The first hit on all surfaces, rare shapes included; for lanes in `past_triangles`, on all but triangles.
     #[inline(always)]
-    fn closest_of_all<F: Float>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
+    fn closest_of_all<F: LaneFloat>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
         let found = &F::outlined(AskAll::new(self, ray, past_triangles));
         Hit {
             t: F::load(&found.t),
@@ -151,7 +151,7 @@ impl Simple {
 
     /// The first hit on all surfaces but rare shapes.
     #[inline(always)]
-    fn closest_common<F: Float>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
+    fn closest_common<F: LaneFloat>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
         let hit = closest(&self.planes, ray, Hit::none());
         let hit = closest(&self.spheres, ray, hit);
         let mut hit = closest(&self.quads, ray, hit);
@@ -177,7 +177,7 @@ impl Simple {
     /// Tests rays against all triangles, each with its instance and index, in the order that decides at equal
     /// distances.
     #[inline(always)]
-    fn every_triangle<F: Float>(&self, ray: &Ray<F>, mut found: impl FnMut(Meeting<F>, u32, u32)) {
+    fn every_triangle<F: LaneFloat>(&self, ray: &Ray<F>, mut found: impl FnMut(Meeting<F>, u32, u32)) {
         let triangles = &self.triangles;
         each_triangle(
             triangles,
@@ -202,7 +202,7 @@ impl Simple {
 impl Simple {
     /// The first hit of each ray, as [`World::intersect`](super::World::intersect) says.
     #[inline(always)]
-    pub fn intersect<F: Float>(&self, ray: &Ray<F>) -> Hit<F> {
+    pub fn intersect<F: LaneFloat>(&self, ray: &Ray<F>) -> Hit<F> {
         let none = F::Mask::splat(false);
         if !self.rare.is_empty() {
             rarely();
@@ -213,7 +213,7 @@ impl Simple {
 
     /// The lanes whose ray meets anything, as [`World::occluded`](super::World::occluded) says.
     #[inline(always)]
-    pub fn occluded<F: Float>(&self, ray: &Ray<F>, t_max: F, past_triangles: F::Mask) -> F::Mask {
+    pub fn occluded<F: LaneFloat>(&self, ray: &Ray<F>, t_max: F, past_triangles: F::Mask) -> F::Mask {
         if !self.rare.is_empty() {
             rarely();
             return self.closest_of_all(ray, past_triangles).t.lt(t_max);

@@ -4,7 +4,8 @@ use super::rare::Rares;
 use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
 use super::{Hit, Instances, NO_INSTANCE};
 use crate::light::NO_LIGHT;
-use crate::math::{Float, Mask, Ray, Rgb, Uint, Vec3, push3, trig};
+use crate::math::lanes::Device;
+use crate::math::{Float, LaneFloat, LaneMask, Ray, Rgb, Uint, Vec3, push3, trig, value};
 use crate::shape::{Form, POSITION_ERROR, Rare, Shape, Surface};
 use std::sync::Arc;
 
@@ -80,6 +81,8 @@ pub struct SurfacePoint<F: Float> {
     /// Its row in the [`SurfaceTable`].
     pub row: F::Uint,
 }
+
+value!(SurfacePoint { p, n, shading, weights, error, surface, row });
 
 impl SurfaceTable {
     /// Adds a row and returns its number.
@@ -190,7 +193,7 @@ impl SurfaceTable {
 
     /// Rows of hits.
     #[inline(always)]
-    fn row<F: Float>(&self, hit: &Hit<F>) -> F::Uint {
+    fn row<F: LaneFloat>(&self, hit: &Hit<F>) -> F::Uint {
         let Some(triangles) = &self.triangles else { return hit.surface };
         let flat = hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
         if !(!flat).any() {
@@ -212,6 +215,11 @@ impl SurfaceTable {
     /// table must not be empty.
     #[inline(always)]
     pub fn point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
+        F::device(&PointOf(self), (*ray, *hit))
+    }
+
+    #[inline(always)]
+    fn point_in_lanes<F: LaneFloat>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
         let mut point = self.smooth_point(ray, hit);
         if let Some(triangles) = &self.triangles {
             let on_mesh = hit.is_some() & !hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
@@ -229,7 +237,7 @@ impl SurfaceTable {
 
     /// Points on all but meshes.
     #[inline(always)]
-    fn smooth_point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
+    fn smooth_point<F: LaneFloat>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
         let row = self.row(hit);
         let p = ray.at(hit.t);
         let (axis, constant) = (Vec3::gather(&self.axis, row), F::gather(&self.constant, row));
@@ -272,6 +280,11 @@ impl SurfaceTable {
     /// uv of points, in the lanes where they are wanted; each shape defines its own.
     #[inline(always)]
     pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> [F; 2] {
+        F::device(&UvOf(self), (*point, wanted))
+    }
+
+    #[inline(always)]
+    fn uv_in_lanes<F: LaneFloat>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> [F; 2] {
         let (p, row) = (point.p, point.row);
         let mut u = p.dot(Vec3::gather(&self.u_axis, row)) + F::gather(&self.u_offset, row);
         let mut v = p.dot(Vec3::gather(&self.v_axis, row)) + F::gather(&self.v_offset, row);
@@ -307,7 +320,7 @@ impl SurfaceTable {
 
     /// Indices in `rare`, and which of some lanes have one.
     #[inline(always)]
-    fn rare_lanes<F: Float>(&self, row: F::Uint, lanes: F::Mask) -> (F::Uint, F::Mask) {
+    fn rare_lanes<F: LaneFloat>(&self, row: F::Uint, lanes: F::Mask) -> (F::Uint, F::Mask) {
         let index = F::Uint::gather(&self.rare_index, row);
         (index, lanes & index.lt(F::Uint::splat(NOT_RARE)))
     }
@@ -321,6 +334,11 @@ impl SurfaceTable {
     /// Indices in the light table, or [`NO_LIGHT`].
     #[inline(always)]
     pub fn light<F: Float>(&self, point: &SurfacePoint<F>) -> F::Uint {
+        F::device(&LightOf(self), *point)
+    }
+
+    #[inline(always)]
+    fn light_in_lanes<F: LaneFloat>(&self, point: &SurfacePoint<F>) -> F::Uint {
         let light = F::Uint::gather(&self.light, point.row);
         if self.triangles.is_none() {
             return light;
@@ -335,5 +353,47 @@ impl SurfaceTable {
     #[inline(always)]
     pub fn emission<F: Float>(&self, point: &SurfacePoint<F>) -> Rgb<F> {
         Rgb::gather(&self.emission, point.row)
+    }
+}
+
+/// [`SurfaceTable::point`].
+struct PointOf<'a>(&'a SurfaceTable);
+
+impl Device for PointOf<'_> {
+    const NAME: &'static str = "surface_point";
+    type Arguments<F: Float> = (Ray<F>, Hit<F>);
+    type Output<F: Float> = SurfacePoint<F>;
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, (ray, hit): Self::Arguments<F>) -> SurfacePoint<F> {
+        self.0.point_in_lanes(&ray, &hit)
+    }
+}
+
+/// [`SurfaceTable::uv`].
+struct UvOf<'a>(&'a SurfaceTable);
+
+impl Device for UvOf<'_> {
+    const NAME: &'static str = "surface_uv";
+    type Arguments<F: Float> = (SurfacePoint<F>, F::Mask);
+    type Output<F: Float> = [F; 2];
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, (point, wanted): Self::Arguments<F>) -> [F; 2] {
+        self.0.uv_in_lanes(&point, wanted)
+    }
+}
+
+/// [`SurfaceTable::light`].
+struct LightOf<'a>(&'a SurfaceTable);
+
+impl Device for LightOf<'_> {
+    const NAME: &'static str = "light_of";
+    type Arguments<F: Float> = SurfacePoint<F>;
+    type Output<F: Float> = F::Uint;
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, point: SurfacePoint<F>) -> F::Uint {
+        self.0.light_in_lanes(&point)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Hit;
 use super::instances::{Instances, NO_INSTANCE, Place};
-use crate::math::{Bounds, Float, Mask, Uint, Vec3};
+use crate::math::{Bounds, Float, LaneFloat, LaneMask, Uint, Vec3};
 use crate::shape::{BOUNDS_ERROR, Mesh, Sides, is_needle, triangle_error};
 use glam::{DAffine3, DVec3};
 use std::ops::Range;
@@ -144,14 +144,14 @@ impl Triangles {
 
     /// The vertices of the corners of triangles, one triangle a lane.
     #[inline(always)]
-    pub(super) fn vertices<F: Float>(&self, triangle: F::Uint) -> [F::Uint; 3] {
+    pub(super) fn vertices<F: LaneFloat>(&self, triangle: F::Uint) -> [F::Uint; 3] {
         let [a, b, c] = &self.corners;
         [F::Uint::gather(a, triangle), F::Uint::gather(b, triangle), F::Uint::gather(c, triangle)]
     }
 
     /// Positions of vertices.
     #[inline(always)]
-    pub(super) fn position<F: Float>(&self, vertex: F::Uint) -> Vec3<F> {
+    pub(super) fn position<F: LaneFloat>(&self, vertex: F::Uint) -> Vec3<F> {
         Vec3::gather(&self.positions, vertex)
     }
 
@@ -159,7 +159,7 @@ impl Triangles {
     /// long the ray is. Lanes outside `on_mesh` are unspecified; `orientation` is 1, or −1 where outward is the other
     /// side.
     #[inline(always)]
-    pub(super) fn point<F: Float>(
+    pub(super) fn point<F: LaneFloat>(
         &self,
         instances: Option<&Instances>,
         ray_d: Vec3<F>,
@@ -218,7 +218,7 @@ impl Triangles {
 
     /// uv of points on triangles, by the weights of the second and the third corner.
     #[inline(always)]
-    pub(super) fn uv<F: Float>(&self, surface: F::Uint, weights: [F; 2]) -> [F; 2] {
+    pub(super) fn uv<F: LaneFloat>(&self, surface: F::Uint, weights: [F; 2]) -> [F; 2] {
         let vertices = self.vertices::<F>(triangle_of::<F>(surface));
         [
             corner_mean(&self.uv[0], vertices, [0.0, 1.0, 1.0], weights),
@@ -228,7 +228,7 @@ impl Triangles {
 
     /// Shading normals of vertices, where their instances stand in the lanes that have one.
     #[inline(always)]
-    fn shading_normal<F: Float>(&self, vertex: F::Uint, place: &Option<(F::Mask, Place<F>)>) -> Vec3<F> {
+    fn shading_normal<F: LaneFloat>(&self, vertex: F::Uint, place: &Option<(F::Mask, Place<F>)>) -> Vec3<F> {
         let n = Vec3::<F>::gather(&self.normals, vertex);
         match place {
             Some((shared, place)) => Vec3::select(*shared, place.normal(n), n),
@@ -257,7 +257,12 @@ pub(super) fn triangle_of<F: Float>(surface: F::Uint) -> F::Uint {
 
 /// The weighted mean of a column's values at three vertices; `without` stands for values that are NaN.
 #[inline(always)]
-fn corner_mean<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3], weights: [F; 2]) -> F {
+fn corner_mean<F: LaneFloat>(
+    column: &[f32],
+    vertices: [F::Uint; 3],
+    without: [f32; 3],
+    weights: [F; 2],
+) -> F {
     let mut corners = [F::zero(); 3];
     for (i, corner) in corners.iter_mut().enumerate() {
         let given = F::gather(column, vertices[i]);

@@ -1,14 +1,14 @@
 //! The choice among the children of a node.
 
 use super::node::{Node, WIDTH};
-use crate::math::{BELOW_ONE, Float, Mask, Uint};
+use crate::math::{BELOW_ONE, LaneFloat, LaneMask, Uint};
 
 /// The least value of a child, unless it is zero, as a share of the greatest value among the children. Neither a sum of
 /// eight values nor a random number of 24 bits loses so much.
 pub const LEAST_SHARE: f32 = 1.0 / 524_288.0;
 
 /// A choice among a node's children.
-pub(super) struct Choice<F: Float> {
+pub(super) struct Choice<F: LaneFloat> {
     pub(super) child: F::Uint,
     /// Its probability.
     pub(super) share: F,
@@ -16,7 +16,7 @@ pub(super) struct Choice<F: Float> {
     pub(super) u: F,
 }
 
-impl<F: Float> Choice<F> {
+impl<F: LaneFloat> Choice<F> {
     /// A choice among children with probabilities in proportion to these values, or equal ones where all are zero.
     ///
     /// With `DRAWS` the child is drawn with `u`; otherwise it is the one that holds the light in a given place of the

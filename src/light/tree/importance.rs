@@ -1,7 +1,7 @@
 //! Estimates of what lights contribute to a point.
 
 use super::node::{Node, Place};
-use crate::math::{Float, Mask, Vec3};
+use crate::math::{LaneFloat, Mask, Vec3};
 
 /// The share of the spread that is added to the squared distance: the harmonic mean of |d|² over lights around a point
 /// is less than the mean. Among 0.1 to 0.45 this gave the least variance for slabs, ceilings, clusters, lines and cubes
@@ -19,7 +19,7 @@ pub const NARROW: f32 = 0.95;
 pub const GREATEST: f32 = 1e37;
 
 /// The importance of a group of lights for a point.
-pub(super) struct Importance<F: Float> {
+pub(super) struct Importance<F: LaneFloat> {
     /// An estimate of the contribution, up to a common factor and without shadows; zero only if there is none.
     pub(super) value: F,
     /// Whether the lights are so far that their shares of it hardly depend on the point.
@@ -35,7 +35,7 @@ pub(super) struct Kinds {
     pub(super) has_meshes: bool,
 }
 
-impl<F: Float> Importance<F> {
+impl<F: LaneFloat> Importance<F> {
     /// The importance of a node's children for a point `p` on a surface with normal `n` that scatters on both sides.
     ///
     /// For lights with the same spread in all directions, σ² in total, the mean of (n·d)² is (n·d̄)² + σ²/3 and that of
@@ -86,7 +86,7 @@ impl<F: Float> Importance<F> {
 
 /// Cosine and sine of max(0, a − b), from those of a and b in [0, π].
 #[inline(always)]
-fn less<F: Float>(cos_a: F, sin_a: F, cos_b: F, sin_b: F) -> (F, F) {
+fn less<F: LaneFloat>(cos_a: F, sin_a: F, cos_b: F, sin_b: F) -> (F, F) {
     let none = cos_a.gt(cos_b);
     let cos = cos_a * cos_b + sin_a * sin_b;
     let sin = sin_a * cos_b - cos_a * sin_b;
@@ -95,6 +95,6 @@ fn less<F: Float>(cos_a: F, sin_a: F, cos_b: F, sin_b: F) -> (F, F) {
 
 /// Cosine and sine of a + b, from those of a and b in [0, π].
 #[inline(always)]
-fn more<F: Float>(cos_a: F, sin_a: F, cos_b: F, sin_b: F) -> (F, F) {
+fn more<F: LaneFloat>(cos_a: F, sin_a: F, cos_b: F, sin_b: F) -> (F, F) {
     (cos_a * cos_b - sin_a * sin_b, sin_a * cos_b + cos_a * sin_b)
 }

@@ -1,7 +1,7 @@
 //! Nodes of eight children.
 
 use super::group::Group;
-use crate::math::{Float, Vec3};
+use crate::math::{LaneFloat, Vec3};
 
 /// Children of a node at most.
 pub(super) const WIDTH: usize = 8;
@@ -140,7 +140,7 @@ pub struct LightNode {
 pub const COUNT_FROM: u32 = 28;
 
 /// The child of each lane: the same one in all lanes, or another one in each.
-pub(super) trait Place<F: Float>: Copy {
+pub(super) trait Place<F: LaneFloat>: Copy {
     fn number(self, column: &[f32; WIDTH]) -> F;
     #[inline(always)]
     fn vector(self, columns: &[[f32; WIDTH]; 3]) -> Vec3<F> {
@@ -148,7 +148,7 @@ pub(super) trait Place<F: Float>: Copy {
     }
 }
 
-impl<F: Float> Place<F> for usize {
+impl<F: LaneFloat> Place<F> for usize {
     #[inline(always)]
     fn number(self, column: &[f32; WIDTH]) -> F {
         F::splat(column[self])
@@ -159,7 +159,7 @@ impl<F: Float> Place<F> for usize {
 #[derive(Clone, Copy)]
 pub(super) struct Each;
 
-impl<F: Float> Place<F> for Each {
+impl<F: LaneFloat> Place<F> for Each {
     #[inline(always)]
     fn number(self, column: &[f32; WIDTH]) -> F {
         F::load(column)

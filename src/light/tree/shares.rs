@@ -1,6 +1,6 @@
 //! Lights in the order of their tree, each with whole units of power, and the search for the light of a given unit.
 
-use crate::math::{Float, Mask, Uint};
+use crate::math::{LaneFloat, LaneMask, Uint};
 
 /// Lights and the units of each. The bucket of a unit gives the range of lights to search; few buckets hold more than
 /// two.
@@ -59,7 +59,7 @@ impl Shares {
 
     /// The light that has a unit, and how many units it has. Lanes outside the mask are unspecified.
     #[inline(always)]
-    pub(super) fn find<F: Float>(&self, unit: F::Uint, asks: F::Mask) -> (F::Uint, F::Uint) {
+    pub(super) fn find<F: LaneFloat>(&self, unit: F::Uint, asks: F::Mask) -> (F::Uint, F::Uint) {
         let (one, all_bits) = (F::Uint::splat(1), F::Uint::splat(u32::MAX));
         let bucket = (unit.shr::<LEAST_BITS>().to_float() * self.buckets).to_uint();
         let mut low = F::Uint::gather(&self.guide, bucket);

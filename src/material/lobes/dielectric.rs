@@ -1,8 +1,8 @@
 //! Reflection and refraction at a smooth surface.
 
 use super::reflect;
-use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
-use crate::math::{Float, Mask, Rgb, Vec3};
+use crate::material::bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
+use crate::math::{Float, Mask, Rgb, Vec3, function, value};
 
 /// A smooth dielectric interface: Fresnel reflection and Snell refraction.
 #[derive(Clone, Copy, Debug)]
@@ -15,19 +15,23 @@ pub struct Dielectric<F> {
     pub transmittance: Rgb<F>,
 }
 
+value!(Dielectric { ior, reflectance, transmittance });
+
 /// Fresnel reflectance of unpolarised light at a smooth dielectric, and the cosine of refraction.
 ///
 /// `cos_i` ≥ 0 is the cosine of incidence and `eta` the index of the far side over that of the near side.
 /// With total internal reflection it gives (1, 0) (Born and Wolf 1999, §1.5.2).
 #[inline(always)]
 pub fn fresnel_dielectric<F: Float>(cos_i: F, eta: F) -> (F, F) {
-    let sin2_t = (-cos_i * cos_i + 1.0) / (eta * eta);
-    let cos_t = (-sin2_t + 1.0).max(F::zero()).sqrt();
-    let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-    let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-    let reflectance = (parallel * parallel + perpendicular * perpendicular) * 0.5;
-    let total = F::splat(1.0).le(sin2_t);
-    (F::select(total, F::splat(1.0), reflectance), cos_t.only(!total))
+    function!(F, fresnel_dielectric(cos_i, eta), {
+        let sin2_t = (-cos_i * cos_i + 1.0) / (eta * eta);
+        let cos_t = (-sin2_t + 1.0).max(F::zero()).sqrt();
+        let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+        let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+        let reflectance = (parallel * parallel + perpendicular * perpendicular) * 0.5;
+        let total = F::splat(1.0).le(sin2_t);
+        (F::select(total, F::splat(1.0), reflectance), cos_t.only(!total))
+    })
 }
 
 impl<F: Float> Dielectric<F> {
@@ -50,13 +54,14 @@ impl<F: Float> Bxdf<F> for Dielectric<F> {
 
     #[inline(always)]
     fn sample(&self, wo: Vec3<F>, _u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F> {
-        let [(reflected, _, fresnel), (refracted, through, _)] = self.branches(wo, mode);
+        let [reflected, refracted] = self.branches(wo, mode);
+        let fresnel = reflected.chance;
         let reflects = lobe.lt(fresnel);
         let chance = F::select(reflects, fresnel, -fresnel + 1.0);
         // The chance of a branch is its Fresnel factor, which therefore cancels.
-        let transmitted = through * (F::splat(1.0) / chance);
+        let transmitted = refracted.weight * (F::splat(1.0) / chance);
         BxdfSample {
-            wi: Vec3::select(reflects, reflected, refracted),
+            wi: Vec3::select(reflects, reflected.wi, refracted.wi),
             weight: Rgb::select(reflects, self.reflectance, transmitted),
             pdf: chance,
             delta: F::Mask::splat(true),
@@ -77,7 +82,7 @@ impl<F: Float> Bxdf<F> for Dielectric<F> {
     /// The reflected branch, then the refracted one, with Fresnel factors inside their weights. Where light cannot pass,
     /// the refracted weight is black.
     #[inline(always)]
-    fn branches(&self, wo: Vec3<F>, mode: TransportMode) -> [(Vec3<F>, Rgb<F>, F); 2] {
+    fn branches(&self, wo: Vec3<F>, mode: TransportMode) -> [Branch<F>; 2] {
         let eta = self.eta(wo);
         let (fresnel, cos_t) = fresnel_dielectric(wo.z.abs(), eta);
         let scale = F::splat(1.0) / eta;
@@ -89,8 +94,8 @@ impl<F: Float> Bxdf<F> for Dielectric<F> {
             TransportMode::Importance => through,
         };
         [
-            (reflect(wo), self.reflectance * fresnel, fresnel),
-            (refracted, self.transmittance * transmitted, through),
+            Branch { wi: reflect(wo), weight: self.reflectance * fresnel, chance: fresnel },
+            Branch { wi: refracted, weight: self.transmittance * transmitted, chance: through },
         ]
     }
 }
@@ -130,7 +135,8 @@ mod tests {
         for cos in [0.9, 0.3, 0.05, -0.9, -0.8] {
             let wo = direction(cos, 0.2);
             let eta = if cos > 0.0 { 1.5 } else { 1.0 / 1.5 };
-            let [(reflected, fr, _), (refracted, ft, _)] = glass.branches(wo, MODE);
+            let [reflected, refracted] = glass.branches(wo, MODE).map(|branch| branch.wi);
+            let [fr, ft] = glass.branches(wo, MODE).map(|branch| branch.weight);
             assert_eq!([reflected.x, reflected.y, reflected.z], [-wo.x, -wo.y, wo.z]);
             let sin = |w: Vec3<f32>| (w.x * w.x + w.y * w.y).sqrt();
             assert!((sin(wo) - eta * sin(refracted)).abs() < 1e-6, "Snell at {cos}");

@@ -2,7 +2,7 @@
 
 use super::same_side;
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
-use crate::math::{Float, Mask, Rgb, Vec3};
+use crate::math::{Float, Mask, Rgb, Vec3, value};
 use crate::sampling::warp;
 use std::f32::consts::FRAC_1_PI;
 
@@ -12,6 +12,8 @@ pub struct Lambertian<F> {
     /// The fraction reflected.
     pub reflectance: Rgb<F>,
 }
+
+value!(Lambertian { reflectance });
 
 impl<F: Float> Bxdf<F> for Lambertian<F> {
     #[inline(always)]

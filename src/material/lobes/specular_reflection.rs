@@ -2,7 +2,7 @@
 
 use super::reflect;
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
-use crate::math::{Float, Mask, Rgb, Vec3};
+use crate::math::{Float, Mask, Rgb, Vec3, value};
 
 /// Reflects perfectly on both sides (report §4.3.1.2).
 #[derive(Clone, Copy, Debug)]
@@ -10,6 +10,8 @@ pub struct SpecularReflection<F> {
     /// The fraction reflected.
     pub reflectance: Rgb<F>,
 }
+
+value!(SpecularReflection { reflectance });
 
 impl<F: Float> Bxdf<F> for SpecularReflection<F> {
     const HAS_NON_DELTA: bool = false;

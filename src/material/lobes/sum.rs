@@ -1,6 +1,7 @@
 //! Two lobes on one surface.
 
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
+use crate::math::lanes::Value;
 use crate::math::{BELOW_ONE, Float, Rgb, Vec3};
 
 /// Scatters by both of two lobes: f = f₁ + f₂. A direction is drawn from the first lobe with the probability c and from
@@ -45,7 +46,7 @@ impl<F: Float, A: Bxdf<F>, B: Bxdf<F>> Bxdf<F> for Sum<F, A, B> {
         let of_second = ((lobe - self.chance) / rest).min(F::splat(BELOW_ONE));
         let first = self.first.sample(wo, u, of_first, mode);
         let second = self.second.sample(wo, u, of_second, mode);
-        let sample = BxdfSample::select(is_first, first, second);
+        let sample = BxdfSample::blend(is_first, first, second);
         // The other lobe does not scatter into the direction of a delta; into other directions both may.
         let chosen = F::select(is_first, self.chance, rest);
         let pdf = self.pdf(wo, sample.wi);

@@ -7,7 +7,9 @@
 #![allow(unsafe_code, reason = "processor intrinsics")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
 
-use super::{Float, Kernel, Mask, Uint};
+use super::lane::for_lanes;
+use super::value::numbers;
+use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint};
 use std::arch::x86_64::*;
 
 const N: usize = 8;
@@ -77,11 +79,17 @@ impl std::ops::Neg for Float8 {
     }
 }
 
+numbers!(Float8, Uint8, Mask8);
+
 impl Mask for Mask8 {
     #[inline(always)]
     fn splat(value: bool) -> Self {
         Mask8(unsafe { _mm256_castsi256_ps(_mm256_set1_epi32(-i32::from(value))) })
     }
+    for_lanes!(mask);
+}
+
+impl LaneMask for Mask8 {
     #[inline(always)]
     fn from_bits(bits: u32) -> Self {
         unsafe {
@@ -103,16 +111,6 @@ impl Uint for Uint8 {
     #[inline(always)]
     fn splat(value: u32) -> Self {
         Uint8(unsafe { _mm256_set1_epi32(value as i32) })
-    }
-    #[inline(always)]
-    fn load(from: &[u32]) -> Self {
-        // The slice index proves that eight values are there; the load needs no alignment.
-        Uint8(unsafe { _mm256_loadu_si256(from[..N].as_ptr().cast()) })
-    }
-    #[inline(always)]
-    fn store(self, into: &mut [u32]) {
-        // The slice index proves that there is room for eight; the store needs no alignment.
-        unsafe { _mm256_storeu_si256(into[..N].as_mut_ptr().cast(), self.0) }
     }
     #[inline(always)]
     fn gather(table: &[u32], index: Self) -> Self {
@@ -176,6 +174,20 @@ impl Uint for Uint8 {
     fn to_float(self) -> Float8 {
         Float8(unsafe { _mm256_cvtepi32_ps(self.0) })
     }
+    for_lanes!(uint);
+}
+
+impl LaneUint for Uint8 {
+    #[inline(always)]
+    fn load(from: &[u32]) -> Self {
+        // The slice index proves that eight values are there; the load needs no alignment.
+        Uint8(unsafe { _mm256_loadu_si256(from[..N].as_ptr().cast()) })
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [u32]) {
+        // The slice index proves that there is room for eight; the store needs no alignment.
+        unsafe { _mm256_storeu_si256(into[..N].as_mut_ptr().cast(), self.0) }
+    }
 }
 
 /// The last index of a table, as the processor's gather takes it.
@@ -209,22 +221,11 @@ unsafe fn look_up(table: *const f32, last: i32, index: __m256i) -> __m256 {
 impl Float for Float8 {
     type Uint = Uint8;
     type Mask = Mask8;
-    type Octet = super::avx2::Float8;
     const LANES: usize = N;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
         Float8(unsafe { _mm256_set1_ps(value) })
-    }
-    #[inline(always)]
-    fn load(from: &[f32]) -> Self {
-        // The slice index proves that eight values are there; the load needs no alignment.
-        Float8(unsafe { _mm256_loadu_ps(from[..N].as_ptr()) })
-    }
-    #[inline(always)]
-    fn store(self, into: &mut [f32]) {
-        // The slice index proves that there is room for eight; the store needs no alignment.
-        unsafe { _mm256_storeu_ps(into[..N].as_mut_ptr(), self.0) }
     }
     #[inline(always)]
     fn gather(table: &[f32], index: Uint8) -> Self {
@@ -281,6 +282,21 @@ impl Float for Float8 {
     #[inline(always)]
     fn to_uint(self) -> Uint8 {
         Uint8(unsafe { _mm256_cvttps_epi32(self.0) })
+    }
+    for_lanes!(float);
+}
+
+impl LaneFloat for Float8 {
+    type Octet = super::avx2::Float8;
+    #[inline(always)]
+    fn load(from: &[f32]) -> Self {
+        // The slice index proves that eight values are there; the load needs no alignment.
+        Float8(unsafe { _mm256_loadu_ps(from[..N].as_ptr()) })
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [f32]) {
+        // The slice index proves that there is room for eight; the store needs no alignment.
+        unsafe { _mm256_storeu_ps(into[..N].as_mut_ptr(), self.0) }
     }
 
     #[inline(always)]

@@ -7,7 +7,9 @@
 #![allow(unsafe_code, reason = "processor intrinsics")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
 
-use super::{Float, Kernel, Mask, Uint};
+use super::lane::for_lanes;
+use super::value::numbers;
+use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint};
 use std::arch::x86_64::*;
 
 const N: usize = 16;
@@ -77,11 +79,17 @@ impl std::ops::Neg for Float16 {
     }
 }
 
+numbers!(Float16, Uint16, Mask16);
+
 impl Mask for Mask16 {
     #[inline(always)]
     fn splat(value: bool) -> Self {
         Mask16(if value { 0xffff } else { 0 })
     }
+    for_lanes!(mask);
+}
+
+impl LaneMask for Mask16 {
     #[inline(always)]
     fn from_bits(bits: u32) -> Self {
         Mask16(bits as u16)
@@ -99,16 +107,6 @@ impl Uint for Uint16 {
     #[inline(always)]
     fn splat(value: u32) -> Self {
         Uint16(unsafe { _mm512_set1_epi32(value as i32) })
-    }
-    #[inline(always)]
-    fn load(from: &[u32]) -> Self {
-        // The slice index proves that sixteen values are there; the load needs no alignment.
-        Uint16(unsafe { _mm512_loadu_si512(from[..N].as_ptr().cast()) })
-    }
-    #[inline(always)]
-    fn store(self, into: &mut [u32]) {
-        // The slice index proves that there is room for sixteen; the store needs no alignment.
-        unsafe { _mm512_storeu_si512(into[..N].as_mut_ptr().cast(), self.0) }
     }
     #[inline(always)]
     fn gather(table: &[u32], index: Self) -> Self {
@@ -151,13 +149,6 @@ impl Uint for Uint16 {
         }
     }
     #[inline(always)]
-    fn rank(mask: Mask16) -> Self {
-        Uint16(unsafe {
-            let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-            _mm512_maskz_expand_epi32(mask.0, lanes)
-        })
-    }
-    #[inline(always)]
     fn eq(self, other: Self) -> Mask16 {
         Mask16(unsafe { _mm512_cmpeq_epi32_mask(self.0, other.0) })
     }
@@ -173,6 +164,27 @@ impl Uint for Uint16 {
     fn to_float(self) -> Float16 {
         Float16(unsafe { _mm512_cvtepi32_ps(self.0) })
     }
+    for_lanes!(uint);
+}
+
+impl LaneUint for Uint16 {
+    #[inline(always)]
+    fn load(from: &[u32]) -> Self {
+        // The slice index proves that sixteen values are there; the load needs no alignment.
+        Uint16(unsafe { _mm512_loadu_si512(from[..N].as_ptr().cast()) })
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [u32]) {
+        // The slice index proves that there is room for sixteen; the store needs no alignment.
+        unsafe { _mm512_storeu_si512(into[..N].as_mut_ptr().cast(), self.0) }
+    }
+    #[inline(always)]
+    fn rank(mask: Mask16) -> Self {
+        Uint16(unsafe {
+            let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            _mm512_maskz_expand_epi32(mask.0, lanes)
+        })
+    }
 }
 
 /// The last index of a table, as the processor's gather takes it.
@@ -185,22 +197,11 @@ fn last_index(len: usize) -> i32 {
 impl Float for Float16 {
     type Uint = Uint16;
     type Mask = Mask16;
-    type Octet = super::avx2::Float8;
     const LANES: usize = N;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
         Float16(unsafe { _mm512_set1_ps(value) })
-    }
-    #[inline(always)]
-    fn load(from: &[f32]) -> Self {
-        // The slice index proves that sixteen values are there; the load needs no alignment.
-        Float16(unsafe { _mm512_loadu_ps(from[..N].as_ptr()) })
-    }
-    #[inline(always)]
-    fn store(self, into: &mut [f32]) {
-        // The slice index proves that there is room for sixteen; the store needs no alignment.
-        unsafe { _mm512_storeu_ps(into[..N].as_mut_ptr(), self.0) }
     }
     #[inline(always)]
     fn gather(table: &[f32], index: Uint16) -> Self {
@@ -258,6 +259,21 @@ impl Float for Float16 {
     #[inline(always)]
     fn to_uint(self) -> Uint16 {
         Uint16(unsafe { _mm512_cvttps_epi32(self.0) })
+    }
+    for_lanes!(float);
+}
+
+impl LaneFloat for Float16 {
+    type Octet = super::avx2::Float8;
+    #[inline(always)]
+    fn load(from: &[f32]) -> Self {
+        // The slice index proves that sixteen values are there; the load needs no alignment.
+        Float16(unsafe { _mm512_loadu_ps(from[..N].as_ptr()) })
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [f32]) {
+        // The slice index proves that there is room for sixteen; the store needs no alignment.
+        unsafe { _mm512_storeu_ps(into[..N].as_mut_ptr(), self.0) }
     }
 
     #[inline(always)]

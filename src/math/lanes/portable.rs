@@ -1,7 +1,9 @@
 //! Lanes in plain arrays, for processors that the other levels do not know. Baseline x86-64 and AArch64
 //! have registers of four, which the compiler finds by itself; eight take two of them.
 
-use super::{Float, Kernel, Mask, Uint};
+use super::lane::for_lanes;
+use super::value::numbers;
+use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint};
 use std::array::from_fn;
 
 /// `N` booleans.
@@ -73,11 +75,17 @@ impl<const N: usize> std::ops::Neg for Floats<N> {
     }
 }
 
+numbers!(generic [const N: usize] Floats<N>, Uints<N>, Booleans<N>);
+
 impl<const N: usize> Mask for Booleans<N> {
     #[inline(always)]
     fn splat(value: bool) -> Self {
         Booleans([value; N])
     }
+    for_lanes!(mask);
+}
+
+impl<const N: usize> LaneMask for Booleans<N> {
     #[inline(always)]
     fn from_bits(bits: u32) -> Self {
         Booleans(from_fn(|i| bits >> i & 1 != 0))
@@ -95,14 +103,6 @@ impl<const N: usize> Uint for Uints<N> {
     #[inline(always)]
     fn splat(value: u32) -> Self {
         Uints([value; N])
-    }
-    #[inline(always)]
-    fn load(from: &[u32]) -> Self {
-        Uints(from_fn(|i| from[i]))
-    }
-    #[inline(always)]
-    fn store(self, into: &mut [u32]) {
-        into[..N].copy_from_slice(&self.0);
     }
     #[inline(always)]
     fn gather(table: &[u32], index: Self) -> Self {
@@ -136,25 +136,28 @@ impl<const N: usize> Uint for Uints<N> {
     fn to_float(self) -> Floats<N> {
         Floats(from_fn(|i| self.0[i] as i32 as f32))
     }
+    for_lanes!(uint);
+}
+
+impl<const N: usize> LaneUint for Uints<N> {
+    #[inline(always)]
+    fn load(from: &[u32]) -> Self {
+        Uints(from_fn(|i| from[i]))
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [u32]) {
+        into[..N].copy_from_slice(&self.0);
+    }
 }
 
 impl<const N: usize> Float for Floats<N> {
     type Uint = Uints<N>;
     type Mask = Booleans<N>;
-    type Octet = Floats<8>;
     const LANES: usize = N;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
         Floats([value; N])
-    }
-    #[inline(always)]
-    fn load(from: &[f32]) -> Self {
-        Floats(from_fn(|i| from[i]))
-    }
-    #[inline(always)]
-    fn store(self, into: &mut [f32]) {
-        into[..N].copy_from_slice(&self.0);
     }
     #[inline(always)]
     fn gather(table: &[f32], index: Uints<N>) -> Self {
@@ -203,6 +206,19 @@ impl<const N: usize> Float for Floats<N> {
     #[inline(always)]
     fn to_uint(self) -> Uints<N> {
         Uints(from_fn(|i| self.0[i] as i32 as u32))
+    }
+    for_lanes!(float);
+}
+
+impl<const N: usize> LaneFloat for Floats<N> {
+    type Octet = Floats<8>;
+    #[inline(always)]
+    fn load(from: &[f32]) -> Self {
+        Floats(from_fn(|i| from[i]))
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [f32]) {
+        into[..N].copy_from_slice(&self.0);
     }
 
     #[inline(never)]

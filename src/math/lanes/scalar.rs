@@ -1,12 +1,20 @@
 //! One lane: plain numbers.
 
-use super::{Float, Kernel, Mask, Uint};
+use super::lane::for_lanes;
+use super::value::numbers;
+use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint};
+
+numbers!(f32, Wrapping, bool);
 
 impl Mask for bool {
     #[inline(always)]
     fn splat(value: bool) -> Self {
         value
     }
+    for_lanes!(mask);
+}
+
+impl LaneMask for bool {
     #[inline(always)]
     fn from_bits(bits: u32) -> Self {
         bits & 1 != 0
@@ -48,14 +56,6 @@ impl Uint for Wrapping {
         Wrapping(value)
     }
     #[inline(always)]
-    fn load(from: &[u32]) -> Self {
-        Wrapping(from[0])
-    }
-    #[inline(always)]
-    fn store(self, into: &mut [u32]) {
-        into[0] = self.0;
-    }
-    #[inline(always)]
     fn gather(table: &[u32], index: Self) -> Self {
         Wrapping(table[(index.0 as usize).min(table.len() - 1)])
     }
@@ -87,25 +87,28 @@ impl Uint for Wrapping {
     fn to_float(self) -> f32 {
         self.0 as f32
     }
+    for_lanes!(uint);
+}
+
+impl LaneUint for Wrapping {
+    #[inline(always)]
+    fn load(from: &[u32]) -> Self {
+        Wrapping(from[0])
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [u32]) {
+        into[0] = self.0;
+    }
 }
 
 impl Float for f32 {
     type Uint = Wrapping;
     type Mask = bool;
-    type Octet = super::portable::Floats<8>;
     const LANES: usize = 1;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
         value
-    }
-    #[inline(always)]
-    fn load(from: &[f32]) -> Self {
-        from[0]
-    }
-    #[inline(always)]
-    fn store(self, into: &mut [f32]) {
-        into[0] = self;
     }
     #[inline(always)]
     fn gather(table: &[f32], index: Wrapping) -> Self {
@@ -154,6 +157,19 @@ impl Float for f32 {
     #[inline(always)]
     fn to_uint(self) -> Wrapping {
         Wrapping(self as u32)
+    }
+    for_lanes!(float);
+}
+
+impl LaneFloat for f32 {
+    type Octet = super::portable::Floats<8>;
+    #[inline(always)]
+    fn load(from: &[f32]) -> Self {
+        from[0]
+    }
+    #[inline(always)]
+    fn store(self, into: &mut [f32]) {
+        into[0] = self;
     }
 
     #[inline(never)]

@@ -5,7 +5,7 @@ use super::*;
 
 /// A program over three words a lane, each a float's bits or an integer.
 trait Program {
-    fn run<F: Float>(x: [F; 3]) -> Vec<F>;
+    fn run<F: LaneFloat>(x: [F; 3]) -> Vec<F>;
 }
 
 /// Runs a program over rows of words, as many rows at a time as there are lanes.
@@ -18,7 +18,7 @@ impl<P: Program> Kernel for Rows<'_, P> {
     type Output = Vec<Vec<u32>>;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> Vec<Vec<u32>> {
+    fn run<F: LaneFloat>(self) -> Vec<Vec<u32>> {
         let mut all = Vec::new();
         for chunk in self.rows.chunks(F::LANES) {
             let column = |i: usize| {
@@ -53,12 +53,12 @@ impl<K: Kernel> Kernel for Octets<K> {
     type Output = K::Output;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> K::Output {
+    fn run<F: LaneFloat>(self) -> K::Output {
         struct Inner<K>(K);
         impl<K: Kernel> Kernel for Inner<K> {
             type Output = K::Output;
             #[inline(always)]
-            fn run<F: Float>(self) -> K::Output {
+            fn run<F: LaneFloat>(self) -> K::Output {
                 assert_eq!(F::Octet::LANES, 8);
                 self.0.run::<F::Octet>()
             }
@@ -110,7 +110,7 @@ macro_rules! program {
         struct $name;
         impl Program for $name {
             #[inline(always)]
-            fn run<$f: Float>([$a, $b, $c]: [$f; 3]) -> Vec<$f> {
+            fn run<$f: LaneFloat>([$a, $b, $c]: [$f; 3]) -> Vec<$f> {
                 $outputs.to_vec()
             }
         }
@@ -177,7 +177,7 @@ fn rows() -> Vec<[u32; 3]> {
 }
 
 #[inline(always)]
-fn truth<F: Float>(mask: F::Mask) -> F {
+fn truth<F: LaneFloat>(mask: F::Mask) -> F {
     F::splat(1.0).only(mask)
 }
 
@@ -277,7 +277,7 @@ fn a_level_that_differs_in_one_lane_is_noticed() {
     struct Broken;
     impl Program for Broken {
         #[inline(always)]
-        fn run<F: Float>([a, ..]: [F; 3]) -> Vec<F> {
+        fn run<F: LaneFloat>([a, ..]: [F; 3]) -> Vec<F> {
             // An estimate in place of the division, as fast-math would have it.
             let scale = if F::LANES > 1 { F::splat(0.333_333_3) } else { F::splat(1.0) / 3.0 };
             vec![a * scale]
@@ -293,7 +293,7 @@ impl Kernel for Gathers {
     type Output = Vec<[u32; 2]>;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> Vec<[u32; 2]> {
+    fn run<F: LaneFloat>(self) -> Vec<[u32; 2]> {
         let mut all = Vec::new();
         // Around the lengths that one and two registers hold, and far beyond.
         for len in [1_u32, 2, 5, 7, 8, 9, 15, 16, 17, 1000] {
@@ -332,7 +332,7 @@ impl Kernel for Masks {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Float>(self) {
+    fn run<F: LaneFloat>(self) {
         let all = ((1_u64 << F::LANES) - 1) as u32;
         assert_eq!(F::Mask::splat(true).bits(), all);
         assert_eq!(F::Mask::splat(false).bits(), 0);
@@ -371,7 +371,7 @@ impl Kernel for Memory {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Float>(self) {
+    fn run<F: LaneFloat>(self) {
         let words: Vec<u32> = (0..64).map(|i| 0x3f80_0000 + i).collect();
         let floats: Vec<f32> = words.iter().map(|&w| f32::from_bits(w)).collect();
         for at in 0..=64 - F::LANES {
@@ -401,7 +401,7 @@ impl Kernel for ShortSlices {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Float>(self) {
+    fn run<F: LaneFloat>(self) {
         let (mut words, mut floats) = (vec![0; F::LANES - 1], vec![0.0; F::LANES - 1]);
         match self.0 {
             0 => drop(F::load(&floats)),

@@ -1,7 +1,7 @@
 //! Nodes of eight children, and the items of leaves.
 
 use super::build::{ALONE, Below, Item, LEAF, Split, in_parts};
-use crate::math::{Bounds, Float, Ray, Vec3};
+use crate::math::{Bounds, LaneFloat, Ray, Vec3};
 use crate::shape::{BOUNDS_ERROR, Quad, QuadForm, Sphere, SphereForm};
 use crate::world::{FIRST_TRIANGLE, Simple, Triangles, pages};
 
@@ -111,7 +111,7 @@ pub(super) struct Eight {
 }
 
 #[inline(always)]
-fn load3<F: Float>(columns: &[[f32; LEAF]]) -> Vec3<F> {
+fn load3<F: LaneFloat>(columns: &[[f32; LEAF]]) -> Vec3<F> {
     Vec3::new(F::load(&columns[0]), F::load(&columns[1]), F::load(&columns[2]))
 }
 
@@ -141,7 +141,7 @@ impl Spheres {
 
     /// The spheres, one in each of eight lanes.
     #[inline(always)]
-    pub(super) fn form<F: Float>(&self) -> SphereForm<F> {
+    pub(super) fn form<F: LaneFloat>(&self) -> SphereForm<F> {
         let to_centre = load3(&self.to_centre);
         SphereForm {
             anchor: load3(&self.anchor),
@@ -174,7 +174,7 @@ impl Quads {
 
     /// The quads, one in each of eight lanes.
     #[inline(always)]
-    pub(super) fn form<F: Float>(&self) -> QuadForm<F> {
+    pub(super) fn form<F: LaneFloat>(&self) -> QuadForm<F> {
         QuadForm {
             normal: load3(&self.normal),
             distance: F::load(&self.distance),
@@ -201,7 +201,7 @@ impl Eight {
 
     /// The corners, their coordinates in this order.
     #[inline(always)]
-    pub(super) fn corners<F: Float>(&self, order: [usize; 3]) -> [Vec3<F>; 3] {
+    pub(super) fn corners<F: LaneFloat>(&self, order: [usize; 3]) -> [Vec3<F>; 3] {
         let [x, y, z] = order;
         let [a, b, c] = &self.corners;
         [
@@ -295,7 +295,7 @@ impl Nodes {
     ///
     /// Rays that are not finite meet nothing, and are turned away: they would visit every node.
     #[inline(always)]
-    pub(super) fn reached<F: Float>(&self, ray: &Ray<F>, t_max: F, share: f32) -> F::Mask {
+    pub(super) fn reached<F: LaneFloat>(&self, ray: &Ray<F>, t_max: F, share: f32) -> F::Mask {
         let error = ray.o.max_abs() * (2.0 * share);
         let (mut near, mut far) = (F::zero(), t_max);
         let Bounds { low, high } = self.around;

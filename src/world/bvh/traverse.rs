@@ -8,7 +8,7 @@ use super::build::MAX_DEPTH;
 use super::node::{Child, Node, Nodes, Target, WIDTH};
 use super::tree::Bvh;
 use crate::math::lanes::{Kernel, MAX_LANES};
-use crate::math::{Float, Mask, Ray, Uint, Vec3};
+use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Ray, Vec3};
 use crate::shape::{BOUNDS_ERROR, Meeting, NOTHING, Sheared};
 use crate::world::{Hit, NO_INSTANCE};
 
@@ -32,7 +32,7 @@ pub(super) struct Rays {
 }
 
 #[inline(always)]
-fn columns<F: Float>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
+fn columns<F: LaneFloat>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
     [v.x, v.y, v.z].map(|x| {
         let mut column = [0.0; MAX_LANES];
         x.store(&mut column);
@@ -42,7 +42,7 @@ fn columns<F: Float>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
 
 impl Rays {
     #[inline(always)]
-    pub(super) fn new<F: Float>(ray: &Ray<F>, asks: F::Mask) -> Rays {
+    pub(super) fn new<F: LaneFloat>(ray: &Ray<F>, asks: F::Mask) -> Rays {
         Rays { o: columns(ray.o), d: columns(ray.d), asks: asks.bits() }
     }
 
@@ -78,7 +78,7 @@ struct Probe<F> {
     far: [usize; 3],
 }
 
-impl<F: Float> Probe<F> {
+impl<F: LaneFloat> Probe<F> {
     #[inline(always)]
     fn new(ray: &Ray<f32>, share: f32) -> Self {
         let (o, d) = ([ray.o.x, ray.o.y, ray.o.z], [ray.d.x, ray.d.y, ray.d.z]);
@@ -118,7 +118,7 @@ impl<F: Float> Probe<F> {
 /// Visits the leaves whose boxes a ray enters no later than at `t_max`, of a node's children the nearest
 /// first. `leaf` returns the new `t_max`, or `None` to end the traversal.
 #[inline(always)]
-fn visit<F: Float, const NEAREST_FIRST: bool>(
+fn visit<F: LaneFloat, const NEAREST_FIRST: bool>(
     tree: &Nodes,
     probe: &Probe<F>,
     mut t_max: f32,
@@ -203,13 +203,13 @@ fn visit<F: Float, const NEAREST_FIRST: bool>(
 
 /// A hit on a surface other than a triangle.
 #[inline(always)]
-fn without_weights<F: Float>(t: F) -> Meeting<F> {
+fn without_weights<F: LaneFloat>(t: F) -> Meeting<F> {
     Meeting { t, weights: [F::zero(); 2] }
 }
 
 /// The hits of a ray on eight items, and their rows.
 #[inline(always)]
-fn meetings<'a, F: Float>(
+fn meetings<'a, F: LaneFloat>(
     tree: &'a Nodes,
     target: Target,
     probe: &Probe<F>,
@@ -263,7 +263,7 @@ struct Nearest {
 impl Nearest {
     /// Tests a leaf in the tree of an instance.
     #[inline(always)]
-    fn ask<F: Float>(&mut self, tree: &Nodes, target: Target, probe: &Probe<F>, instance: u32) {
+    fn ask<F: LaneFloat>(&mut self, tree: &Nodes, target: Target, probe: &Probe<F>, instance: u32) {
         let (Meeting { t, weights }, surfaces) = meetings(tree, target, probe);
         let mut near = (t.lt(F::splat(NOTHING)) & t.le(F::splat(self.t))).bits();
         if near == 0 {
@@ -298,7 +298,7 @@ impl Kernel for Closest<'_> {
     type Output = Found;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> Found {
+    fn run<F: LaneFloat>(self) -> Found {
         let Closest { world, tree, rays, t_max } = self;
         let nothing = Waiting { near: 0.0, child: tree.root };
         let mut stack = [nothing; STACK];
@@ -369,7 +369,7 @@ impl Kernel for Any<'_> {
     type Output = u32;
 
     #[inline(always)]
-    fn run<F: Float>(self) -> u32 {
+    fn run<F: LaneFloat>(self) -> u32 {
         let Any { world, tree, rays, t_max, past_triangles } = self;
         let nothing = Waiting { near: 0.0, child: tree.root };
         let mut stack = [nothing; STACK];
@@ -424,7 +424,7 @@ impl Kernel for Any<'_> {
 
 /// A number of each lane.
 #[inline(always)]
-fn column<F: Float>(x: F) -> [f32; MAX_LANES] {
+fn column<F: LaneFloat>(x: F) -> [f32; MAX_LANES] {
     let mut column = [0.0; MAX_LANES];
     x.store(&mut column);
     column
@@ -434,7 +434,7 @@ impl Bvh {
     /// The first hit of each ray, if it is no farther than `t_max`; otherwise a farther one or no hit. The hits of
     /// lanes outside `asks` are unspecified.
     #[inline(always)]
-    pub fn intersect_within<F: Float>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F> {
+    pub fn intersect_within<F: LaneFloat>(&self, ray: &Ray<F>, t_max: F, asks: F::Mask) -> Hit<F> {
         let Some(tree) = &self.tree else { return Hit::none() };
         let asks = asks & tree.reached(ray, t_max, self.share);
         if !asks.any() {
@@ -452,7 +452,7 @@ impl Bvh {
 
     /// The lanes whose ray meets anything, as [`World::occluded`](crate::world::World::occluded) says.
     #[inline(always)]
-    pub fn occluded<F: Float>(
+    pub fn occluded<F: LaneFloat>(
         &self,
         ray: &Ray<F>,
         limit: F,

@@ -1,0 +1,212 @@
+//! The numbers of programs, which lanes compute and a recorded program stands for.
+
+use super::function::{Device, Function};
+use super::value::Value;
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+
+/// One boolean a lane.
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// The same truth in every lane.
+    fn splat(value: bool) -> Self;
+    /// The truth of the first lane. There must be lanes: a recorded program has none.
+    fn first(self) -> bool;
+}
+
+/// One `u32` a lane, with wrapping arithmetic.
+pub trait Uint:
+    Copy
+    + Add<Output = Self>
+    + Mul<Output = Self>
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + BitXor<Output = Self>
+{
+    /// The float of as many lanes.
+    type Float: Float<Uint = Self, Mask = Self::Mask>;
+    /// What comparisons give.
+    type Mask: Mask;
+
+    /// The same value in every lane, a constant of the program.
+    fn splat(value: u32) -> Self;
+    /// A number of the scene or of the settings in every lane. A recorded program reads it from a buffer, so that it is
+    /// the same program for another number.
+    fn given(number: &u32) -> Self;
+    /// `table[index]` for each lane; an index past the end reads the last entry. The table is not empty
+    /// and has at most `i32::MAX` entries. Tables no longer than a register are the quickest.
+    fn gather(table: &[u32], index: Self) -> Self;
+    /// Shifts every lane left by `K` bits.
+    fn shl<const K: u32>(self) -> Self;
+    /// Shifts every lane right by `K` bits, filling with zeros.
+    fn shr<const K: u32>(self) -> Self;
+    /// Every lane's bits in the opposite order.
+    fn reverse_bits(self) -> Self;
+    /// Equality, lane by lane.
+    fn eq(self, other: Self) -> Self::Mask;
+    /// Unsigned "less than", lane by lane.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `a` where the mask holds, `b` elsewhere.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// The nearest float of values below 2³¹; larger ones are unspecified.
+    fn to_float(self) -> Self::Float;
+    /// A float in [0, 1), uniform if the bits are: the upper 24 bits over 2²⁴.
+    #[inline(always)]
+    fn to_unit(self) -> Self::Float {
+        self.shr::<8>().to_float() * (1.0 / 16_777_216.0)
+    }
+    /// The number of the first lane. There must be lanes: a recorded program has none.
+    fn first(self) -> u32;
+}
+
+/// One `f32` a lane.
+///
+/// A comparison with NaN is false; but compilers for GPUs may take for granted that there is no NaN. Code whose result
+/// depends on such a comparison looks at bits.
+pub trait Float:
+    Copy
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Add<f32, Output = Self>
+    + Sub<f32, Output = Self>
+    + Mul<f32, Output = Self>
+    + Div<f32, Output = Self>
+    + Value<Self>
+{
+    /// The integer of as many lanes.
+    type Uint: Uint<Float = Self, Mask = Self::Mask> + Value<Self>;
+    /// What comparisons give.
+    type Mask: Mask + Value<Self>;
+    /// How many lanes there are: 1 to 16; none in a recorded program.
+    const LANES: usize;
+
+    /// The same value in every lane, a constant of the program.
+    fn splat(value: f32) -> Self;
+    /// A number of the scene or of the settings in every lane. A recorded program reads it from a buffer, so that it is
+    /// the same program for another number.
+    fn given(number: &f32) -> Self;
+    /// `table[index]` for each lane; an index past the end reads the last entry. The table is not empty
+    /// and has at most `i32::MAX` entries.
+    fn gather(table: &[f32], index: Self::Uint) -> Self;
+    /// The correctly rounded square root.
+    fn sqrt(self) -> Self;
+    /// The magnitude: clears the sign bit.
+    fn abs(self) -> Self;
+    /// The largest integer not above.
+    fn floor(self) -> Self;
+    /// `self` if it is less than `other`, else `other` (also when either is NaN, and for two zeros).
+    fn min(self, other: Self) -> Self;
+    /// `self` if it is greater than `other`, else `other` (also when either is NaN, and for two zeros).
+    fn max(self, other: Self) -> Self;
+    /// Less than; false for NaN.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// Less than or equal; false for NaN.
+    fn le(self, other: Self) -> Self::Mask;
+    /// Greater than; false for NaN.
+    #[inline(always)]
+    fn gt(self, other: Self) -> Self::Mask {
+        other.lt(self)
+    }
+    /// Greater than or equal; false for NaN.
+    #[inline(always)]
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+    /// `a` where the mask holds, `b` elsewhere.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// The bit pattern.
+    fn to_bits(self) -> Self::Uint;
+    /// The float of a bit pattern.
+    fn from_bits(bits: Self::Uint) -> Self;
+    /// Rounds towards zero, for values in [0, 2³¹); others are unspecified but never undefined.
+    fn to_uint(self) -> Self::Uint;
+    /// The number of the first lane. There must be lanes: a recorded program has none.
+    fn first(self) -> f32;
+
+    /// Zero in every lane.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+    /// The value where the mask holds, zero elsewhere.
+    #[inline(always)]
+    fn only(self, mask: Self::Mask) -> Self {
+        Self::select(mask, self, Self::zero())
+    }
+    /// `self` with the sign of `sign`.
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        let bit = Self::Uint::splat(0x8000_0000);
+        Self::from_bits(self.abs().to_bits() | (sign.to_bits() & bit))
+    }
+
+    // Vectors of three. Lanes compute each coordinate for itself; a recorded program has vectors.
+
+    /// The sum of two vectors.
+    #[inline(always)]
+    fn add3([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> [Self; 3] {
+        [ax + bx, ay + by, az + bz]
+    }
+    /// The difference of two vectors.
+    #[inline(always)]
+    fn sub3([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> [Self; 3] {
+        [ax - bx, ay - by, az - bz]
+    }
+    /// The products of the coordinates of two vectors.
+    #[inline(always)]
+    fn mul3([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> [Self; 3] {
+        [ax * bx, ay * by, az * bz]
+    }
+    /// A vector times a number.
+    #[inline(always)]
+    fn scale3([x, y, z]: [Self; 3], k: Self) -> [Self; 3] {
+        [x * k, y * k, z * k]
+    }
+    /// A vector in the opposite direction.
+    #[inline(always)]
+    fn neg3([x, y, z]: [Self; 3]) -> [Self; 3] {
+        [-x, -y, -z]
+    }
+    /// The scalar product of two vectors.
+    #[inline(always)]
+    fn dot3([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> Self {
+        ax * bx + ay * by + az * bz
+    }
+    /// The vector product of two vectors.
+    #[inline(always)]
+    fn cross3([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> [Self; 3] {
+        [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
+    }
+    /// `a` where the mask holds, `b` elsewhere.
+    #[inline(always)]
+    fn select3(mask: Self::Mask, [ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> [Self; 3] {
+        [Self::select(mask, ax, bx), Self::select(mask, ay, by), Self::select(mask, az, bz)]
+    }
+
+    // Control flow. Mark closures `#[inline(always)]`: only code that is inlined is compiled with the level's
+    // instructions.
+
+    /// `then()` where the mask holds, `otherwise` elsewhere. Lanes skip `then` if the mask holds nowhere.
+    fn branch<T: Value<Self>>(mask: Self::Mask, otherwise: T, then: impl FnOnce() -> T) -> T;
+    /// `then()` if the mask holds anywhere, else `otherwise`: lanes in which it does not hold are unspecified.
+    fn guard<T: Value<Self>>(mask: Self::Mask, otherwise: T, then: impl FnOnce() -> T) -> T;
+    /// `then()` where the mask holds, `otherwise()` elsewhere. Lanes skip `then` if the mask holds nowhere, and compute
+    /// `otherwise` in any case; a recorded program computes one of the two.
+    fn fork<T: Value<Self>>(mask: Self::Mask, then: impl FnOnce() -> T, otherwise: impl FnOnce() -> T) -> T;
+    /// Calls `body` as long as a lane is live. It gives the next state, and which of the lanes stay live. The state of
+    /// lanes that are not live does not change.
+    fn repeat<T: Value<Self>>(live: Self::Mask, state: T, body: impl FnMut(T) -> (T, Self::Mask)) -> T;
+    /// `body(arguments)`. In a recorded program it is a function of its own, which depends on its arguments and on the
+    /// scene, and on no other numbers of the program. See [`function!`](crate::math::function).
+    fn call<A: Value<Self>, R: Value<Self>>(
+        function: &'static Function,
+        arguments: A,
+        body: impl FnOnce(A) -> R,
+    ) -> R;
+    /// A function that recorded programs have written by hand.
+    fn device<D: Device>(device: &D, arguments: D::Arguments<Self>) -> D::Output<Self>;
+}

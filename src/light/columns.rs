@@ -1,6 +1,6 @@
 //! The rows of lights, stored by columns, so that each lane can look up a light of its own.
 
-use crate::math::{Bounds, Float, Mask, Rgb, Uint, Vec3, push3};
+use crate::math::{Bounds, ColumnReader, Float, Mask, Rgb, Uint, Vec3, push3};
 use crate::shape::BOUNDS_ERROR;
 use glam::DVec3;
 
@@ -68,6 +68,36 @@ impl Columns {
         self.square.push(f32::from(u8::from(square)));
         push3(&mut self.emission, emission);
         self.kinds |= 1 << kind;
+    }
+
+    /// Gives all columns to a reader.
+    pub(super) fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        let Columns {
+            kind,
+            origin,
+            edge_u,
+            edge_v,
+            normal,
+            radius,
+            area,
+            error,
+            inward,
+            square,
+            emission,
+            kinds: _,
+            extent: _,
+        } = self;
+        reader.words("kind", kind);
+        reader.vectors("origin", origin);
+        reader.vectors("edge_u", edge_u);
+        reader.vectors("edge_v", edge_v);
+        reader.vectors("normal", normal);
+        reader.floats("radius", radius);
+        reader.floats("area", area);
+        reader.floats("error", error);
+        reader.floats("inward", inward);
+        reader.floats("square", square);
+        reader.vectors("emission", emission);
     }
 
     /// Says how far the scene reaches.

@@ -9,7 +9,7 @@ use super::lamps::{self, Lamp, MeshLamp};
 use super::sample::{EmittedRay, LightSample};
 use super::tree::LightTree;
 use super::triangle::Triangle;
-use crate::math::{BELOW_ONE, Bounds, Float, Mask, Rgb, Uint, Vec3};
+use crate::math::{BELOW_ONE, Bounds, ColumnReader, Float, Mask, Rgb, Uint, Vec3};
 use crate::shape::{Piece, Rare};
 use std::ops::Range;
 
@@ -155,6 +155,12 @@ impl LightTable {
     /// The lights and the numbers of their kinds (see [`LightKind`]), in the order in which they were added.
     pub fn rows(&self) -> impl Iterator<Item = (u32, LightRow)> + '_ {
         self.columns.kinds().iter().enumerate().map(|(light, &kind)| (kind, self.columns.row(light)))
+    }
+
+    /// Gives the columns of all lights to a reader; whether a light shines inwards, and whether a quad is square, is 1
+    /// for yes and 0 for no.
+    pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        self.columns.columns(reader);
     }
 
     /// The tree that chooses among the lights.

@@ -1,13 +1,20 @@
 //! A material as the table keeps it, and as lanes read it.
 
 use super::kind::Kind;
-use crate::math::{Float, Rgb, Uint, Vec3, value};
+use crate::math::{ColumnReader, Float, Rgb, Uint, Vec3, value};
 
 /// Numbers of a row beyond its colour: as many as the material with the most has.
 pub const NUMBERS: usize = 8;
 
 /// Rows that one row chooses among.
 pub const CHOICES: usize = 2;
+
+/// The names of the columns of numbers.
+const NUMBER_NAMES: [&str; NUMBERS] =
+    ["number_0", "number_1", "number_2", "number_3", "number_4", "number_5", "number_6", "number_7"];
+
+/// The names of the columns of choices.
+const CHOICE_NAMES: [&str; CHOICES] = ["choice_0", "choice_1"];
 
 /// One material: its program, and the program's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +87,15 @@ impl Columns {
             let used = row.numbers.iter().rposition(|&x| x != 0.0).map_or(0, |last| last + 1);
             self.used = self.used.max(used);
         }
+    }
+
+    /// Gives all columns to a reader, also those of numbers that no row has.
+    pub(super) fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        let Columns { kind, colour, numbers, choices, used: _ } = self;
+        reader.words("kind", kind);
+        reader.vectors("colour", colour);
+        NUMBER_NAMES.iter().zip(numbers).for_each(|(name, column)| reader.floats(name, column));
+        CHOICE_NAMES.iter().zip(choices).for_each(|(name, column)| reader.words(name, column));
     }
 
     /// The kinds of rows, as numbers.

@@ -5,7 +5,7 @@ use super::kind::{Kind, materials};
 use super::program::{Chooser, Leaf};
 use super::row::{Columns, Row, Site};
 use crate::math::lanes::scalar::Wrapping;
-use crate::math::{Float, Mask, Uint, function};
+use crate::math::{ColumnReader, Float, Mask, Uint, function};
 
 /// All materials.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -104,6 +104,11 @@ impl MaterialTable {
     /// The rows that the table was made of.
     pub fn rows(&self) -> &[Row] {
         &self.rows
+    }
+
+    /// Gives the columns of all rows to a reader.
+    pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        self.columns.columns(reader);
     }
 
     /// Whether any material uses uv.

@@ -1,4 +1,4 @@
-//! From the numbers of descriptions to those of tables.
+//! Tables that are kept by columns: from the numbers of descriptions to them, and from them to whoever reads whole columns.
 
 /// Numbers of a description, as tables have them.
 pub fn narrow<const N: usize>(numbers: [f64; N]) -> [f32; N] {
@@ -10,4 +10,19 @@ pub fn push3(columns: &mut [Vec<f32>; 3], values: [f32; 3]) {
     for (column, value) in columns.iter_mut().zip(values) {
         column.push(value);
     }
+}
+
+/// Reads the columns of a table, each under its field's name.
+///
+/// A table gives the same names and types whatever it holds, in the same order, and columns of one length. The slices
+/// are those in which lanes look rows up, not copies, so that a reader may know a column by its address.
+pub trait ColumnReader<'a> {
+    /// A column of numbers.
+    fn floats(&mut self, name: &'static str, column: &'a [f32]);
+
+    /// A column of whole numbers: indices, counts and kinds.
+    fn words(&mut self, name: &'static str, column: &'a [u32]);
+
+    /// Three columns: the coordinates of vectors, or the channels of colours.
+    fn vectors(&mut self, name: &'static str, columns: &'a [Vec<f32>; 3]);
 }

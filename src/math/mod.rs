@@ -12,7 +12,7 @@ pub mod trig;
 pub mod vec3;
 
 pub use bounds::Bounds;
-pub use columns::{narrow, push3};
+pub use columns::{ColumnReader, narrow, push3};
 pub use frame::Frame;
 pub use lanes::{Float, LaneFloat, LaneMask, LaneUint, Mask, Uint};
 pub(crate) use lanes::{function, value};

@@ -64,12 +64,12 @@ fn cylinder_pdf(seen: SeenCylinder, light: Light, t: f32, cos_light: f32) -> f32
 fn on_cylinder(light: Light, p: vec3f, on_axis: vec3f, normal: vec3f) -> vec3f {
     let on_light = on_axis + normal * light.radius;
     let off = float_max(max_abs(on_light), max_abs(p)) * POSITION_ERROR + light.error;
-    return on_light + normal * select(off, -off, light.inward == 1u);
+    return on_light + normal * select(off, -off, light.inward > 0.0);
 }
 
 // A cylinder seen from outside, by the directions in which it is seen; one that emits inwards, uniformly by area.
 fn sample_cylinder(light: Light, p: vec3f, u: vec2f) -> LightSample {
-    if light.inward == 1u {
+    if light.inward > 0.0 {
         let on_axis = light.origin + light.edge_v * u.y;
         let outwards = to_world(frame_around(light.normal), vec3f(sin_cos_turns(u.x).yx, 0.0));
         let to_light = on_axis + outwards * light.radius - p;

@@ -99,41 +99,6 @@ struct Surface {
     row: u32,
 }
 
-// A row of the material table.
-struct Material {
-    reflectance: vec3f,
-    kind: u32,
-    transmittance: vec3f,
-    ior: f32,
-    checks: vec2u,
-    checks_per_unit: vec2f,
-}
-
-// A row of the light table.
-struct Light {
-    // Position of a point, centre of a sphere or disk, corner of a quad or triangle, one end of a cylinder's axis.
-    origin: vec3f,
-    kind: u32,
-    edge_u: vec3f,
-    radius: f32,
-    edge_v: vec3f,
-    area: f32,
-    // Outward normal of a quad, triangle or disk, direction of a cylinder's axis.
-    normal: vec3f,
-    error: f32,
-    emission: vec3f,
-    // 1 where a sphere or cylinder emits inwards.
-    inward: u32,
-    // Its place in the order of the tree of lights.
-    place: u32,
-    // 1 where a quad's sides meet at right angles.
-    square: u32,
-    // Whole units of power.
-    units: u32,
-    // Of the first triangle of a mesh that is one lamp, the node with which the tree of its triangles begins; else zero.
-    lamp: u32,
-}
-
 // A node of the light tree.
 struct LightNode {
     centre: vec3f,

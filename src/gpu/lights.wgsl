@@ -47,13 +47,13 @@ fn cone_of(to_centre: vec3f, radius: f32) -> Cone {
 fn on_sphere(light: Light, p: vec3f, normal: vec3f) -> vec3f {
     let on_light = light.origin + normal * light.radius;
     let off = float_max(max_abs(on_light), max_abs(p)) * POSITION_ERROR + light.error;
-    return on_light + normal * select(off, -off, light.inward == 1u);
+    return on_light + normal * select(off, -off, light.inward > 0.0);
 }
 
 // A sphere seen from outside, uniformly within the cone that it fills; seen from inside, uniformly by area.
 fn sample_sphere(light: Light, p: vec3f, u: vec2f) -> LightSample {
     let cone = cone_of(light.origin - p, light.radius);
-    if light.inward == 1u {
+    if light.inward > 0.0 {
         // A point on the inner side itself may round to the outside: only what lies there by more than the
         // errors of both is dark.
         if cone.distance > light.radius + light.error * 4.0 {
@@ -96,7 +96,7 @@ fn sample_flat(light: Light, p: vec3f, u: vec2f) -> LightSample {
     if light.kind == LIGHT_DISK {
         at = disk(u);
     }
-    if light.square == 1u {
+    if light.square > 0.0 {
         let seen = rectangle_seen(light.origin - p, light.edge_u, light.edge_v);
         if seen.solid_angle >= LEAST_SOLID_ANGLE {
             at = rectangle_sample(seen, u);
@@ -137,19 +137,19 @@ fn sample_light(light: Light, p: vec3f, u: vec2f) -> LightSample {
 // Density by solid angle with which `sample_light` from `p` would have drawn the direction of a ray that met
 // the light at distance `t`, on the side that emits, with the cosine `cos_light` there.
 fn light_pdf(light: Light, p: vec3f, t: f32, cos_light: f32) -> f32 {
-    if light.kind == LIGHT_SPHERE && light.inward == 0u {
+    if light.kind == LIGHT_SPHERE && light.inward == 0.0 {
         let cone = cone_of(light.origin - p, light.radius);
         if cone.outside {
             return cone.pdf;
         }
     }
-    if light.square == 1u {
+    if light.square > 0.0 {
         let seen = rectangle_seen(light.origin - p, light.edge_u, light.edge_v);
         if seen.solid_angle >= LEAST_SOLID_ANGLE {
             return 1.0 / seen.solid_angle;
         }
     }
-    if light.kind == LIGHT_CYLINDER && light.inward == 0u {
+    if light.kind == LIGHT_CYLINDER && light.inward == 0.0 {
         let seen = cylinder_seen(light, p);
         if seen.distance > light.radius {
             return cylinder_pdf(seen, light, t, cos_light);

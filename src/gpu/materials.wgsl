@@ -18,11 +18,11 @@ fn resolve(row: u32, uv: vec2f) -> u32 {
         if board.kind != KIND_CHECKERBOARD {
             break;
         }
-        let scaled = at * board.checks_per_unit;
+        let scaled = at * vec2f(board.number_0, board.number_1);
         let check = floor(scaled);
         let half = (check.x + check.y) * 0.5;
         let is_even = floor(half) >= half;
-        material = select(board.checks.y, board.checks.x, is_even);
+        material = select(board.choice_1, board.choice_0, is_even);
         at = scaled - check;
     }
     return material;
@@ -33,13 +33,13 @@ fn reflect_about_normal(w: vec3f) -> vec3f {
 }
 
 fn lambertian_eval(material: Material, wo: vec3f, wi: vec3f) -> vec3f {
-    return select(vec3f(0.0), material.reflectance * FRAC_1_PI, wo.z * wi.z > 0.0);
+    return select(vec3f(0.0), material.colour * FRAC_1_PI, wo.z * wi.z > 0.0);
 }
 
 fn lambertian_sample(material: Material, wo: vec3f, u: vec2f) -> BxdfSample {
     let up = cosine_hemisphere(u);
     let pdf = cosine_hemisphere_pdf(up.z);
-    return BxdfSample(vec3f(up.xy, copysign(up.z, wo.z)), material.reflectance, pdf, false);
+    return BxdfSample(vec3f(up.xy, copysign(up.z, wo.z)), material.colour, pdf, false);
 }
 
 fn lambertian_pdf(wo: vec3f, wi: vec3f) -> f32 {
@@ -47,7 +47,7 @@ fn lambertian_pdf(wo: vec3f, wi: vec3f) -> f32 {
 }
 
 fn mirror_sample(material: Material, wo: vec3f) -> BxdfSample {
-    return BxdfSample(reflect_about_normal(wo), material.reflectance, 1.0, true);
+    return BxdfSample(reflect_about_normal(wo), material.colour, 1.0, true);
 }
 
 // Fresnel reflectance and the cosine of refraction.
@@ -58,6 +58,11 @@ fn fresnel_dielectric(cos_i: f32, eta: f32) -> vec2f {
     let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
     let reflectance = (parallel * parallel + perpendicular * perpendicular) * 0.5;
     return select(vec2f(reflectance, cos_t), vec2f(1.0, 0.0), sin2_t >= 1.0);
+}
+
+// Glass has its transmittance and its index of refraction among its numbers.
+fn transmittance(glass: Material) -> vec3f {
+    return vec3f(glass.number_0, glass.number_1, glass.number_2);
 }
 
 // The two ways from a point on glass.
@@ -71,7 +76,7 @@ struct DielectricBranches {
 }
 
 fn dielectric_branches(material: Material, wo: vec3f) -> DielectricBranches {
-    let eta = select(1.0 / material.ior, material.ior, wo.z >= 0.0);
+    let eta = select(1.0 / material.number_3, material.number_3, wo.z >= 0.0);
     let fresnel = fresnel_dielectric(abs(wo.z), eta);
     let scale = 1.0 / eta;
     let refracted = vec3f(-wo.x * scale, -wo.y * scale, -copysign(fresnel.y, wo.z));
@@ -87,16 +92,19 @@ fn dielectric_sample(material: Material, wo: vec3f, lobe: f32) -> BxdfSample {
     let branches = dielectric_branches(material, wo);
     // The chance of a branch is its Fresnel factor, which therefore cancels.
     if lobe < branches.fresnel {
-        return BxdfSample(branches.reflected, material.reflectance, branches.fresnel, true);
+        return BxdfSample(branches.reflected, material.colour, branches.fresnel, true);
     }
     let chance = 1.0 - branches.fresnel;
-    return BxdfSample(branches.refracted, material.transmittance * (branches.transmitted / chance), chance, true);
+    return BxdfSample(branches.refracted, transmittance(material) * (branches.transmitted / chance), chance, true);
 }
 
 // η² of a passage from the side of `wo` to the other, through glass; 1 elsewhere.
 fn bsdf_eta2_scale(material: Material, wo: vec3f, passes: bool) -> f32 {
-    let eta = select(1.0 / material.ior, material.ior, wo.z >= 0.0);
-    return select(1.0, eta * eta, passes && bsdf_transmits(material));
+    if !passes || !bsdf_transmits(material) {
+        return 1.0;
+    }
+    let eta = select(1.0 / material.number_3, material.number_3, wo.z >= 0.0);
+    return eta * eta;
 }
 
 // Whether it has a lobe that is not a delta, so that sampling lights makes sense.
@@ -134,8 +142,9 @@ fn bsdf_sample(material: Material, wo: vec3f, u: vec2f, lobe: f32) -> BxdfSample
             return dielectric_sample(material, wo, lobe);
         }
         case KIND_BROKEN: {
-            // The host keeps the three impossible weights in the transmittance: WGSL cannot name them.
-            let impossible = material.transmittance;
+            // NaN and infinity, which WGSL cannot name, and which no compiler may know.
+            let high = bitcast<vec2f>(vec2u(0x7fc00000u, 0x7f800000u) | vec2u(scene.zero));
+            let impossible = vec3f(high, -1.0);
             var weight = impossible.x;
             if lobe >= 1.0 / 3.0 {
                 weight = select(impossible.z, impossible.y, lobe < 2.0 / 3.0);

@@ -47,7 +47,7 @@ fn whitted_step(state: ptr<function, State>, lane: Lane) -> bool {
     let goes_on = (*state).depth < scene.max_depth;
     var l = vertex.emitted;
     if bsdf_has_non_delta(material) {
-        l += material.reflectance * scene.ambient;
+        l += material.colour * scene.ambient;
         if goes_on {
             l += light_from_all(state, point, frame, material, wo);
         }
@@ -128,8 +128,8 @@ fn split(
     wo: vec3f,
 ) -> bool {
     let ways = dielectric_branches(material, wo);
-    var reflected = (*state).beta * material.reflectance * ways.fresnel;
-    var refracted = (*state).beta * material.transmittance * ways.transmitted;
+    var reflected = (*state).beta * material.colour * ways.fresnel;
+    var refracted = (*state).beta * transmittance(material) * ways.transmitted;
     let back = spawn_ray(point, frame, ways.reflected);
     let through = spawn_ray(point, frame, ways.refracted);
     let reflects = is_worth(reflected, ways.fresnel) && passes(point, back.d, ways.reflected);

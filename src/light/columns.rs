@@ -128,23 +128,6 @@ impl Columns {
         &self.kind
     }
 
-    /// A light's row.
-    pub(super) fn row(&self, light: usize) -> LightRow {
-        let at = |columns: &[Vec<f32>; 3]| [0, 1, 2].map(|c: usize| columns[c][light]);
-        LightRow {
-            origin: at(&self.origin),
-            edge_u: at(&self.edge_u),
-            edge_v: at(&self.edge_v),
-            normal: at(&self.normal),
-            radius: self.radius[light],
-            area: self.area[light],
-            error: self.error[light],
-            inward: self.inward[light] > 0.0,
-            square: self.square[light] > 0.0,
-            emission: at(&self.emission),
-        }
-    }
-
     /// The lanes whose light is of a kind.
     #[inline(always)]
     pub(super) fn are<F: Float>(&self, light: F::Uint, kind: u32) -> F::Mask {

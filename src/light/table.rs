@@ -2,7 +2,7 @@
 
 use super::area::AreaLight;
 use super::bounds::LightBounds;
-use super::columns::{Columns, LaneLights, LightRow};
+use super::columns::{Columns, LaneLights};
 use super::environment::Environment;
 use super::kinds::{self, LightKind, Listed};
 use super::lamps::{self, Lamp, MeshLamp};
@@ -150,11 +150,6 @@ impl LightTable {
     /// The kinds of its lights.
     pub fn kinds(&self) -> impl Iterator<Item = LightKind> + '_ {
         LightKind::ALL.iter().copied().filter(|&kind| self.columns.has(kind as u32))
-    }
-
-    /// The lights and the numbers of their kinds (see [`LightKind`]), in the order in which they were added.
-    pub fn rows(&self) -> impl Iterator<Item = (u32, LightRow)> + '_ {
-        self.columns.kinds().iter().enumerate().map(|(light, &kind)| (kind, self.columns.row(light)))
     }
 
     /// Gives the columns of all lights to a reader; whether a light shines inwards, and whether a quad is square, is 1

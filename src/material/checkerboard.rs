@@ -2,7 +2,7 @@
 
 use super::kind::Kind;
 use super::program::{Chooser, MaterialParameters};
-use super::row::{Columns, NUMBERS, Row, padded};
+use super::row::{Columns, Row, padded};
 use crate::math::{Float, Uint, narrow};
 use crate::parameter::limits::LENGTH;
 use crate::parameter::{ParameterKind, parameters};
@@ -32,13 +32,6 @@ impl MaterialParameters for CheckerboardParameters {
             numbers: padded(narrow(self.checks_per_unit)),
             ..Row::new(Kind::Checkerboard, [0.0; 3])
         }
-    }
-}
-
-impl Checkerboard {
-    /// The checks for each unit of u and v among the numbers of a row.
-    pub fn unpack([a, b, ..]: [f32; NUMBERS]) -> [f32; 2] {
-        [a, b]
     }
 }
 

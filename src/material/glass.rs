@@ -3,7 +3,7 @@
 use super::kind::Kind;
 use super::lobes::Dielectric;
 use super::program::{Leaf, MaterialParameters};
-use super::row::{NUMBERS, Numbers, Row, Site, padded};
+use super::row::{Numbers, Row, Site, padded};
 use crate::math::{Float, Rgb, narrow};
 use crate::parameter::limits::FRACTION;
 use crate::parameter::{Colour, Number, ParameterKind, parameters};
@@ -31,20 +31,12 @@ impl MaterialParameters for GlassParameters {
     }
 }
 
-impl Glass {
-    /// The transmittance and the index of refraction among the numbers of a row.
-    #[inline(always)]
-    pub fn unpack<F>([r, g, b, ior, ..]: [F; NUMBERS]) -> ([F; 3], F) {
-        ([r, g, b], ior)
-    }
-}
-
 impl Leaf for Glass {
     type Lobe<F: Float> = Dielectric<F>;
 
     #[inline(always)]
     fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> Dielectric<F> {
-        let ([r, g, b], ior) = Glass::unpack(numbers.further);
+        let [r, g, b, ior, ..] = numbers.further;
         Dielectric { ior, reflectance: numbers.colour, transmittance: Rgb::new(r, g, b) }
     }
 }

@@ -9,6 +9,7 @@ use super::layout::{Field, structures};
 use crate::gpu::GpuError;
 use bytemuck::Pod;
 use std::fmt::Write;
+use std::ops::Range;
 
 /// Bytes of a word: what hardware reads at once.
 pub(super) const WORD: usize = 16;
@@ -61,7 +62,7 @@ impl Paging {
     }
 
     /// Which words are on a page.
-    fn range(&self, page: u32, words: usize) -> std::ops::Range<usize> {
+    fn range(&self, page: u32, words: usize) -> Range<usize> {
         if self.pages == 1 {
             return 0..words;
         }
@@ -158,18 +159,40 @@ fn wgsl_type(ty: &str) -> &'static str {
     }
 }
 
-/// A field of a row whose words are called `w0`, `w1` and so on.
-fn read_field(field: &Field) -> String {
-    let (word, first, count) = (field.offset / WORD, field.offset % WORD / 4, field.size / 4);
-    format!("bitcast<{}>(w{word}.{})", wgsl_type(field.ty), &"xyzw"[first..first + count])
+/// A field of a type of WGSL's in a row whose words are called `w0`, `w1` and so on: some numbers of a word.
+pub(super) fn field(ty: &str, word: usize, numbers: Range<usize>) -> String {
+    format!("bitcast<{ty}>(w{word}.{})", &"xyzw"[numbers])
 }
 
-/// The tables' names in the WGSL: `surface_at(row)` reads a row of the table that begins with the heap's word
-/// `scene.surfaces_from`.
-const TABLES: [(&str, &str, &str); 9] = [
+/// A field as the host lays it.
+fn read_field(host: &Field) -> String {
+    let (word, first, count) = (host.offset / WORD, host.offset % WORD / 4, host.size / 4);
+    field(wgsl_type(host.ty), word, first..first + count)
+}
+
+/// WGSL that reads a row of so many words, with its fields in the structure's order (see [`field`]), of the table that
+/// begins with the heap's word `scene.FROM`.
+pub(super) fn reader(
+    name: &str,
+    function: &str,
+    from: &str,
+    words: usize,
+    fields: impl Iterator<Item = String>,
+) -> String {
+    let mut text =
+        format!("fn {function}(row: u32) -> {name} {{\n    let at = scene.{from} + row * {words}u;\n");
+    for word in 0..words {
+        writeln!(text, "    let w{word} = heap_word(at + {word}u);").expect("a string takes all");
+    }
+    let fields: Vec<_> = fields.collect();
+    writeln!(text, "    return {name}({});\n}}", fields.join(", ")).expect("a string takes all");
+    text
+}
+
+/// The names in the WGSL of the tables that the host keeps by rows, too: `surface_at(row)` reads a row of the table that
+/// begins with the heap's word `scene.surfaces_from`.
+const TABLES: [(&str, &str, &str); 7] = [
     ("Surface", "surface_at", "surfaces_from"),
-    ("Material", "material_at", "materials_from"),
-    ("Light", "light_at", "lights_from"),
     ("LightNode", "light_node_at", "light_nodes_from"),
     ("TreeNode", "tree_node_at", "tree_nodes_from"),
     ("Triangle", "triangle_at", "triangles_from"),
@@ -179,25 +202,17 @@ const TABLES: [(&str, &str, &str); 9] = [
     ("Place", "place_at", "places_from"),
 ];
 
-/// WGSL that reads rows of tables, from the host's own layouts.
+/// WGSL that reads rows of these tables, from the host's own layouts.
 pub(super) fn readers() -> String {
     let structures = structures();
-    let mut text = String::new();
-    for (name, function, from) in TABLES {
+    let one = |(name, function, from): (&str, &str, &str)| {
         let Some((_, size, fields)) = structures.iter().find(|structure| structure.0 == name) else {
             unreachable!("there is no structure {name}");
         };
-        let words = size / WORD;
-        writeln!(text, "fn {function}(row: u32) -> {name} {{\n    let at = scene.{from} + row * {words}u;")
-            .expect("a string takes all");
-        for word in 0..words {
-            writeln!(text, "    let w{word} = heap_word(at + {word}u);").expect("a string takes all");
-        }
         let named = fields.iter().filter(|field| !field.name.starts_with('_'));
-        let fields: Vec<_> = named.map(read_field).collect();
-        writeln!(text, "    return {name}({});\n}}", fields.join(", ")).expect("a string takes all");
-    }
-    text
+        reader(name, function, from, size / WORD, named.map(read_field))
+    };
+    TABLES.into_iter().map(one).collect()
 }
 
 #[cfg(test)]

@@ -113,34 +113,6 @@ shared! {
         row: u32,
     }
 
-    /// A row of the material table.
-    struct Material {
-        reflectance: [f32; 3],
-        kind: u32,
-        transmittance: [f32; 3],
-        ior: f32,
-        checks: [u32; 2],
-        checks_per_unit: [f32; 2],
-    }
-
-    /// A row of the light table.
-    struct Light {
-        origin: [f32; 3],
-        kind: u32,
-        edge_u: [f32; 3],
-        radius: f32,
-        edge_v: [f32; 3],
-        area: f32,
-        normal: [f32; 3],
-        error: f32,
-        emission: [f32; 3],
-        inward: u32,
-        place: u32,
-        square: u32,
-        units: u32,
-        lamp: u32,
-    }
-
     /// A node of the light tree.
     struct LightNode {
         centre: [f32; 3],

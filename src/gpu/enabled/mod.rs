@@ -7,6 +7,7 @@ mod pace;
 mod pipeline;
 mod program;
 mod readback;
+mod rows;
 mod tables;
 mod tree;
 mod variant;

@@ -1,12 +1,14 @@
 //! From the compiled scene to the device's tables.
 
 use super::heap::Section;
-use super::layout::{self, CHANCE_BITS, Light, LightNode, Material, Scene, Surface, TAPS_IN_A_WORD};
+use super::layout::{self, CHANCE_BITS, LightNode, Scene, Surface, TAPS_IN_A_WORD};
+use super::rows::{HeapWord, Rows};
 use super::tree::Tree;
 use crate::film::{self, Splatter};
 use crate::gpu::{GpuError, Job};
-use crate::light::{self, LightKind, LightRow, LightTable};
-use crate::material::{Checkerboard, Glass, Kind, Row};
+use crate::light::{self, LightKind, LightTable};
+use crate::material::{Kind, MaterialTable};
+use crate::math::ColumnReader;
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
 use crate::shape::{self, Form, Rare};
@@ -44,8 +46,8 @@ const ROUND_ERROR: f32 = 2.0;
 pub(super) struct Tables {
     pub(super) scene: Scene,
     pub(super) surfaces: Vec<Surface>,
-    pub(super) materials: Vec<Material>,
-    pub(super) lights: Vec<Light>,
+    pub(super) materials: Vec<HeapWord>,
+    pub(super) lights: Vec<HeapWord>,
     pub(super) light_nodes: Vec<LightNode>,
     pub(super) tree: Tree,
     pub(super) weights: Weights,
@@ -104,7 +106,6 @@ impl Tables {
         if let Some(kind) = lights.kinds().find(|kind| !LIGHT_KINDS.contains(kind)) {
             return Err(GpuError::Unsupported(format!("lights of the kind {kind:?}")));
         }
-        let point_lights = lights.rows().take_while(|&(kind, _)| kind == LightKind::Point as u32).count();
         let mut offset_nodes = [[0.0; 4]; 17];
         let (offset_kind, offset_radius) = match job.offset {
             FilmOffset::Centre => (layout::OFFSET_CENTRE, 0.0),
@@ -140,7 +141,7 @@ impl Tables {
             quads_end,
             rare_end,
             lights: lights.len() as u32,
-            point_lights: point_lights as u32,
+            point_lights: lights.delta_lights().len() as u32,
             film_width: job.region.film_width,
             region_x: job.region.x,
             region_y: job.region.y,
@@ -156,7 +157,7 @@ impl Tables {
         Ok(Tables {
             scene,
             surfaces,
-            materials: materials.rows().iter().map(material).collect(),
+            materials: material_rows(materials).packed(),
             lights,
             light_nodes,
             tree,
@@ -313,33 +314,60 @@ fn rare_form(shape: &Rare, error: f32) -> Option<Surface> {
     None
 }
 
-/// A row of the host's table for the device, whose rows have a field for everything that any of its kinds has.
-pub(super) fn material(row: &Row) -> Material {
-    let mut material =
-        Material { reflectance: row.colour, kind: row.kind as u32, ior: 1.0, ..Material::default() };
-    match row.kind {
-        Kind::Glass => (material.transmittance, material.ior) = Glass::unpack(row.numbers),
-        Kind::Checkerboard => {
-            material.checks = row.choices;
-            material.checks_per_unit = Checkerboard::unpack(row.numbers);
-        }
-        #[cfg(feature = "broken-material")]
-        Kind::Broken => material.transmittance = crate::material::Broken::WEIGHTS,
-        _ => {}
-    }
-    material
+/// The columns of materials.
+pub(super) fn material_rows(table: &MaterialTable) -> Rows<'_> {
+    let mut rows = Rows::default();
+    table.columns(&mut rows);
+    rows
 }
 
-/// The lights and the nodes of their tree, behind which come those of lamps that are meshes.
-pub(super) fn light_tables(table: &LightTable) -> (Vec<Light>, Vec<LightNode>) {
-    let mut lights: Vec<_> = table.rows().map(light_row).collect();
-    for (i, light) in lights.iter_mut().enumerate() {
-        (light.place, light.units) = (table.tree().place(i), table.tree().units(i));
+/// What the device knows of each light beside the host's columns.
+#[derive(Default)]
+pub(super) struct LightColumns {
+    /// Its place in the order of the tree of lights.
+    pub(super) place: Vec<u32>,
+    /// Whole units of power.
+    pub(super) units: Vec<u32>,
+    /// Of the first triangle of a mesh that is one lamp, the node with which the tree of its triangles begins; else zero.
+    pub(super) lamp: Vec<u32>,
+}
+
+impl LightColumns {
+    fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        let LightColumns { place, units, lamp } = self;
+        reader.words("place", place);
+        reader.words("units", units);
+        reader.words("lamp", lamp);
     }
-    let mut nodes: Vec<_> = table.tree().nodes().map(light_node).collect();
+}
+
+/// The columns of lights.
+pub(super) fn light_rows<'a>(table: &'a LightTable, own: &'a LightColumns) -> Rows<'a> {
+    let mut rows = Rows::default();
+    table.columns(&mut rows);
+    own.columns(&mut rows);
+    rows
+}
+
+/// WGSL that declares and reads the rows that are made of columns. It is the same for all scenes.
+pub(super) fn readers() -> String {
+    let (materials, lights, own) = (MaterialTable::default(), LightTable::default(), LightColumns::default());
+    material_rows(&materials).text("Material", "material_at", "materials_from")
+        + &light_rows(&lights, &own).text("Light", "light_at", "lights_from")
+}
+
+/// The rows of lights and the nodes of their tree, behind which come those of lamps that are meshes.
+pub(super) fn light_tables(table: &LightTable) -> (Vec<HeapWord>, Vec<LightNode>) {
+    let (tree, lights) = (table.tree(), 0..table.len());
+    let mut own = LightColumns {
+        place: lights.clone().map(|light| tree.place(light)).collect(),
+        units: lights.clone().map(|light| tree.units(light)).collect(),
+        lamp: vec![0; lights.len()],
+    };
+    let mut nodes: Vec<_> = tree.nodes().map(light_node).collect();
     for lamp in table.mesh_lamps() {
         let root = nodes.len() as u32;
-        lights[lamp.lights.start as usize].lamp = root;
+        own.lamp[lamp.lights.start as usize] = root;
         // Its lights and its nodes are counted from zero.
         nodes.extend(lamp.tree.nodes().map(|node| {
             let link = node.link + if node.link < light::LEAF { root } else { lamp.lights.start };
@@ -347,24 +375,7 @@ pub(super) fn light_tables(table: &LightTable) -> (Vec<Light>, Vec<LightNode>) {
         }));
         nodes[root as usize].lights = lamp.lights.len() as u32;
     }
-    (lights, nodes)
-}
-
-fn light_row((kind, light): (u32, LightRow)) -> Light {
-    Light {
-        origin: light.origin,
-        kind,
-        edge_u: light.edge_u,
-        radius: light.radius,
-        edge_v: light.edge_v,
-        area: light.area,
-        normal: light.normal,
-        error: light.error,
-        emission: light.emission,
-        inward: u32::from(light.inward),
-        square: u32::from(light.square),
-        ..Light::default()
-    }
+    (light_rows(table, &own).packed(), nodes)
 }
 
 fn light_node(node: light::LightNode) -> LightNode {

@@ -6,7 +6,7 @@ use super::layout::{
     CHANCE_BITS, IS_CYLINDER, IS_DISK, MOST_BRANCHES, NOTHING, OFFSET_CENTRE, OFFSET_DRAWN, OFFSET_TENT,
     OFFSET_UNIFORM, REJECT_SHIFT, REJECTS, TAPS_IN_A_WORD,
 };
-use super::tables::Tables;
+use super::tables::{self, Tables};
 use super::tree;
 use crate::film::MAX_RADIANCE;
 use crate::film::Reject;
@@ -191,5 +191,8 @@ pub(super) fn text(variant: Variant) -> String {
     ] {
         writeln!(text, "const {name}: bool = {is_so};").expect("a string takes all");
     }
-    text + &tree::trail(variant.plan.levels) + &variant.plan.paging.text() + &heap::readers()
+    text + &tree::trail(variant.plan.levels)
+        + &variant.plan.paging.text()
+        + &heap::readers()
+        + &tables::readers()
 }

@@ -3,9 +3,9 @@
 mod lights;
 
 use super::super::heap;
-use super::super::layout::{Branch, Light, LightNode, Material, Scene, Surface};
+use super::super::layout::{Branch, LightNode, Scene, Surface};
 use super::super::program::library;
-use super::super::tables::{Tables, Weights, light_tables, material, surface};
+use super::super::tables::{LightColumns, Tables, Weights, light_rows, light_tables, material_rows, surface};
 use super::super::tree::Tree;
 use super::super::variant::{Plan, Variant};
 use super::{Device, device};
@@ -120,13 +120,13 @@ fn probe(@builtin(global_invocation_id) id: vec3u) {{
     words.chunks_exact(OUT).map(|chunk| chunk.try_into().unwrap()).collect()
 }
 
-/// One row of nothing in each table.
+/// A scene of nothing: a surface and a node of lights, which no probe reads unless it has its own.
 fn nothing() -> Tables {
     Tables {
         scene: Scene { seed: 7, ..Scene::default() },
         surfaces: vec![Surface::default()],
-        materials: vec![Material::default()],
-        lights: vec![Light::default()],
+        materials: Vec::new(),
+        lights: Vec::new(),
         light_nodes: vec![LightNode::default()],
         tree: Tree::default(),
         weights: Weights::default(),
@@ -380,8 +380,8 @@ fn checkerboards_choose_the_same_materials() {
         CheckerboardParameters { even: 2, odd: 1, checks_per_unit: [1.0, 2.0] }.row(),
         CheckerboardParameters { even: 3, odd: 2, checks_per_unit: [0.5, 0.25] }.row(),
     ];
-    let materials: Vec<_> = rows.iter().map(material).collect();
     let table = MaterialTable::new(rows);
+    let materials = material_rows(&table).packed();
     // Powers of two: no product is rounded, so that none may differ.
     let inputs: Vec<[f32; 2]> = units::<2>(20_000).into_iter().map(|u| u.map(|u| u * 16.0 - 8.0)).collect();
     let lines =
@@ -417,7 +417,8 @@ fn glass_parts_light_as_on_the_cpu() {
         put_float(8u, bsdf_eta2_scale(material_at(0u), float3(0u), true));
         let ways = dielectric_branches(material_at(0u), float3(0u));
         put_float(9u, ways.fresnel); put_float(10u, ways.transmitted);";
-    let tables = Tables { materials: vec![material(&row)], ..nothing() };
+    let materials = material_rows(&MaterialTable::new(vec![row])).packed();
+    let tables = Tables { materials, ..nothing() };
     let outputs = probe::<4, 11>(&device, lines, &bits(&inputs), &tables);
     let mut doubtful = 0;
     for (input, out) in inputs.iter().zip(outputs) {
@@ -463,7 +464,8 @@ fn matte_scatters_as_on_the_cpu() {
             [d.x, d.y, d.z, nx, ny, nz, u, v, w]
         })
         .collect();
-    let tables = Tables { materials: vec![material(&row)], ..nothing() };
+    let materials = material_rows(&MaterialTable::new(vec![row])).packed();
+    let tables = Tables { materials, ..nothing() };
     for (input, out) in inputs.iter().zip(probe::<9, 13>(&device, lines, &bits(&inputs), &tables)) {
         let [x, y, z, nx, ny, nz, u, v, _] = *input;
         let (wo, wi) = (vec3([x, y, z]), vec3([nx, ny, nz]));

@@ -169,8 +169,8 @@ fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(8, 6), 0);
     let name = device.description().name.clone();
-    // Eight surfaces of 96 bytes, seven materials of 48, a light of 96 and a node of 64.
-    let needed = 8 * 96 + 7 * 48 + 96 + 64;
+    // Eight surfaces of 96 bytes, seven materials of 64, a light of 96 and a node of 64.
+    let needed = 8 * 96 + 7 * 64 + 96 + 64;
     let fits = |device: Device| GpuWorker::new(&device, &prepared.job()).map(|_| ());
     assert_eq!(fits(device.clone().with_limits(needed, 1)), Ok(()));
     assert_eq!(fits(device.clone().with_limits(512, 3)), Ok(()));
@@ -178,7 +178,7 @@ fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
     let error = GpuError::TooLarge { what: "the scene's tables", needed, adapter: name, limit: 1024 };
     assert_eq!(result, Err(error.clone()));
     assert!(
-        error.to_string().contains("1264 bytes") && error.to_string().contains("--device cpu"),
+        error.to_string().contains("1376 bytes") && error.to_string().contains("--device cpu"),
         "{error}"
     );
 }

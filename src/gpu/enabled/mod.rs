@@ -7,6 +7,8 @@ mod pace;
 mod pipeline;
 mod program;
 mod readback;
+#[allow(dead_code, reason = "the program is still written by hand")]
+mod record;
 mod rows;
 mod tables;
 mod tree;

@@ -7,8 +7,7 @@
 #![allow(unsafe_code, reason = "processor intrinsics")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
 
-use super::lane::for_lanes;
-use super::value::numbers;
+use super::macros::{for_lanes, numbers};
 use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint};
 use std::arch::x86_64::*;
 

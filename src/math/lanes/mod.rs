@@ -7,10 +7,9 @@
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `number` | [`Mask`], [`Uint`] and [`Float`]: all that lanes and recorded programs share |
-//! | `value` | [`Value`]: structures of numbers, and [`value!`](crate::math::value) to make one |
-//! | `function` | functions of recorded programs: [`function!`](crate::math::function), and those written by hand |
-//! | `lane` | [`LaneMask`], [`LaneUint`] and [`LaneFloat`]: what only lanes have |
+//! | `number` | [`Mask`], [`Uint`] and [`Float`], which lanes and recorded programs share; [`Value`], structures of them; [`LaneFloat`] and its kin, what only lanes have |
+//! | `value` | tuples and arrays as values |
+//! | `macros` | `value!` and `function!`: structures, and functions of recorded programs |
 //! | `level` | the choice of lanes for a processor |
 //! | `scalar`, `portable`, `avx2`, `avx512` | the lanes |
 //!
@@ -22,9 +21,8 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
-mod function;
-mod lane;
 mod level;
+mod macros;
 mod number;
 mod portable;
 pub mod scalar;
@@ -32,11 +30,10 @@ pub mod scalar;
 mod tests;
 mod value;
 
-pub use function::{Device, Function};
-pub use lane::{Kernel, LaneFloat, LaneMask, LaneUint, MAX_LANES};
 pub use level::{Level, UnknownLevel, dispatch};
-pub use number::{Float, Mask, Uint};
-pub use value::{Layout, Part, Value, layout_of};
+pub use number::{
+    Device, Float, Function, Kernel, LaneFloat, LaneMask, LaneUint, Layout, MAX_LANES, Mask, Part, Uint,
+    Value, layout_of,
+};
 
-pub(crate) use function::function;
-pub(crate) use value::value;
+pub(crate) use macros::{function, value};

@@ -1,14 +1,16 @@
-//! The numbers of programs, which lanes compute and a recorded program stands for.
+//! The numbers of programs, which lanes compute and a recorded program stands for; the structures and functions that are
+//! made of them; and what only lanes have.
 
-use super::function::{Device, Function};
-use super::value::Value;
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
 /// One boolean a lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// The same truth in every lane.
     fn splat(value: bool) -> Self;
-    /// The truth of the first lane. There must be lanes: a recorded program has none.
+    /// The truth of the first lane, for observers.
+    ///
+    /// # Panics
+    /// Panics while a program is recorded, which has no lanes.
     fn first(self) -> bool;
 }
 
@@ -28,11 +30,14 @@ pub trait Uint:
 
     /// The same value in every lane, a constant of the program.
     fn splat(value: u32) -> Self;
-    /// A number of the scene or of the settings in every lane. A recorded program reads it from a buffer, so that it is
-    /// the same program for another number.
+    /// A number of the scene or of the settings in every lane: the number itself in its place, not a copy, as recorded
+    /// programs know it by its address. They read it from a buffer, so that they are the same for another number.
+    ///
+    /// # Panics
+    /// Panics while a program is recorded, if the address is not registered.
     fn given(number: &u32) -> Self;
-    /// `table[index]` for each lane; an index past the end reads the last entry. The table is not empty
-    /// and has at most `i32::MAX` entries. Tables no longer than a register are the quickest.
+    /// `table[index]` for each lane; an index past the end reads the last entry on lanes, and anything in recorded
+    /// programs. The table is not empty and has at most `i32::MAX` entries. Tables no longer than a register are the quickest.
     fn gather(table: &[u32], index: Self) -> Self;
     /// Shifts every lane left by `K` bits.
     fn shl<const K: u32>(self) -> Self;
@@ -53,7 +58,10 @@ pub trait Uint:
     fn to_unit(self) -> Self::Float {
         self.shr::<8>().to_float() * (1.0 / 16_777_216.0)
     }
-    /// The number of the first lane. There must be lanes: a recorded program has none.
+    /// The number of the first lane, for observers.
+    ///
+    /// # Panics
+    /// Panics while a program is recorded, which has no lanes.
     fn first(self) -> u32;
 }
 
@@ -86,11 +94,14 @@ pub trait Float:
 
     /// The same value in every lane, a constant of the program.
     fn splat(value: f32) -> Self;
-    /// A number of the scene or of the settings in every lane. A recorded program reads it from a buffer, so that it is
-    /// the same program for another number.
+    /// A number of the scene or of the settings in every lane: the number itself in its place, not a copy, as recorded
+    /// programs know it by its address. They read it from a buffer, so that they are the same for another number.
+    ///
+    /// # Panics
+    /// Panics while a program is recorded, if the address is not registered.
     fn given(number: &f32) -> Self;
-    /// `table[index]` for each lane; an index past the end reads the last entry. The table is not empty
-    /// and has at most `i32::MAX` entries.
+    /// `table[index]` for each lane; an index past the end reads the last entry on lanes, and anything in recorded
+    /// programs. The table is not empty and has at most `i32::MAX` entries.
     fn gather(table: &[f32], index: Self::Uint) -> Self;
     /// The correctly rounded square root.
     fn sqrt(self) -> Self;
@@ -124,7 +135,10 @@ pub trait Float:
     fn from_bits(bits: Self::Uint) -> Self;
     /// Rounds towards zero, for values in [0, 2³¹); others are unspecified but never undefined.
     fn to_uint(self) -> Self::Uint;
-    /// The number of the first lane. There must be lanes: a recorded program has none.
+    /// The number of the first lane, for observers.
+    ///
+    /// # Panics
+    /// Panics while a program is recorded, which has no lanes.
     fn first(self) -> f32;
 
     /// Zero in every lane.
@@ -201,7 +215,7 @@ pub trait Float:
     /// lanes that are not live does not change.
     fn repeat<T: Value<Self>>(live: Self::Mask, state: T, body: impl FnMut(T) -> (T, Self::Mask)) -> T;
     /// `body(arguments)`. In a recorded program it is a function of its own, which depends on its arguments and on the
-    /// scene, and on no other numbers of the program. See [`function!`](crate::math::function).
+    /// scene, and on no other numbers of the program. See `function!` (in `macros.rs`).
     fn call<A: Value<Self>, R: Value<Self>>(
         function: &'static Function,
         arguments: A,
@@ -209,4 +223,149 @@ pub trait Float:
     ) -> R;
     /// A function that recorded programs have written by hand.
     fn device<D: Device>(device: &D, arguments: D::Arguments<Self>) -> D::Output<Self>;
+}
+
+/// A number of a structure.
+#[derive(Clone, Copy)]
+pub enum Part<F: Float> {
+    /// A float.
+    Float(F),
+    /// An integer.
+    Uint(F::Uint),
+    /// A boolean.
+    Mask(F::Mask),
+}
+
+/// The form of a structure: which numbers it has, in the order of [`Value::parts`].
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Layout {
+    /// A float.
+    Float,
+    /// An integer.
+    Uint,
+    /// A boolean.
+    Mask,
+    /// Three floats: a vector or a colour.
+    Vector,
+    /// A structure of named fields.
+    Record {
+        /// The name of its type.
+        name: &'static str,
+        /// Its fields.
+        fields: Vec<(&'static str, Layout)>,
+    },
+    /// A tuple or an array.
+    List(Vec<Layout>),
+}
+
+/// A number of each lane, or a structure of such numbers. `value!` (in `macros.rs`) implements it.
+pub trait Value<F: Float>: Copy {
+    /// `a` where the mask holds, `b` elsewhere.
+    fn blend(mask: F::Mask, a: Self, b: Self) -> Self;
+    /// The form.
+    fn layout() -> Layout;
+    /// Appends the numbers.
+    fn parts(&self, parts: &mut Vec<Part<F>>);
+    /// The structure of the next numbers.
+    ///
+    /// # Panics
+    /// Panics if there are too few of them, or others than [`Value::layout`] says.
+    fn of_parts(parts: &mut impl Iterator<Item = Part<F>>) -> Self;
+}
+
+/// The layout of a field, given by a function that reads it.
+pub fn layout_of<F: Float, T, V: Value<F>>(_field: impl Fn(&T) -> V) -> Layout {
+    V::layout()
+}
+
+/// A function of recorded programs, as `function!` (in `macros.rs`) declares it. Two functions of one name are
+/// the same one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Function {
+    /// Its name.
+    pub name: &'static str,
+    /// The names of its parameters.
+    pub parameters: &'static [&'static str],
+    /// The module that it stands in, as `module_path!` writes it.
+    pub module: &'static str,
+}
+
+/// A function that recorded programs have written by hand, because it needs more than one lane, or memory of its own,
+/// on the CPU.
+pub trait Device {
+    /// The name of the function that is written by hand.
+    const NAME: &'static str;
+    /// The arguments.
+    type Arguments<F: Float>: Value<F>;
+    /// The result.
+    type Output<F: Float>: Value<F>;
+    /// What lanes compute.
+    fn run<F: LaneFloat>(&self, arguments: Self::Arguments<F>) -> Self::Output<F>;
+}
+
+/// A [`Mask`] of lanes.
+pub trait LaneMask: Mask {
+    /// Lane `i` is bit `i`; bits past the last lane are ignored.
+    fn from_bits(bits: u32) -> Self;
+    /// Bit `i` is lane `i`; bits past the last lane are zero.
+    fn bits(self) -> u32;
+    /// Whether any lane is true.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+}
+
+/// A [`Uint`] of lanes.
+pub trait LaneUint: Uint<Mask: LaneMask> {
+    /// The first values of a slice, one a lane. The slice holds at least as many values as there are lanes.
+    fn load(from: &[u32]) -> Self;
+    /// Writes the lanes to the front of a slice, which has room for all of them.
+    fn store(self, into: &mut [u32]);
+    /// For each true lane how many true ones come before it; other lanes hold nothing of use, below 16.
+    #[inline(always)]
+    fn rank(mask: Self::Mask) -> Self {
+        let mut ranks = [0; MAX_LANES];
+        let mut lanes = mask.bits();
+        let mut rank = 0;
+        while lanes != 0 {
+            ranks[lanes.trailing_zeros() as usize & (MAX_LANES - 1)] = rank;
+            rank += 1;
+            lanes &= lanes - 1;
+        }
+        Self::load(&ranks)
+    }
+}
+
+/// A [`Float`] of lanes.
+pub trait LaneFloat: Float<Uint: LaneUint, Mask: LaneMask> {
+    /// Eight floats, as fast as this level has them: for looking at eight things with one ray.
+    type Octet: LaneFloat;
+
+    /// The first values of a slice, one a lane. The slice holds at least as many values as there are lanes.
+    fn load(from: &[f32]) -> Self;
+    /// Writes the lanes to the front of a slice, which has room for all of them.
+    fn store(self, into: &mut [f32]);
+    /// One lane's value.
+    #[inline(always)]
+    fn lane(self, i: usize) -> f32 {
+        let mut all = [0.0; MAX_LANES];
+        self.store(&mut all);
+        all[i]
+    }
+    /// Runs a program with these lanes in a function of its own, for what is too large to be inlined wherever
+    /// it is called. The function is compiled for the level's instructions, as [`dispatch`](super::dispatch)'s are.
+    fn outlined<K: Kernel>(kernel: K) -> K::Output;
+}
+
+/// The most lanes that any level has.
+pub const MAX_LANES: usize = 16;
+
+/// A program that is compiled once for each level.
+pub trait Kernel {
+    /// What the program gives back.
+    type Output;
+    /// The program. Mark it, and all that it calls for each lane, `#[inline(always)]`: only code that is
+    /// inlined into the level's entry point is compiled with the level's instructions.
+    fn run<F: LaneFloat>(self) -> Self::Output;
 }

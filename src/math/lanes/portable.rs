@@ -1,8 +1,7 @@
 //! Lanes in plain arrays, for processors that the other levels do not know. Baseline x86-64 and AArch64
 //! have registers of four, which the compiler finds by itself; eight take two of them.
 
-use super::lane::for_lanes;
-use super::value::numbers;
+use super::macros::{for_lanes, numbers};
 use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint};
 use std::array::from_fn;
 

@@ -1,7 +1,6 @@
 //! One lane: plain numbers.
 
-use super::lane::for_lanes;
-use super::value::numbers;
+use super::macros::{for_lanes, numbers};
 use super::{Float, Kernel, LaneFloat, LaneMask, LaneUint, Mask, Uint};
 
 numbers!(f32, Wrapping, bool);

@@ -6,6 +6,7 @@ fn ray_from(ray: Ray, x: vec3f, y: vec3f, z: vec3f, origin: vec3f) -> Ray {
     return Ray(
         vec3f(dot(x, o), dot(y, o), dot(z, o)),
         vec3f(dot(x, ray.d), dot(y, ray.d), dot(z, ray.d)),
+        ray.time,
     );
 }
 

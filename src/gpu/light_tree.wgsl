@@ -1,11 +1,5 @@
 // Twin of `light::tree`: the choice among lights.
 
-struct LightChoice {
-    light: u32,
-    // The probability of the choice; where no light can matter, it is any of them.
-    chance: f32,
-}
-
 // Cosine and sine of max(0, a − b), from (cosine, sine) of a and b in [0, π].
 fn less(a: vec2f, b: vec2f) -> vec2f {
     return select(vec2f(a.x * b.x + a.y * b.y, a.y * b.x - a.x * b.y), vec2f(1.0, 0.0), a.x > b.x);
@@ -109,7 +103,11 @@ fn lights_are_far(node: LightNode, p: vec3f) -> bool {
 }
 
 // Chooses a light for a point `p` on a surface with normal `n`.
-fn choose_light(p: vec3f, n: vec3f, choice: f32) -> LightChoice {
+fn choose_light(p: vec3f, n: vec3f, choice: f32, asks: bool) -> LightChoice {
+    // There may be no light in the tree.
+    if !asks {
+        return LightChoice(0u, 1.0);
+    }
     return choose_light_below(0u, p, n, choice);
 }
 
@@ -145,7 +143,10 @@ fn share_of_power(own: u32, units: u32) -> f32 {
 }
 
 // The probability with which `choose_light` chooses a light.
-fn light_chance(p: vec3f, n: vec3f, light: u32) -> f32 {
+fn light_chance(p: vec3f, n: vec3f, light: u32, asks: bool) -> f32 {
+    if !asks {
+        return 1.0;
+    }
     let row = light_at(light);
     var node = light_node_at(0u);
     var chance = 1.0;

@@ -34,12 +34,13 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
         let centre = vec2f(f32(x), f32(y)) + 0.5;
         var slot_sums = SlotSums();
         var i = 0u;
-        var state = start(PathId(pixel, dispatch.first_sample), centre, 0u);
+        var progress = start(PathId(pixel, dispatch.first_sample), centre, 0u);
         // One step a turn: neighbours whose paths end early are not kept waiting by one that is long.
         loop {
-            if step_path(&state, lane) {
+            if advance(&progress, lane) {
                 continue;
             }
+            let state = progress.state;
             if dispatch.sends_samples != 0u {
                 add_sample(&slot_sums, state.id.sample, state.l);
                 // Neighbours write side by side.
@@ -54,9 +55,9 @@ fn trace_slots(@builtin(global_invocation_id) id: vec3u) {
             if i == dispatch.samples {
                 break;
             }
-            state = start(PathId(pixel, dispatch.first_sample + i), centre, state.rays);
+            progress = start(PathId(pixel, dispatch.first_sample + i), centre, progress.rays);
         }
-        slot_sums.rays = select(0u, state.rays, loops_still_turn());
+        slot_sums.rays = select(0u, progress.rays, loops_still_turn());
         sums[slot] = slot_sums;
     }
 }

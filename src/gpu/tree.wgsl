@@ -89,8 +89,8 @@ fn leaf_intersect(
     ray: Ray,
     sheared: Sheared,
     instance: u32,
-    so_far: Hit,
-) -> Hit {
+    so_far: Met,
+) -> Met {
     var hit = so_far;
     let kind = leaf >> 12u;
     let first = ((leaf >> 4u) & 255u) + select(node.surfaces, node.triangles, kind == LEAF_TRIANGLES);
@@ -115,14 +115,14 @@ fn leaf_intersect(
         }
         let is_lower = instance < hit.instance || (instance == hit.instance && number < hit.number);
         if t < hit.t || (t == hit.t && t < NOTHING && is_lower) {
-            hit = Hit(t, number, index, instance);
+            hit = Met(t, number, index, instance);
         }
     }
     return hit;
 }
 
 // The nearest of a hit and all that is in the tree; where `any` will do, the first that is nearer.
-fn tree_intersect(world_ray: Ray, so_far: Hit, any: bool) -> Hit {
+fn tree_intersect(world_ray: Ray, so_far: Met, any: bool) -> Met {
     var ray = world_ray;
     var probe = probe_of(ray, scene.tree_share);
     var sheared = Sheared();

@@ -1,33 +1,74 @@
 // Twin of `integrator::whitted`: ray tracing as in the report's chapter 2. A step follows one branch.
 
-// Which invocation this is, of how many: it decides where branches wait.
-struct Lane {
-    index: u32,
-    count: u32,
+// How far a path has come.
+struct Progress {
+    // Of the branch that is followed.
+    state: State,
+    // Rays traced for this slot so far.
+    rays: u32,
+    // What numbers are drawn from, and how many branches wait.
+    stream: Stream,
+    waiting: u32,
+}
+
+// A path at the camera.
+fn start(id: PathId, centre: vec2f, rays: u32) -> Progress {
+    return Progress(start_path(id, centre), rays, Stream(vec4u(0u), 0u, 0xffffffffu), 0u);
+}
+
+// A path's numbers one after the other, for code that draws as it goes: blocks from the top down.
+struct Stream {
+    words: vec4u,
+    left: u32,
+    block: u32,
+}
+
+fn next_random(stream: ptr<function, Stream>, path: PathId) -> f32 {
+    if (*stream).left == 0u {
+        (*stream).words = pcg4d(vec4u(path.pixel, path.sample, (*stream).block, scene.seed));
+        (*stream).block -= 1u;
+        (*stream).left = 4u;
+    }
+    let number = f32((*stream).words.x >> 8u) * (1.0 / 16777216.0);
+    (*stream).words = (*stream).words.yzwx;
+    (*stream).left -= 1u;
+    return number;
 }
 
 // Lets a branch wait. Branches at one height lie side by side for all invocations.
-fn push_branch(state: ptr<function, State>, lane: Lane, branch: Branch) {
-    branches[(*state).waiting * lane.count + lane.index] = branch;
-    (*state).waiting++;
+fn push_branch(progress: ptr<function, Progress>, lane: Lane, branch: WaitingBranch) {
+    branches[(*progress).waiting * lane.count + lane.index] = branch;
+    (*progress).waiting++;
 }
 
 // Takes up the branch that waits last; whether there is one.
-fn pop_branch(state: ptr<function, State>, lane: Lane) -> bool {
-    if (*state).waiting == 0u {
+fn pop_branch(progress: ptr<function, Progress>, lane: Lane) -> bool {
+    if (*progress).waiting == 0u {
         return false;
     }
-    (*state).waiting--;
-    let branch = branches[(*state).waiting * lane.count + lane.index];
-    (*state).ray = Ray(branch.o, branch.d);
-    (*state).depth = branch.depth;
-    (*state).beta = branch.beta;
+    (*progress).waiting--;
+    let branch = branches[(*progress).waiting * lane.count + lane.index];
+    follow(progress, Ray(branch.o, branch.d, 0.0), branch.beta, branch.depth);
     return true;
 }
 
-fn spawn_ray(point: SurfacePoint, frame: Frame, wi: vec3f) -> Ray {
-    let d = normalized(to_world(frame, wi));
-    return Ray(offset_origin(point.p, point.n, point.error, d), d);
+fn follow(progress: ptr<function, Progress>, ray: Ray, beta: vec3f, depth: u32) {
+    (*progress).state.ray = ray;
+    (*progress).state.beta = beta;
+    (*progress).state.depth = depth;
+}
+
+// A branch in a direction of the frame.
+fn spawn_ray(at: Lit, wi: vec3f) -> Ray {
+    let w = to_world(at.frame, wi);
+    let d = w * (1.0 / sqrt(dot(w, w)));
+    return Ray(offset_origin(at.point.p, at.point.n, at.point.error, d), d, 0.0);
+}
+
+// Whether a direction, in the world and in the frame, is on one side of the surface and of the smooth one that its
+// shading normals tell of. No light passes where they differ: it would leak through.
+fn passes(at: Lit, d: vec3f, wi: vec3f) -> bool {
+    return !TREE_SMOOTH || dot(d, at.point.n) * wi.z > 0.0;
 }
 
 // Whether a branch is worth following: below a rounding error of white it is cut.
@@ -35,126 +76,118 @@ fn is_worth(beta: vec3f, chance: f32) -> bool {
     return chance > 0.0 && max_channel(beta) > EPSILON;
 }
 
-fn whitted_step(state: ptr<function, State>, lane: Lane) -> bool {
-    var vertex: PathVertex;
-    if !meet(state, &vertex) {
-        return pop_branch(state, lane);
+// Follows a branch to its next surface. Returns whether there is another to follow.
+fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
+    let ray = (*progress).state.ray;
+    let beta = (*progress).state.beta;
+    let depth = (*progress).state.depth;
+    (*progress).rays++;
+    let hit = intersect(ray, true);
+    if hit.t >= NOTHING {
+        (*progress).state.l += beta * escaped_radiance(ray.d);
+        return pop_branch(progress, lane);
     }
-    let point = vertex.point;
-    let material = material_at(vertex.material);
-    let frame = frame_around(point.shading);
-    let wo = to_local(frame, -(*state).ray.d);
-    let goes_on = (*state).depth < scene.max_depth;
-    var l = vertex.emitted;
-    if bsdf_has_non_delta(material) {
-        l += material.colour * scene.ambient;
+    let at = lit_point(ray, hit);
+    let goes_on = depth < scene.max_depth;
+    var l = at.emitted;
+    if at.has_non_delta {
+        l += bsdf_albedo(at.bsdf) * scene.ambient;
         if goes_on {
-            l += light_from_all(state, point, frame, material, wo);
+            l += light_from_all(progress, at);
         }
     }
-    (*state).l += (*state).beta * l;
-    if bsdf_has_non_delta(material) || !goes_on {
-        return pop_branch(state, lane);
+    (*progress).state.l += beta * l;
+    if !at.has_delta || !goes_on {
+        return pop_branch(progress, lane);
     }
-    if bsdf_transmits(material) {
-        return split(state, lane, point, frame, material, wo);
+    if at.transmits && !at.has_non_delta {
+        return split(progress, lane, at);
     }
-    var stream = (*state).stream;
-    let u = next_random(&stream, (*state).id);
-    let v = next_random(&stream, (*state).id);
-    let lobe = next_random(&stream, (*state).id);
-    (*state).stream = stream;
-    let sample = bsdf_sample(material, wo, vec2f(u, v), lobe);
-    let ray = spawn_ray(point, frame, sample.wi);
-    if !passes(point, ray.d, sample.wi) {
-        return pop_branch(state, lane);
+    let id = (*progress).state.id;
+    var stream = (*progress).stream;
+    let u = next_random(&stream, id);
+    let v = next_random(&stream, id);
+    let choice = next_random(&stream, id);
+    (*progress).stream = stream;
+    let sampled = bsdf_sample(at.bsdf, at.wo, vec2f(u, v), choice);
+    let branch = spawn_ray(at, sampled.wi);
+    // Of a surface with other lobes, too, only the delta ones are followed.
+    if !(sampled.delta || !at.has_non_delta) || !passes(at, branch.d, sampled.wi) {
+        return pop_branch(progress, lane);
     }
-    (*state).ray = ray;
-    (*state).beta *= sample.weight;
-    (*state).depth++;
+    follow(progress, branch, beta * sampled.weight, depth + 1u);
     return true;
 }
 
-// Radiance that every lamp sends back along the ray by way of a matte point: points once, areas from one random point
+// Radiance that every lamp sends back along the ray by way of a point: points once, areas from one random point
 // of each; meshes of many triangles are one lamp.
-fn light_from_all(
-    state: ptr<function, State>,
-    point: SurfacePoint,
-    frame: Frame,
-    material: Material,
-    wo: vec3f,
-) -> vec3f {
+fn light_from_all(progress: ptr<function, Progress>, at: Lit) -> vec3f {
     var l = vec3f(0.0);
-    var stream = (*state).stream;
+    let id = (*progress).state.id;
+    var stream = (*progress).stream;
     var next = 0u;
     while next < scene.lights {
-        var light = light_at(next);
+        var light = next;
         var chance = 1.0;
+        let lamp = light_at(light).lamp;
         next++;
-        if light.lamp != 0u {
-            next += light_node_at(light.lamp).lights - 1u;
-            let choice = next_random(&stream, (*state).id);
-            let chosen = choose_light_below(light.lamp, point.p, point.n, choice);
-            light = light_at(chosen.light);
+        if lamp != 0u {
+            next += light_node_at(lamp).lights - 1u;
+            let chosen = choose_light_below(lamp, at.point.p, at.point.n, next_random(&stream, id));
+            light = chosen.light;
             chance = chosen.chance;
         }
-        let u = next_random(&stream, (*state).id);
-        let v = next_random(&stream, (*state).id);
-        let sample = sample_light(light, point.p, vec2f(u, v));
-        if !(sample.pdf > 0.0) {
+        let u = next_random(&stream, id);
+        let v = next_random(&stream, id);
+        let sampled = light_sample(light, at.point.p, vec2f(u, v));
+        if !(sampled.pdf > 0.0) {
             continue;
         }
-        let wi = to_local(frame, sample.wi);
-        let share = bsdf_eval(material, wo, wi) * sample.radiance * (1.0 / sample.pdf) * (abs(wi.z) / chance);
-        if max_channel(share) > 0.0 && passes(point, sample.wi, wi) {
-            (*state).rays++;
-            if is_visible(sample, offset_origin(point.p, point.n, point.error, sample.wi)) {
+        let wi = to_local(at.frame, sampled.wi);
+        let share =
+            bsdf_eval(at.bsdf, at.wo, wi) * sampled.radiance * (1.0 / sampled.pdf) * (abs(wi.z) / chance);
+        if max_channel(share) > 0.0 && passes(at, sampled.wi, wi) {
+            (*progress).rays++;
+            let shadow = shadow_ray(at.point, sampled);
+            if !occluded(shadow.ray, shadow.end, true, false) {
                 l += share;
             }
         }
     }
-    (*state).stream = stream;
+    (*progress).stream = stream;
     return l;
 }
 
 // Follows the refracted branch and lets the reflected one wait. Where too many wait already, one of the two is
 // drawn by its chance and weighted for it: the mean is the same.
-fn split(
-    state: ptr<function, State>,
-    lane: Lane,
-    point: SurfacePoint,
-    frame: Frame,
-    material: Material,
-    wo: vec3f,
-) -> bool {
-    let ways = dielectric_branches(material, wo);
-    var reflected = (*state).beta * material.colour * ways.fresnel;
-    var refracted = (*state).beta * transmittance(material) * ways.transmitted;
-    let back = spawn_ray(point, frame, ways.reflected);
-    let through = spawn_ray(point, frame, ways.refracted);
-    let reflects = is_worth(reflected, ways.fresnel) && passes(point, back.d, ways.reflected);
-    var refracts = is_worth(refracted, 1.0 - ways.fresnel) && passes(point, through.d, ways.refracted);
-    let depth = (*state).depth + 1u;
+fn split(progress: ptr<function, Progress>, lane: Lane, at: Lit) -> bool {
+    let ways = bsdf_branches(at.bsdf, at.wo);
+    var reflected = (*progress).state.beta * ways.first.weight;
+    var refracted = (*progress).state.beta * ways.second.weight;
+    let back = spawn_ray(at, ways.first.wi);
+    let through = spawn_ray(at, ways.second.wi);
+    let reflects = is_worth(reflected, ways.first.chance) && passes(at, back.d, ways.first.wi);
+    var refracts = is_worth(refracted, ways.second.chance) && passes(at, through.d, ways.second.wi);
+    let depth = (*progress).state.depth + 1u;
     if reflects && refracts {
-        if (*state).waiting < MOST_BRANCHES {
-            push_branch(state, lane, Branch(back.o, depth, back.d, reflected));
+        if (*progress).waiting < MOST_BRANCHES {
+            push_branch(progress, lane, WaitingBranch(back.o, depth, back.d, reflected));
         } else {
-            var stream = (*state).stream;
-            let lobe = next_random(&stream, (*state).id);
-            (*state).stream = stream;
-            refracts = lobe >= ways.fresnel;
-            reflected *= 1.0 / ways.fresnel;
-            refracted *= 1.0 / (1.0 - ways.fresnel);
+            var stream = (*progress).stream;
+            let choice = next_random(&stream, (*progress).state.id);
+            (*progress).stream = stream;
+            refracts = choice >= ways.first.chance;
+            reflected *= 1.0 / ways.first.chance;
+            refracted *= 1.0 / ways.second.chance;
         }
     }
     if !reflects && !refracts {
-        return pop_branch(state, lane);
+        return pop_branch(progress, lane);
     }
-    (*state).ray = back;
     if refracts {
-        (*state).ray = through;
+        follow(progress, through, refracted, depth);
+    } else {
+        follow(progress, back, reflected, depth);
     }
-    (*state).beta = select(reflected, refracted, refracts);
-    (*state).depth = depth;
     return true;
 }

@@ -1,6 +1,7 @@
-// Twin of `world`: what rays meet, and what it is like there.
+// Twin of `world::simple` and `world::surfaces`: first hits, and the point, uv and light there.
 
-struct Hit {
+// The first thing on a ray so far.
+struct Met {
     t: f32,
     // What was met, as the host numbers it: of equal distances the lower one counts.
     number: u32,
@@ -10,74 +11,55 @@ struct Hit {
     instance: u32,
 }
 
-// A point on a surface.
-struct SurfacePoint {
-    p: vec3f,
-    // The outward normal.
-    n: vec3f,
-    // The normal that light scatters around.
-    shading: vec3f,
-    error: f32,
-    // Index into `surfaces`.
-    surface: u32,
-    // Index into `triangles`, or NO_TRIANGLE, and the weights of its second and third corners.
-    triangle: u32,
-    weights: vec2f,
-}
-
-fn no_hit() -> Hit {
-    return Hit(NOTHING, 0xffffffffu, 0u, NO_INSTANCE);
-}
-
-fn is_some(hit: Hit) -> bool {
-    return hit.t < NOTHING;
+fn met_nothing() -> Met {
+    return Met(NOTHING, 0xffffffffu, 0u, NO_INSTANCE);
 }
 
 // The nearer of two hits of no instance.
-fn nearer(a: Hit, b: Hit) -> Hit {
+fn nearer(a: Met, b: Met) -> Met {
     if b.t < a.t || (b.t == a.t && b.number < a.number) {
         return b;
     }
     return a;
 }
 
-fn intersect(ray: Ray) -> Hit {
+fn first_met(ray: Ray) -> Met {
     if !is_finite_ray(ray) {
-        return no_hit();
+        return met_nothing();
     }
     // Those of one kind stand in the order of their rows: of equal distances the first one counts.
-    var plane = no_hit();
+    var plane = met_nothing();
     for (var i = 0u; i < scene.planes_end; i++) {
         let surface = surface_at(i);
         let t = plane_intersect(surface, ray);
         if t < plane.t {
-            plane = Hit(t, surface.row, i, NO_INSTANCE);
+            plane = Met(t, surface.row, i, NO_INSTANCE);
         }
     }
-    var sphere = no_hit();
+    var sphere = met_nothing();
     for (var i = scene.planes_end; i < scene.spheres_end; i++) {
         let surface = surface_at(i);
         let t = sphere_intersect(surface, ray);
         if t < sphere.t {
-            sphere = Hit(t, surface.row, i, NO_INSTANCE);
+            sphere = Met(t, surface.row, i, NO_INSTANCE);
         }
     }
-    var quad = no_hit();
+    var quad = met_nothing();
     for (var i = scene.spheres_end; i < scene.quads_end; i++) {
         let surface = surface_at(i);
         let t = quad_intersect(surface, ray);
         if t < quad.t {
-            quad = Hit(t, surface.row, i, NO_INSTANCE);
+            quad = Met(t, surface.row, i, NO_INSTANCE);
         }
     }
     var hit = nearer(nearer(plane, sphere), quad);
     if HAS_RARE {
-        var rare = no_hit();
+        var rare = met_nothing();
         for (var i = scene.quads_end; i < scene.rare_end; i++) {
             let surface = surface_at(i);
             let t = rare_intersect(surface, ray);
             if t < rare.t {
-                rare = Hit(t, surface.row, i, NO_INSTANCE);
+                rare = Met(t, surface.row, i, NO_INSTANCE);
             }
         }
         hit = nearer(hit, rare);
@@ -88,7 +70,13 @@ fn intersect(ray: Ray) -> Hit {
     return hit;
 }
 
-fn occluded(ray: Ray, t_max: f32) -> bool {
+// The first hit of a ray. The weights of a triangle's corners are computed where they are needed.
+fn intersect(ray: Ray, asks: bool) -> Hit {
+    let met = first_met(ray);
+    return Hit(met.t, met.index, met.instance, vec2f(0.0));
+}
+
+fn occluded(ray: Ray, t_max: f32, asks: bool, past_triangles: bool) -> bool {
     if !is_finite_ray(ray) {
         return false;
     }
@@ -117,15 +105,15 @@ fn occluded(ray: Ray, t_max: f32) -> bool {
     }
     if TREE_LEVELS > 0u {
         // No number is below zero: what is as far does not count.
-        return tree_intersect(ray, Hit(t_max, 0u, 0u, NO_INSTANCE), true).t < t_max;
+        return tree_intersect(ray, Met(t_max, 0u, 0u, NO_INSTANCE), true).t < t_max;
     }
     return false;
 }
 
 // The point that a ray met.
 fn surface_point(ray: Ray, hit: Hit) -> SurfacePoint {
-    if TREE_TRIANGLES && hit.index >= FIRST_TRIANGLE {
-        return triangle_point(ray, hit.index & ~FIRST_TRIANGLE, hit.instance);
+    if TREE_TRIANGLES && hit.surface >= FIRST_TRIANGLE {
+        return triangle_point(ray, hit.surface & ~FIRST_TRIANGLE, hit.instance);
     }
     return smooth_point(ray, hit);
 }
@@ -133,7 +121,7 @@ fn surface_point(ray: Ray, hit: Hit) -> SurfacePoint {
 // Points on all but meshes, put back onto their surfaces.
 fn smooth_point(ray: Ray, hit: Hit) -> SurfacePoint {
     let p = ray.o + ray.d * hit.t;
-    let surface = surface_at(hit.index);
+    let surface = surface_at(hit.surface);
     var normal = surface.axis;
     var off = dot(p, normal) - surface.constant;
     if surface.radius > 0.0 {
@@ -153,7 +141,7 @@ fn smooth_point(ray: Ray, hit: Hit) -> SurfacePoint {
     let on = p - normal * off;
     let n = normal * surface.orientation;
     let error = max_abs(on) * POSITION_ERROR + surface.error;
-    return SurfacePoint(on, n, n, error, hit.index, NO_TRIANGLE, vec2f(0.0));
+    return SurfacePoint(on, n, n, vec2f(0.0), error, hit.surface, hit.surface);
 }
 
 // Points on triangles: the corners' mean.
@@ -204,22 +192,22 @@ fn triangle_point(ray: Ray, index: u32, instance: u32) -> SurfacePoint {
             shading = smooth_n;
         }
     }
-    return SurfacePoint(p, n, shading, error, surface, index, weights);
+    return SurfacePoint(p, n, shading, weights, error, index | FIRST_TRIANGLE, surface);
 }
 
 // Index into `lights`, or NO_LIGHT.
 fn light_of(point: SurfacePoint) -> u32 {
-    if TREE_TRIANGLES && point.triangle != NO_TRIANGLE {
-        return triangle_at(point.triangle).light;
+    if TREE_TRIANGLES && point.surface >= FIRST_TRIANGLE {
+        return triangle_at(point.surface & ~FIRST_TRIANGLE).light;
     }
-    return surface_at(point.surface).light;
+    return surface_at(point.row).light;
 }
 
-fn surface_uv(point: SurfacePoint) -> vec2f {
-    if TREE_TRIANGLES && point.triangle != NO_TRIANGLE {
+fn surface_uv(point: SurfacePoint, wanted: bool) -> vec2f {
+    if TREE_TRIANGLES && point.surface >= FIRST_TRIANGLE {
         return triangle_uv(point);
     }
-    let surface = surface_at(point.surface);
+    let surface = surface_at(point.row);
     if surface.radius > 0.0 {
         // φ/2π and θ/π from +z, of the direction from the centre.
         let d = point.n * surface.orientation;
@@ -247,7 +235,7 @@ fn vertex_uv(vertex: u32, without: vec2f) -> vec2f {
 }
 
 fn triangle_uv(point: SurfacePoint) -> vec2f {
-    let vertices = triangle_at(point.triangle).vertices;
+    let vertices = triangle_at(point.surface & ~FIRST_TRIANGLE).vertices;
     let a = vertex_uv(vertices.x, vec2f(0.0, 0.0));
     let b = vertex_uv(vertices.y, vec2f(1.0, 0.0));
     let c = vertex_uv(vertices.z, vec2f(1.0, 1.0));

@@ -6,7 +6,6 @@ use super::path_tracer::{PathTracer, Transport};
 use super::paths::Settings;
 use super::whitted::Whitted;
 use crate::sampling::warp::FilmOffset;
-use crate::sampling::{Independent, Sobol};
 use crate::scene;
 use crate::world::{CompiledScene, World};
 use std::sync::Arc;
@@ -18,16 +17,10 @@ pub fn build(
     scene: Arc<CompiledScene>,
     world: Arc<World>,
 ) -> Box<dyn Integrator> {
-    let seed = render.seed;
-    let sampler = match render.sampler {
-        scene::Sampler::Independent => Independent { seed }.into(),
-        scene::Sampler::Sobol => Sobol { seed }.into(),
-    };
-    let settings = Settings { sampler, offset, max_depth: render.max_depth };
-    match render.integrator {
-        scene::Integrator::Path => path(NextEvent::default(), scene, world, settings),
-        scene::Integrator::PathNaive => path_naive(scene, world, settings),
-        scene::Integrator::Whitted => Box::new(Whitted { scene, world, settings, seed }),
+    let settings = Settings::new(render, offset);
+    match Transport::of(render.integrator) {
+        Some(transport) => Box::new(PathTracer { transport, scene, world, settings }),
+        None => Box::new(Whitted { scene, world, settings, seed: render.seed }),
     }
 }
 

@@ -38,6 +38,13 @@ pub use paths::{Finished, Paths, Pixel, Sample, Settings};
 pub use roulette::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 pub use whitted::Whitted;
 
+#[cfg(feature = "gpu")]
+pub(crate) use path_tracer::{Stepped, Transport, step};
+#[cfg(feature = "gpu")]
+pub(crate) use paths::camera_ray;
+#[cfg(feature = "gpu")]
+pub(crate) use vertex::{State, View};
+
 use crate::camera::Camera;
 use crate::math::lanes::Level;
 

@@ -1,10 +1,11 @@
 //! The direct light of `path-naive`, the report's path tracer (§4.3). Directions come from the BxDF alone, so that lights
 //! are found by chance; delta lights, which no path can hit, are sampled here.
 
+use super::next_event::DirectLight;
 use super::observe::{Event, Observer, rgb, vec3};
 use super::vertex::{Scattering, State, View};
 use crate::material::{Bxdf, TransportMode};
-use crate::math::{Float, Mask, Rgb};
+use crate::math::{Float, Mask, function};
 use crate::sampling::Block;
 use crate::world::Interaction;
 
@@ -17,15 +18,18 @@ pub(super) fn delta_light<F: Float>(
     scattering: &Scattering<F>,
     asks: F::Mask,
     observer: &mut Observer<'_>,
-) -> Rgb<F> {
-    let [_, _, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
-    let light = view.scene.lights.sample_delta(at.point.p, choice);
-    let wi = scattering.frame.to_local(light.wi);
-    let (shadow, length) = at.shadow(&light);
-    let visible = !view.world.occluded(&shadow, length, asks, F::Mask::splat(false));
-    let Scattering { bsdf, wo, .. } = scattering;
-    let seen = visible & at.passes(light.wi, wi);
-    let added = (bsdf.eval(*wo, wi, TransportMode::Radiance) * light.weight() * wi.z.abs()).only(seen);
-    observer.event::<F>(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
-    added
+) -> DirectLight<F> {
+    let (state, at, scattering) = (*state, *at, *scattering);
+    function!(F, delta_light(state, at, scattering, asks), {
+        let [_, _, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
+        let light = view.scene.lights.sample_delta(at.point.p, choice);
+        let wi = scattering.frame.to_local(light.wi);
+        let (shadow, length) = at.shadow(&light);
+        let visible = !view.world.occluded(&shadow, length, asks, F::Mask::splat(false));
+        let Scattering { bsdf, wo, .. } = scattering;
+        let seen = visible & view.scene.passes(&at, light.wi, wi);
+        let added = (bsdf.eval(wo, wi, TransportMode::Radiance) * light.weight() * wi.z.abs()).only(seen);
+        observer.event::<F>(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
+        DirectLight { added, traced: asks }
+    })
 }

@@ -4,7 +4,7 @@ use super::observe::{Event, Observer, rgb, vec3};
 use super::vertex::{Departure, Scattering, State, Vertex, View};
 use crate::light::NO_LIGHT;
 use crate::material::{Bxdf, TransportMode};
-use crate::math::{Float, Rgb, Uint};
+use crate::math::{Float, Rgb, Uint, function, value};
 use crate::sampling::Block;
 use crate::world::Interaction;
 
@@ -44,28 +44,44 @@ pub(super) fn weight_of_escaped<F: Float>(departure: &Departure<F>, asked: F) ->
 /// have found it.
 #[inline(always)]
 pub(super) fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F>, vertex: &Vertex<F>) -> F {
-    let one = F::splat(1.0);
-    let light = view.scene.surfaces.light(&vertex.at.point);
-    let Departure { p, n, pdf, .. } = state.departure;
-    let contested =
-        vertex.met & light.lt(F::Uint::splat(NO_LIGHT)) & pdf.gt(F::zero()) & vertex.at.cos_o.gt(F::zero());
-    F::guard(
-        contested,
-        one,
-        #[inline(always)]
-        || {
-            let lights = &view.scene.lights;
-            // Lanes without a light look up the first one, in vain.
-            let light = F::Uint::select(contested, light, F::Uint::splat(0));
-            let asked =
-                lights.chance(p, n, light, contested) * lights.pdf(light, p, vertex.hit.t, vertex.at.cos_o);
-            F::select(contested, power_heuristic(pdf, asked), one)
-        },
-    )
+    let (departure, vertex) = (state.departure, *vertex);
+    function!(F, weight_of_met(departure, vertex), {
+        let one = F::splat(1.0);
+        let light = view.scene.surfaces.light(&vertex.at.point);
+        let Departure { p, n, pdf, .. } = departure;
+        let contested = vertex.met
+            & light.lt(F::Uint::splat(NO_LIGHT))
+            & pdf.gt(F::zero())
+            & vertex.at.cos_o.gt(F::zero());
+        F::guard(
+            contested,
+            one,
+            #[inline(always)]
+            || {
+                let lights = &view.scene.lights;
+                // Lanes without a light look up the first one, in vain.
+                let light = F::Uint::select(contested, light, F::Uint::splat(0));
+                let asked = lights.chance(p, n, light, contested)
+                    * lights.pdf(light, p, vertex.hit.t, vertex.at.cos_o);
+                F::select(contested, power_heuristic(pdf, asked), one)
+            },
+        )
+    })
 }
 
+/// The direct light at a vertex.
+#[derive(Clone, Copy)]
+pub(super) struct DirectLight<F: Float> {
+    /// Radiance that is sent back along the ray.
+    pub added: Rgb<F>,
+    /// The lanes that traced a shadow ray.
+    pub traced: F::Mask,
+}
+
+value!(DirectLight { added, traced });
+
 /// Radiance that a chosen light sends back along the ray by way of a vertex, weighed against the chance
-/// that the BxDF finds the same light; and the lanes that traced a shadow ray.
+/// that the BxDF finds the same light.
 #[inline(always)]
 pub(super) fn direct_light<F: Float>(
     view: &View<'_>,
@@ -74,31 +90,37 @@ pub(super) fn direct_light<F: Float>(
     scattering: &Scattering<F>,
     asks: F::Mask,
     observer: &mut Observer<'_>,
-) -> (Rgb<F>, F::Mask) {
-    let point = &at.point;
-    let lights = &view.scene.lights;
-    let [u, v, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
-    let (light, chance) = lights.choose(point.p, point.n, choice, asks);
-    let sample = lights.sample(light, point.p, [u, v]);
-    let Scattering { bsdf, frame, wo, .. } = scattering;
-    let wi = frame.to_local(sample.wi);
-    let f = bsdf.eval(*wo, wi, TransportMode::Radiance) * wi.z.abs();
-    let pdf = sample.pdf * chance;
-    let share = f * sample.radiance * (F::splat(1.0) / pdf);
-    let possible = asks & at.passes(sample.wi, wi) & pdf.gt(F::zero()) & share.max_channel().gt(F::zero());
-    let added = F::guard(
-        possible,
-        Rgb::black(),
-        #[inline(always)]
-        || {
-            let found = bsdf.pdf(*wo, wi).only(!sample.delta);
-            let (shadow, length) = at.shadow(&sample);
-            let past_triangles = lights.is_past_triangles::<F>(light);
-            let visible = possible & !view.world.occluded(&shadow, length, possible, past_triangles);
-            let added = (share * power_heuristic(pdf, found)).only(visible);
-            observer.event::<F>(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
-            added
-        },
-    );
-    (added, possible)
+) -> DirectLight<F> {
+    let (state, at, scattering) = (*state, *at, *scattering);
+    function!(F, direct_light(state, at, scattering, asks), {
+        let point = &at.point;
+        let lights = &view.scene.lights;
+        let [u, v, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
+        let (light, chance) = lights.choose(point.p, point.n, choice, asks);
+        let sample = lights.sample(light, point.p, [u, v]);
+        let Scattering { bsdf, frame, wo } = scattering;
+        let wi = frame.to_local(sample.wi);
+        let f = bsdf.eval(wo, wi, TransportMode::Radiance) * wi.z.abs();
+        let pdf = sample.pdf * chance;
+        let share = f * sample.radiance * (F::splat(1.0) / pdf);
+        let possible = asks
+            & view.scene.passes(&at, sample.wi, wi)
+            & pdf.gt(F::zero())
+            & share.max_channel().gt(F::zero());
+        let added = F::guard(
+            possible,
+            Rgb::black(),
+            #[inline(always)]
+            || {
+                let found = bsdf.pdf(wo, wi).only(!sample.delta);
+                let (shadow, length) = at.shadow(&sample);
+                let past_triangles = lights.is_past_triangles::<F>(light);
+                let visible = possible & !view.world.occluded(&shadow, length, possible, past_triangles);
+                let added = (share * power_heuristic(pdf, found)).only(visible);
+                observer.event::<F>(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
+                added
+            },
+        );
+        DirectLight { added, traced: possible }
+    })
 }

@@ -12,15 +12,16 @@ use super::vertex::{Departure, Scattering, State, Vertex, View, escape, go_on};
 use crate::camera::Camera;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::{Kernel, Level, MAX_LANES, Value, dispatch};
-use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Ray, Rgb, Uint, value};
+use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Ray, Rgb, Uint, function, value};
 use crate::sampling::Block;
+use crate::scene;
 use crate::world::{CompiledScene, Interaction, World};
 use std::sync::Arc;
 
 /// How paths gather light. It is a value and not a type, so that the path tracer is compiled once; the branch is taken
 /// once a step for all lanes.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Transport {
+pub(crate) enum Transport {
     /// By next-event estimation.
     NextEvent(NextEvent),
     /// By directions of the BxDF alone, but for delta lights: see `naive.rs`.
@@ -28,6 +29,15 @@ pub(super) enum Transport {
 }
 
 impl Transport {
+    /// That of an integrator; `None` for one that follows no paths.
+    pub(crate) fn of(integrator: scene::Integrator) -> Option<Transport> {
+        match integrator {
+            scene::Integrator::Path => Some(Transport::NextEvent(NextEvent::default())),
+            scene::Integrator::PathNaive => Some(Transport::Naive),
+            scene::Integrator::Whitted => None,
+        }
+    }
+
     /// Whether sampling lights competes with directions of the BxDF for the same light.
     #[inline(always)]
     fn competes(self) -> bool {
@@ -105,24 +115,18 @@ impl Kernel for TracePaths<'_> {
         let TracePaths { view, transport, paths, stop, out, mut observer } = self;
         let mut queue = Queue::new(paths);
         let mut start = Start::<F>::nowhere();
-        let mut state = State::<F> {
-            id: start.id,
-            ray: Ray::none(),
-            depth: F::Uint::splat(0),
-            beta: Rgb::black(),
-            l: Rgb::black(),
-            departure: Departure::camera(),
-        };
+        let mut state = State::start(start.id, Ray::none());
         let mut alive = F::Mask::splat(false);
         let mut rays = 0;
         loop {
             // Lanes whose paths have ended start the next ones.
             let started = queue.take(!alive, view.settings, &view.scene.camera, &mut start, &mut state.ray);
             state.id = start.id;
-            state.depth = F::Uint::select(started, F::Uint::splat(0), state.depth);
-            state.beta = Rgb::select(started, Rgb::splat([1.0; 3]), state.beta);
-            state.l = state.l.only(!started);
-            state.departure = Departure::blend(started, Departure::camera(), state.departure);
+            let fresh = State::start(start.id, state.ray);
+            state.depth = F::Uint::select(started, fresh.depth, state.depth);
+            state.beta = Rgb::select(started, fresh.beta, state.beta);
+            state.l = Rgb::select(started, fresh.l, state.l);
+            state.departure = Departure::blend(started, fresh.departure, state.departure);
             alive = alive | started;
             if !alive.any() {
                 return Some(rays);
@@ -145,7 +149,7 @@ impl Kernel for TracePaths<'_> {
 
 /// Paths after a step.
 #[derive(Clone, Copy)]
-pub(super) struct Stepped<F: Float> {
+pub(crate) struct Stepped<F: Float> {
     pub state: State<F>,
     /// The lanes that go on.
     pub going: F::Mask,
@@ -157,7 +161,7 @@ value!(Stepped { state, going, shadows });
 
 /// One step of every path that is alive: it meets a surface, gathers light there, and gets its next ray.
 #[inline(always)]
-pub(super) fn step<F: Float>(
+pub(crate) fn step<F: Float>(
     transport: Transport,
     view: &View<'_>,
     mut state: State<F>,
@@ -207,46 +211,53 @@ pub(super) fn step<F: Float>(
 fn leave<F: Float>(
     transport: Transport,
     view: &View<'_>,
-    mut state: State<F>,
+    state: State<F>,
     at: &Interaction<F>,
-    mut going: F::Mask,
+    going: F::Mask,
     observer: &mut Observer<'_>,
 ) -> Stepped<F> {
-    let lights = &view.scene.lights;
-    let scattering = Scattering::new(view.scene, at, &state.ray);
-    let smooth = going & scattering.bsdf.has_non_delta();
-    let (asks, has_lights) = match transport {
-        // Surfaces that emit are often black.
-        Transport::NextEvent(_) => (smooth & !scattering.bsdf.is_black(), !lights.is_empty()),
-        Transport::Naive => (smooth, !lights.delta_lights().is_empty()),
-    };
-    let mut shadows = F::Mask::splat(false);
-    if has_lights {
-        (state.l, shadows) = F::branch(
-            asks,
-            (state.l, shadows),
-            #[inline(always)]
-            || {
-                let (direct, traced) = match transport {
-                    Transport::NextEvent(_) => direct_light(view, &state, at, &scattering, asks, observer),
-                    Transport::Naive => (delta_light(view, &state, at, &scattering, asks, observer), asks),
-                };
-                (state.l + state.beta * direct, traced)
-            },
-        );
-    }
+    let at = *at;
+    function!(F, leave_vertex(state, at, going), {
+        let (mut state, mut going) = (state, going);
+        let lights = &view.scene.lights;
+        let scattering = Scattering::new(view.scene, &at, &state.ray);
+        let smooth = going & scattering.bsdf.has_non_delta();
+        let (asks, has_lights) = match transport {
+            // Surfaces that emit are often black.
+            Transport::NextEvent(_) => (smooth & !scattering.bsdf.is_black(), !lights.is_empty()),
+            Transport::Naive => (smooth, !lights.delta_lights().is_empty()),
+        };
+        let mut shadows = F::Mask::splat(false);
+        if has_lights {
+            (state.l, shadows) = F::branch(
+                asks,
+                (state.l, shadows),
+                #[inline(always)]
+                || {
+                    let direct = match transport {
+                        Transport::NextEvent(_) => {
+                            direct_light(view, &state, &at, &scattering, asks, observer)
+                        }
+                        Transport::Naive => delta_light(view, &state, &at, &scattering, asks, observer),
+                    };
+                    (state.l + state.beta * direct.added, direct.traced)
+                },
+            );
+        }
 
-    let [u, v, lobe, survival] = view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
-    let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
-    going = going & !go_on(&mut state, at, &scattering, &scattered, observer);
+        let [u, v, lobe, survival] =
+            view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
+        let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
+        going = going & !go_on(view.scene, &mut state, &at, &scattering, &scattered, observer);
 
-    let pdf = if transport.competes() { scattered.pdf.only(!scattered.delta) } else { F::zero() };
-    let eta_scale = state.departure.eta_scale * (scattered.eta * scattered.eta);
-    state.departure = Departure { p: at.point.p, n: at.point.n, pdf, eta_scale };
-    if let Transport::NextEvent(NextEvent { roulette: true }) = transport {
-        going = roulette(&mut state, going, survival, observer);
-    }
-    Stepped { state, going, shadows }
+        let pdf = if transport.competes() { scattered.pdf.only(!scattered.delta) } else { F::zero() };
+        let eta_scale = state.departure.eta_scale * (scattered.eta * scattered.eta);
+        state.departure = Departure { p: at.point.p, n: at.point.n, pdf, eta_scale };
+        if let Transport::NextEvent(NextEvent { roulette: true }) = transport {
+            going = roulette(&mut state, going, survival, observer);
+        }
+        Stepped { state, going, shadows }
+    })
 }
 
 /// Appends the samples of paths that have ended.

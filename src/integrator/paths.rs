@@ -3,7 +3,8 @@
 use crate::camera::Camera;
 use crate::math::{Float, Ray, Uint};
 use crate::sampling::warp::FilmOffset;
-use crate::sampling::{Block, PathId, Sampler};
+use crate::sampling::{Block, Independent, PathId, Sampler, Sobol};
+use crate::scene;
 
 /// One sample: its place on the film and its radiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,9 +78,21 @@ pub struct Settings {
     pub max_depth: u32,
 }
 
+impl Settings {
+    /// The settings that a scene names.
+    pub fn new(render: &scene::RenderSettings, offset: FilmOffset) -> Settings {
+        let seed = render.seed;
+        let sampler = match render.sampler {
+            scene::Sampler::Independent => Independent { seed }.into(),
+            scene::Sampler::Sobol => Sobol { seed }.into(),
+        };
+        Settings { sampler, offset, max_depth: render.max_depth }
+    }
+}
+
 /// A film position for a path, in pixels from the top left, and the camera ray through it.
 #[inline(always)]
-pub(super) fn camera_ray<F: Float>(
+pub(crate) fn camera_ray<F: Float>(
     settings: &Settings,
     camera: &Camera,
     path: PathId<F>,

@@ -2,7 +2,7 @@
 
 use super::observe::{Event, Observer, rgb};
 use super::vertex::State;
-use crate::math::{Float, Mask, Uint};
+use crate::math::{Float, Mask, Uint, function, value};
 
 /// Bounces that every path makes before Russian roulette may end it.
 pub const ROULETTE_FROM: u32 = 2;
@@ -21,6 +21,19 @@ pub const ROULETTE_AT_MOST_FROM: u32 = 256;
 /// other paths.
 pub const ROULETTE_AT_MOST: f32 = 0.999;
 
+/// The outcome of Russian roulette.
+#[derive(Clone, Copy)]
+struct Roulette<F: Float> {
+    /// The lanes that take part.
+    plays: F::Mask,
+    /// The lanes that end.
+    ends: F::Mask,
+    /// The chance to survive of those that take part.
+    chance: F,
+}
+
+value!(Roulette { plays, ends, chance });
+
 /// Russian roulette: ends paths whose throughput is below a quarter with a chance that grows as it falls, and divides
 /// the throughput of the others by their chance to survive. `survival` is uniform in [0, 1). Returns the lanes that go on.
 #[inline(always)]
@@ -30,13 +43,16 @@ pub(super) fn roulette<F: Float>(
     survival: F,
     observer: &mut Observer<'_>,
 ) -> F::Mask {
-    let chance = state.beta.max_channel() * state.departure.eta_scale * ROULETTE_KEEPS;
-    let long = !state.depth.lt(F::Uint::splat(ROULETTE_AT_MOST_FROM));
-    let at_most = F::splat(ROULETTE_AT_MOST);
-    let chance = F::select(long & at_most.lt(chance), at_most, chance);
-    let plays = going & !state.depth.lt(F::Uint::splat(ROULETTE_FROM)) & chance.lt(F::splat(1.0));
-    // NaN is never less than anything: it survives to be counted.
-    let ends = plays & chance.le(survival);
+    let (beta, eta_scale, depth) = (state.beta, state.departure.eta_scale, state.depth);
+    let Roulette { plays, ends, chance } = function!(F, roulette(beta, eta_scale, depth, going, survival), {
+        let chance = beta.max_channel() * eta_scale * ROULETTE_KEEPS;
+        let long = !depth.lt(F::Uint::splat(ROULETTE_AT_MOST_FROM));
+        let at_most = F::splat(ROULETTE_AT_MOST);
+        let chance = F::select(long & at_most.lt(chance), at_most, chance);
+        let plays = going & !depth.lt(F::Uint::splat(ROULETTE_FROM)) & chance.lt(F::splat(1.0));
+        // NaN is never less than anything: it survives to be counted.
+        Roulette { plays, ends: plays & chance.le(survival), chance }
+    });
     let reward = F::select(plays, F::splat(1.0) / chance, F::splat(1.0));
     state.beta = state.beta * reward;
     if observer.listens::<F>() && (plays & !ends).first() {

@@ -8,7 +8,7 @@ use crate::sampling::PathId;
 use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
 
 /// The scene and the settings, which all paths share.
-pub(super) struct View<'a> {
+pub(crate) struct View<'a> {
     pub scene: &'a CompiledScene,
     pub world: &'a World,
     pub settings: &'a Settings,
@@ -16,7 +16,7 @@ pub(super) struct View<'a> {
 
 /// The state of each lane's path.
 #[derive(Clone, Copy)]
-pub(super) struct State<F: Float> {
+pub(crate) struct State<F: Float> {
     pub id: PathId<F>,
     pub ray: Ray<F>,
     /// Bounces so far.
@@ -31,7 +31,7 @@ pub(super) struct State<F: Float> {
 
 /// The vertex that the ray left, as far as the weight of a light that it meets depends on it.
 #[derive(Clone, Copy)]
-pub(super) struct Departure<F> {
+pub(crate) struct Departure<F> {
     pub p: Vec3<F>,
     pub n: Vec3<F>,
     /// Density of the direction by solid angle; zero where sampling lights could not have found it.
@@ -49,10 +49,20 @@ impl<F: Float> Departure<F> {
     }
 }
 
+impl<F: Float> State<F> {
+    /// A path that leaves the camera.
+    #[inline(always)]
+    pub(crate) fn start(id: PathId<F>, ray: Ray<F>) -> State<F> {
+        let (beta, l) = (Rgb::splat([1.0; 3]), Rgb::black());
+        State { id, ray, depth: F::Uint::splat(0), beta, l, departure: Departure::camera() }
+    }
+}
+
 value!(State { id, ray, depth, beta, l, departure });
 value!(Departure { p, n, pdf, eta_scale });
 
 /// A point where a path met a surface.
+#[derive(Clone, Copy)]
 pub(super) struct Vertex<F: Float> {
     /// The lanes that met one.
     pub met: F::Mask,
@@ -61,6 +71,9 @@ pub(super) struct Vertex<F: Float> {
     /// Radiance emitted back along the ray.
     pub emitted: Rgb<F>,
 }
+
+value!(Vertex { met, hit, at, emitted });
+value!(Scattering { bsdf, frame, wo });
 
 impl<F: Float> Vertex<F> {
     /// The vertices at the hits of rays, in the lanes of `met`.
@@ -87,7 +100,7 @@ impl<F: Float> Vertex<F> {
     }
 }
 
-/// Gives the paths whose rays leave the scene the light from beyond. `weight` gives the weight of each light at infinity,
+/// The radiance of each path, with that of the environment and of lights at infinity where its ray leaves the scene. `weight` gives the weight of each light at infinity,
 /// from the ray's departure and the density with which the light would have been sampled.
 #[inline(always)]
 pub(super) fn escape<F: Float>(
@@ -114,6 +127,7 @@ pub(super) fn escape<F: Float>(
 }
 
 /// The BSDF at a vertex, and its frame.
+#[derive(Clone, Copy)]
 pub(super) struct Scattering<F: Float> {
     pub bsdf: Bsdf<F>,
     pub frame: Frame<F>,
@@ -133,6 +147,7 @@ impl<F: Float> Scattering<F> {
 /// whose throughput is now zero.
 #[inline(always)]
 pub(super) fn go_on<F: Float>(
+    scene: &CompiledScene,
     state: &mut State<F>,
     at: &Interaction<F>,
     scattering: &Scattering<F>,
@@ -142,7 +157,7 @@ pub(super) fn go_on<F: Float>(
     let d = scattering.frame.to_world(scattered.wi);
     // One Newton step towards length one: rounding would otherwise add up over many bounces.
     let d = d * ((-d.dot(d) + 3.0) * 0.5);
-    state.beta = state.beta * scattered.weight.only(at.passes(d, scattered.wi));
+    state.beta = state.beta * scattered.weight.only(scene.passes(at, d, scattered.wi));
     state.ray = at.scattered(d);
     state.depth = state.depth + F::Uint::splat(1);
     // A path of zero throughput ends; NaN is not zero, and goes on to be counted.

@@ -147,7 +147,7 @@ impl Whitted {
                     let wi = frame.to_local(sample.wi);
                     let f = bsdf.eval(wo, wi, TransportMode::Radiance);
                     let share = f * sample.weight() * (wi.z.abs() / chance);
-                    if share.max_channel() > 0.0 && at.passes(sample.wi, wi) {
+                    if share.max_channel() > 0.0 && scene.passes(&at, sample.wi, wi) {
                         let (shadow, length) = at.shadow(&sample);
                         *rays += 1;
                         let past_triangles = scene.lights.is_past_triangles::<f32>(Wrapping(light));
@@ -166,7 +166,7 @@ impl Whitted {
                     // The tree of branches doubles with each bounce: below a rounding error of white it is cut.
                     let branch = spawn(wi);
                     let matters = (beta * weight).max_channel() > f32::EPSILON;
-                    if chance > 0.0 && matters && at.passes(branch.d, wi) {
+                    if chance > 0.0 && matters && scene.passes(&at, branch.d, wi) {
                         stack.push((branch, beta * weight, depth + 1));
                     }
                 }
@@ -176,7 +176,7 @@ impl Whitted {
                 let branch = spawn(sample.wi);
                 // Of a surface with other lobes, too, only the delta ones are followed.
                 let is_delta = sample.delta || !bsdf.has_non_delta();
-                if is_delta && at.passes(branch.d, sample.wi) {
+                if is_delta && scene.passes(&at, branch.d, sample.wi) {
                     stack.push((branch, beta * sample.weight, depth + 1));
                 }
             }

@@ -111,6 +111,11 @@ impl Columns {
         }
     }
 
+    /// See [`LaneLights::extent`].
+    pub(super) fn extent(&self) -> &([f32; 3], f32) {
+        &self.extent
+    }
+
     /// How many lights there are.
     #[inline(always)]
     pub(super) fn len(&self) -> usize {
@@ -160,7 +165,7 @@ impl<'a, F: Float> LaneLights<'a, F> {
         }
     }
 
-    /// The lights of these indices, at these origins, of any kind.
+    /// The lights of these indices, at these origins. [`LaneLights::are`] keeps to the kinds of the former ones.
     #[inline(always)]
     pub(super) fn of(&self, light: F::Uint, origin: Vec3<F>) -> Self {
         LaneLights { light, origin, ..*self }

@@ -23,8 +23,8 @@ pub trait Light {
     /// sun without a size. `path-naive` samples these lights only. Sampling one uses no random numbers.
     const DELTA: bool = false;
 
-    /// Whether it is at infinity. Then it has no bounds, and rays that leave the scene see it (see
-    /// [`Light::escaped`]).
+    /// Whether it is at infinity. Then it has no bounds, and rays that leave the scene see it unless it is a delta light
+    /// (see [`Light::escaped`]).
     const INFINITE: bool = false;
 
     /// Whether [`Light::pdf`] may be another density than `by_area`.
@@ -54,8 +54,8 @@ pub trait Light {
         by_area
     }
 
-    /// The radiance of a light at infinity along a ray that leaves the scene in the direction `d`, and the density of
-    /// that direction.
+    /// The radiance of a light at infinity that is no delta light, along a ray that leaves the scene in the direction `d`,
+    /// and the density of that direction.
     #[inline(always)]
     fn escaped<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, d: Vec3<F>) -> Escaped<F> {
         let _ = (lights, emission, d);

@@ -1,12 +1,12 @@
 //! The list of all kinds of lights, and the dispatch of lanes whose lights are of different kinds.
 
 use super::area::AreaLight;
-use super::columns::LaneLights;
+use super::columns::{Columns, LaneLights};
 use super::contract::Light;
 use super::point::PointLight;
 use super::sample::{EmittedRay, Escaped, LightSample};
 use super::triangle::Triangle;
-use crate::math::{Float, Rgb, Vec3, function};
+use crate::math::{Float, Mask, Rgb, Vec3, function};
 use crate::shape::{Cylinder, Disk, Quad, Sphere};
 
 /// A light whose kind is in the list.
@@ -78,6 +78,33 @@ macro_rules! kinds {
             any
         };
 
+        /// Whether rays that leave the scene see lights of a kind.
+        pub(super) fn are_seen(kind: u32) -> bool {
+            let mut seen = <$First>::INFINITE && !<$First>::DELTA && kind == <$First>::KIND;
+            $(
+                $(#[$attribute])*
+                {
+                    seen = seen || <$Type>::INFINITE && !<$Type>::DELTA && kind == <$Type>::KIND;
+                }
+            )+
+            seen
+        }
+
+        /// The lanes whose lights are at infinity.
+        #[inline(always)]
+        pub(super) fn are_infinite<F: Float>(columns: &Columns, light: F::Uint) -> F::Mask {
+            let mut lanes = F::Mask::splat(false);
+            $(
+                $(#[$attribute])*
+                {
+                    if <$Type>::INFINITE && columns.has(<$Type>::KIND) {
+                        lanes = lanes | columns.are::<F>(light, <$Type>::KIND);
+                    }
+                }
+            )+
+            lanes
+        }
+
         /// See [`Light::sample`]. With `DELTA`, all lanes' lights are delta lights.
         #[inline(always)]
         pub(super) fn sample<F: Float, const DELTA: bool>(
@@ -129,7 +156,7 @@ macro_rules! kinds {
             pdf
         }
 
-        /// See [`Light::escaped`]. All lanes' lights are of this kind.
+        /// See [`Light::escaped`]. All lanes' lights are of this kind, which is seen.
         #[inline(always)]
         pub(super) fn escaped<F: Float>(
             kind: u32,
@@ -140,7 +167,7 @@ macro_rules! kinds {
             $(
                 $(#[$attribute])*
                 {
-                    if <$Type>::INFINITE && kind == <$Type>::KIND {
+                    if <$Type>::INFINITE && !<$Type>::DELTA && kind == <$Type>::KIND {
                         return of_kind!($name "_escaped", <$Type>::escaped(lights, emission, d));
                     }
                 }

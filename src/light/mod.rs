@@ -14,7 +14,7 @@
 //! | `point`, `sphere`, `quad`, `triangle`, `disk`, `cylinder` | the kinds |
 //! | `environment` | the constant environment |
 //!
-//! No integrator names a kind; the GPU does, whose tables and WGSL have the kinds by number.
+//! No integrator names a kind, nor does the GPU.
 
 mod area;
 mod bounds;
@@ -49,6 +49,8 @@ pub use list::*;
 pub use point::PointLight;
 pub use quad::LEAST_SOLID_ANGLE;
 pub use sample::{EmittedRay, Escaped, LightSample, SHADOW_LENGTH};
-pub use table::{LightTable, NO_LIGHT};
-pub use tree::{COUNT_FROM, FACING, GREATEST, LEAF, LEAST_SHARE, LightNode, LightTree, NARROW, NEARNESS};
+pub use table::{Groups, LightTable, NO_LIGHT};
+pub use tree::{
+    COUNT_FROM, FACING, GREATEST, LEAF, LEAST_SHARE, LightChoice, LightNode, LightTree, NARROW, NEARNESS,
+};
 pub use triangle::Triangle;

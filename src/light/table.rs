@@ -24,8 +24,11 @@ pub struct LightTable {
     tree: LightTree,
     /// The delta lights.
     delta: Vec<u32>,
+    /// How many there are.
+    delta_count: u32,
     /// The lights at infinity, which are not in the tree.
     infinite: Vec<u32>,
+    groups: Groups,
     /// The environment behind all lights.
     environment: Environment,
     /// The lights of each mesh that emits.
@@ -33,6 +36,25 @@ pub struct LightTable {
     /// Meshes of which [`LightTable::lamps`] gives one light.
     mesh_lamps: Vec<MeshLamp>,
     has_bulging_mesh: bool,
+}
+
+/// The equally likely groups that [`LightTable::choose`] chooses among first: each light at infinity is one, and all
+/// lights of the tree together are one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Groups {
+    /// How many lights are at infinity.
+    pub infinite: u32,
+    /// How many groups there are.
+    pub count: u32,
+    /// The chance of each.
+    pub share: f32,
+}
+
+impl Groups {
+    fn new(infinite: u32, lights: u32) -> Groups {
+        let count = infinite + u32::from(infinite < lights);
+        Groups { infinite, count, share: 1.0 / count as f32 }
+    }
 }
 
 impl LightTable {
@@ -45,10 +67,12 @@ impl LightTable {
         self.bounds.push(bounds.unwrap_or_default());
         if L::DELTA {
             self.delta.push(index);
+            self.delta_count += 1;
         }
         if L::INFINITE {
             self.infinite.push(index);
         }
+        self.groups = Groups::new(self.infinite.len() as u32, self.len() as u32);
         index
     }
 
@@ -87,8 +111,8 @@ impl LightTable {
     }
 
     /// The environment, which rays that leave the scene see behind all lights at infinity.
-    pub fn environment(&self) -> Environment {
-        self.environment
+    pub fn environment(&self) -> &Environment {
+        &self.environment
     }
 
     /// Says how far the scene reaches: lights at infinity send rays to all of a box (see [`LaneLights::extent`]).
@@ -168,6 +192,22 @@ impl LightTable {
         &self.delta
     }
 
+    /// The groups of lights that are chosen among first. By reference, likewise.
+    pub fn groups(&self) -> &Groups {
+        &self.groups
+    }
+
+    /// Centre and radius of a ball around the scene (see [`LaneLights::extent`]). By reference: recorded programs know a
+    /// number by its address.
+    pub fn extent(&self) -> &([f32; 3], f32) {
+        self.columns.extent()
+    }
+
+    /// How many delta lights there are. By reference: recorded programs know a number by its address.
+    pub fn delta_count(&self) -> &u32 {
+        &self.delta_count
+    }
+
     /// The lights at infinity (see [`Light::INFINITE`](super::Light::INFINITE)).
     pub fn infinite_lights(&self) -> &[u32] {
         &self.infinite
@@ -190,13 +230,6 @@ impl LightTable {
         kinds::ANY_INFINITE && !self.infinite.is_empty()
     }
 
-    /// The number of equally likely groups that [`LightTable::choose`] chooses among first: each light at infinity is
-    /// one, and all lights of the tree together are one.
-    #[inline(always)]
-    fn groups(&self) -> usize {
-        self.infinite.len() + usize::from(self.infinite.len() < self.len())
-    }
-
     /// Chooses a light for a point `p` on a surface with normal `n`, with `u` in [0, 1): its index and the
     /// probability of the choice. Where no light can contribute, it is any of them. Lanes outside `asks` are
     /// unspecified.
@@ -205,40 +238,45 @@ impl LightTable {
     /// and Humphreys 2023, §12.6.3).
     #[inline(always)]
     pub fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, asks: F::Mask) -> (F::Uint, F) {
-        let (mut in_tree, mut rest, mut group) = (asks, u, F::Uint::splat(0));
-        if self.has_infinite() {
-            let scaled = u * self.groups() as f32;
-            // A product that rounds up to the number of groups still means the last one.
-            let last = F::Uint::splat(self.groups() as u32 - 1);
-            group = scaled.to_uint();
-            group = F::Uint::select(group.lt(last), group, last);
-            rest = (scaled - group.to_float()).min(F::splat(BELOW_ONE));
-            in_tree = asks & !group.lt(F::Uint::splat(self.infinite.len() as u32));
-        }
-        let (light, chance) = self.tree.choose(p, n, rest, in_tree);
         if !self.has_infinite() {
-            return (light, chance);
+            return self.tree.choose(p, n, u, asks);
         }
-        let share = F::splat(1.0 / self.groups() as f32);
-        let one = F::Uint::gather(&self.infinite, group);
-        (F::Uint::select(in_tree, light, one), F::select(in_tree, chance * share, share))
+        let count = F::Uint::given(&self.groups.count);
+        let scaled = u * count.to_float();
+        // A product that rounds up to the number of groups still means the last one. Adding all bits subtracts one.
+        let last = count + F::Uint::splat(u32::MAX);
+        let group = scaled.to_uint();
+        let group = F::Uint::select(group.lt(last), group, last);
+        let rest = (scaled - group.to_float()).min(F::splat(BELOW_ONE));
+        let in_tree = asks & !group.lt(F::Uint::given(&self.groups.infinite));
+        let share = F::given(&self.groups.share);
+        let infinite = (F::Uint::gather(&self.infinite, group), share);
+        // A tree without lights has no root, which the GPU would look for in any case.
+        F::branch(
+            in_tree,
+            infinite,
+            #[inline(always)]
+            || {
+                let (light, chance) = self.tree.choose(p, n, rest, in_tree);
+                (light, chance * share)
+            },
+        )
     }
 
     /// The probability with which [`LightTable::choose`] chooses a light. Lanes outside `asks` are unspecified.
     #[inline(always)]
     pub fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
-        let mut in_tree = asks;
-        if self.has_infinite() {
-            for &one in &self.infinite {
-                in_tree = in_tree & !light.eq(F::Uint::splat(one));
-            }
-        }
-        let chance = self.tree.chance(p, n, light, in_tree);
         if !self.has_infinite() {
-            return chance;
+            return self.tree.chance(p, n, light, asks);
         }
-        let share = F::splat(1.0 / self.groups() as f32);
-        F::select(in_tree, chance * share, share)
+        let in_tree = asks & !kinds::are_infinite::<F>(&self.columns, light);
+        let share = F::given(&self.groups.share);
+        F::branch(
+            in_tree,
+            share,
+            #[inline(always)]
+            || self.tree.chance(p, n, light, in_tree) * share,
+        )
     }
 
     /// A direction from `p` to a light, drawn with `u` in [0, 1)².
@@ -253,13 +291,13 @@ impl LightTable {
     /// multiplied by their number. There must be one (see [`LightTable::delta_lights`]).
     #[inline(always)]
     pub fn sample_delta<F: Float>(&self, p: Vec3<F>, choice: F) -> LightSample<F> {
-        let count = self.delta.len() as f32;
-        let index = (choice * count).to_uint();
-        // A product that rounds up to `count` still means the last light.
-        let last = F::Uint::splat(self.delta.len() as u32 - 1);
+        let count = F::Uint::given(&self.delta_count);
+        let index = (choice * count.to_float()).to_uint();
+        // A product that rounds up to `count` still means the last light. Adding all bits subtracts one.
+        let last = count + F::Uint::splat(u32::MAX);
         let index = F::Uint::select(index.lt(last), index, last);
         let lights = LaneLights::new(&self.columns, F::Uint::gather(&self.delta, index));
-        let emission = lights.emission() * F::splat(count);
+        let emission = lights.emission() * count.to_float();
         kinds::sample::<F, true>(&lights, p, emission, [F::zero(); 2])
     }
 
@@ -281,10 +319,13 @@ impl LightTable {
     pub fn escaped<F: Float>(&self, d: Vec3<F>, weight: impl Fn(F) -> F) -> Rgb<F> {
         let mut radiance = Rgb::given(&self.environment.radiance);
         if self.has_infinite() {
-            let share = 1.0 / self.groups() as f32;
+            let share = F::given(&self.groups.share);
             for &light in &self.infinite {
-                let lights = LaneLights::new(&self.columns, F::Uint::splat(light));
                 let kind = self.columns.kinds()[light as usize];
+                if !kinds::are_seen(kind) {
+                    continue;
+                }
+                let lights = LaneLights::new(&self.columns, F::Uint::splat(light));
                 let escaped = kinds::escaped(kind, &lights, lights.emission(), d);
                 let drawn = escaped.pdf.gt(F::zero());
                 let weight = F::select(drawn, weight(escaped.pdf * share), F::splat(1.0));

@@ -18,7 +18,7 @@ use self::shares::Shares;
 use super::bounds::LightBounds;
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Device, Kernel, MAX_LANES};
-use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Uint, Vec3};
+use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Uint, Vec3, value};
 
 /// A tree over lights (Conty Estevez and Kulla 2018) of eight children a node. The importance of a
 /// node comes from the mean position and the spread of its lights, not from their box, so that it still tells sides
@@ -89,7 +89,8 @@ impl LightTree {
     /// See [`super::LightTable::choose`].
     #[inline(always)]
     pub(super) fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, asks: F::Mask) -> (F::Uint, F) {
-        F::device(&Choose(self), (p, n, u, asks))
+        let LightChoice { light, chance } = F::device(&Choose(self), (p, n, u, asks));
+        (light, chance)
     }
 
     /// See [`super::LightTable::chance`].
@@ -190,17 +191,29 @@ impl LightTree {
     }
 }
 
+/// A light that was chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct LightChoice<F: Float> {
+    /// Its index.
+    pub light: F::Uint,
+    /// The probability of the choice.
+    pub chance: F,
+}
+
+value!(LightChoice { light, chance });
+
 /// [`LightTree::choose`]: a descent of its own for each lane.
 struct Choose<'a>(&'a LightTree);
 
 impl Device for Choose<'_> {
     const NAME: &'static str = "choose_light";
     type Arguments<F: Float> = (Vec3<F>, Vec3<F>, F, F::Mask);
-    type Output<F: Float> = (F::Uint, F);
+    type Output<F: Float> = LightChoice<F>;
 
     #[inline(always)]
-    fn run<F: LaneFloat>(&self, (p, n, u, asks): Self::Arguments<F>) -> Self::Output<F> {
-        self.0.choose_in_lanes(p, n, u, asks)
+    fn run<F: LaneFloat>(&self, (p, n, u, asks): Self::Arguments<F>) -> LightChoice<F> {
+        let (light, chance) = self.0.choose_in_lanes(p, n, u, asks);
+        LightChoice { light, chance }
     }
 }
 

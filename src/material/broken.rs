@@ -5,7 +5,7 @@ use super::kind::Kind;
 use super::lobes::Lambertian;
 use super::program::{Leaf, MaterialParameters};
 use super::row::{Numbers, Row, Site};
-use crate::math::{Float, Rgb, Vec3, value};
+use crate::math::{Float, Rgb, Uint, Vec3, value};
 use crate::parameter::parameters;
 
 parameters! {
@@ -59,8 +59,9 @@ impl<F: Float> Bxdf<F> for Impossible<F> {
     #[inline(always)]
     fn sample(&self, wo: Vec3<F>, u: [F; 2], lobe: F, mode: TransportMode) -> BxdfSample<F> {
         let [first, second, third] = Broken::WEIGHTS;
-        let later = F::select(lobe.lt(F::splat(2.0 / 3.0)), F::splat(second), F::splat(third));
-        let weight = F::select(lobe.lt(F::splat(1.0 / 3.0)), F::splat(first), later);
+        let (first, second, third) = (by_bits::<F>(first), by_bits(second), by_bits(third));
+        let later = F::select(lobe.lt(F::splat(2.0 / 3.0)), second, third);
+        let weight = F::select(lobe.lt(F::splat(1.0 / 3.0)), first, later);
         let sample = self.directions.sample(wo, u, lobe, mode);
         BxdfSample { weight: Rgb::new(weight, weight, weight), ..sample }
     }
@@ -74,4 +75,10 @@ impl<F: Float> Bxdf<F> for Impossible<F> {
     fn albedo(&self) -> Rgb<F> {
         self.directions.albedo()
     }
+}
+
+/// A number by its bits, as recorded programs have no name for infinity.
+#[inline(always)]
+fn by_bits<F: Float>(number: f32) -> F {
+    F::from_bits(F::Uint::splat(number.to_bits()))
 }

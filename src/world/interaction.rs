@@ -3,7 +3,7 @@
 use super::{CompiledScene, Hit, SurfacePoint};
 use crate::light::LightSample;
 use crate::material::{Bsdf, Site};
-use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3};
+use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3, function, value};
 use crate::shape::offset_origin;
 
 /// The lanes in which uv are computed.
@@ -35,52 +35,65 @@ pub struct Interaction<F: Float> {
     pub cos_o: F,
     /// The ray's time, which rays from here inherit.
     pub time: F,
-    /// Whether light may scatter around another normal than the surface's own.
-    is_smoothed: bool,
 }
+
+value!(Interaction { point, uv, material_uv, instance, entity_material, material, cos_o, time });
 
 impl CompiledScene {
     /// The interactions of rays at their hits, in the lanes of `met`; other lanes are unspecified. The scene must have
     /// a surface.
     #[inline(always)]
     pub fn interaction<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>, met: F::Mask, uv: Uv) -> Interaction<F> {
-        let point = self.surfaces.point(ray, hit);
-        let entity_material = self.surfaces.material(&point);
-        let mut own = [F::zero(); 2];
-        if uv == Uv::Everywhere {
-            own = self.surfaces.uv(&point, met);
-        }
-        let (mut material, mut material_uv) = (entity_material, own);
-        if self.materials.uses_uv() {
-            let looks = met & self.materials.looks_at_uv::<F>(material);
-            (own, material, material_uv) = F::guard(
-                looks,
-                (own, material, material_uv),
-                #[inline(always)]
-                || {
-                    let own = if uv == Uv::WherePatterned { self.surfaces.uv(&point, looks) } else { own };
-                    let (material, material_uv) = self.materials.resolve(material, own);
-                    (own, material, material_uv)
-                },
-            );
-        }
-        Interaction {
-            uv: own,
-            material_uv,
-            instance: hit.instance,
-            entity_material,
-            material,
-            cos_o: -ray.d.dot(point.n),
-            time: ray.time,
-            is_smoothed: self.surfaces.has_shading_normals(),
-            point,
-        }
+        let (ray, hit) = (*ray, *hit);
+        function!(F, interaction(ray, hit, met), {
+            let point = self.surfaces.point(&ray, &hit);
+            let entity_material = self.surfaces.material(&point);
+            let mut own = [F::zero(); 2];
+            if uv == Uv::Everywhere {
+                own = self.surfaces.uv(&point, met);
+            }
+            let (mut material, mut material_uv) = (entity_material, own);
+            if self.materials.uses_uv() {
+                let looks = met & self.materials.looks_at_uv::<F>(material);
+                (own, material, material_uv) = F::guard(
+                    looks,
+                    (own, material, material_uv),
+                    #[inline(always)]
+                    || {
+                        let own =
+                            if uv == Uv::WherePatterned { self.surfaces.uv(&point, looks) } else { own };
+                        let (material, material_uv) = self.materials.resolve(material, own);
+                        (own, material, material_uv)
+                    },
+                );
+            }
+            Interaction {
+                uv: own,
+                material_uv,
+                instance: hit.instance,
+                entity_material,
+                material,
+                cos_o: -ray.d.dot(point.n),
+                time: ray.time,
+                point,
+            }
+        })
     }
 
     /// The BSDF at an interaction.
     #[inline(always)]
     pub fn bsdf<F: Float>(&self, at: &Interaction<F>) -> Bsdf<F> {
         self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv })
+    }
+
+    /// The lanes in which a direction, given in the world and in the frame, is on the same side by the true normal and
+    /// by the shading normal. No light passes where they differ: it would leak through the surface.
+    #[inline(always)]
+    pub fn passes<F: Float>(&self, at: &Interaction<F>, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
+        if !self.surfaces.has_shading_normals() {
+            return F::Mask::splat(true);
+        }
+        at.is_on_one_side(d, wi)
     }
 
     /// Radiance that the surface emits back along the ray.
@@ -97,13 +110,8 @@ impl<F: Float> Interaction<F> {
         Frame::around(self.point.shading)
     }
 
-    /// The lanes in which a direction, given in the world and in the frame, is on the same side by the true normal and
-    /// by the shading normal. No light passes where they differ: it would leak through the surface.
     #[inline(always)]
-    pub fn passes(&self, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
-        if !self.is_smoothed {
-            return F::Mask::splat(true);
-        }
+    fn is_on_one_side(&self, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
         (d.dot(self.point.n) * wi.z).gt(F::zero())
     }
 
@@ -159,7 +167,6 @@ mod tests {
             material: Wrapping(0),
             cos_o: 1.0,
             time: ray.time,
-            is_smoothed: true,
         };
         let (back, on) = (at.scattered(-ray.d), at.straight_on(&ray));
         assert!(back.o.z > 3.0 && on.o.z < 3.0, "{back:?} {on:?}");
@@ -168,6 +175,7 @@ mod tests {
         assert_eq!([back.time, on.time], [0.25; 2]);
         // A light below the smooth surface and above the real one, or the other way round, would leak.
         let up = Vec3::splat([0.0, 0.0, 1.0]);
-        assert!(at.passes(up, up) && at.passes(-up, -up) && !at.passes(up, -up) && !at.passes(-up, up));
+        let passes = |d: Vec3<f32>, wi| at.is_on_one_side(d, wi);
+        assert!(passes(up, up) && passes(-up, -up) && !passes(up, -up) && !passes(-up, up));
     }
 }

@@ -5,7 +5,7 @@ use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
 use super::{Hit, Instances, NO_INSTANCE};
 use crate::light::NO_LIGHT;
 use crate::math::lanes::Device;
-use crate::math::{Float, LaneFloat, LaneMask, Ray, Rgb, Uint, Vec3, push3, trig, value};
+use crate::math::{ColumnReader, Float, LaneFloat, LaneMask, Ray, Rgb, Uint, Vec3, push3, trig, value};
 use crate::shape::{Form, POSITION_ERROR, Rare, Shape, Surface};
 use std::sync::Arc;
 
@@ -163,6 +163,12 @@ impl SurfaceTable {
     pub fn set_triangles(&mut self, triangles: Arc<Triangles>, instances: Arc<Instances>) {
         self.triangles = (!triangles.is_empty()).then_some(triangles);
         self.instances = (!instances.is_empty()).then_some(instances);
+    }
+
+    /// The columns that recorded programs look rows up in: the others have a form of their own on devices.
+    pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        reader.vectors("emission", &self.emission);
+        reader.words("material", &self.material);
     }
 
     /// The triangles of all meshes.

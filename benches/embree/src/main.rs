@@ -170,7 +170,8 @@ fn compare(level: Level, ours: &World, embree: [&Embree; 2], sets: &[(&str, Rays
                 ratio(2)
             );
             if closest {
-                let off = |a: f32, b: f32| a != b && ((a - b).abs() > 1e-4 * a.max(b) || a.is_nan() || b.is_nan());
+                let off =
+                    |a: f32, b: f32| a != b && ((a - b).abs() > 1e-4 * a.max(b) || a.is_nan() || b.is_nan());
                 let differ = (0..rays.len()).filter(|&i| off(answers[0].t[i], answers[1].t[i])).count();
                 let met = answers[0].t.iter().filter(|t| t.is_finite()).count();
                 println!(

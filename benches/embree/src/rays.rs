@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use stride::math::lanes::{Kernel, Level, dispatch};
-use stride::math::{Float, Mask, Ray, Uint, Vec3};
+use stride::math::{LaneFloat, LaneUint, Mask, Ray, Vec3};
 use stride::world::World;
 
 /// Rays, one column for each number, a multiple of sixteen of them.
@@ -66,7 +66,7 @@ impl<const CLOSEST: bool> Kernel for Ask<'_, CLOSEST> {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Float>(self) {
+    fn run<F: LaneFloat>(self) {
         let Rays { o, d } = self.rays;
         let all = F::Mask::splat(true);
         for i in (0..self.rays.len()).step_by(F::LANES) {

@@ -144,21 +144,6 @@ pub(super) fn upload(device: &wgpu::Device, sections: &[Section<'_>], paging: Pa
     (0..paging.pages).map(page).collect()
 }
 
-/// How WGSL calls what Rust does.
-fn wgsl_type(ty: &str) -> &'static str {
-    match ty {
-        "u32" => "u32",
-        "f32" => "f32",
-        "[f32; 2]" => "vec2f",
-        "[f32; 3]" => "vec3f",
-        "[f32; 4]" => "vec4f",
-        "[u32; 2]" => "vec2u",
-        "[u32; 3]" => "vec3u",
-        "[u32; 4]" => "vec4u",
-        _ => unreachable!("no field has the type {ty}"),
-    }
-}
-
 /// A field of a type of WGSL's in a row whose words are called `w0`, `w1` and so on: some numbers of a word.
 pub(super) fn field(ty: &str, word: usize, numbers: Range<usize>) -> String {
     format!("bitcast<{ty}>(w{word}.{})", &"xyzw"[numbers])
@@ -167,7 +152,7 @@ pub(super) fn field(ty: &str, word: usize, numbers: Range<usize>) -> String {
 /// A field as the host lays it.
 fn read_field(host: &Field) -> String {
     let (word, first, count) = (host.offset / WORD, host.offset % WORD / 4, host.size / 4);
-    field(wgsl_type(host.ty), word, first..first + count)
+    field(host.wgsl_type(), word, first..first + count)
 }
 
 /// WGSL that reads a row of so many words, with its fields in the structure's order (see [`field`]), of the table that
@@ -198,7 +183,7 @@ const TABLES: [(&str, &str, &str); 7] = [
     ("Triangle", "triangle_at", "triangles_from"),
     // Instances stand among triangles.
     ("Instance", "instance_at", "triangles_from"),
-    ("Vertex", "vertex_at", "vertices_from"),
+    ("MeshVertex", "vertex_at", "vertices_from"),
     ("Place", "place_at", "places_from"),
 ];
 
@@ -206,11 +191,10 @@ const TABLES: [(&str, &str, &str); 7] = [
 pub(super) fn readers() -> String {
     let structures = structures();
     let one = |(name, function, from): (&str, &str, &str)| {
-        let Some((_, size, fields)) = structures.iter().find(|structure| structure.0 == name) else {
+        let Some(structure) = structures.iter().find(|structure| structure.name == name) else {
             unreachable!("there is no structure {name}");
         };
-        let named = fields.iter().filter(|field| !field.name.starts_with('_'));
-        reader(name, function, from, size / WORD, named.map(read_field))
+        reader(name, function, from, structure.size / WORD, structure.named().map(read_field))
     };
     TABLES.into_iter().map(one).collect()
 }

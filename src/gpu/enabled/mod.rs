@@ -7,8 +7,8 @@ mod pace;
 mod pipeline;
 mod program;
 mod readback;
-#[allow(dead_code, reason = "the program is still written by hand")]
 mod record;
+mod recorded;
 mod rows;
 mod tables;
 mod tree;
@@ -20,3 +20,11 @@ mod tests;
 
 pub use device::{Device, adapters};
 pub use worker::GpuWorker;
+
+use crate::gpu::{GpuError, Job};
+
+/// The WGSL that a GPU runs for a job, on an adapter with uniforms that takes all tables in one buffer: the recorded functions,
+/// and those written by hand.
+pub fn wgsl(job: &Job<'_>) -> Result<String, GpuError> {
+    program::of_job(job)
+}

@@ -2,7 +2,7 @@
 
 use super::device::Device;
 use super::heap;
-use super::layout::{Branch, Dispatch, MOST_BRANCHES, SampleWords, SlotSums};
+use super::layout::{Dispatch, MOST_BRANCHES, SampleWords, SlotSums, WaitingBranch};
 use super::pace::Task;
 use super::program::Program;
 use super::readback::{self, splat_words};
@@ -51,7 +51,7 @@ impl Pipeline {
         let mut workgroups = shape.workgroups;
         let mut branches = 1;
         if job.render.integrator == Integrator::Whitted {
-            let a_group = u64::from(shape.workgroup_size * MOST_BRANCHES) * size_of::<Branch>() as u64;
+            let a_group = u64::from(shape.workgroup_size * MOST_BRANCHES) * size_of::<WaitingBranch>() as u64;
             let most = BRANCH_BYTES.min(device.description().max_binding) / a_group;
             workgroups = workgroups.min(most as u32).max(1);
             branches = u64::from(workgroups * shape.workgroup_size * MOST_BRANCHES);
@@ -60,12 +60,12 @@ impl Pipeline {
             let scene = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("scene"),
                 contents: bytemuck::bytes_of(&tables.scene()),
-                usage: wgpu::BufferUsages::UNIFORM,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
             });
             let pages = heap::upload(device, &tables.sections(), program.plan.paging);
             let branches = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("branches"),
-                size: branches * size_of::<Branch>() as u64,
+                size: branches * size_of::<WaitingBranch>() as u64,
                 usage: wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,
             });
@@ -186,7 +186,9 @@ impl Pipeline {
             let dispatch = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("dispatch"),
                 size: size_of::<Dispatch>() as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                usage: wgpu::BufferUsages::UNIFORM
+                    | wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });
             let sums = Output::new(device, "sums", u64::from(room.slots.max(1)) * SUMS_BYTES);

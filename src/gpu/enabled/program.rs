@@ -1,34 +1,34 @@
 //! The program that runs on the device.
 
 use super::device::Device;
-use super::heap::FIRST_PAGE;
+use super::heap::{FIRST_PAGE, Paging};
+use super::tables::Tables;
 use super::variant::{self, Plan, Variant};
-use crate::gpu::GpuError;
-use crate::scene::RenderSettings;
+use crate::gpu::{GpuError, Job};
+use crate::scene::{Integrator, RenderSettings};
 
-/// The WGSL, in the order of the CPU's rooms.
-const SOURCES: [&str; 20] = [
-    include_str!("../layout.wgsl"),
+/// The hand-written WGSL that all integrators share, in the order of the CPU's rooms.
+const SOURCES: [&str; 11] = [
+    include_str!("../bindings.wgsl"),
     include_str!("../math.wgsl"),
-    include_str!("../sampling.wgsl"),
     include_str!("../shapes.wgsl"),
     include_str!("../triangles.wgsl"),
-    include_str!("../materials.wgsl"),
-    include_str!("../rectangle.wgsl"),
-    include_str!("../cylinder.wgsl"),
-    include_str!("../lights.wgsl"),
     include_str!("../light_tree.wgsl"),
-    include_str!("../camera.wgsl"),
     include_str!("../world.wgsl"),
     include_str!("../instances.wgsl"),
     include_str!("../tree.wgsl"),
-    include_str!("../vertex.wgsl"),
-    include_str!("../naive.wgsl"),
-    include_str!("../next_event.wgsl"),
-    include_str!("../whitted.wgsl"),
     include_str!("../sums.wgsl"),
     include_str!("../splats.wgsl"),
+    include_str!("../film.wgsl"),
 ];
+
+/// The hand-written WGSL of one integrator.
+fn steps(integrator: Integrator) -> &'static str {
+    match integrator {
+        Integrator::Path | Integrator::PathNaive => include_str!("../path.wgsl"),
+        Integrator::Whitted => include_str!("../whitted.wgsl"),
+    }
+}
 
 /// What only rendering needs.
 pub(super) const MAIN: &str = include_str!("../main.wgsl");
@@ -37,12 +37,12 @@ pub(super) const MAIN: &str = include_str!("../main.wgsl");
 const WORKGROUP_SIZE: u32 = 64;
 
 /// The library of functions, without an entry point.
-pub(super) fn library(variant: Variant) -> String {
+pub(super) fn library(variant: &Variant) -> String {
     let mut text = variant::text(variant);
     for source in SOURCES {
         text.push_str(source);
     }
-    text
+    text + &variant.plan.recorded + steps(variant.integrator)
 }
 
 /// How a device is to be used.
@@ -81,21 +81,20 @@ fn buffer_entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLay
     wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
 }
 
-/// The text of the program for an integrator and a sampler.
-pub(super) fn text(render: &RenderSettings, workgroup_size: u32, plan: Plan) -> String {
-    let (integrator, sampler) = (render.integrator, render.sampler);
-    library(Variant { integrator, sampler, workgroup_size, plan }) + MAIN
+/// The text of the program for an integrator.
+pub(super) fn text(render: &RenderSettings, workgroup_size: u32, plan: &Plan) -> String {
+    library(&Variant { integrator: render.integrator, workgroup_size, plan: plan.clone() }) + MAIN
 }
 
 impl Program {
-    /// The program for an integrator and a sampler.
+    /// The program for an integrator.
     pub(super) fn new(
         device: &Device,
         render: &RenderSettings,
         shape: Shape,
         plan: Plan,
     ) -> Result<Program, GpuError> {
-        Program::from_source(device, &text(render, shape.workgroup_size, plan), shape, plan)
+        Program::from_source(device, &text(render, shape.workgroup_size, &plan), shape, plan)
     }
 
     /// The same with another text.
@@ -108,7 +107,7 @@ impl Program {
         device.checked(|device| {
             let read = wgpu::BufferBindingType::Storage { read_only: true };
             let write = wgpu::BufferBindingType::Storage { read_only: false };
-            let uniform = wgpu::BufferBindingType::Uniform;
+            let numbers = if plan.uniforms { wgpu::BufferBindingType::Uniform } else { read };
             let layout = |kinds: &[wgpu::BufferBindingType]| {
                 let entries: Vec<_> = (0..).zip(kinds).map(|(i, kind)| buffer_entry(i, *kind)).collect();
                 device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
@@ -116,11 +115,11 @@ impl Program {
                     entries: &entries,
                 })
             };
-            let mut tables = vec![uniform, write];
+            let mut tables = vec![numbers, write];
             debug_assert_eq!(tables.len(), FIRST_PAGE as usize);
             tables.extend((0..plan.paging.pages).map(|_| read));
             let tables = layout(&tables);
-            let tasks = layout(&[uniform, write, write, write]);
+            let tasks = layout(&[numbers, write, write, write]);
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("stride"),
                 source: wgpu::ShaderSource::Wgsl(source.into()),
@@ -141,4 +140,10 @@ impl Program {
             Program { pipeline, tables, tasks, shape, plan }
         })
     }
+}
+
+/// The program for a job on a device that takes all tables in one buffer.
+pub(super) fn of_job(job: &Job<'_>) -> Result<String, GpuError> {
+    let tables = Tables::new(job)?;
+    Ok(text(job.render, WORKGROUP_SIZE, &Plan::of_tables(&tables, Paging::ONE)))
 }

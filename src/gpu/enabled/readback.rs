@@ -37,8 +37,14 @@ pub(super) fn slot(words: &SlotSums, samples: u32) -> Slot {
 }
 
 pub(super) fn sample(words: &SampleWords) -> Sample {
-    let radiance = [words.red, words.green, words.blue];
-    Sample { pixel: words.pixel, sample: words.sample, x: words.x, y: words.y, radiance }
+    let radiance = [words.red, words.green, words.blue].map(f32::from_bits);
+    Sample {
+        pixel: words.pixel,
+        sample: words.sample,
+        x: f32::from_bits(words.x),
+        y: f32::from_bits(words.y),
+        radiance,
+    }
 }
 
 /// Words of sums of a band of so many pixels, and the one before them.

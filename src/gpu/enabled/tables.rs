@@ -2,12 +2,14 @@
 
 use super::heap::Section;
 use super::layout::{self, CHANCE_BITS, LightNode, Scene, Surface, TAPS_IN_A_WORD};
+use super::recorded;
 use super::rows::{HeapWord, Rows};
 use super::tree::Tree;
 use crate::film::{self, Splatter};
 use crate::gpu::{GpuError, Job};
-use crate::light::{self, LightKind, LightTable};
-use crate::material::{Kind, MaterialTable};
+use crate::integrator::Settings;
+use crate::light::{self, LightTable};
+use crate::material::MaterialTable;
 use crate::math::ColumnReader;
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
@@ -18,29 +20,9 @@ use crate::world::{CompiledScene, Simple, SurfaceTable, Treed, World};
 /// long.
 const MAX_DEPTH: u32 = 65_536;
 
-/// The kinds of materials that the device's program has.
-const KINDS: &[Kind] = &[
-    Kind::Matte,
-    Kind::Mirror,
-    Kind::Glass,
-    Kind::Checkerboard,
-    #[cfg(feature = "broken-material")]
-    Kind::Broken,
-];
-
-/// The kinds of lights that the device's program has.
-const LIGHT_KINDS: &[LightKind] = &[
-    LightKind::Point,
-    LightKind::Sphere,
-    LightKind::Quad,
-    LightKind::Triangle,
-    LightKind::Disk,
-    LightKind::Cylinder,
-];
-
 /// WGSL promises square roots within 4.5 units in the last place where the CPU's are within ½, and a round
 /// surface's and a cylinder's share of a hit's error bound comes from one.
-const ROUND_ERROR: f32 = 2.0;
+pub(super) const ROUND_ERROR: f32 = 2.0;
 
 /// A scene as the device sees it.
 pub(super) struct Tables {
@@ -51,6 +33,8 @@ pub(super) struct Tables {
     pub(super) light_nodes: Vec<LightNode>,
     pub(super) tree: Tree,
     pub(super) weights: Weights,
+    /// The functions of the program that are recorded for the scene.
+    pub(super) recorded: String,
 }
 
 /// A filter's weights, where samples count in all pixels around them.
@@ -82,9 +66,6 @@ impl Tables {
         if job.render.max_depth > MAX_DEPTH && job.render.max_depth != UNLIMITED {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
         }
-        if let Some(row) = materials.rows().iter().find(|row| !KINDS.contains(&row.kind)) {
-            return Err(GpuError::Unsupported(format!("materials of the kind {:?}", row.kind)));
-        }
         // Meshes are found by the tree alone.
         let with_meshes;
         let world = if job.world.simple.triangles.is_empty() {
@@ -103,19 +84,15 @@ impl Tables {
         let places = order.places(table.len());
         tree.put_surfaces(&places);
         let surfaces = order.rows.iter().map(|&row| surface(table, row)).collect::<Result<_, _>>()?;
-        if let Some(kind) = lights.kinds().find(|kind| !LIGHT_KINDS.contains(kind)) {
-            return Err(GpuError::Unsupported(format!("lights of the kind {kind:?}")));
-        }
         let mut offset_nodes = [[0.0; 4]; 17];
-        let (offset_kind, offset_radius) = match job.offset {
-            FilmOffset::Centre => (layout::OFFSET_CENTRE, 0.0),
-            FilmOffset::Uniform(radius) => (layout::OFFSET_UNIFORM, radius),
-            FilmOffset::Tent(radius) => (layout::OFFSET_TENT, radius),
+        let mut offset_radius = 0.0;
+        match job.offset {
+            FilmOffset::Centre => {}
+            FilmOffset::Uniform(radius) | FilmOffset::Tent(radius) => offset_radius = radius,
             FilmOffset::Drawn(nodes) => {
                 offset_nodes.as_flattened_mut()[..OFFSET_NODES].copy_from_slice(&nodes);
-                (layout::OFFSET_DRAWN, 0.0)
             }
-        };
+        }
         let weights = job.splatter.map(Splatter::weights);
         // What is cut off lies between two positions that there are: no sample comes to lie on another tap for it.
         let shift = weights.map_or(0.0, film::Weights::shift) * f64::from(1_u32 << CHANCE_BITS);
@@ -131,17 +108,21 @@ impl Tables {
             focus_distance: camera.focus_distance,
             environment: lights.environment().radiance,
             seed: job.render.seed,
+            extent_centre: lights.extent().0,
+            extent_radius: lights.extent().1,
             ambient: *ambient,
             max_depth: job.render.max_depth,
             centre: camera.centre,
-            offset_kind,
             offset_radius,
             planes_end,
             spheres_end,
             quads_end,
             rare_end,
             lights: lights.len() as u32,
-            point_lights: lights.delta_lights().len() as u32,
+            delta_lights: *lights.delta_count(),
+            infinite_lights: lights.groups().infinite,
+            light_groups: lights.groups().count,
+            light_group_share: lights.groups().share,
             film_width: job.region.film_width,
             region_x: job.region.x,
             region_y: job.region.y,
@@ -154,7 +135,15 @@ impl Tables {
             ..Scene::default()
         };
         let (lights, light_nodes) = light_tables(lights);
+        let settings = Settings::new(job.render, job.offset);
+        let source = recorded::Source {
+            scene: job.scene,
+            world,
+            settings: &settings,
+            integrator: job.render.integrator,
+        };
         Ok(Tables {
+            recorded: recorded::text(&source)?,
             scene,
             surfaces,
             materials: material_rows(materials).packed(),
@@ -330,15 +319,28 @@ pub(super) struct LightColumns {
     pub(super) units: Vec<u32>,
     /// Of the first triangle of a mesh that is one lamp, the node with which the tree of its triangles begins; else zero.
     pub(super) lamp: Vec<u32>,
+    /// The delta lights, from the first row on.
+    pub(super) delta_light: Vec<u32>,
+    /// The lights at infinity, likewise.
+    pub(super) infinite_light: Vec<u32>,
 }
 
 impl LightColumns {
     fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
-        let LightColumns { place, units, lamp } = self;
+        let LightColumns { place, units, lamp, delta_light, infinite_light } = self;
         reader.words("place", place);
         reader.words("units", units);
         reader.words("lamp", lamp);
+        reader.words("delta_light", delta_light);
+        reader.words("infinite_light", infinite_light);
     }
+}
+
+/// A column of so many rows, zero behind some values.
+fn padded(values: &[u32], rows: usize) -> Vec<u32> {
+    let mut column = values.to_vec();
+    column.resize(rows, 0);
+    column
 }
 
 /// The columns of lights.
@@ -363,6 +365,8 @@ pub(super) fn light_tables(table: &LightTable) -> (Vec<HeapWord>, Vec<LightNode>
         place: lights.clone().map(|light| tree.place(light)).collect(),
         units: lights.clone().map(|light| tree.units(light)).collect(),
         lamp: vec![0; lights.len()],
+        delta_light: padded(table.delta_lights(), lights.len()),
+        infinite_light: padded(table.infinite_lights(), lights.len()),
     };
     let mut nodes: Vec<_> = tree.nodes().map(light_node).collect();
     for lamp in table.mesh_lamps() {

@@ -7,7 +7,7 @@
 //! so that every ray knows an order in which it meets them, whatever its direction: turn i belongs to place i ^ o, o
 //! being the octant that the ray points away from.
 
-use super::layout::{Instance, Place, TreeNode, Triangle, Vertex};
+use super::layout::{Instance, MeshVertex, Place, TreeNode, Triangle};
 use crate::light::NO_LIGHT;
 use crate::math::{Bounds, Vec3};
 use crate::shape::{Form, triangle_error};
@@ -39,7 +39,7 @@ pub(super) struct Tree {
     pub(super) share: f32,
     /// The triangles, and among them, of the same size, every [`Instance`].
     pub(super) triangles: Vec<Triangle>,
-    pub(super) vertices: Vec<Vertex>,
+    pub(super) vertices: Vec<MeshVertex>,
     /// Where shared meshes stand, in the host's order.
     pub(super) places: Vec<Place>,
     /// Rows of the host's surface table in the order in which leaves hold them.
@@ -322,9 +322,10 @@ impl<'a> Meshes<'a> {
 }
 
 /// What meshes say of their vertices.
-fn vertices(triangles: &Triangles) -> Vec<Vertex> {
+fn vertices(triangles: &Triangles) -> Vec<MeshVertex> {
     let Triangles { normals: [x, y, z], uv: [u, v], .. } = triangles;
-    let vertex = |i: usize| Vertex { normal: [x[i], y[i], z[i]], u: u[i], v: v[i], ..Vertex::default() };
+    let vertex =
+        |i: usize| MeshVertex { normal: [x[i], y[i], z[i]], u: u[i], v: v[i], ..MeshVertex::default() };
     (0..u.len()).map(vertex).collect()
 }
 

@@ -3,8 +3,7 @@
 use super::device::Device;
 use super::heap::{self, Paging};
 use super::layout::{
-    CHANCE_BITS, IS_CYLINDER, IS_DISK, MOST_BRANCHES, NOTHING, OFFSET_CENTRE, OFFSET_DRAWN, OFFSET_TENT,
-    OFFSET_UNIFORM, REJECT_SHIFT, REJECTS, TAPS_IN_A_WORD,
+    self, CHANCE_BITS, IS_CYLINDER, IS_DISK, MOST_BRANCHES, NOTHING, REJECT_SHIFT, REJECTS, TAPS_IN_A_WORD,
 };
 use super::tables::{self, Tables};
 use super::tree;
@@ -13,23 +12,19 @@ use crate::film::Reject;
 use crate::film::fixed::{FRACTION_BITS, TAP_BITS, WEIGHT_BITS};
 use crate::film::sums::MAX_SUMMED;
 use crate::film::weights::{CELL_BITS, POSITION_BITS, TABLE_BITS};
-use crate::gpu::GpuError;
-use crate::integrator::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
+use crate::gpu::{AdapterKind, GpuError};
+use crate::light;
 use crate::light::NO_LIGHT;
-use crate::light::{self, LightKind};
-use crate::material::Kind;
-use crate::math::lanes::scalar::Wrapping;
-use crate::sampling::{Block, sobol};
-use crate::scene::{Integrator, Sampler};
+use crate::scene::Integrator;
 use crate::shape::{BOUNDS_ERROR, NEEDLE, POSITION_ERROR, TRIANGLE_ERROR, UNIT_ROUNDOFF};
 use crate::world::{FIRST_TRIANGLE, NO_INSTANCE};
 use std::fmt::Write;
+use std::sync::Arc;
 
 /// What is decided when a program is compiled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Variant {
     pub(super) integrator: Integrator,
-    pub(super) sampler: Sampler,
     /// Invocations in a workgroup.
     pub(super) workgroup_size: u32,
     /// What the scene asks of it.
@@ -37,7 +32,7 @@ pub(super) struct Variant {
 }
 
 /// What a program must know of its scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Plan {
     /// How the heap of tables is cut.
     pub(super) paging: Paging,
@@ -53,14 +48,24 @@ pub(super) struct Plan {
     pub(super) taps: u32,
     /// Whether there are disks or cylinders.
     pub(super) rare: bool,
+    /// Whether the scene's numbers and those of a dispatch are uniforms. Else they are in storage buffers: Mesa's lavapipe
+    /// compiles a program anew for each dispatch where its loops depend on uniforms.
+    pub(super) uniforms: bool,
+    /// The recorded functions.
+    pub(super) recorded: Arc<str>,
 }
 
 impl Plan {
     /// For a scene on a device. Fails where it does not fit there.
     pub(super) fn of(device: &Device, tables: &Tables) -> Result<Plan, GpuError> {
-        let paging = Paging::on(device, tables.words())?;
+        let uniforms = device.description().kind != AdapterKind::Software;
+        Ok(Plan { uniforms, ..Plan::of_tables(tables, Paging::on(device, tables.words())?) })
+    }
+
+    /// For tables in a heap that is cut like this, with uniforms.
+    pub(super) fn of_tables(tables: &Tables, paging: Paging) -> Plan {
         let tree = &tables.tree;
-        Ok(Plan {
+        Plan {
             paging,
             levels: tree.levels,
             triangles: !tree.triangles.is_empty(),
@@ -68,54 +73,19 @@ impl Plan {
             smooth: tree.smooth,
             taps: tables.weights.taps,
             rare: tables.scene.rare_end > tables.scene.quads_end,
-        })
+            uniforms: true,
+            recorded: tables.recorded.as_str().into(),
+        }
     }
 }
 
-/// How [`Integrator`] and [`Sampler`] are told to the device.
-const INTEGRATORS: [(&str, Integrator); 3] = [
-    ("INTEGRATOR_PATH", Integrator::Path),
-    ("INTEGRATOR_PATH_NAIVE", Integrator::PathNaive),
-    ("INTEGRATOR_WHITTED", Integrator::Whitted),
-];
-
-const SAMPLERS: [(&str, Sampler); 2] =
-    [("SAMPLER_INDEPENDENT", Sampler::Independent), ("SAMPLER_SOBOL", Sampler::Sobol)];
-
-fn broken_kind() -> u32 {
-    #[cfg(feature = "broken-material")]
-    return Kind::Broken as u32;
-    #[cfg(not(feature = "broken-material"))]
-    return u32::MAX;
-}
-
 /// The constants and the tables that WGSL takes from here, as WGSL.
-pub(super) fn text(variant: Variant) -> String {
-    let block = |block: Block| block.at::<f32>(Wrapping(0)).0;
+pub(super) fn text(variant: &Variant) -> String {
     let code = |reject: Reject| REJECTS.iter().find(|(_, r)| *r == reject).map_or(0, |(code, _)| *code);
     let whole = [
         ("WORKGROUP_SIZE", variant.workgroup_size),
-        ("INTEGRATOR", variant.integrator as u32),
-        ("SAMPLER", variant.sampler as u32),
-        ("SOBOL_SALT", sobol::SALT),
-        ("BLOCK_CAMERA", block(Block::CAMERA)),
-        ("BLOCK_SCATTER", block(Block::SCATTER)),
-        ("BLOCK_LIGHT", block(Block::LIGHT)),
-        ("BLOCK_STRIDE", Block::STRIDE),
-        ("KIND_MATTE", Kind::Matte as u32),
-        ("KIND_MIRROR", Kind::Mirror as u32),
-        ("KIND_GLASS", Kind::Glass as u32),
-        ("KIND_CHECKERBOARD", Kind::Checkerboard as u32),
-        ("KIND_BROKEN", broken_kind()),
         ("NO_LIGHT", NO_LIGHT),
-        ("LIGHT_POINT", LightKind::Point as u32),
-        ("LIGHT_SPHERE", LightKind::Sphere as u32),
-        ("LIGHT_QUAD", LightKind::Quad as u32),
-        ("LIGHT_TRIANGLE", LightKind::Triangle as u32),
-        ("LIGHT_DISK", LightKind::Disk as u32),
-        ("LIGHT_CYLINDER", LightKind::Cylinder as u32),
         ("FIRST_TRIANGLE", FIRST_TRIANGLE),
-        ("NO_TRIANGLE", u32::MAX),
         ("NO_INSTANCE", NO_INSTANCE),
         ("NO_NODE", tree::NO_NODE),
         ("TREE_LEVELS", variant.plan.levels),
@@ -124,13 +94,7 @@ pub(super) fn text(variant: Variant) -> String {
         ("LEAF_INSTANCE", tree::INSTANCE),
         ("LEAF", light::LEAF),
         ("COUNT_FROM", light::COUNT_FROM),
-        ("ROULETTE_FROM", ROULETTE_FROM),
-        ("ROULETTE_AT_MOST_FROM", ROULETTE_AT_MOST_FROM),
         ("MOST_BRANCHES", MOST_BRANCHES),
-        ("OFFSET_CENTRE", OFFSET_CENTRE),
-        ("OFFSET_UNIFORM", OFFSET_UNIFORM),
-        ("OFFSET_TENT", OFFSET_TENT),
-        ("OFFSET_DRAWN", OFFSET_DRAWN),
         ("TAPS", variant.plan.taps),
         ("TAP_WORDS", variant.plan.taps.div_ceil(TAPS_IN_A_WORD)),
         ("TAP_BITS", TAP_BITS),
@@ -151,8 +115,6 @@ pub(super) fn text(variant: Variant) -> String {
     let real = [
         ("IS_DISK", IS_DISK),
         ("IS_CYLINDER", IS_CYLINDER),
-        ("PI", std::f32::consts::PI),
-        ("FRAC_1_PI", std::f32::consts::FRAC_1_PI),
         ("EPSILON", f32::EPSILON),
         ("BELOW_ONE", crate::math::BELOW_ONE),
         ("NEARNESS", light::NEARNESS),
@@ -160,29 +122,23 @@ pub(super) fn text(variant: Variant) -> String {
         ("LEAST_SHARE", light::LEAST_SHARE),
         ("FACING", light::FACING),
         ("NARROW", light::NARROW),
-        ("LEAST_SOLID_ANGLE", light::LEAST_SOLID_ANGLE),
-        ("ROULETTE_KEEPS", ROULETTE_KEEPS),
-        ("ROULETTE_AT_MOST", ROULETTE_AT_MOST),
         ("NOTHING", NOTHING),
         ("POSITION_ERROR", POSITION_ERROR),
         ("BOUNDS_ERROR", BOUNDS_ERROR),
         ("TRIANGLE_ERROR", TRIANGLE_ERROR),
         ("NEEDLE", NEEDLE),
-        ("SHADOW_LENGTH", light::SHADOW_LENGTH),
         ("UNIT_ROUNDOFF", UNIT_ROUNDOFF),
         ("SMALLEST_NORMAL", f32::MIN_POSITIVE),
     ];
     let mut text = String::new();
-    let named = INTEGRATORS.map(|(name, integrator)| (name, integrator as u32));
-    let named = named.into_iter().chain(SAMPLERS.map(|(name, sampler)| (name, sampler as u32)));
-    for (name, value) in whole.into_iter().chain(named) {
+    for (name, value) in whole {
         writeln!(text, "const {name}: u32 = {value}u;").expect("a string takes all");
     }
     for (name, value) in real {
         // Debug's digits are the fewest that read back as the same float.
         writeln!(text, "const {name}: f32 = {value:?}f;").expect("a string takes all");
     }
-    let Plan { triangles, instances, smooth, rare, .. } = variant.plan;
+    let &Plan { triangles, instances, smooth, rare, .. } = &variant.plan;
     for (name, is_so) in [
         ("TREE_TRIANGLES", triangles),
         ("TREE_INSTANCES", instances),
@@ -191,7 +147,13 @@ pub(super) fn text(variant: Variant) -> String {
     ] {
         writeln!(text, "const {name}: bool = {is_so};").expect("a string takes all");
     }
-    text + &tree::trail(variant.plan.levels)
+    let space = if variant.plan.uniforms { "uniform" } else { "storage, read" };
+    for (group, name, structure) in [(0, "scene", "Scene"), (1, "dispatch", "Dispatch")] {
+        writeln!(text, "@group({group}) @binding(0) var<{space}> {name}: {structure};")
+            .expect("a string takes all");
+    }
+    text + &layout::declarations()
+        + &tree::trail(variant.plan.levels)
         + &variant.plan.paging.text()
         + &heap::readers()
         + &tables::readers()

@@ -184,7 +184,13 @@ fn lights_are_read_back_with_what_the_device_adds() {
     let shape = Sphere::new(DVec3::new(7.0, 8.0, 9.0), 0.5);
     table.push(AreaLight { shape, flipped: true, emission: [10.0, 11.0, 12.0] });
     table.build_tree();
-    let own = LightColumns { place: vec![20, 21], units: vec![22, 23], lamp: vec![24, 25] };
+    let own = LightColumns {
+        place: vec![20, 21],
+        units: vec![22, 23],
+        lamp: vec![24, 25],
+        delta_light: vec![26, 27],
+        infinite_light: vec![28, 29],
+    };
     let rows = light_rows(&table, &own);
     let (heap, text) = (rows.packed(), text(&rows));
     assert!(is_read_back(&rows, &heap, &text));

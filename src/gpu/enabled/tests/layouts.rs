@@ -1,30 +1,20 @@
 //! The WGSL as naga reads it, against the host's layouts. No GPU is asked.
 
 use super::super::heap::Paging;
-use super::super::layout::structures;
-use super::super::program::{self, MAIN};
-use super::super::variant::{Plan, Variant};
+use super::super::layout::{declarations, structures};
+use super::super::program;
+use super::super::tables::Tables;
+use super::super::variant::Plan;
+use super::{Prepared, scenes};
 use crate::scene::{Integrator, Sampler};
 use wgpu::naga;
 
-/// The declarations that the host's layouts are held to.
-const LAYOUTS: &str = include_str!("../../layout.wgsl");
-
-fn variant(workgroup_size: u32) -> Variant {
-    let plan = Plan {
-        paging: Paging::ONE,
-        levels: 20,
-        triangles: true,
-        instances: true,
-        smooth: true,
-        taps: 6,
-        rare: true,
-    };
-    Variant { integrator: Integrator::Path, sampler: Sampler::Sobol, workgroup_size, plan }
-}
-
-fn library() -> String {
-    program::library(variant(64))
+/// The library of a program, and what only rendering needs, for a scene of everything.
+fn text(integrator: Integrator, sampler: Sampler, workgroup_size: u32) -> String {
+    let scene = scenes::with(scenes::everything(16, 12), integrator, sampler);
+    let prepared = Prepared::new(&scene, 0);
+    let tables = Tables::new(&prepared.job()).unwrap();
+    program::text(&prepared.render, workgroup_size, &Plan::of_tables(&tables, Paging::ONE))
 }
 
 fn parse(source: &str) -> naga::Module {
@@ -37,7 +27,8 @@ fn differences(source: &str) -> Vec<String> {
     let mut layouter = naga::proc::Layouter::default();
     layouter.update(module.to_ctx()).unwrap();
     let mut differences = Vec::new();
-    for (name, size, fields) in structures() {
+    for structure in structures() {
+        let (name, size) = (structure.name, structure.size);
         let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
         let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, span }, .. })) = found else {
             differences.push(format!("{name} is not in the WGSL"));
@@ -46,7 +37,7 @@ fn differences(source: &str) -> Vec<String> {
         if *span as usize != size {
             differences.push(format!("{name} takes {span} bytes, not {size}"));
         }
-        let named: Vec<_> = fields.iter().filter(|field| !field.name.starts_with('_')).collect();
+        let named: Vec<_> = structure.named().collect();
         if members.len() != named.len() {
             differences.push(format!("{name} has {} fields, not {}", members.len(), named.len()));
         }
@@ -67,14 +58,13 @@ fn differences(source: &str) -> Vec<String> {
 
 #[test]
 fn structures_lie_in_memory_as_the_host_lays_them() {
-    assert_eq!(differences(&library()), Vec::<String>::new());
+    assert_eq!(differences(&text(Integrator::Path, Sampler::Sobol, 64)), Vec::<String>::new());
 }
 
 #[test]
 fn a_moved_a_renamed_and_a_missing_field_are_noticed() {
-    // Only the layouts matter here: whatever uses a field may go wrong.
-    let source = LAYOUTS.split("@group(0)").next().unwrap();
-    assert_eq!(differences(source), Vec::<String>::new());
+    let source = declarations();
+    assert_eq!(differences(&source), Vec::<String>::new());
     for (right, wrong) in [
         // WGSL would align the vector to the next 16 bytes.
         ("    centre: vec3f,\n    radius: f32,", "    radius: f32,\n    centre: vec3f,"),
@@ -89,13 +79,13 @@ fn a_moved_a_renamed_and_a_missing_field_are_noticed() {
 
 #[test]
 fn the_program_is_valid_for_every_workgroup_size_integrator_and_sampler() {
-    let usual = variant(64);
     let integrators = [Integrator::Path, Integrator::PathNaive, Integrator::Whitted];
-    let variants = integrators.into_iter().flat_map(|integrator| {
-        [Sampler::Independent, Sampler::Sobol].map(|sampler| Variant { integrator, sampler, ..usual })
+    let usual = integrators.into_iter().flat_map(|integrator| {
+        [Sampler::Independent, Sampler::Sobol].map(|sampler| (integrator, sampler, 64))
     });
-    for variant in variants.chain([1, 256].map(variant)) {
-        let source = program::library(variant) + MAIN;
+    let others = [1, 256].map(|size| (Integrator::Path, Sampler::Sobol, size));
+    for (integrator, sampler, workgroup_size) in usual.chain(others) {
+        let source = text(integrator, sampler, workgroup_size);
         let mut validator = naga::valid::Validator::new(
             naga::valid::ValidationFlags::all(),
             naga::valid::Capabilities::empty(),

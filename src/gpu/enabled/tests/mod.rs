@@ -1,14 +1,18 @@
 //! The GPU against the CPU, on whatever adapter this machine has: in CI, Mesa's software renderer.
 
+mod functions;
 mod held;
 mod layouts;
 mod lost;
 mod pictures;
+mod probe;
 mod probes;
+mod programs;
 mod protocol;
 mod scenes;
 mod splats;
 mod trees;
+mod watched;
 mod words;
 
 // The verdicts that integrators are held to, from the tests of the whole.
@@ -20,9 +24,7 @@ mod statistics;
 mod tiles;
 
 use super::device::Device;
-use super::heap::Paging;
 use super::program::{Program, Shape};
-use super::variant::Plan;
 use super::worker::GpuWorker;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu::{GpuError, Job};
@@ -33,17 +35,6 @@ use crate::scene::{RenderSettings, Scene};
 use crate::world::{CompiledScene, Finder, World, compile_sharing};
 use crossbeam_channel::{bounded, unbounded};
 use std::sync::Arc;
-
-/// What a few spheres, quads and planes ask of a program.
-const SIMPLE: Plan = Plan {
-    paging: Paging::ONE,
-    levels: 0,
-    triangles: false,
-    instances: false,
-    smooth: false,
-    taps: 0,
-    rare: false,
-};
 
 /// A device, or none on a machine without one, where that is allowed.
 fn device() -> Option<Device> {

@@ -2,7 +2,8 @@
 
 use super::super::program;
 use super::super::tables::Tables;
-use super::{Plan, Prepared, Program, Shape, carry_out, device, scenes, totals};
+use super::super::variant::Plan;
+use super::{Prepared, Program, Shape, carry_out, device, scenes, totals};
 use crate::gpu::{Device, GpuError, GpuWorker, Job};
 use crate::render::{Order, Payload, Region, Stride};
 use crossbeam_channel::{bounded, unbounded};
@@ -55,7 +56,7 @@ fn a_worker_stops_when_nobody_takes_its_batches_and_can_start_again() {
 fn cut_short(device: &Device, prepared: &Prepared, job: &Job<'_>, condition: &str) -> GpuWorker {
     let (tables, shape) = (Tables::new(job).unwrap(), Shape { workgroups: 2, ..Shape::of(device) });
     let plan = Plan::of(device, &tables).unwrap();
-    let text = program::text(&prepared.render, shape.workgroup_size, plan);
+    let text = program::text(&prepared.render, shape.workgroup_size, &plan);
     let changed = text.replacen("return turns == 2u;", &format!("return {condition};"), 1);
     assert_ne!(changed, text, "the program does not ask");
     let program = Program::from_source(device, &changed, shape, plan).unwrap();
@@ -157,9 +158,10 @@ fn a_lost_device_is_an_error_and_not_a_panic() {
 #[test]
 fn a_broken_program_is_an_error_that_says_where() {
     let Some(device) = device() else { return };
-    let shape = Shape::of(&device);
+    let (shape, prepared) = (Shape::of(&device), Prepared::new(&scenes::beacon([1.0; 3]), 0));
+    let plan = Plan::of(&device, &Tables::new(&prepared.job()).unwrap()).unwrap();
     let source = "@compute @workgroup_size(1) fn trace_slots() { let x: u32 = 1.5; }";
-    let result = Program::from_source(&device, source, shape, super::SIMPLE);
+    let result = Program::from_source(&device, source, shape, plan);
     let Err(GpuError::Failed { message, .. }) = result else { panic!("the program was taken") };
     assert!(message.contains("1.5"), "{message}");
 }
@@ -169,8 +171,11 @@ fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
     let Some(device) = device() else { return };
     let prepared = Prepared::new(&scenes::cover(8, 6), 0);
     let name = device.description().name.clone();
-    // Eight surfaces of 96 bytes, seven materials of 64, a light of 96 and a node of 64.
-    let needed = 8 * 96 + 7 * 64 + 96 + 64;
+    let needed = (Tables::new(&prepared.job()).unwrap().words() * 16) as u64;
+    assert!(
+        (1024..1536).contains(&needed),
+        "{needed} bytes are no more than two pages or no less than three"
+    );
     let fits = |device: Device| GpuWorker::new(&device, &prepared.job()).map(|_| ());
     assert_eq!(fits(device.clone().with_limits(needed, 1)), Ok(()));
     assert_eq!(fits(device.clone().with_limits(512, 3)), Ok(()));
@@ -178,7 +183,7 @@ fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
     let error = GpuError::TooLarge { what: "the scene's tables", needed, adapter: name, limit: 1024 };
     assert_eq!(result, Err(error.clone()));
     assert!(
-        error.to_string().contains("1376 bytes") && error.to_string().contains("--device cpu"),
+        error.to_string().contains(&format!("{needed} bytes")) && error.to_string().contains("--device cpu"),
         "{error}"
     );
 }

@@ -422,6 +422,27 @@ pub(super) fn lamps_of_triangles(width: u32, height: u32) -> Scene {
     scene
 }
 
+/// Two scenes in one, as the first one's camera sees them.
+fn joined(mut scene: Scene, other: Scene) -> Scene {
+    let first = scene.materials.len();
+    for mut material in other.materials {
+        if let MaterialKind::Checkerboard(parameters) = &mut material.kind {
+            parameters.even += first;
+            parameters.odd += first;
+        }
+        scene.materials.push(material);
+    }
+    let entities = other.entities.into_iter();
+    scene.entities.extend(entities.map(|entity| Entity { material: entity.material + first, ..entity }));
+    scene.lights.extend(other.lights);
+    scene
+}
+
+/// Shapes, lights and materials of every kind, through a lens: what the bazaar, the shop and one mesh at many places have.
+pub(super) fn everything(width: u32, height: u32) -> Scene {
+    joined(joined(bazaar(width, height), shop(width, height)), copies(width, height))
+}
+
 /// A sphere straight ahead that emits, and nothing else; its radiance is all that paths find.
 pub(super) fn beacon(emission: [f64; 3]) -> Scene {
     let mut scene =

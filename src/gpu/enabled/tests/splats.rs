@@ -100,7 +100,7 @@ fn on_gpu(device: &Device, filter: Filter, samples: &[Sample], change: [&str; 2]
     let job = Job { region: REGION, splatter: Some(&splatter), ..prepared.job() };
     let (tables, shape) = (Tables::new(&job).unwrap(), Shape::of(device));
     let plan = Plan::of(device, &tables).unwrap();
-    let text = program::text(job.render, shape.workgroup_size, plan);
+    let text = program::text(job.render, shape.workgroup_size, &plan);
     let library = text.strip_suffix(program::MAIN).unwrap();
     let changed = library.replacen(change[0], change[1], 1);
     assert!(change[0].is_empty() || changed != library, "{change:?} changes nothing");
@@ -112,14 +112,9 @@ fn on_gpu(device: &Device, filter: Filter, samples: &[Sample], change: [&str; 2]
     let buffers = pipeline.buffers(device, room).unwrap();
     let words: Vec<_> = samples
         .iter()
-        .map(|&Sample { pixel, sample, x, y, radiance: [red, green, blue] }| SampleWords {
-            pixel,
-            sample,
-            x,
-            y,
-            red,
-            green,
-            blue,
+        .map(|&Sample { pixel, sample, x, y, radiance }| {
+            let [red, green, blue] = radiance.map(f32::to_bits);
+            SampleWords { pixel, sample, x: x.to_bits(), y: y.to_bits(), red, green, blue }
         })
         .collect();
     buffers.write_samples(device, &words);
@@ -246,7 +241,7 @@ impl Way<'_> {
     fn carry_out(&self, device: &Device, job: &Job<'_>, orders: &[Order]) -> Vec<SampleBatch> {
         let tables = Tables::new(job).unwrap();
         let plan = Plan::of(device, &tables).unwrap();
-        let text = program::text(job.render, self.shape.workgroup_size, plan);
+        let text = program::text(job.render, self.shape.workgroup_size, &plan);
         let changed = text.replacen(self.change[0], self.change[1], 1);
         assert!(self.change[0].is_empty() || changed != text, "{:?} changes nothing", self.change);
         let program = Program::from_source(device, &changed, self.shape, plan).unwrap();

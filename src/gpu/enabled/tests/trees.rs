@@ -3,7 +3,8 @@
 use super::super::layout::{Instance, TreeNode};
 use super::super::tables::Tables;
 use super::super::tree;
-use super::probes::{ULP, bits, probe};
+use super::probe::probe;
+use super::probes::{ULP, bits};
 use super::{Device, Prepared, device, scenes};
 use crate::math::{Bounds, Ray, Vec3};
 use crate::sampling::{Stream, warp};
@@ -66,14 +67,14 @@ fn rays(scale: f64, place: DVec3, count: usize, stream: &mut Stream) -> Vec<[f32
     (0..count).map(ray).collect()
 }
 
-const LINES: &str = "let ray = Ray(float3(0u), float3(3u));
-    let hit = intersect(ray);
-    put_float(0u, hit.t); put(1u, hit.number); put(2u, u32(occluded(ray, float(6u))));
-    if is_some(hit) {
+const LINES: &str = "let ray = Ray(float3(0u), float3(3u), 0.0);
+    let hit = intersect(ray, true);
+    put_float(0u, hit.t); put(1u, first_met(ray).number); put(2u, u32(occluded(ray, float(6u), true, false)));
+    if hit.t < NOTHING {
         let point = surface_point(ray, hit);
         put_float3(3u, point.p); put_float3(6u, point.n); put_float3(9u, point.shading);
         put_float(12u, point.error); put(13u, light_of(point));
-        let uv = surface_uv(point); put_float(14u, uv.x); put_float(15u, uv.y);
+        let uv = surface_uv(point, true); put_float(14u, uv.x); put_float(15u, uv.y);
     }
     put(16u, hit.instance);";
 
@@ -384,9 +385,9 @@ fn deep_trees_find_their_way_back() {
 fn rays_that_are_not_finite_meet_nothing() {
     let Some(device) = device() else { return };
     let stream = &mut Stream::new(57, 0, 0);
-    let lines = "let ray = Ray(float3(0u), float3(3u));
-        put(0u, select(0u, 1u, is_some(intersect(ray))));
-        put(1u, select(0u, 1u, occluded(ray, float(6u))));";
+    let lines = "let ray = Ray(float3(0u), float3(3u), 0.0);
+        put(0u, select(0u, 1u, intersect(ray, true).t < NOTHING));
+        put(1u, select(0u, 1u, occluded(ray, float(6u), true, false)));";
     let mut rare = jumble(1.0, DVec3::ZERO, stream);
     rare.entities.push(scenes::disk([0.0; 3], [0.0, 0.6, 0.8], 1.0, 0));
     rare.entities.push(scenes::cylinder([0.0; 3], [0.0, 0.0, 1.0], 1.0, 0));

@@ -81,7 +81,7 @@ fn a_scene_on_several_pages_is_the_same_to_the_bit() {
     assert!(plan.paging.pages > 1, "{bytes} bytes");
     assert_eq!(render(&small, &job, shape, None), whole, "{} pages", plan.paging.pages);
     // Negative control: words are looked up on the wrong page.
-    let text = program::text(job.render, shape.workgroup_size, plan);
+    let text = program::text(job.render, shape.workgroup_size, &plan);
     let wrong = text.replacen("case 1u: { return page_1", "case 1u: { return page_0", 1);
     assert_ne!(wrong, text);
     let program = Program::from_source(&small, &wrong, shape, plan).unwrap();

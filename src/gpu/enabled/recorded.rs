@@ -1,0 +1,232 @@
+//! The functions of the program that are recorded from the code that lanes run (see [`super::record`]), and where the
+//! numbers that they read lie on the device.
+
+use super::record::{RecordedFloat, RecordedMask, RecordedUint, Recording, Registry};
+use crate::camera::Camera;
+use crate::gpu::GpuError;
+use crate::integrator::{Observer, Settings, State, Stepped, Transport, View, camera_ray, step};
+use crate::light::{Groups, LightChoice, LightSample};
+use crate::material::{Branch, Bsdf, Bxdf, BxdfSample, TransportMode};
+use crate::math::lanes::Function;
+use crate::math::{ColumnReader, Float, Frame, Mask, Ray, Rgb, Vec3, trig, value};
+use crate::sampling::warp::FilmOffset;
+use crate::sampling::{PathId, Sampler, independent};
+use crate::scene::Integrator;
+use crate::shape::offset_origin;
+use crate::world::{CompiledScene, Hit, SurfacePoint, Uv, World};
+
+type F = RecordedFloat;
+
+/// What is recorded: an integrator over a scene.
+pub(super) struct Source<'a> {
+    pub(super) scene: &'a CompiledScene,
+    pub(super) world: &'a World,
+    pub(super) settings: &'a Settings,
+    pub(super) integrator: Integrator,
+}
+
+/// A table whose columns are fields of the rows that a function of the program reads.
+struct Rows<'r, 'a> {
+    registry: &'r mut Registry<'a>,
+    reader: &'static str,
+}
+
+impl<'a> ColumnReader<'a> for Rows<'_, 'a> {
+    fn floats(&mut self, name: &'static str, column: &'a [f32]) {
+        self.registry.column(column, self.reader, name);
+    }
+
+    fn words(&mut self, name: &'static str, column: &'a [u32]) {
+        self.registry.words(column, self.reader, name);
+    }
+
+    fn vectors(&mut self, name: &'static str, columns: &'a [Vec<f32>; 3]) {
+        self.registry.columns(columns, self.reader, name);
+    }
+}
+
+/// The numbers and tables of a scene, by their names on the device.
+fn registry<'a>(source: &Source<'a>) -> Registry<'a> {
+    let CompiledScene { camera, surfaces, materials, lights, .. } = source.scene;
+    let mut registry = Registry::new();
+    let Camera { eye, left, up, forward, centre, pixel_side, near, aperture_radius, focus_distance } = camera;
+    for (vector, name) in
+        [(eye, "scene.eye"), (left, "scene.left"), (up, "scene.up"), (forward, "scene.forward")]
+    {
+        registry.vector(vector, name);
+    }
+    registry.vector(centre, "scene.centre");
+    for (number, name) in [
+        (pixel_side, "scene.pixel_side"),
+        (near, "scene.near"),
+        (aperture_radius, "scene.aperture_radius"),
+        (focus_distance, "scene.focus_distance"),
+    ] {
+        registry.number(number, name);
+    }
+    let Settings { sampler, offset, max_depth } = source.settings;
+    registry.word(max_depth, "scene.max_depth");
+    match sampler {
+        Sampler::Independent(independent) => registry.word(&independent.seed, "scene.seed"),
+        Sampler::Sobol(sobol) => registry.word(&sobol.seed, "scene.seed"),
+    };
+    match offset {
+        FilmOffset::Centre => {}
+        FilmOffset::Uniform(radius) | FilmOffset::Tent(radius) => {
+            registry.number(radius, "scene.offset_radius");
+        }
+        FilmOffset::Drawn(nodes) => {
+            registry.array(nodes, "offset_node");
+        }
+    }
+    registry.vector(&lights.environment().radiance, "scene.environment");
+    let (centre, radius) = lights.extent();
+    registry.vector(centre, "scene.extent_centre");
+    registry.number(radius, "scene.extent_radius");
+    registry.word(lights.delta_count(), "scene.delta_lights");
+    registry.words(lights.delta_lights(), "light_at", "delta_light");
+    let Groups { infinite, count, share } = lights.groups();
+    registry.word(infinite, "scene.infinite_lights");
+    registry.word(count, "scene.light_groups");
+    registry.number(share, "scene.light_group_share");
+    registry.words(lights.infinite_lights(), "light_at", "infinite_light");
+    lights.columns(&mut Rows { registry: &mut registry, reader: "light_at" });
+    materials.columns(&mut Rows { registry: &mut registry, reader: "material_at" });
+    surfaces.columns(&mut Rows { registry: &mut registry, reader: "surface_at" });
+    registry
+}
+
+/// Records a function for the program, whether or not another one calls it: `function`; or the functions that it calls:
+/// `callees`.
+macro_rules! record {
+    (
+        $recording:ident.$method:ident,
+        $name:ident($($parameter:ident: $Type:ty),* $(,)?) -> $Output:ty $body:block
+    ) => {
+        $recording.$method::<($($Type,)*), $Output>(
+            const {
+                &Function {
+                    name: stringify!($name),
+                    parameters: &[$(stringify!($parameter)),*],
+                    module: module_path!(),
+                }
+            },
+            |($($parameter,)*)| $body,
+        )
+    };
+}
+
+/// The structures and functions of an integrator over a scene as WGSL, for the hand-written rest of the program.
+pub(super) fn text(source: &Source<'_>) -> Result<String, GpuError> {
+    let program = record(source, false)?;
+    Ok(program.text())
+}
+
+/// The same as a program; with `checks`, two functions of one name are an error.
+pub(super) fn record(source: &Source<'_>, checks: bool) -> Result<super::record::Program, GpuError> {
+    let Source { scene, world, settings, integrator } = source;
+    let mut recording = Recording::new(registry(source), &[]);
+    if checks {
+        recording = recording.checked();
+    }
+    // The hand-written functions use these.
+    recording.structure::<Ray<F>>();
+    recording.structure::<Hit<F>>();
+    recording.structure::<SurfacePoint<F>>();
+    recording.structure::<LightChoice<F>>();
+    record!(recording.callees, calls_frames(frame: Frame<F>, v: Vec3<F>) -> [Vec3<F>; 2] {
+        [frame.to_world(v), frame.to_local(v)]
+    });
+    record!(recording.callees, calls_angle_turns(y: F, x: F) -> F { trig::angle_turns(y, x) });
+    record!(recording.callees, calls_pcg4d(words: [RecordedUint; 4]) -> [RecordedUint; 4] { independent::pcg4d::<F>(words) });
+    record!(recording.function, film_position(path: PathId<F>, centre: [F; 2]) -> [F; 2] {
+        let (x, y, _) = camera_ray(settings, &scene.camera, path, centre);
+        [x, y]
+    });
+    record!(recording.function, start_path(path: PathId<F>, centre: [F; 2]) -> State<F> {
+        let (_, _, ray) = camera_ray(settings, &scene.camera, path, centre);
+        State::start(path, ray)
+    });
+    let view = View { scene, world, settings };
+    match Transport::of(*integrator) {
+        Some(transport) => record!(recording.function, step_path(state: State<F>) -> Stepped<F> {
+            step(transport, &view, state, RecordedMask::splat(true), &mut Observer::none())
+        }),
+        None => whitted(&mut recording, scene),
+    }
+    recording.finish().map_err(|error| GpuError::Unsupported(error.to_string()))
+}
+
+/// What `whitted` knows of a point that a ray met.
+#[derive(Clone, Copy)]
+pub(super) struct Lit<F: Float> {
+    pub(super) point: SurfacePoint<F>,
+    /// Radiance emitted back along the ray.
+    emitted: Rgb<F>,
+    pub(super) bsdf: Bsdf<F>,
+    pub(super) frame: Frame<F>,
+    /// The way back along the ray, in the frame.
+    pub(super) wo: Vec3<F>,
+    has_non_delta: F::Mask,
+    has_delta: F::Mask,
+    transmits: F::Mask,
+}
+
+value!(Lit { point, emitted, bsdf, frame, wo, has_non_delta, has_delta, transmits });
+
+impl<F: Float> Lit<F> {
+    /// The point that a ray met.
+    pub(super) fn new(scene: &CompiledScene, ray: Ray<F>, hit: Hit<F>) -> Self {
+        let at = scene.interaction(&ray, &hit, F::Mask::splat(true), Uv::WherePatterned);
+        let (frame, bsdf) = (at.frame(), scene.bsdf(&at));
+        Lit {
+            point: at.point,
+            emitted: scene.emitted(&at),
+            bsdf,
+            frame,
+            wo: frame.to_local(-ray.d),
+            has_non_delta: bsdf.has_non_delta(),
+            has_delta: bsdf.has_delta(),
+            transmits: bsdf.transmits(),
+        }
+    }
+}
+
+/// A ray to a light, and the distance up to which a hit hides it.
+#[derive(Clone, Copy)]
+pub(super) struct Shadow<F: Float> {
+    ray: Ray<F>,
+    end: F,
+}
+
+value!(Shadow { ray, end });
+
+impl<F: Float> Shadow<F> {
+    /// That from a point to a sample of a light.
+    pub(super) fn new(point: SurfacePoint<F>, sample: LightSample<F>) -> Self {
+        let o = offset_origin(point.p, point.n, point.error, sample.wi);
+        let (ray, end) = sample.shadow_ray(o);
+        Shadow { ray, end }
+    }
+}
+
+/// The functions that `whitted` calls: its branches wait in memory, so that it is written by hand.
+fn whitted(recording: &mut Recording<'_>, scene: &CompiledScene) {
+    const MODE: TransportMode = TransportMode::Radiance;
+    record!(recording.function, escaped_radiance(d: Vec3<F>) -> Rgb<F> {
+        scene.lights.escaped(d, |_| F::splat(1.0))
+    });
+    record!(recording.function, lit_point(ray: Ray<F>, hit: Hit<F>) -> Lit<F> { Lit::new(scene, ray, hit) });
+    record!(recording.callees, calls_bsdf_albedo(bsdf: Bsdf<F>) -> Rgb<F> { bsdf.albedo() });
+    record!(recording.callees, calls_bsdf_eval(bsdf: Bsdf<F>, wo: Vec3<F>, wi: Vec3<F>) -> Rgb<F> { bsdf.eval(wo, wi, MODE) });
+    record!(recording.callees, calls_bsdf_sample(bsdf: Bsdf<F>, wo: Vec3<F>, u: [F; 2], choice: F) -> BxdfSample<F> {
+        bsdf.sample(wo, u, choice, MODE)
+    });
+    record!(recording.callees, calls_bsdf_branches(bsdf: Bsdf<F>, wo: Vec3<F>) -> [Branch<F>; 2] { bsdf.branches(wo, MODE) });
+    record!(recording.function, shadow_ray(point: SurfacePoint<F>, sample: LightSample<F>) -> Shadow<F> {
+        Shadow::new(point, sample)
+    });
+    record!(recording.function, light_sample(light: RecordedUint, p: Vec3<F>, u: [F; 2]) -> LightSample<F> {
+        scene.lights.sample(light, p, u)
+    });
+}

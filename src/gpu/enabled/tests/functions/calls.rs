@@ -1,0 +1,123 @@
+//! Calls of functions along paths.
+
+use super::super::super::recorded::{Lit, Shadow, Source};
+use super::super::watched::{Calls, Watched, WatchedMask, WatchedUint, watch};
+use crate::integrator::{Observer, State, Transport, View, camera_ray, step};
+use crate::material::{Bxdf, TransportMode};
+use crate::math::lanes::Function;
+use crate::math::lanes::scalar::Wrapping;
+use crate::math::{Float, Ray, Uint, trig};
+use crate::render::Region;
+use crate::sampling::{Block, PathId, Stream, independent};
+use crate::shape::offset_origin;
+use rand::RngExt;
+use std::collections::BTreeMap;
+
+type F = Watched;
+
+/// Calls a function that nothing else calls, under the name that it is recorded by.
+macro_rules! root {
+    ($name:ident($($argument:ident),*) $body:block) => {
+        <F as Float>::call(
+            const {
+                &Function {
+                    name: stringify!($name),
+                    parameters: &[$(stringify!($argument)),*],
+                    module: module_path!(),
+                }
+            },
+            ($($argument,)*),
+            |($($argument,)*)| $body,
+        )
+    };
+}
+
+fn uint(value: u32) -> WatchedUint {
+    WatchedUint(Wrapping(value))
+}
+
+/// The calls of all functions along two paths from each pixel of a region.
+pub(super) fn of(source: &Source<'_>, region: &Region) -> BTreeMap<&'static str, Calls> {
+    watch(|| {
+        for i in 0..2 * region.len() {
+            let pixel = region.pixel(i / 2);
+            let path = PathId { pixel: uint(pixel.index), sample: uint(i % 2) };
+            follow(source, path, [pixel.x, pixel.y].map(|x| Watched(x as f32 + 0.5)));
+        }
+        by_hand();
+    })
+}
+
+fn follow(source: &Source<'_>, path: PathId<F>, centre: [F; 2]) {
+    let (settings, camera) = (source.settings, &source.scene.camera);
+    root!(film_position(path, centre) {
+        let (x, y, _) = camera_ray(settings, camera, path, centre);
+        [x, y]
+    });
+    let start = root!(start_path(path, centre) {
+        let (_, _, ray) = camera_ray(settings, camera, path, centre);
+        State::start(path, ray)
+    });
+    match Transport::of(source.integrator) {
+        Some(transport) => follow_path(source, transport, start),
+        None => follow_branch(source, start),
+    }
+}
+
+fn follow_path(source: &Source<'_>, transport: Transport, mut state: State<F>) {
+    let view = View { scene: source.scene, world: source.world, settings: source.settings };
+    loop {
+        let stepped = root!(step_path(state) {
+            step(transport, &view, state, WatchedMask(true), &mut Observer::none())
+        });
+        if !stepped.going.0 {
+            return;
+        }
+        state = stepped.state;
+    }
+}
+
+/// Asks some lights at each point, and goes on in one direction.
+fn follow_branch(source: &Source<'_>, state: State<F>) {
+    const MODE: TransportMode = TransportMode::Radiance;
+    let scene = source.scene;
+    let lights = &scene.lights;
+    let mut ray = state.ray;
+    for depth in 0..6 {
+        let hit = source.world.intersect(&ray, WatchedMask(true));
+        if !hit.is_some().0 {
+            let d = ray.d;
+            root!(escaped_radiance(d) { lights.escaped(d, |_| F::splat(1.0)) });
+            return;
+        }
+        let at = root!(lit_point(ray, hit) { Lit::new(scene, ray, hit) });
+        let Lit { point, bsdf, frame, wo, .. } = at;
+        let [a, b, choice, _] = source.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(uint(depth)));
+        let u = [a, b];
+        bsdf.albedo();
+        // Those that are first are of all kinds, then come many triangles.
+        let some = (0..lights.len() as u32).filter(|i| *i < 30 || i % 30 == state.id.pixel.first() % 30);
+        for light in some {
+            let (light, p) = (uint(light), point.p);
+            let sample = root!(light_sample(light, p, u) { lights.sample(light, p, u) });
+            if sample.pdf.0 > 0.0 {
+                root!(shadow_ray(point, sample) { Shadow::new(point, sample) });
+                bsdf.eval(wo, frame.to_local(sample.wi), MODE);
+            }
+        }
+        bsdf.branches(wo, MODE);
+        let wi = bsdf.sample(wo, u, choice, MODE).wi;
+        let d = frame.to_world(wi).normalized();
+        ray = Ray::new(offset_origin(point.p, point.n, point.error, d), d);
+    }
+}
+
+/// What code that is written by hand calls, with arguments from everywhere.
+fn by_hand() {
+    let stream = &mut Stream::new(61, 0, 0);
+    for _ in 0..1000 {
+        let [x, y] = [(); 2].map(|()| Watched(stream.random_range(-1.0..1.0_f32)));
+        trig::angle_turns(y, x);
+        independent::pcg4d::<F>([(); 4].map(|()| uint(stream.random::<u32>())));
+    }
+}

@@ -3,7 +3,7 @@
 use super::arguments::range;
 use super::failure::{Failure, usage};
 use super::print::print;
-use super::{devices, holds};
+use super::{devices, holds, program};
 use crate::film::{Identity, Ranges};
 use crate::output::{FilmError, Format, exr, npy, open_film, read_picture};
 use std::fmt::Write;
@@ -18,6 +18,9 @@ pub(super) struct InfoArguments {
     /// List the devices that can render, and their limits
     #[arg(long)]
     devices: bool,
+    /// Print the program that a GPU runs for a scene, in WGSL
+    #[arg(long, conflicts_with = "devices")]
+    wgsl: bool,
 }
 
 pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
@@ -31,7 +34,12 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
         }
     };
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    let text = if extension == "film" {
+    let text = if arguments.wgsl {
+        if extension != "toml" {
+            return Err(usage(format!("--wgsl: {} is not a scene; name a .toml file", path.display())));
+        }
+        program::of_scene(path)?
+    } else if extension == "film" {
         film(path)?
     } else if extension == "npy" {
         samples(path)?

@@ -12,6 +12,7 @@ mod info;
 mod loading;
 mod merge;
 mod print;
+mod program;
 mod render;
 mod stats;
 mod stop;

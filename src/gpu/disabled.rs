@@ -26,6 +26,11 @@ pub fn adapters() -> Vec<AdapterInfo> {
     Vec::new()
 }
 
+/// A program for a GPU, of which there is none in this build.
+pub fn wgsl(_job: &Job<'_>) -> Result<String, GpuError> {
+    Err(GpuError::NotBuilt)
+}
+
 /// A worker on a GPU, of which there is none in this build.
 #[derive(Debug)]
 pub enum GpuWorker {}

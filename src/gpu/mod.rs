@@ -1,7 +1,7 @@
 //! The GPU as one more worker: the same strides, the same orders, the same batches.
 //!
-//! The WGSL beside this file follows the CPU's code function by function, under the same names; the
-//! host owns layouts and constants. A stride is split once more, over the invocations of a dispatch
+//! Its program is recorded from the code that lanes run, but for a part that is written by hand in the WGSL beside this
+//! file. A stride is split once more, over the invocations of a dispatch
 //! (report §3.2, figure 3.1), and each invocation adds its pixels' samples up exactly, so that the same
 //! device gives the same bits whatever the dispatches were.
 //!
@@ -10,12 +10,12 @@
 #[cfg(feature = "gpu")]
 mod enabled;
 #[cfg(feature = "gpu")]
-pub use enabled::{Device, GpuWorker, adapters};
+pub use enabled::{Device, GpuWorker, adapters, wgsl};
 
 #[cfg(not(feature = "gpu"))]
 mod disabled;
 #[cfg(not(feature = "gpu"))]
-pub use disabled::{Device, GpuWorker, adapters};
+pub use disabled::{Device, GpuWorker, adapters, wgsl};
 
 use crate::film::Splatter;
 use crate::render::Region;

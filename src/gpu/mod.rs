@@ -1,9 +1,8 @@
 //! The GPU as one more worker: the same strides, the same orders, the same batches.
 //!
 //! Its program is recorded from the code that lanes run, but for a part that is written by hand in the WGSL beside this
-//! file. A stride is split once more, over the invocations of a dispatch
-//! (report §3.2, figure 3.1), and each invocation adds its pixels' samples up exactly, so that the same
-//! device gives the same bits whatever the dispatches were.
+//! file. A stride is split once more, over the invocations of a dispatch (report §3.2, figure 3.1), and each invocation
+//! adds its pixels' samples up exactly, so that the same device gives the same bits whatever the dispatches were.
 //!
 //! The feature `gpu` decides which half of this room is compiled. Without it [`Device::open`] says so.
 

@@ -100,8 +100,9 @@ impl<F: Float> Vertex<F> {
     }
 }
 
-/// The radiance of each path, with that of the environment and of lights at infinity where its ray leaves the scene. `weight` gives the weight of each light at infinity,
-/// from the ray's departure and the density with which the light would have been sampled.
+/// The radiance of each path, with that of the environment and of lights at infinity where its ray leaves the scene.
+/// `weight` gives the weight of each light at infinity, from the ray's departure and the density with which the light
+/// would have been sampled.
 #[inline(always)]
 pub(super) fn escape<F: Float>(
     view: &View<'_>,

@@ -1,9 +1,9 @@
 //! Gives spoiled files to a reader, for some seconds, from a seed: what it finds, it finds again.
 //!
 //! ```sh
-//! cargo run --manifest-path fuzz/Cargo.toml -- glb 600 1
-//! STRIDE=target/release/stride cargo run --manifest-path fuzz/Cargo.toml -- film 600 1
-//! cargo run --manifest-path fuzz/Cargo.toml -- obj FILE       # once more
+//! cargo run -p stride-fuzz --profile fuzz -- glb 600 1
+//! STRIDE=target/release/stride cargo run -p stride-fuzz --profile fuzz -- film 600 1
+//! cargo run -p stride-fuzz --profile fuzz -- obj FILE       # once more
 //! ```
 //!
 //! Readers are compiled with checks, so that overflows and broken promises are panics.

@@ -3,7 +3,7 @@
 //!
 //! ```sh
 //! apt-get install libembree-dev
-//! cargo run --release --manifest-path benches/embree/Cargo.toml -- [--rays N] [--rounds N] [mesh] [build] [instances] [watertight]
+//! cargo run --release -p embree -- [--rays N] [--rounds N] [mesh] [build] [instances] [watertight]
 //! ```
 //!
 //! Embree is robust, as `stride` is, and asked one ray at a time without coherence, as a path tracer asks it;

@@ -27,7 +27,7 @@ pub struct UnknownLevel(String);
 impl Level {
     /// One lane: for a single path, looked at bounce by bounce.
     pub const SCALAR: Level = Level(Width::Scalar);
-    /// Plain arrays of four, on any processor.
+    /// Four lanes, on any processor.
     pub const PORTABLE: Level = Level(Width::Portable);
 
     /// Every level that this processor has, the widest first.
@@ -89,7 +89,7 @@ impl FromStr for Level {
 pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
     match level.0 {
         Width::Scalar => kernel.run::<f32>(),
-        Width::Portable => kernel.run::<super::portable::Floats<4>>(),
+        Width::Portable => kernel.run::<super::Four>(),
         // SAFETY: `Level` has no public constructor that skips detection; a value with this width comes
         // from `available`, which found AVX2.
         #[cfg(target_arch = "x86_64")]

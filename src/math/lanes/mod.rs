@@ -11,7 +11,8 @@
 //! | `value` | tuples and arrays as values |
 //! | `macros` | `value!` and `function!`: structures, and functions of recorded programs |
 //! | `level` | the choice of lanes for a processor |
-//! | `scalar`, `portable`, `avx2`, `avx512` | the lanes |
+//! | `scalar`, `sse2`, `avx2`, `avx512` | the lanes of x86-64 |
+//! | `portable` | what other processors have in place of `sse2` |
 //!
 //! Every operation here is exact or correctly rounded by IEEE 754 and never fused, so that a lane holds
 //! the same bits at every [`Level`]. That is why there is no `mul_add`, no reciprocal estimate, and why
@@ -24,8 +25,11 @@ mod avx512;
 mod level;
 mod macros;
 mod number;
+#[cfg(any(test, not(target_arch = "x86_64")))]
 mod portable;
 pub mod scalar;
+#[cfg(target_arch = "x86_64")]
+mod sse2;
 #[cfg(test)]
 mod tests;
 mod value;
@@ -37,3 +41,9 @@ pub use number::{
 };
 
 pub(crate) use macros::{function, value};
+
+// The lanes of the level `portable`.
+#[cfg(not(target_arch = "x86_64"))]
+use portable::{Eight, Four};
+#[cfg(target_arch = "x86_64")]
+use sse2::{Eight, Four};

@@ -161,7 +161,7 @@ impl Float for f32 {
 }
 
 impl LaneFloat for f32 {
-    type Octet = super::portable::Floats<8>;
+    type Octet = super::Eight;
     #[inline(always)]
     fn load(from: &[f32]) -> Self {
         from[0]

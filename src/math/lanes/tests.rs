@@ -42,10 +42,6 @@ impl<P: Program> Kernel for Rows<'_, P> {
     }
 }
 
-fn outputs<P: Program>(level: Level, rows: &[[u32; 3]]) -> Vec<Vec<u32>> {
-    dispatch(level, Rows { rows, program: std::marker::PhantomData::<P> })
-}
-
 /// Runs a program with a level's eight lanes, in a function of its own.
 struct Octets<K>(K);
 
@@ -67,6 +63,19 @@ impl<K: Kernel> Kernel for Octets<K> {
     }
 }
 
+/// What a program gives at every level, with every level's octets, and with plain arrays, which are for other processors.
+fn everywhere<K: Kernel>(kernel: impl Fn() -> K) -> Vec<(String, K::Output)> {
+    let mut all = vec![
+        ("arrays of four".to_owned(), kernel().run::<portable::Four>()),
+        ("arrays of eight".to_owned(), kernel().run::<portable::Eight>()),
+    ];
+    for level in Level::available() {
+        all.push((level.to_string(), dispatch(level, kernel())));
+        all.push((format!("{level}'s octet"), dispatch(level, Octets(kernel()))));
+    }
+    all
+}
+
 /// Whether the sign and payload of a NaN count. IEEE 754 leaves them open for arithmetic, and no result may
 /// depend on them; what only moves bits keeps them.
 #[derive(Clone, Copy, PartialEq)]
@@ -83,16 +92,13 @@ fn first_difference<P: Program>(rows: &[[u32; 3]], nans: NaNs) -> Option<String>
         };
         words.iter().map(alike).collect()
     };
-    let one_lane = outputs::<P>(Level::SCALAR, rows);
-    for level in Level::available() {
-        let wide = outputs::<P>(level, rows);
-        let octets = dispatch(level, Octets(Rows { rows, program: std::marker::PhantomData::<P> }));
-        assert_eq!([wide.len(), octets.len()], [one_lane.len(); 2]);
-        for (((row, a), octet), b) in rows.iter().zip(&wide).zip(&octets).zip(&one_lane) {
-            for (a, what) in [(a, ""), (octet, "'s octet")] {
-                if canonical(a) != canonical(b) {
-                    return Some(format!("{level}{what} of {row:08x?} is {a:08x?}, one lane says {b:08x?}"));
-                }
+    let program = || Rows { rows, program: std::marker::PhantomData::<P> };
+    let one_lane = dispatch(Level::SCALAR, program());
+    for (lanes, wide) in everywhere(program) {
+        assert_eq!(wide.len(), one_lane.len());
+        for ((row, a), b) in rows.iter().zip(&wide).zip(&one_lane) {
+            if canonical(a) != canonical(b) {
+                return Some(format!("{lanes} of {row:08x?} is {a:08x?}, one lane says {b:08x?}"));
             }
         }
     }
@@ -320,8 +326,8 @@ fn gathers_past_the_end_read_the_last_entry_at_every_level() {
     let one_lane = dispatch(Level::SCALAR, Gathers);
     // The first table has one entry: everything reads it.
     assert!(one_lane[..7].iter().all(|&[a, b]| a == 0x7fc0_0001 && a == b));
-    for level in Level::available() {
-        assert_eq!(dispatch(level, Gathers), one_lane, "{level}");
+    for (lanes, found) in everywhere(|| Gathers) {
+        assert_eq!(found, one_lane, "{lanes}");
     }
 }
 
@@ -359,9 +365,7 @@ impl Kernel for Masks {
 
 #[test]
 fn a_mask_is_its_bits_at_every_level() {
-    for level in Level::available() {
-        dispatch(level, Masks);
-    }
+    everywhere(|| Masks);
 }
 
 /// Loads and stores at every alignment touch their own lanes and no other.
@@ -389,9 +393,7 @@ impl Kernel for Memory {
 
 #[test]
 fn loads_and_stores_touch_exactly_their_lanes() {
-    for level in Level::available() {
-        dispatch(level, Memory);
-    }
+    everywhere(|| Memory);
 }
 
 /// Kernels that must not read or write past a slice.
@@ -414,13 +416,22 @@ impl Kernel for ShortSlices {
     }
 }
 
+/// Which of the short slices are overrun.
+struct Overruns;
+
+impl Kernel for Overruns {
+    type Output = Vec<u32>;
+
+    fn run<F: LaneFloat>(self) -> Vec<u32> {
+        let ends = |&case: &u32| std::panic::catch_unwind(|| F::outlined(ShortSlices(case))).is_ok();
+        (0..6).filter(ends).collect()
+    }
+}
+
 #[test]
 fn a_slice_that_is_too_short_panics_and_is_not_overrun() {
-    for level in Level::available() {
-        for case in 0..6 {
-            let run = || dispatch(level, ShortSlices(case));
-            assert!(std::panic::catch_unwind(run).is_err(), "{level}, case {case}");
-        }
+    for (lanes, overruns) in everywhere(|| Overruns) {
+        assert!(overruns.is_empty(), "{lanes}, cases {overruns:?}");
     }
 }
 

@@ -1,8 +1,8 @@
 //! The tree against trying everything, to the bit, at every SIMD level, in the library as programs have it.
 //!
-//! As a unit test of the library it found a fault of the compiler: where lanes are plain arrays, LLVM 22.1.2 used a value
-//! of the intersection of rays with triangles before it was computed, and shadows of one scene of instances were wrong.
-//! `.cargo/config.toml` turns the pass off that did so (the SLP vectoriser, where it packs values that are copied).
+//! As a unit test of the library it found a fault of the compiler: where lanes were plain arrays, LLVM 22.1.2's SLP
+//! vectoriser used a value of the intersection of rays with triangles before it was computed (where it packed values that
+//! were copied), and shadows of one scene of instances were wrong.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use rand::RngExt;

@@ -54,7 +54,9 @@ impl Pipeline {
             let a_group = u64::from(shape.workgroup_size * MOST_BRANCHES) * size_of::<WaitingBranch>() as u64;
             let most = BRANCH_BYTES.min(device.description().max_binding) / a_group;
             workgroups = workgroups.min(most as u32).max(1);
-            branches = u64::from(workgroups * shape.workgroup_size * MOST_BRANCHES);
+            // A dispatch has no more invocations than the region has places, and all that is asked for is zeroed.
+            let groups = job.region.len().div_ceil(shape.workgroup_size).clamp(1, workgroups);
+            branches = u64::from(groups * shape.workgroup_size * MOST_BRANCHES);
         }
         device.checked(|device| {
             let scene = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {

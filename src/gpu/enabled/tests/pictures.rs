@@ -6,6 +6,7 @@
 use super::tiles::{Replicates, Verdict, welch};
 use super::{Device, GpuWorker, Prepared, Program, Shape, carry_out, device, scenes};
 
+use crate::gpu::Job;
 use crate::gpu::enabled::program;
 use crate::gpu::enabled::tables::Tables;
 use crate::gpu::enabled::variant::Plan;
@@ -33,12 +34,11 @@ fn sums_on_cpu(prepared: &Prepared, samples: u32, take: &mut dyn FnMut(u32, [f64
 fn sums_on_gpu(
     device: &Device,
     program: &Program,
-    prepared: &Prepared,
+    (job, tables): (&Job<'_>, &Tables),
     samples: u32,
     take: &mut dyn FnMut(u32, [f64; 3]),
 ) {
-    let (job, program) = (prepared.job(), program.clone());
-    let mut worker = GpuWorker::with_program(device, &job, &Tables::new(&job).unwrap(), program).unwrap();
+    let mut worker = GpuWorker::with_program(device, job, tables, program.clone()).unwrap();
     for batch in carry_out(&mut worker, &[Order { stride: Stride::ALL, first: 0, end: samples }]) {
         let Payload::Sums { first_slot, sums, wide, .. } = batch.payload else { panic!("no sums") };
         assert!(wide.is_empty(), "none of these is so bright");
@@ -49,15 +49,21 @@ fn sums_on_gpu(
 }
 
 fn on_cpu(scene: &Scene, samples: u32) -> Replicates {
+    let mut prepared = Prepared::new(scene, 0);
     Replicates::of([scene.film.width, scene.film.height], samples, |replicate, take| {
-        sums_on_cpu(&Prepared::new(scene, scene.render.seed + replicate), samples, take);
+        prepared.render.seed = scene.render.seed + replicate;
+        sums_on_cpu(&prepared, samples, take);
     })
 }
 
 fn on_gpu(device: &Device, program: &Program, scene: &Scene, samples: u32) -> Replicates {
+    let prepared = Prepared::new(scene, 0);
+    let job = prepared.job();
+    // Recording the program takes longer than a replicate, and a seed is a number of the scene.
+    let mut tables = Tables::new(&job).unwrap();
     Replicates::of([scene.film.width, scene.film.height], samples, |replicate, take| {
-        let prepared = Prepared::new(scene, scene.render.seed + APART + replicate);
-        sums_on_gpu(device, program, &prepared, samples, take);
+        tables.scene.seed = scene.render.seed + APART + replicate;
+        sums_on_gpu(device, program, (&job, &tables), samples, take);
     })
 }
 

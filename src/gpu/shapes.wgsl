@@ -102,8 +102,3 @@ fn rare_intersect(surface: Surface, ray: Ray) -> f32 {
     }
     return cylinder_intersect(surface, ray);
 }
-
-// The origin of a ray that leaves a surface, moved off it by the hit's own error bound.
-fn offset_origin(p: vec3f, n: vec3f, error: f32, d: vec3f) -> vec3f {
-    return p + n * copysign(error, dot(n, d));
-}

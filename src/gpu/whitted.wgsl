@@ -58,19 +58,6 @@ fn follow(progress: ptr<function, Progress>, ray: Ray, beta: vec3f, depth: u32) 
     (*progress).state.depth = depth;
 }
 
-// A branch in a direction of the frame.
-fn spawn_ray(at: Lit, wi: vec3f) -> Ray {
-    let w = to_world(at.frame, wi);
-    let d = w * (1.0 / sqrt(dot(w, w)));
-    return Ray(offset_origin(at.point.p, at.point.n, at.point.error, d), d, 0.0);
-}
-
-// Whether a direction, in the world and in the frame, is on one side of the surface and of the smooth one that its
-// shading normals tell of. No light passes where they differ: it would leak through.
-fn passes(at: Lit, d: vec3f, wi: vec3f) -> bool {
-    return !TREE_SMOOTH || dot(d, at.point.n) * wi.z > 0.0;
-}
-
 // Whether a branch is worth following: below a rounding error of white it is cut.
 fn is_worth(beta: vec3f, chance: f32) -> bool {
     return chance > 0.0 && max_channel(beta) > EPSILON;
@@ -87,21 +74,21 @@ fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
         (*progress).state.l += beta * escaped_radiance(ray.d);
         return pop_branch(progress, lane);
     }
-    let at = lit_point(ray, hit);
+    let lit = lit_point(ray, hit);
     let goes_on = depth < scene.max_depth;
-    var l = at.emitted;
-    if at.has_non_delta {
-        l += bsdf_albedo(at.bsdf) * scene.ambient;
+    var l = lit.emitted;
+    if lit.has_non_delta {
+        l += bsdf_albedo(lit.bsdf) * scene.ambient;
         if goes_on {
-            l += light_from_all(progress, at);
+            l += light_from_all(progress, lit);
         }
     }
     (*progress).state.l += beta * l;
-    if !at.has_delta || !goes_on {
+    if !lit.has_delta || !goes_on {
         return pop_branch(progress, lane);
     }
-    if at.transmits && !at.has_non_delta {
-        return split(progress, lane, at);
+    if lit.transmits && !lit.has_non_delta {
+        return split(progress, lane, lit);
     }
     let id = (*progress).state.id;
     var stream = (*progress).stream;
@@ -109,19 +96,19 @@ fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
     let v = next_random(&stream, id);
     let choice = next_random(&stream, id);
     (*progress).stream = stream;
-    let sampled = bsdf_sample(at.bsdf, at.wo, vec2f(u, v), choice);
-    let branch = spawn_ray(at, sampled.wi);
+    let sampled = bsdf_sample(lit.bsdf, lit.wo, vec2f(u, v), choice);
+    let branch = spawn(lit, sampled.wi);
     // Of a surface with other lobes, too, only the delta ones are followed.
-    if !(sampled.delta || !at.has_non_delta) || !passes(at, branch.d, sampled.wi) {
+    if !(sampled.delta || !lit.has_non_delta) || !branch.passes {
         return pop_branch(progress, lane);
     }
-    follow(progress, branch, beta * sampled.weight, depth + 1u);
+    follow(progress, branch.ray, beta * sampled.weight, depth + 1u);
     return true;
 }
 
 // Radiance that every lamp sends back along the ray by way of a point: points once, areas from one random point
 // of each; meshes of many triangles are one lamp.
-fn light_from_all(progress: ptr<function, Progress>, at: Lit) -> vec3f {
+fn light_from_all(progress: ptr<function, Progress>, lit: Lit) -> vec3f {
     var l = vec3f(0.0);
     let id = (*progress).state.id;
     var stream = (*progress).stream;
@@ -133,24 +120,17 @@ fn light_from_all(progress: ptr<function, Progress>, at: Lit) -> vec3f {
         next++;
         if lamp != 0u {
             next += light_node_at(lamp).lights - 1u;
-            let chosen = choose_light_below(lamp, at.point.p, at.point.n, next_random(&stream, id));
+            let chosen = choose_light_below(lamp, lit.at.point.p, lit.at.point.n, next_random(&stream, id));
             light = chosen.light;
             chance = chosen.chance;
         }
         let u = next_random(&stream, id);
         let v = next_random(&stream, id);
-        let sampled = light_sample(light, at.point.p, vec2f(u, v));
-        if !(sampled.pdf > 0.0) {
-            continue;
-        }
-        let wi = to_local(at.frame, sampled.wi);
-        let share =
-            bsdf_eval(at.bsdf, at.wo, wi) * sampled.radiance * (1.0 / sampled.pdf) * (abs(wi.z) / chance);
-        if max_channel(share) > 0.0 && passes(at, sampled.wi, wi) {
+        let asked = light_share(lit, light, chance, vec2f(u, v));
+        if asked.possible {
             (*progress).rays++;
-            let shadow = shadow_ray(at.point, sampled);
-            if !occluded(shadow.ray, shadow.end, true, false) {
-                l += share;
+            if !occluded(asked.shadow, asked.end, true, false) {
+                l += asked.share;
             }
         }
     }
@@ -160,18 +140,18 @@ fn light_from_all(progress: ptr<function, Progress>, at: Lit) -> vec3f {
 
 // Follows the refracted branch and lets the reflected one wait. Where too many wait already, one of the two is
 // drawn by its chance and weighted for it: the mean is the same.
-fn split(progress: ptr<function, Progress>, lane: Lane, at: Lit) -> bool {
-    let ways = bsdf_branches(at.bsdf, at.wo);
+fn split(progress: ptr<function, Progress>, lane: Lane, lit: Lit) -> bool {
+    let ways = bsdf_branches(lit.bsdf, lit.wo);
     var reflected = (*progress).state.beta * ways.first.weight;
     var refracted = (*progress).state.beta * ways.second.weight;
-    let back = spawn_ray(at, ways.first.wi);
-    let through = spawn_ray(at, ways.second.wi);
-    let reflects = is_worth(reflected, ways.first.chance) && passes(at, back.d, ways.first.wi);
-    var refracts = is_worth(refracted, ways.second.chance) && passes(at, through.d, ways.second.wi);
+    let back = spawn(lit, ways.first.wi);
+    let through = spawn(lit, ways.second.wi);
+    let reflects = is_worth(reflected, ways.first.chance) && back.passes;
+    var refracts = is_worth(refracted, ways.second.chance) && through.passes;
     let depth = (*progress).state.depth + 1u;
     if reflects && refracts {
         if (*progress).waiting < MOST_BRANCHES {
-            push_branch(progress, lane, WaitingBranch(back.o, depth, back.d, reflected));
+            push_branch(progress, lane, WaitingBranch(back.ray.o, depth, back.ray.d, reflected));
         } else {
             var stream = (*progress).stream;
             let choice = next_random(&stream, (*progress).state.id);
@@ -185,9 +165,9 @@ fn split(progress: ptr<function, Progress>, lane: Lane, at: Lit) -> bool {
         return pop_branch(progress, lane);
     }
     if refracts {
-        follow(progress, through, refracted, depth);
+        follow(progress, through.ray, refracted, depth);
     } else {
-        follow(progress, back, reflected, depth);
+        follow(progress, back.ray, reflected, depth);
     }
     return true;
 }

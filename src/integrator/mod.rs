@@ -44,6 +44,8 @@ pub(crate) use path_tracer::{Stepped, Transport, step};
 pub(crate) use paths::camera_ray;
 #[cfg(feature = "gpu")]
 pub(crate) use vertex::{State, View};
+#[cfg(feature = "gpu")]
+pub(crate) use whitted::{Asked, Lit, Spawned};
 
 use crate::camera::Camera;
 use crate::math::lanes::Level;

@@ -6,12 +6,12 @@ use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::paths::{Finished, Paths, Pixel, Sample, Settings, camera_ray};
 use super::vertex::View;
 use crate::camera::Camera;
-use crate::material::{self, Bxdf, TransportMode};
+use crate::material::{self, Bsdf, Bxdf, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Level, dispatch};
-use crate::math::{Ray, Rgb, Vec3};
+use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3, value};
 use crate::sampling::{PathId, Stream};
-use crate::world::{CompiledScene, Uv, World};
+use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
 use rand::RngExt;
 use std::sync::Arc;
 
@@ -122,8 +122,9 @@ impl Whitted {
             observer.event::<f32>(|| Event::Escape { radiance: rgb(radiance) });
             return beta * radiance;
         }
-        let at = scene.interaction(&ray, &hit, true, Uv::WherePatterned);
-        let (point, emitted) = (&at.point, scene.emitted(&at));
+        let lit = Lit::new(scene, &ray, &hit);
+        let Lit { at, emitted, bsdf, wo, .. } = lit;
+        let point = &at.point;
         observer.event::<f32>(|| Event::Hit {
             distance: hit.t,
             point: vec3(point.p),
@@ -132,55 +133,125 @@ impl Whitted {
             material: at.material.0,
             emitted: rgb(emitted),
         });
-        let bsdf = scene.bsdf(&at);
-        let frame = at.frame();
-        let wo = frame.to_local(-ray.d);
-        let spawn = |wi: Vec3<f32>| at.scattered(frame.to_world(wi).normalized());
         let mut l = emitted;
-        if bsdf.has_non_delta() {
+        if lit.has_non_delta {
             l = l + bsdf.albedo() * Rgb::splat(scene.ambient);
             if depth < self.settings.max_depth {
                 for lamp in scene.lights.lamps() {
                     let (light, chance) = lamp.choose(point.p, point.n, || stream.random());
                     let u = [stream.random(), stream.random()];
-                    let sample = scene.lights.sample(Wrapping(light), point.p, u);
-                    let wi = frame.to_local(sample.wi);
-                    let f = bsdf.eval(wo, wi, TransportMode::Radiance);
-                    let share = f * sample.weight() * (wi.z.abs() / chance);
-                    if share.max_channel() > 0.0 && scene.passes(&at, sample.wi, wi) {
-                        let (shadow, length) = at.shadow(&sample);
+                    let Asked { share, shadow, end, possible } =
+                        lit.share_of(scene, Wrapping(light), chance, u);
+                    if possible {
                         *rays += 1;
                         let past_triangles = scene.lights.is_past_triangles::<f32>(Wrapping(light));
-                        let hidden = self.world.occluded(&shadow, length, true, past_triangles);
+                        let hidden = self.world.occluded(&shadow, end, true, past_triangles);
                         let added = if hidden { Rgb::black() } else { share };
                         observer
-                            .event::<f32>(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
+                            .event::<f32>(|| Event::Light { direction: vec3(shadow.d), added: rgb(added) });
                         l = l + added;
                     }
                 }
             }
         }
-        if bsdf.has_delta() && depth < self.settings.max_depth {
-            if bsdf.transmits() && !bsdf.has_non_delta() {
+        if lit.has_delta && depth < self.settings.max_depth {
+            if lit.transmits && !lit.has_non_delta {
                 for material::Branch { wi, weight, chance } in bsdf.branches(wo, TransportMode::Radiance) {
                     // The tree of branches doubles with each bounce: below a rounding error of white it is cut.
-                    let branch = spawn(wi);
+                    let branch = lit.spawn(scene, wi);
                     let matters = (beta * weight).max_channel() > f32::EPSILON;
-                    if chance > 0.0 && matters && scene.passes(&at, branch.d, wi) {
-                        stack.push((branch, beta * weight, depth + 1));
+                    if chance > 0.0 && matters && branch.passes {
+                        stack.push((branch.ray, beta * weight, depth + 1));
                     }
                 }
             } else {
                 let (u, lobe) = ([stream.random(), stream.random()], stream.random());
                 let sample = bsdf.sample(wo, u, lobe, TransportMode::Radiance);
-                let branch = spawn(sample.wi);
+                let branch = lit.spawn(scene, sample.wi);
                 // Of a surface with other lobes, too, only the delta ones are followed.
-                let is_delta = sample.delta || !bsdf.has_non_delta();
-                if is_delta && scene.passes(&at, branch.d, sample.wi) {
-                    stack.push((branch, beta * sample.weight, depth + 1));
+                let is_delta = sample.delta || !lit.has_non_delta;
+                if is_delta && branch.passes {
+                    stack.push((branch.ray, beta * sample.weight, depth + 1));
                 }
             }
         }
         beta * l
+    }
+}
+
+/// A point that a ray met, and all that is asked of it.
+#[derive(Clone, Copy)]
+pub(crate) struct Lit<F: Float> {
+    pub(crate) at: Interaction<F>,
+    /// Radiance emitted back along the ray.
+    emitted: Rgb<F>,
+    pub(crate) bsdf: Bsdf<F>,
+    pub(crate) frame: Frame<F>,
+    /// The way back along the ray, in the frame.
+    pub(crate) wo: Vec3<F>,
+    has_non_delta: F::Mask,
+    has_delta: F::Mask,
+    transmits: F::Mask,
+}
+
+value!(Lit { at, emitted, bsdf, frame, wo, has_non_delta, has_delta, transmits });
+
+/// The light of one lamp.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<F: Float> {
+    /// Radiance that is sent back along the ray, unless something hides the lamp.
+    share: Rgb<F>,
+    /// The ray to the lamp,
+    shadow: Ray<F>,
+    /// and the distance up to which a hit hides it.
+    end: F,
+    /// Whether there is any.
+    possible: F::Mask,
+}
+
+value!(Asked { share, shadow, end, possible });
+
+/// A branch.
+#[derive(Clone, Copy)]
+pub(crate) struct Spawned<F: Float> {
+    pub(crate) ray: Ray<F>,
+    /// See [`CompiledScene::passes`].
+    passes: F::Mask,
+}
+
+value!(Spawned { ray, passes });
+
+impl<F: Float> Lit<F> {
+    /// The point that a ray met.
+    pub(crate) fn new(scene: &CompiledScene, ray: &Ray<F>, hit: &Hit<F>) -> Self {
+        let at = scene.interaction(ray, hit, F::Mask::splat(true), Uv::WherePatterned);
+        let (frame, bsdf) = (at.frame(), scene.bsdf(&at));
+        Lit {
+            at,
+            emitted: scene.emitted(&at),
+            bsdf,
+            frame,
+            wo: frame.to_local(-ray.d),
+            has_non_delta: bsdf.has_non_delta(),
+            has_delta: bsdf.has_delta(),
+            transmits: bsdf.transmits(),
+        }
+    }
+
+    /// The light that comes by way of the point from a lamp's light, which was chosen with a chance.
+    pub(crate) fn share_of(&self, scene: &CompiledScene, light: F::Uint, chance: F, u: [F; 2]) -> Asked<F> {
+        let sample = scene.lights.sample(light, self.at.point.p, u);
+        let wi = self.frame.to_local(sample.wi);
+        let f = self.bsdf.eval(self.wo, wi, TransportMode::Radiance);
+        let share = f * sample.weight() * (wi.z.abs() / chance);
+        let possible = share.max_channel().gt(F::zero()) & scene.passes(&self.at, sample.wi, wi);
+        let (shadow, end) = self.at.shadow(&sample);
+        Asked { share, shadow, end, possible }
+    }
+
+    /// A branch in a direction of the frame.
+    pub(crate) fn spawn(&self, scene: &CompiledScene, wi: Vec3<F>) -> Spawned<F> {
+        let ray = self.at.scattered(self.frame.to_world(wi).normalized());
+        Spawned { ray, passes: scene.passes(&self.at, ray.d, wi) }
     }
 }

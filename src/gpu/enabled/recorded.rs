@@ -4,16 +4,17 @@
 use super::record::{RecordedFloat, RecordedMask, RecordedUint, Recording, Registry};
 use crate::camera::Camera;
 use crate::gpu::GpuError;
-use crate::integrator::{Observer, Settings, State, Stepped, Transport, View, camera_ray, step};
-use crate::light::{Groups, LightChoice, LightSample};
+use crate::integrator::{
+    Asked, Lit, Observer, Settings, Spawned, State, Stepped, Transport, View, camera_ray, step,
+};
+use crate::light::{Groups, LightChoice};
 use crate::material::{Branch, Bsdf, Bxdf, BxdfSample, TransportMode};
 use crate::math::lanes::Function;
-use crate::math::{ColumnReader, Float, Frame, Mask, Ray, Rgb, Vec3, trig, value};
+use crate::math::{ColumnReader, Float, Mask, Ray, Rgb, Vec3, trig};
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{PathId, Sampler, independent};
 use crate::scene::Integrator;
-use crate::shape::offset_origin;
-use crate::world::{CompiledScene, Hit, SurfacePoint, Uv, World};
+use crate::world::{CompiledScene, Hit, SurfacePoint, World};
 
 type F = RecordedFloat;
 
@@ -134,9 +135,6 @@ pub(super) fn record(source: &Source<'_>, checks: bool) -> Result<super::record:
     recording.structure::<Hit<F>>();
     recording.structure::<SurfacePoint<F>>();
     recording.structure::<LightChoice<F>>();
-    record!(recording.callees, calls_frames(frame: Frame<F>, v: Vec3<F>) -> [Vec3<F>; 2] {
-        [frame.to_world(v), frame.to_local(v)]
-    });
     record!(recording.callees, calls_angle_turns(y: F, x: F) -> F { trig::angle_turns(y, x) });
     record!(recording.callees, calls_pcg4d(words: [RecordedUint; 4]) -> [RecordedUint; 4] { independent::pcg4d::<F>(words) });
     record!(recording.function, film_position(path: PathId<F>, centre: [F; 2]) -> [F; 2] {
@@ -157,76 +155,20 @@ pub(super) fn record(source: &Source<'_>, checks: bool) -> Result<super::record:
     recording.finish().map_err(|error| GpuError::Unsupported(error.to_string()))
 }
 
-/// What `whitted` knows of a point that a ray met.
-#[derive(Clone, Copy)]
-pub(super) struct Lit<F: Float> {
-    pub(super) point: SurfacePoint<F>,
-    /// Radiance emitted back along the ray.
-    emitted: Rgb<F>,
-    pub(super) bsdf: Bsdf<F>,
-    pub(super) frame: Frame<F>,
-    /// The way back along the ray, in the frame.
-    pub(super) wo: Vec3<F>,
-    has_non_delta: F::Mask,
-    has_delta: F::Mask,
-    transmits: F::Mask,
-}
-
-value!(Lit { point, emitted, bsdf, frame, wo, has_non_delta, has_delta, transmits });
-
-impl<F: Float> Lit<F> {
-    /// The point that a ray met.
-    pub(super) fn new(scene: &CompiledScene, ray: Ray<F>, hit: Hit<F>) -> Self {
-        let at = scene.interaction(&ray, &hit, F::Mask::splat(true), Uv::WherePatterned);
-        let (frame, bsdf) = (at.frame(), scene.bsdf(&at));
-        Lit {
-            point: at.point,
-            emitted: scene.emitted(&at),
-            bsdf,
-            frame,
-            wo: frame.to_local(-ray.d),
-            has_non_delta: bsdf.has_non_delta(),
-            has_delta: bsdf.has_delta(),
-            transmits: bsdf.transmits(),
-        }
-    }
-}
-
-/// A ray to a light, and the distance up to which a hit hides it.
-#[derive(Clone, Copy)]
-pub(super) struct Shadow<F: Float> {
-    ray: Ray<F>,
-    end: F,
-}
-
-value!(Shadow { ray, end });
-
-impl<F: Float> Shadow<F> {
-    /// That from a point to a sample of a light.
-    pub(super) fn new(point: SurfacePoint<F>, sample: LightSample<F>) -> Self {
-        let o = offset_origin(point.p, point.n, point.error, sample.wi);
-        let (ray, end) = sample.shadow_ray(o);
-        Shadow { ray, end }
-    }
-}
-
 /// The functions that `whitted` calls: its branches wait in memory, so that it is written by hand.
 fn whitted(recording: &mut Recording<'_>, scene: &CompiledScene) {
     const MODE: TransportMode = TransportMode::Radiance;
     record!(recording.function, escaped_radiance(d: Vec3<F>) -> Rgb<F> {
         scene.lights.escaped(d, |_| F::splat(1.0))
     });
-    record!(recording.function, lit_point(ray: Ray<F>, hit: Hit<F>) -> Lit<F> { Lit::new(scene, ray, hit) });
+    record!(recording.function, lit_point(ray: Ray<F>, hit: Hit<F>) -> Lit<F> { Lit::new(scene, &ray, &hit) });
     record!(recording.callees, calls_bsdf_albedo(bsdf: Bsdf<F>) -> Rgb<F> { bsdf.albedo() });
-    record!(recording.callees, calls_bsdf_eval(bsdf: Bsdf<F>, wo: Vec3<F>, wi: Vec3<F>) -> Rgb<F> { bsdf.eval(wo, wi, MODE) });
     record!(recording.callees, calls_bsdf_sample(bsdf: Bsdf<F>, wo: Vec3<F>, u: [F; 2], choice: F) -> BxdfSample<F> {
         bsdf.sample(wo, u, choice, MODE)
     });
     record!(recording.callees, calls_bsdf_branches(bsdf: Bsdf<F>, wo: Vec3<F>) -> [Branch<F>; 2] { bsdf.branches(wo, MODE) });
-    record!(recording.function, shadow_ray(point: SurfacePoint<F>, sample: LightSample<F>) -> Shadow<F> {
-        Shadow::new(point, sample)
-    });
-    record!(recording.function, light_sample(light: RecordedUint, p: Vec3<F>, u: [F; 2]) -> LightSample<F> {
-        scene.lights.sample(light, p, u)
+    record!(recording.function, spawn(lit: Lit<F>, wi: Vec3<F>) -> Spawned<F> { lit.spawn(scene, wi) });
+    record!(recording.function, light_share(lit: Lit<F>, light: RecordedUint, chance: F, u: [F; 2]) -> Asked<F> {
+        lit.share_of(scene, light, chance, u)
     });
 }

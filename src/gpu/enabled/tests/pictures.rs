@@ -220,7 +220,7 @@ fn one_changed_constant_is_noticed() {
         // An offset of nothing lets rays meet the wall that they leave.
         (&large, PathNaive, Sobol, 4, "copysign(at.point.error, dot(at.point.n, d))", "0.0f"),
         (&cover, Whitted, Sobol, 4, "lobe.reflectance * 0.31830987f", "lobe.reflectance * 0.3f"),
-        (&bazaar, Whitted, Independent, 16, "(1.0 / sampled.pdf)", "(0.9 / sampled.pdf)"),
+        (&bazaar, Whitted, Independent, 16, "1.0f / light_sample.pdf", "0.9f / light_sample.pdf"),
         // A light is asked with one density and weighed with another.
         (&cover, Path, Sobol, 16, "light_sample.pdf * light_choice.chance", "light_sample.pdf * 0.9f"),
         (&lamps, Path, Independent, 16, "row.place, false)", "0u, false)"),

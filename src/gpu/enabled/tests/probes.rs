@@ -15,7 +15,7 @@ use crate::math::{Ray, Vec3};
 use crate::sampling::independent::pcg4d;
 use crate::sampling::{Stream, warp};
 use crate::scene::{Integrator, Sampler};
-use crate::shape::{self, Cylinder, Disk, Plane, Quad, Shape, Sphere, offset_origin};
+use crate::shape::{self, Cylinder, Disk, Plane, Quad, Shape, Sphere};
 use crate::world::SurfaceTable;
 use glam::DVec3;
 use rand::RngExt;
@@ -85,29 +85,6 @@ fn streams_have_the_same_bits() {
         let mut stream = Stream::new(7, input[0], input[1]);
         let expected: [f32; 10] = std::array::from_fn(|_| stream.random());
         assert_eq!(output, expected.map(f32::to_bits));
-    }
-}
-
-#[test]
-fn origins_are_moved_as_on_the_cpu() {
-    let Some(device) = device() else { return };
-    let inputs: Vec<[f32; 6]> = units::<6>(10_000)
-        .into_iter()
-        .map(|u| {
-            let n = warp::uniform_sphere([u[0], u[1]]);
-            let d = warp::uniform_sphere([u[2], u[3]]);
-            [n.x, n.y, n.z, d.x, d.y, d.z]
-        })
-        .collect();
-    let lines = "put_float3(0u, offset_origin(vec3f(1.0, -2.0, 3.0), float3(0u), 0.25, float3(3u)));";
-    for (input, out) in inputs.iter().zip(simple::<6, 3>(&device, lines, &bits(&inputs))) {
-        let [nx, ny, nz, dx, dy, dz] = *input;
-        let (n, d) = (Vec3::new(nx, ny, nz), Vec3::new(dx, dy, dz));
-        let moved = offset_origin(Vec3::new(1.0, -2.0, 3.0), n, 0.25, d);
-        // Where d lies in the surface to rounding, either side will do.
-        if n.dot(d).abs() > 1e-6 {
-            [moved.x, moved.y, moved.z].iter().zip(out).for_each(|(e, o)| close(o, *e, 8.0 * ULP, input));
-        }
     }
 }
 

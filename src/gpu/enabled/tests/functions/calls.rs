@@ -1,15 +1,14 @@
 //! Calls of functions along paths.
 
-use super::super::super::recorded::{Lit, Shadow, Source};
+use super::super::super::recorded::Source;
 use super::super::watched::{Calls, Watched, WatchedMask, WatchedUint, watch};
-use crate::integrator::{Observer, State, Transport, View, camera_ray, step};
+use crate::integrator::{Lit, Observer, State, Transport, View, camera_ray, step};
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::Function;
 use crate::math::lanes::scalar::Wrapping;
-use crate::math::{Float, Ray, Uint, trig};
+use crate::math::{Float, Uint, trig};
 use crate::render::Region;
 use crate::sampling::{Block, PathId, Stream, independent};
-use crate::shape::offset_origin;
 use rand::RngExt;
 use std::collections::BTreeMap;
 
@@ -90,25 +89,20 @@ fn follow_branch(source: &Source<'_>, state: State<F>) {
             root!(escaped_radiance(d) { lights.escaped(d, |_| F::splat(1.0)) });
             return;
         }
-        let at = root!(lit_point(ray, hit) { Lit::new(scene, ray, hit) });
-        let Lit { point, bsdf, frame, wo, .. } = at;
+        let lit = root!(lit_point(ray, hit) { Lit::new(scene, &ray, &hit) });
+        let Lit { bsdf, wo, .. } = lit;
         let [a, b, choice, _] = source.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(uint(depth)));
         let u = [a, b];
         bsdf.albedo();
         // Those that are first are of all kinds, then come many triangles.
         let some = (0..lights.len() as u32).filter(|i| *i < 30 || i % 30 == state.id.pixel.first() % 30);
         for light in some {
-            let (light, p) = (uint(light), point.p);
-            let sample = root!(light_sample(light, p, u) { lights.sample(light, p, u) });
-            if sample.pdf.0 > 0.0 {
-                root!(shadow_ray(point, sample) { Shadow::new(point, sample) });
-                bsdf.eval(wo, frame.to_local(sample.wi), MODE);
-            }
+            let (light, chance) = (uint(light), Watched(0.5));
+            root!(light_share(lit, light, chance, u) { lit.share_of(scene, light, chance, u) });
         }
         bsdf.branches(wo, MODE);
         let wi = bsdf.sample(wo, u, choice, MODE).wi;
-        let d = frame.to_world(wi).normalized();
-        ray = Ray::new(offset_origin(point.p, point.n, point.error, d), d);
+        ray = root!(spawn(lit, wi) { lit.spawn(scene, wi) }).ray;
     }
 }
 

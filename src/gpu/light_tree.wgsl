@@ -104,10 +104,6 @@ fn lights_are_far(node: LightNode, p: vec3f) -> bool {
 
 // Chooses a light for a point `p` on a surface with normal `n`.
 fn choose_light(p: vec3f, n: vec3f, choice: f32, asks: bool) -> LightChoice {
-    // There may be no light in the tree.
-    if !asks {
-        return LightChoice(0u, 1.0);
-    }
     return choose_light_below(0u, p, n, choice);
 }
 
@@ -144,9 +140,6 @@ fn share_of_power(own: u32, units: u32) -> f32 {
 
 // The probability with which `choose_light` chooses a light.
 fn light_chance(p: vec3f, n: vec3f, light: u32, asks: bool) -> f32 {
-    if !asks {
-        return 1.0;
-    }
     let row = light_at(light);
     var node = light_node_at(0u);
     var chance = 1.0;

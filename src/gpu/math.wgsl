@@ -27,11 +27,6 @@ fn is_finite_ray(ray: Ray) -> bool {
     return all(o != exponent) && all(d != exponent);
 }
 
-// Told by its bits, for the same reason.
-fn is_nan(x: f32) -> bool {
-    return (bitcast<u32>(x) & 0x7fffffffu) > 0x7f800000u;
-}
-
 fn max_channel(c: vec3f) -> f32 {
     return float_max(float_max(c.x, c.y), c.z);
 }

@@ -28,9 +28,9 @@ fn sphere_intersect(surface: Surface, ray: Ray) -> f32 {
     return select(NOTHING, t, discriminant >= 0.0 && is_positive_and_finite(t));
 }
 
-// X·axis + offset.
-fn along(p: vec3f, axis: vec4f) -> f32 {
-    return dot(p, axis.xyz) + axis.w;
+// The coordinates of a point in a plane.
+fn uv_in_plane(surface: Surface, p: vec3f) -> vec2f {
+    return vec2f(dot(p, surface.u_axis), dot(p, surface.v_axis)) + vec2f(surface.u_offset, surface.v_offset);
 }
 
 fn quad_intersect(surface: Surface, ray: Ray) -> f32 {
@@ -38,10 +38,8 @@ fn quad_intersect(surface: Surface, ray: Ray) -> f32 {
     if t >= NOTHING {
         return NOTHING;
     }
-    let p = ray.o + ray.d * t;
-    let a = along(p, surface.u_axis);
-    let b = along(p, surface.v_axis);
-    return select(NOTHING, t, a >= 0.0 && a <= 1.0 && b >= 0.0 && b <= 1.0);
+    let uv = uv_in_plane(surface, ray.o + ray.d * t);
+    return select(NOTHING, t, all(uv >= vec2f(0.0)) && all(uv <= vec2f(1.0)));
 }
 
 fn disk_intersect(surface: Surface, ray: Ray) -> f32 {
@@ -49,10 +47,8 @@ fn disk_intersect(surface: Surface, ray: Ray) -> f32 {
     if t >= NOTHING {
         return NOTHING;
     }
-    let p = ray.o + ray.d * t;
-    let a = along(p, surface.u_axis);
-    let b = along(p, surface.v_axis);
-    return select(NOTHING, t, a * a + b * b <= 1.0);
+    let at = uv_in_plane(surface, ray.o + ray.d * t);
+    return select(NOTHING, t, dot(at, at) <= 1.0);
 }
 
 // The part of a vector that is across an axis of length one.
@@ -92,7 +88,7 @@ fn cylinder_intersect(surface: Surface, ray: Ray) -> f32 {
 fn is_between_ends(surface: Surface, ray: Ray, t: f32) -> bool {
     let from_middle = dot(ray.o - surface.anchor, surface.axis) + dot(ray.d, surface.axis) * t;
     // v is a length in units of the whole.
-    return abs(from_middle) * dot(surface.v_axis.xyz, surface.axis) <= 0.5;
+    return abs(from_middle) * dot(surface.v_axis, surface.axis) <= 0.5;
 }
 
 // What most scenes have none of.

@@ -68,40 +68,10 @@ fn exact_difference(ab: vec2f, cd: vec2f) -> f32 {
     return lost(ab.x, ab.y) - lost(cd.x, cd.y);
 }
 
-// Twin of `shape::Sides`: what two sides that begin at one corner span.
-struct Sides {
-    // The largest coordinate of both.
-    size: f32,
-    // The same after both were multiplied by a power of two that takes it to about one.
-    scaled: f32,
-    // Their cross product after that, and its length.
-    across: vec3f,
-    length: f32,
-}
-
-fn sides_of(ab: vec3f, ac: vec3f) -> Sides {
-    let size = float_max(max_abs(ab), max_abs(ac));
-    // The opposite exponent is 255 less the own one. That of zero would be an infinity's.
-    let own = bitcast<u32>(float_max(size, SMALLEST_NORMAL)) & 0x7f800000u;
-    let scale = bitcast<f32>(own ^ 0x7f800000u);
-    let across = cross(ab * scale, ac * scale);
-    return Sides(size, size * scale, across, sqrt(dot(across, across)));
-}
-
 // Whether a triangle of which these are two sides is a needle, or from how flat on, as a share of NEEDLE.
 fn is_needle(ab: vec3f, ac: vec3f, share: f32) -> bool {
     let size = float_max(max_abs(ab), max_abs(ac));
     return size * size > max_abs(cross(ab, ac)) * (NEEDLE * share);
-}
-
-// Twin of `shape::triangle_error`.
-fn triangle_error(a: vec3f, ab: vec3f, ac: vec3f) -> f32 {
-    let sides = sides_of(ab, ac);
-    let size = sides.size;
-    let square = sides.scaled * sides.scaled;
-    let bounded = float_min(square / float_max(sides.length, SMALLEST_NORMAL), NEEDLE);
-    let flatness = select(bounded, 1.0, square > max_abs(sides.across) * NEEDLE);
-    return float_max(max_abs(a), size) * (2.0 * POSITION_ERROR) + size * flatness * TRIANGLE_ERROR;
 }
 
 // A corner from the ray's origin, in the ray's order.

@@ -2,8 +2,8 @@
 
 use super::disk::around;
 use super::{
-    BOUNDS_ERROR, Bounds, Form, NOTHING, Piece, RareShape, Shape, ShapeParameters, Surface, UNIT_ROUNDOFF,
-    overlap,
+    BOUNDS_ERROR, Bounds, Form, NOTHING, Piece, RareForm, RareKind, RareShape, Shape, ShapeParameters,
+    Surface, UNIT_ROUNDOFF, overlap,
 };
 use crate::math::{Float, Frame, Ray, Vec3, narrow, trig};
 use crate::parameter::limits::{LENGTH, POINT, SHORTEST};
@@ -140,8 +140,14 @@ impl Shape for Cylinder {
 
     fn surface(&self) -> Surface {
         let largest = self.middle.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+        let [x, y, z] = self.x_axis;
         Surface {
-            form: Form::Rare,
+            form: Form::Rare(RareKind::Cylinder),
+            anchor: self.middle,
+            normal: self.axis,
+            distance: self.radius,
+            u_axis: [x, y, z, 0.0],
+            v_axis: self.v_axis,
             error: CYLINDER_ERROR * (self.radius + self.half) + 2.0 * UNIT_ROUNDOFF * largest,
             area: self.area(),
             ..Surface::OF_A_MESH
@@ -149,23 +155,21 @@ impl Shape for Cylinder {
     }
 }
 
+/// The anchor is the middle, the constant the radius, and u_axis is x_axis.
 impl RareShape for Cylinder {
     #[inline(always)]
-    fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F) {
-        let axis = Vec3::splat(self.axis);
-        let w = p - Vec3::splat(self.middle);
-        let across = w - axis * w.dot(axis);
+    fn point<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> (Vec3<F>, F) {
+        let w = p - form.anchor;
+        let across = w - form.axis * w.dot(form.axis);
         let length = across.length();
-        (across * (F::splat(1.0) / length), length - self.radius)
+        (across * (F::splat(1.0) / length), length - form.constant)
     }
 
     /// φ/2π about the axis, and the height above its first end with the length for its unit.
     #[inline(always)]
-    fn uv<F: Float>(&self, p: Vec3<F>, n: Vec3<F>) -> (F, F) {
-        let x_axis = Vec3::splat(self.x_axis);
-        let y_axis = Vec3::splat(self.axis).cross(x_axis);
-        let [vx, vy, vz, v_offset] = self.v_axis;
-        let u = trig::angle_turns(n.dot(y_axis), n.dot(x_axis));
-        (u, p.dot(Vec3::splat([vx, vy, vz])) + v_offset)
+    fn uv<F: Float>(form: &RareForm<F>, p: Vec3<F>, n: Vec3<F>) -> [F; 2] {
+        let y_axis = form.axis.cross(form.u_axis);
+        let u = trig::angle_turns(n.dot(y_axis), n.dot(form.u_axis));
+        [u, p.dot(form.v_axis) + form.v_offset]
     }
 }

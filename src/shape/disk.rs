@@ -2,8 +2,8 @@
 
 use super::plane::distance_to_plane;
 use super::{
-    BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Piece, RareShape, Shape, ShapeParameters, Surface,
-    overlap,
+    BOUNDS_ERROR, Bounds, Form, NOTHING, POSITION_ERROR, Piece, RareForm, RareKind, RareShape, Shape,
+    ShapeParameters, Surface, overlap,
 };
 use crate::math::{Float, Frame, Ray, Vec3, narrow, trig};
 use crate::parameter::limits::{DIRECTION, LENGTH, POINT};
@@ -94,7 +94,11 @@ impl Shape for Disk {
 
     fn surface(&self) -> Surface {
         Surface {
-            form: Form::Rare,
+            form: Form::Rare(RareKind::Disk),
+            normal: self.normal,
+            distance: self.distance,
+            u_axis: self.x_axis,
+            v_axis: self.y_axis,
             error: POSITION_ERROR * self.distance.abs(),
             area: PI * self.radius * self.radius,
             ..Surface::OF_A_MESH
@@ -102,20 +106,19 @@ impl Shape for Disk {
     }
 }
 
+/// The axis is the normal and the constant the distance; u and v are the first and the second coordinate.
 impl RareShape for Disk {
     #[inline(always)]
-    fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F) {
-        let n = Vec3::splat(self.normal);
-        (n, p.dot(n) - self.distance)
+    fn point<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> (Vec3<F>, F) {
+        (form.axis, p.dot(form.axis) - form.constant)
     }
 
     /// Polar coordinates: φ/2π, and the distance from the centre with the radius for its unit.
     #[inline(always)]
-    fn uv<F: Float>(&self, p: Vec3<F>, _n: Vec3<F>) -> (F, F) {
-        let ([ax, ay, az, a_offset], [bx, by, bz, b_offset]) = (self.x_axis, self.y_axis);
-        let x = p.dot(Vec3::splat([ax, ay, az])) + a_offset;
-        let y = p.dot(Vec3::splat([bx, by, bz])) + b_offset;
-        (trig::angle_turns(y, x), (x * x + y * y).sqrt())
+    fn uv<F: Float>(form: &RareForm<F>, p: Vec3<F>, _n: Vec3<F>) -> [F; 2] {
+        let x = p.dot(form.u_axis) + form.u_offset;
+        let y = p.dot(form.v_axis) + form.v_offset;
+        [trig::angle_turns(y, x), (x * x + y * y).sqrt()]
     }
 }
 

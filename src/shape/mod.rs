@@ -60,15 +60,15 @@ pub trait Shape {
     fn surface(&self) -> Surface;
 }
 
-/// A shape of which most scenes have none. Its hits are completed one by one, apart from those on other surfaces, by
-/// the functions here. Its [`Surface`] holds only its area and its share of a hit's error bound.
+/// A shape of which most scenes have none. Its hits are completed apart from those on other surfaces, by the functions
+/// here, from the numbers that its [`Surface`] holds.
 trait RareShape: Shape {
     /// The outward unit normal of the surface at its point nearest to `p`, and how far `p` lies off the surface along
     /// that normal. `p` is a computed hit: off by rounding alone.
-    fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F);
+    fn point<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> (Vec3<F>, F);
 
     /// uv at a point on the surface, where the outward unit normal is `n`.
-    fn uv<F: Float>(&self, p: Vec3<F>, n: Vec3<F>) -> (F, F);
+    fn uv<F: Float>(form: &RareForm<F>, p: Vec3<F>, n: Vec3<F>) -> [F; 2];
 }
 
 /// The formula for the normal and uv of a surface at a point.
@@ -79,7 +79,7 @@ pub enum Form {
     /// A sphere.
     Round,
     /// The shape's own: see [`Rare`].
-    Rare,
+    Rare(RareKind),
 }
 
 /// Everything that a hit looks up of a surface, in one form for flat and round ones, so that lanes on different shapes
@@ -88,24 +88,26 @@ pub enum Form {
 pub struct Surface {
     /// Its form.
     pub form: Form,
-    /// Centre of a round surface; zero for a flat one.
+    /// Centre of a round surface; zero for others.
     pub centre: [f32; 3],
     /// Radius of a round surface; zero for others.
     pub radius: f32,
-    /// The point near which a round surface is described best (see [`Sphere`]); zero for a flat one.
+    /// The point near which a round surface is described best (see [`Sphere`]), and a rare one's [`RareForm::anchor`];
+    /// zero for a flat one.
     pub anchor: [f32; 3],
     /// From the anchor to the centre of a round surface; zero for a flat one.
     pub to_centre: [f32; 3],
     /// The anchor's power; zero for a flat surface.
     pub anchor_power: f32,
-    /// Outward normal of a flat surface, of length one; zero for a round one.
+    /// Outward normal of a flat surface, of length one, and a rare one's [`RareForm::axis`]; zero for a round one.
     pub normal: [f32; 3],
-    /// A flat surface is where X·normal is this.
+    /// A flat surface is where X·normal is this. A rare one's [`RareForm::constant`].
     pub distance: f32,
     /// The surface's share of a hit's error bound: how far a computed hit may lie off the surface, plus how
     /// close to it a ray may start before its intersection is in doubt.
     pub error: f32,
-    /// u of a point X on a flat surface is X·axis + offset, with the offset in the fourth place.
+    /// u of a point X on a flat surface is X·axis + offset, with the offset in the fourth place. What a rare surface has
+    /// it for its shape says.
     pub u_axis: [f32; 4],
     /// v likewise.
     pub v_axis: [f32; 4],

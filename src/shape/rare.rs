@@ -1,7 +1,50 @@
 //! The shapes of which most scenes have none.
 
 use super::{Bounds, RareShape, Shape, Surface};
-use crate::math::{Float, Ray, Vec3};
+use crate::math::{Float, Ray, Uint, Vec3};
+
+/// What hits on rare shapes look up. What it is in each shape its file says.
+#[derive(Clone, Copy, Debug)]
+pub struct RareForm<F> {
+    /// A point.
+    pub anchor: Vec3<F>,
+    /// A direction of length one.
+    pub axis: Vec3<F>,
+    /// A length.
+    pub constant: F,
+    /// A vector for u,
+    pub u_axis: Vec3<F>,
+    /// and a number.
+    pub u_offset: F,
+    /// The same for v.
+    pub v_axis: Vec3<F>,
+    /// See there.
+    pub v_offset: F,
+}
+
+impl RareKind {
+    /// Its number, from one.
+    pub const fn number(self) -> u32 {
+        self as u32 + 1
+    }
+}
+
+impl Surface {
+    /// What hits on a rare shape look up.
+    #[inline(always)]
+    pub fn rare_form(&self) -> RareForm<f32> {
+        let ([ux, uy, uz, u_offset], [vx, vy, vz, v_offset]) = (self.u_axis, self.v_axis);
+        RareForm {
+            anchor: Vec3::splat(self.anchor),
+            axis: Vec3::splat(self.normal),
+            constant: self.distance,
+            u_axis: Vec3::splat([ux, uy, uz]),
+            u_offset,
+            v_axis: Vec3::splat([vx, vy, vz]),
+            v_offset,
+        }
+    }
+}
 
 /// Makes one shape of several.
 macro_rules! rare {
@@ -15,6 +58,15 @@ macro_rules! rare {
             $(
                 #[doc = concat!("A [`", stringify!($shape), "`].")]
                 $shape($shape),
+            )+
+        }
+
+        /// Which of these shapes it is.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum RareKind {
+            $(
+                #[doc = concat!("A [`", stringify!($shape), "`].")]
+                $shape,
             )+
         }
 
@@ -47,22 +99,36 @@ macro_rules! rare {
             }
         }
 
-        impl Rare {
+        impl<F: Float> RareForm<F> {
             /// The outward unit normal of the surface at its point nearest to `p`, and how far `p` lies off the
-            /// surface along that normal. `p` is a computed hit: off by rounding alone.
+            /// surface along that normal. `p` is a computed hit: off by rounding alone. Lanes of no kind are unspecified.
             #[inline(always)]
-            pub fn point<F: Float>(&self, p: Vec3<F>) -> (Vec3<F>, F) {
-                match self {
-                    $(Rare::$shape(shape) => shape.point(p),)+
-                }
+            pub fn point(&self, kind: F::Uint, p: Vec3<F>) -> (Vec3<F>, F) {
+                let mut point = (self.axis, F::zero());
+                $(
+                    point = F::branch(
+                        kind.eq(F::Uint::splat(RareKind::$shape.number())),
+                        point,
+                        #[inline(always)]
+                        || $shape::point(self, p),
+                    );
+                )+
+                point
             }
 
             /// uv at a point on the surface, where the outward unit normal is `n`.
             #[inline(always)]
-            pub fn uv<F: Float>(&self, p: Vec3<F>, n: Vec3<F>) -> (F, F) {
-                match self {
-                    $(Rare::$shape(shape) => shape.uv(p, n),)+
-                }
+            pub fn uv(&self, kind: F::Uint, p: Vec3<F>, n: Vec3<F>) -> [F; 2] {
+                let mut uv = [F::zero(); 2];
+                $(
+                    uv = F::branch(
+                        kind.eq(F::Uint::splat(RareKind::$shape.number())),
+                        uv,
+                        #[inline(always)]
+                        || $shape::uv(self, p, n),
+                    );
+                )+
+                uv
             }
         }
     };

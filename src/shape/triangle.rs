@@ -1,7 +1,7 @@
 //! The triangle, without a gap between neighbours.
 
 use super::{NOTHING, POSITION_ERROR, UNIT_ROUNDOFF};
-use crate::math::{LaneFloat, LaneMask, Mask, Ray, Uint, Vec3};
+use crate::math::{Float, LaneFloat, LaneMask, Mask, Ray, Uint, Vec3};
 
 /// A ray in the coordinates of tests against triangles: the axis along which it is longest comes third, and the
 /// other two are sheared so that the ray runs along the third (Woop, Benthin and Wald 2013, "Watertight
@@ -235,20 +235,25 @@ pub struct Sides<F> {
     pub length: F,
 }
 
-impl<F: LaneFloat> Sides<F> {
+impl<F: Float> Sides<F> {
     /// From the sides.
     #[inline(always)]
-    pub fn new(mut ab: Vec3<F>, mut ac: Vec3<F>) -> Self {
+    pub fn new(ab: Vec3<F>, ac: Vec3<F>) -> Self {
         let size = ab.max_abs().max(ac.max_abs());
-        let mut scale = F::splat(1.0);
+        let one = F::splat(1.0);
         let unusual = size.lt(F::splat(SHORT)) | size.gt(F::splat(LONG));
-        if unusual.any() {
-            // The opposite exponent is 255 less the own one. That of zero and of subnormals would be an infinity's.
-            let exponent = F::Uint::splat(0x7f80_0000);
-            let own = size.max(F::splat(f32::MIN_POSITIVE)).to_bits() & exponent;
-            scale = F::select(unusual, F::from_bits(own ^ exponent), scale);
-            (ab, ac) = (ab * scale, ac * scale);
-        }
+        let (scale, ab, ac) = F::guard(
+            unusual,
+            (one, ab, ac),
+            #[inline(always)]
+            || {
+                // The opposite exponent is 255 less the own one. That of zero and of subnormals would be an infinity's.
+                let exponent = F::Uint::splat(0x7f80_0000);
+                let own = size.max(F::splat(f32::MIN_POSITIVE)).to_bits() & exponent;
+                let scale = F::select(unusual, F::from_bits(own ^ exponent), one);
+                (scale, ab * scale, ac * scale)
+            },
+        );
         let across = ab.cross(ac);
         Sides { size, scale, across, length: across.length() }
     }

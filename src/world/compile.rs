@@ -76,7 +76,7 @@ pub fn compile_sharing(
                 Piece::Plane(plane) => all.planes.push((plane, surfaces.push(plane.surface(), look))),
                 Piece::Sphere(sphere) => all.spheres.push((sphere, surfaces.push(sphere.surface(), look))),
                 Piece::Quad(quad) => all.quads.push((quad, surfaces.push(quad.surface(), look))),
-                Piece::Rare(rare) => all.rare.push((rare, surfaces.push_rare(rare, look))),
+                Piece::Rare(rare) => all.rare.push((rare, surfaces.push(rare.surface(), look))),
             }
         }
         let scene::Shape::Mesh { mesh, transform } = &entity.shape else { continue };

@@ -3,7 +3,8 @@
 //! A ray is taken to a mesh's own space instead of the mesh to the ray's. Its direction changes length there, so
 //! that distances do not.
 
-use crate::math::{Bounds, Float, Ray, Uint, Vec3};
+use crate::math::lanes::Device;
+use crate::math::{Bounds, Float, LaneFloat, Ray, Uint, Vec3, value};
 use crate::shape::BOUNDS_ERROR;
 use glam::{DAffine3, DMat3};
 use std::ops::Range;
@@ -32,6 +33,8 @@ pub struct Place<F> {
     /// The condition number of A for errors: ‖|A|·|A⁻¹|‖ in the maximum norm.
     pub condition: F,
 }
+
+value!(Place { to_world, to_mesh, origin, stretch, condition });
 
 /// Numbers in the order in which the table has them, nine of each matrix by rows.
 fn numbers(transform: &DAffine3) -> Option<[f32; NUMBERS]> {
@@ -176,12 +179,13 @@ impl Instances {
     /// The places of hits' instances. Lanes without one are unspecified.
     #[inline(always)]
     pub(super) fn gather<F: Float>(&self, instance: F::Uint) -> Place<F> {
-        let index = instance + F::Uint::splat(u32::MAX);
-        let first = index * F::Uint::splat(NUMBERS as u32);
-        Place::new(
-            #[inline(always)]
-            |i| F::gather(&self.numbers, first + F::Uint::splat(i as u32)),
-        )
+        F::device(&PlaceOf(self), instance)
+    }
+
+    /// The rows of hits' instances, likewise.
+    #[inline(always)]
+    pub(super) fn row<F: Float>(&self, instance: F::Uint) -> F::Uint {
+        F::Uint::gather(&self.rows, index_of::<F>(instance))
     }
 
     /// A box around an instance of what some boxes in the mesh's own space hold, grown by what the rounding of
@@ -212,6 +216,30 @@ impl Instances {
     /// Their memory, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.numbers[..]) + size_of_val(&self.rows[..]) + size_of_val(&self.mesh[..])
+    }
+}
+
+/// The indices of hits' instances.
+#[inline(always)]
+fn index_of<F: Float>(instance: F::Uint) -> F::Uint {
+    instance + F::Uint::splat(u32::MAX)
+}
+
+/// [`Instances::gather`]: devices read a place as a whole.
+struct PlaceOf<'a>(&'a Instances);
+
+impl Device for PlaceOf<'_> {
+    const NAME: &'static str = "place_of";
+    type Arguments<F: Float> = F::Uint;
+    type Output<F: Float> = Place<F>;
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, instance: F::Uint) -> Place<F> {
+        let first = index_of::<F>(instance) * F::Uint::splat(NUMBERS as u32);
+        Place::new(
+            #[inline(always)]
+            |i| F::gather(&self.0.numbers, first + F::Uint::splat(i as u32)),
+        )
     }
 }
 

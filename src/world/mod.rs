@@ -40,7 +40,7 @@ pub use sharing::SHARING_PAYS_FROM;
 pub use simple::Simple;
 pub use size::{MOST_PRIMITIVES, MOST_VERTICES, Size, TooLarge};
 pub use surfaces::{Look, SurfacePoint, SurfaceTable};
-pub use triangles::{FIRST_TRIANGLE, Triangles};
+pub use triangles::{Corners, FIRST_TRIANGLE, Triangles};
 
 use crate::math::lanes::Device;
 use crate::math::{Float, LaneFloat, Ray, Uint, value};

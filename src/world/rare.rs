@@ -1,17 +1,18 @@
 //! Hits on shapes of which most scenes have none, completed one by one in functions of their own: scenes without such
 //! shapes have no code for them in their paths.
 
+use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{LaneFloat, LaneMask, LaneUint, Vec3};
-use crate::shape::Rare;
+use crate::shape::{Form, RareForm, Surface};
 
 /// The lanes that met a rare shape, and where.
-pub(super) struct Rares<'a> {
-    shapes: &'a [Rare],
+pub(super) struct Rares<'a, Look> {
+    rows: &'a [(Surface, Look)],
     /// Bit `i` is set if lane `i` is one of them.
     lanes: u32,
-    /// Each lane's index among the shapes.
-    index: [u32; MAX_LANES],
+    /// Each lane's row.
+    row: [u32; MAX_LANES],
     /// The points, one column for each coordinate.
     p: [[f32; MAX_LANES]; 3],
 }
@@ -23,50 +24,53 @@ fn columns<F: LaneFloat>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
     columns
 }
 
-impl<'a> Rares<'a> {
+impl<'a, Look> Rares<'a, Look> {
     #[inline(always)]
     pub(super) fn new<F: LaneFloat>(
-        shapes: &'a [Rare],
+        rows: &'a [(Surface, Look)],
         lanes: F::Mask,
-        index: F::Uint,
+        row: F::Uint,
         p: Vec3<F>,
-    ) -> Rares<'a> {
-        let mut indices = [0; MAX_LANES];
-        index.store(&mut indices);
-        Rares { shapes, lanes: lanes.bits(), index: indices, p: columns(p) }
+    ) -> Rares<'a, Look> {
+        let mut row_of = [0; MAX_LANES];
+        row.store(&mut row_of);
+        Rares { rows, lanes: lanes.bits(), row: row_of, p: columns(p) }
     }
 
-    /// Calls `f` for each of the lanes with its shape and its point.
+    /// Calls `f` for each of the lanes with its shape's kind and form and its point.
     #[inline(always)]
-    fn for_each(&self, mut f: impl FnMut(usize, &Rare, Vec3<f32>)) {
+    fn for_each(&self, mut f: impl FnMut(usize, Wrapping, RareForm<f32>, Vec3<f32>)) {
         let mut lanes = self.lanes;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize & (MAX_LANES - 1);
             lanes &= lanes - 1;
             let [x, y, z] = &self.p;
-            f(lane, &self.shapes[self.index[lane] as usize], Vec3::new(x[lane], y[lane], z[lane]));
+            let (surface, _) = &self.rows[self.row[lane] as usize];
+            let Form::Rare(kind) = surface.form else { continue };
+            let kind = Wrapping(kind.number());
+            f(lane, kind, surface.rare_form(), Vec3::new(x[lane], y[lane], z[lane]));
         }
     }
 
-    /// See [`Rare::point`].
+    /// See [`RareForm::point`].
     #[inline(always)]
     pub(super) fn points<F: LaneFloat>(self) -> (Vec3<F>, F) {
         let [x, y, z, off] = &F::outlined(Points(self));
         (Vec3::new(F::load(x), F::load(y), F::load(z)), F::load(off))
     }
 
-    /// See [`Rare::uv`].
+    /// See [`RareForm::uv`].
     #[inline(always)]
-    pub(super) fn uv<F: LaneFloat>(self, n: Vec3<F>) -> (F, F) {
+    pub(super) fn uv<F: LaneFloat>(self, n: Vec3<F>) -> [F; 2] {
         let [u, v] = &F::outlined(Uvs { at: self, n: columns(n) });
-        (F::load(u), F::load(v))
+        [F::load(u), F::load(v)]
     }
 }
 
 /// Normals and distances off the surfaces.
-struct Points<'a>(Rares<'a>);
+struct Points<'a, Look>(Rares<'a, Look>);
 
-impl Kernel for Points<'_> {
+impl<Look> Kernel for Points<'_, Look> {
     type Output = [[f32; MAX_LANES]; 4];
 
     #[inline(always)]
@@ -74,8 +78,8 @@ impl Kernel for Points<'_> {
         let mut out = [[0.0; MAX_LANES]; 4];
         self.0.for_each(
             #[inline(always)]
-            |lane, shape, p| {
-                let (n, off) = shape.point(p);
+            |lane, kind, form, p| {
+                let (n, off) = form.point(kind, p);
                 out[0][lane] = n.x;
                 out[1][lane] = n.y;
                 out[2][lane] = n.z;
@@ -87,12 +91,12 @@ impl Kernel for Points<'_> {
 }
 
 /// uv where the normals are known.
-struct Uvs<'a> {
-    at: Rares<'a>,
+struct Uvs<'a, Look> {
+    at: Rares<'a, Look>,
     n: [[f32; MAX_LANES]; 3],
 }
 
-impl Kernel for Uvs<'_> {
+impl<Look> Kernel for Uvs<'_, Look> {
     type Output = [[f32; MAX_LANES]; 2];
 
     #[inline(always)]
@@ -101,8 +105,8 @@ impl Kernel for Uvs<'_> {
         let [x, y, z] = &self.n;
         self.at.for_each(
             #[inline(always)]
-            |lane, shape, p| {
-                let (u, v) = shape.uv(p, Vec3::new(x[lane], y[lane], z[lane]));
+            |lane, kind, form, p| {
+                let [u, v] = form.uv(kind, p, Vec3::new(x[lane], y[lane], z[lane]));
                 out[0][lane] = u;
                 out[1][lane] = v;
             },

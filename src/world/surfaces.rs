@@ -2,11 +2,11 @@
 
 use super::rare::Rares;
 use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
-use super::{Hit, Instances, NO_INSTANCE};
+use super::{Hit, Instances};
 use crate::light::NO_LIGHT;
 use crate::math::lanes::Device;
-use crate::math::{ColumnReader, Float, LaneFloat, LaneMask, Ray, Rgb, Uint, Vec3, push3, trig, value};
-use crate::shape::{Form, POSITION_ERROR, Rare, Shape, Surface};
+use crate::math::{ColumnReader, Float, LaneFloat, Ray, Rgb, Uint, Vec3, function, push3, trig, value};
+use crate::shape::{Form, POSITION_ERROR, RareForm, Surface};
 use std::sync::Arc;
 
 /// The properties of a surface other than its form.
@@ -24,19 +24,16 @@ pub struct Look {
     pub light: u32,
 }
 
-/// The value of [`SurfaceTable::rare_index`] for other surfaces.
-const NOT_RARE: u32 = u32::MAX;
-
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTable {
-    /// Of round surfaces.
+    /// Of round and rare surfaces.
     anchor: [Vec<f32>; 3],
-    /// Zero for others.
+    /// Zero for flat surfaces; the kind's number, negated, for rare ones.
     radius: Vec<f32>,
-    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones.
+    /// The normal of flat surfaces, the vector from the anchor to the centre of round ones, the axis of rare ones.
     axis: [Vec<f32>; 3],
-    /// The distance of flat surfaces, the anchor's power of round ones.
+    /// The distance of flat surfaces, the anchor's power of round ones, the constant of rare ones.
     constant: Vec<f32>,
     error: Vec<f32>,
     u_axis: [Vec<f32>; 3],
@@ -52,10 +49,8 @@ pub struct SurfaceTable {
     triangle_light: Vec<u32>,
     /// Whether some are round.
     has_round: bool,
-    /// The index of each row in `rare`, or [`NOT_RARE`].
-    rare_index: Vec<u32>,
-    /// The rare shapes, which compute themselves what the other columns hold for other surfaces.
-    rare: Vec<Rare>,
+    /// Whether some are rare.
+    has_rare: bool,
     rows: Vec<(Surface, Look)>,
     triangles: Option<Arc<Triangles>>,
     instances: Option<Arc<Instances>>,
@@ -90,10 +85,13 @@ impl SurfaceTable {
         let row = self.rows.len() as u32;
         let (axis, constant) = match surface.form {
             Form::Round => (surface.to_centre, surface.anchor_power),
-            Form::Flat | Form::Rare => (surface.normal, surface.distance),
+            Form::Flat | Form::Rare(_) => (surface.normal, surface.distance),
         };
         push3(&mut self.anchor, surface.anchor);
-        self.radius.push(surface.radius);
+        self.radius.push(match surface.form {
+            Form::Flat | Form::Round => surface.radius,
+            Form::Rare(kind) => -(kind.number() as f32),
+        });
         push3(&mut self.axis, axis);
         self.constant.push(constant);
         self.error.push(surface.error);
@@ -108,23 +106,10 @@ impl SurfaceTable {
         self.material.push(look.material);
         self.light.push(look.light);
         self.triangle_light.push(0);
-        self.rare_index.push(NOT_RARE);
         self.has_round |= surface.form == Form::Round;
+        self.has_rare |= matches!(surface.form, Form::Rare(_));
         self.rows.push((surface, look));
         row
-    }
-
-    /// Adds the row of a rare shape and returns its number.
-    pub fn push_rare(&mut self, shape: Rare, look: Look) -> u32 {
-        let row = self.push(shape.surface(), look);
-        self.rare_index[row as usize] = self.rare.len() as u32;
-        self.rare.push(shape);
-        row
-    }
-
-    /// The rare shape of a row, if it is one's.
-    pub fn rare(&self, row: u32) -> Option<&Rare> {
-        self.rare.get(self.rare_index[row as usize] as usize)
     }
 
     /// Adds the row of a mesh whose triangles begin with `first`, and whose lights, if it emits, with the look's
@@ -165,10 +150,25 @@ impl SurfaceTable {
         self.instances = (!instances.is_empty()).then_some(instances);
     }
 
-    /// The columns that recorded programs look rows up in: the others have a form of their own on devices.
+    /// The columns that recorded programs look rows up in, but for [`Self::errors`].
     pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        reader.vectors("anchor", &self.anchor);
+        reader.floats("radius", &self.radius);
+        reader.vectors("axis", &self.axis);
+        reader.floats("constant", &self.constant);
+        reader.vectors("u_axis", &self.u_axis);
+        reader.floats("u_offset", &self.u_offset);
+        reader.vectors("v_axis", &self.v_axis);
+        reader.floats("v_offset", &self.v_offset);
         reader.vectors("emission", &self.emission);
+        reader.floats("orientation", &self.orientation);
         reader.words("material", &self.material);
+        reader.words("light", &self.light);
+    }
+
+    /// The rows' shares of their hits' error bounds. Devices that round otherwise have others.
+    pub fn errors(&self) -> &[f32] {
+        &self.error
     }
 
     /// The triangles of all meshes.
@@ -197,76 +197,84 @@ impl SurfaceTable {
         self.rows[row as usize].1.entity
     }
 
-    /// Rows of hits.
-    #[inline(always)]
-    fn row<F: LaneFloat>(&self, hit: &Hit<F>) -> F::Uint {
-        let Some(triangles) = &self.triangles else { return hit.surface };
-        let flat = hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
-        if !(!flat).any() {
-            return hit.surface;
-        }
-        let mut row = hit.surface;
-        if !triangles.rows.is_empty() {
-            row = F::Uint::select(flat, row, F::Uint::gather(&triangles.rows, triangle_of::<F>(hit.surface)));
-        }
-        if let Some(instances) = &self.instances {
-            let shared = !hit.instance.eq(F::Uint::splat(NO_INSTANCE));
-            let of_instance = F::Uint::gather(&instances.rows, hit.instance + F::Uint::splat(u32::MAX));
-            row = F::Uint::select(shared, of_instance, row);
-        }
-        row
-    }
-
     /// The point that a ray met, put back onto its surface. Lanes without a hit are unspecified; the
     /// table must not be empty.
     #[inline(always)]
     pub fn point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
-        F::device(&PointOf(self), (*ray, *hit))
-    }
-
-    #[inline(always)]
-    fn point_in_lanes<F: LaneFloat>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
-        let mut point = self.smooth_point(ray, hit);
-        if let Some(triangles) = &self.triangles {
-            let on_mesh = hit.is_some() & !hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
-            if on_mesh.any() {
-                let orientation = F::gather(&self.orientation, point.row);
-                let on = triangles.point(self.instances(), ray.d, hit, on_mesh, orientation);
-                point.p = Vec3::select(on_mesh, on.p, point.p);
-                point.n = Vec3::select(on_mesh, on.n, point.n);
-                point.shading = Vec3::select(on_mesh, on.shading, point.shading);
-                point.error = F::select(on_mesh, on.error, point.error);
+        let (ray, hit) = (*ray, *hit);
+        function!(F, surface_point(ray, hit), {
+            let met = hit.is_some();
+            match &self.triangles {
+                None => self.smooth_point(&ray, &hit, met),
+                Some(triangles) => {
+                    let smooth = hit.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
+                    let on_mesh = met & !smooth;
+                    F::fork(
+                        on_mesh,
+                        #[inline(always)]
+                        || self.mesh_point(triangles, ray.d, &hit, on_mesh),
+                        #[inline(always)]
+                        || self.smooth_point(&ray, &hit, met & smooth),
+                    )
+                }
             }
-        }
-        point
+        })
     }
 
-    /// Points on all but meshes.
+    /// Points on meshes. Lanes outside `on_mesh` are unspecified.
     #[inline(always)]
-    fn smooth_point<F: LaneFloat>(&self, ray: &Ray<F>, hit: &Hit<F>) -> SurfacePoint<F> {
-        let row = self.row(hit);
+    fn mesh_point<F: Float>(
+        &self,
+        triangles: &Triangles,
+        ray_d: Vec3<F>,
+        hit: &Hit<F>,
+        on_mesh: F::Mask,
+    ) -> SurfacePoint<F> {
+        let instances = self.instances();
+        let row = triangles.row(instances, hit, on_mesh);
+        let orientation = F::gather(&self.orientation, row);
+        let on = triangles.point(instances, ray_d, hit, on_mesh, orientation);
+        SurfacePoint {
+            p: on.p,
+            n: on.n,
+            shading: on.shading,
+            weights: hit.weights,
+            error: on.error,
+            surface: hit.surface,
+            row,
+        }
+    }
+
+    /// Points on all but meshes. Lanes outside `lanes` are unspecified.
+    #[inline(always)]
+    fn smooth_point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>, lanes: F::Mask) -> SurfacePoint<F> {
+        let row = hit.surface;
         let p = ray.at(hit.t);
         let (axis, constant) = (Vec3::gather(&self.axis, row), F::gather(&self.constant, row));
         let mut normal = axis;
         let mut off = p.dot(normal) - constant;
         let radius = F::gather(&self.radius, row);
-        let round = radius.gt(F::zero());
-        if round.any() {
-            // The distance to the centre less the radius, as power/(distance + radius): see `Sphere`.
-            let w = p - Vec3::gather(&self.anchor, row);
-            let from_centre = w - axis;
-            let length = from_centre.length();
-            let power = w.dot(from_centre - axis) + constant;
-            normal = Vec3::select(round, from_centre * (F::splat(1.0) / length), normal);
-            off = F::select(round, power / (length + radius), off);
-        }
-        if !self.rare.is_empty() {
-            let (index, rare) = self.rare_lanes::<F>(row, hit.is_some());
-            if rare.any() {
-                let (n, distance) = Rares::new(&self.rare, rare, index, p).points();
-                normal = Vec3::select(rare, n, normal);
-                off = F::select(rare, distance, off);
-            }
+        (normal, off) = F::branch(
+            lanes & radius.gt(F::zero()),
+            (normal, off),
+            #[inline(always)]
+            || {
+                // The distance to the centre less the radius, as power/(distance + radius): see `Sphere`.
+                let w = p - Vec3::gather(&self.anchor, row);
+                let from_centre = w - axis;
+                let length = from_centre.length();
+                let power = w.dot(from_centre - axis) + constant;
+                (from_centre * (F::splat(1.0) / length), power / (length + radius))
+            },
+        );
+        if self.has_rare {
+            let rare = lanes & radius.lt(F::zero());
+            (normal, off) = F::branch(
+                rare,
+                (normal, off),
+                #[inline(always)]
+                || F::device(&RarePoint(self), (row, p, rare)),
+            );
         }
         // Along a far hit's ray the error grows with the distance; put back onto the surface, what is left
         // grows only with the coordinates.
@@ -286,49 +294,67 @@ impl SurfaceTable {
     /// uv of points, in the lanes where they are wanted; each shape defines its own.
     #[inline(always)]
     pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> [F; 2] {
-        F::device(&UvOf(self), (*point, wanted))
+        let point = *point;
+        function!(F, surface_uv(point, wanted), {
+            match &self.triangles {
+                None => self.smooth_uv(&point, wanted),
+                Some(triangles) => F::fork(
+                    !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE)),
+                    #[inline(always)]
+                    || triangles.uv(point.surface, point.weights),
+                    #[inline(always)]
+                    || self.smooth_uv(&point, wanted),
+                ),
+            }
+        })
     }
 
+    /// uv on all but meshes.
     #[inline(always)]
-    fn uv_in_lanes<F: LaneFloat>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> [F; 2] {
-        let (p, row) = (point.p, point.row);
-        let mut u = p.dot(Vec3::gather(&self.u_axis, row)) + F::gather(&self.u_offset, row);
-        let mut v = p.dot(Vec3::gather(&self.v_axis, row)) + F::gather(&self.v_offset, row);
+    fn smooth_uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> [F; 2] {
+        let (p, n, row) = (point.p, point.n, point.row);
+        let mut uv = [
+            p.dot(Vec3::gather(&self.u_axis, row)) + F::gather(&self.u_offset, row),
+            p.dot(Vec3::gather(&self.v_axis, row)) + F::gather(&self.v_offset, row),
+        ];
         if self.has_round {
-            let round = wanted & F::gather(&self.radius, row).gt(F::zero());
-            if round.any() {
-                // φ/2π and θ/π from +z, of the direction from the centre.
-                let d = point.n * F::gather(&self.orientation, row);
-                let theta = trig::angle_turns((d.x * d.x + d.y * d.y).sqrt(), d.z);
-                u = F::select(round, trig::angle_turns(d.y, d.x), u);
-                v = F::select(round, theta * 2.0, v);
-            }
+            uv = F::branch(
+                wanted & F::gather(&self.radius, row).gt(F::zero()),
+                uv,
+                #[inline(always)]
+                || {
+                    // φ/2π and θ/π from +z, of the direction from the centre.
+                    let d = n * F::gather(&self.orientation, row);
+                    let theta = trig::angle_turns((d.x * d.x + d.y * d.y).sqrt(), d.z);
+                    [trig::angle_turns(d.y, d.x), theta * 2.0]
+                },
+            );
         }
-        if !self.rare.is_empty() {
-            let (index, rare) = self.rare_lanes::<F>(row, wanted);
-            if rare.any() {
-                let n = point.n * F::gather(&self.orientation, row);
-                let (rare_u, rare_v) = Rares::new(&self.rare, rare, index, p).uv(n);
-                u = F::select(rare, rare_u, u);
-                v = F::select(rare, rare_v, v);
-            }
+        if self.has_rare {
+            let rare = wanted & F::gather(&self.radius, row).lt(F::zero());
+            uv = F::branch(
+                rare,
+                uv,
+                #[inline(always)]
+                || F::device(&RareUv(self), (row, p, n * F::gather(&self.orientation, row), rare)),
+            );
         }
-        if let Some(triangles) = &self.triangles {
-            let on_mesh = !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
-            if on_mesh.any() {
-                let [own_u, own_v] = triangles.uv(point.surface, point.weights);
-                u = F::select(on_mesh, own_u, u);
-                v = F::select(on_mesh, own_v, v);
-            }
-        }
-        [u, v]
+        uv
     }
 
-    /// Indices in `rare`, and which of some lanes have one.
+    /// The kinds and the forms of rows of rare shapes.
     #[inline(always)]
-    fn rare_lanes<F: LaneFloat>(&self, row: F::Uint, lanes: F::Mask) -> (F::Uint, F::Mask) {
-        let index = F::Uint::gather(&self.rare_index, row);
-        (index, lanes & index.lt(F::Uint::splat(NOT_RARE)))
+    fn rare<F: Float>(&self, row: F::Uint) -> (F::Uint, RareForm<F>) {
+        let form = RareForm {
+            anchor: Vec3::gather(&self.anchor, row),
+            axis: Vec3::gather(&self.axis, row),
+            constant: F::gather(&self.constant, row),
+            u_axis: Vec3::gather(&self.u_axis, row),
+            u_offset: F::gather(&self.u_offset, row),
+            v_axis: Vec3::gather(&self.v_axis, row),
+            v_offset: F::gather(&self.v_offset, row),
+        };
+        ((-F::gather(&self.radius, row)).to_uint(), form)
     }
 
     /// Material rows of points.
@@ -340,19 +366,19 @@ impl SurfaceTable {
     /// Indices in the light table, or [`NO_LIGHT`].
     #[inline(always)]
     pub fn light<F: Float>(&self, point: &SurfacePoint<F>) -> F::Uint {
-        F::device(&LightOf(self), *point)
-    }
-
-    #[inline(always)]
-    fn light_in_lanes<F: LaneFloat>(&self, point: &SurfacePoint<F>) -> F::Uint {
-        let light = F::Uint::gather(&self.light, point.row);
-        if self.triangles.is_none() {
-            return light;
-        }
-        let of_triangle = triangle_of::<F>(point.surface) + F::Uint::gather(&self.triangle_light, point.row);
-        let is_triangle =
-            !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE)) & light.lt(F::Uint::splat(NO_LIGHT));
-        F::Uint::select(is_triangle, of_triangle, light)
+        let point = *point;
+        function!(F, light_of(point), {
+            let light = F::Uint::gather(&self.light, point.row);
+            if self.triangles.is_none() {
+                return light;
+            }
+            F::branch(
+                !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE)) & light.lt(F::Uint::splat(NO_LIGHT)),
+                light,
+                #[inline(always)]
+                || F::device(&TriangleLight(self), point),
+            )
+        })
     }
 
     /// Radiance that surfaces emit on their outward sides.
@@ -362,44 +388,54 @@ impl SurfaceTable {
     }
 }
 
-/// [`SurfaceTable::point`].
-struct PointOf<'a>(&'a SurfaceTable);
+/// The light that a triangle is: those of a mesh follow each other as its triangles do.
+struct TriangleLight<'a>(&'a SurfaceTable);
 
-impl Device for PointOf<'_> {
-    const NAME: &'static str = "surface_point";
-    type Arguments<F: Float> = (Ray<F>, Hit<F>);
-    type Output<F: Float> = SurfacePoint<F>;
-
-    #[inline(always)]
-    fn run<F: LaneFloat>(&self, (ray, hit): Self::Arguments<F>) -> SurfacePoint<F> {
-        self.0.point_in_lanes(&ray, &hit)
-    }
-}
-
-/// [`SurfaceTable::uv`].
-struct UvOf<'a>(&'a SurfaceTable);
-
-impl Device for UvOf<'_> {
-    const NAME: &'static str = "surface_uv";
-    type Arguments<F: Float> = (SurfacePoint<F>, F::Mask);
-    type Output<F: Float> = [F; 2];
-
-    #[inline(always)]
-    fn run<F: LaneFloat>(&self, (point, wanted): Self::Arguments<F>) -> [F; 2] {
-        self.0.uv_in_lanes(&point, wanted)
-    }
-}
-
-/// [`SurfaceTable::light`].
-struct LightOf<'a>(&'a SurfaceTable);
-
-impl Device for LightOf<'_> {
-    const NAME: &'static str = "light_of";
+impl Device for TriangleLight<'_> {
+    const NAME: &'static str = "triangle_light";
     type Arguments<F: Float> = SurfacePoint<F>;
     type Output<F: Float> = F::Uint;
 
     #[inline(always)]
     fn run<F: LaneFloat>(&self, point: SurfacePoint<F>) -> F::Uint {
-        self.0.light_in_lanes(&point)
+        triangle_of::<F>(point.surface) + F::Uint::gather(&self.0.triangle_light, point.row)
+    }
+}
+
+/// Normals at points of rare shapes, and how far the points lie off them: [`RareForm::point`], lane by lane.
+struct RarePoint<'a>(&'a SurfaceTable);
+
+impl Device for RarePoint<'_> {
+    const NAME: &'static str = "rare_point";
+    type Arguments<F: Float> = (F::Uint, Vec3<F>, F::Mask);
+    type Output<F: Float> = (Vec3<F>, F);
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, (row, p, lanes): Self::Arguments<F>) -> (Vec3<F>, F) {
+        Rares::new(&self.0.rows, lanes, row, p).points()
+    }
+
+    fn recorded<F: Float>(&self, (row, p, _): Self::Arguments<F>) -> Option<(Vec3<F>, F)> {
+        let (kind, form) = self.0.rare::<F>(row);
+        Some(form.point(kind, p))
+    }
+}
+
+/// Their uv: [`RareForm::uv`].
+struct RareUv<'a>(&'a SurfaceTable);
+
+impl Device for RareUv<'_> {
+    const NAME: &'static str = "rare_uv";
+    type Arguments<F: Float> = (F::Uint, Vec3<F>, Vec3<F>, F::Mask);
+    type Output<F: Float> = [F; 2];
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, (row, p, n, lanes): Self::Arguments<F>) -> [F; 2] {
+        Rares::new(&self.0.rows, lanes, row, p).uv(n)
+    }
+
+    fn recorded<F: Float>(&self, (row, p, n, _): Self::Arguments<F>) -> Option<[F; 2]> {
+        let (kind, form) = self.0.rare::<F>(row);
+        Some(form.uv(kind, p, n))
     }
 }

@@ -1,8 +1,9 @@
 //! The triangles of all meshes.
 
 use super::Hit;
-use super::instances::{Instances, NO_INSTANCE, Place};
-use crate::math::{Bounds, Float, LaneFloat, LaneMask, Uint, Vec3};
+use super::instances::{Instances, NO_INSTANCE};
+use crate::math::lanes::Device;
+use crate::math::{Bounds, Float, LaneFloat, Uint, Vec3, value};
 use crate::shape::{BOUNDS_ERROR, Mesh, Sides, is_needle, triangle_error};
 use glam::{DAffine3, DVec3};
 use std::ops::Range;
@@ -144,22 +145,51 @@ impl Triangles {
 
     /// The vertices of the corners of triangles, one triangle a lane.
     #[inline(always)]
-    pub(super) fn vertices<F: LaneFloat>(&self, triangle: F::Uint) -> [F::Uint; 3] {
+    pub(super) fn vertices<F: Float>(&self, triangle: F::Uint) -> [F::Uint; 3] {
         let [a, b, c] = &self.corners;
         [F::Uint::gather(a, triangle), F::Uint::gather(b, triangle), F::Uint::gather(c, triangle)]
     }
 
     /// Positions of vertices.
     #[inline(always)]
-    pub(super) fn position<F: LaneFloat>(&self, vertex: F::Uint) -> Vec3<F> {
+    pub(super) fn position<F: Float>(&self, vertex: F::Uint) -> Vec3<F> {
         Vec3::gather(&self.positions, vertex)
+    }
+
+    /// The corners of the triangles that are met.
+    #[inline(always)]
+    fn corners_of<F: Float>(&self, surface: F::Uint) -> Corners<F> {
+        F::device(&CornersOf(self), surface)
+    }
+
+    /// The rows of hits on meshes in the surface table. Lanes outside `on_mesh` are unspecified.
+    #[inline(always)]
+    pub(super) fn row<F: Float>(
+        &self,
+        instances: Option<&Instances>,
+        hit: &Hit<F>,
+        on_mesh: F::Mask,
+    ) -> F::Uint {
+        let mut row = hit.surface;
+        if !self.rows.is_empty() {
+            row = F::Uint::gather(&self.rows, triangle_of::<F>(hit.surface));
+        }
+        match instances {
+            None => row,
+            Some(instances) => F::branch(
+                on_mesh & is_shared(hit),
+                row,
+                #[inline(always)]
+                || instances.row::<F>(hit.instance),
+            ),
+        }
     }
 
     /// The hits of rays on triangles, as means of the corners, whose error is that of the corners' coordinates however
     /// long the ray is. Lanes outside `on_mesh` are unspecified; `orientation` is 1, or −1 where outward is the other
     /// side.
     #[inline(always)]
-    pub(super) fn point<F: LaneFloat>(
+    pub(super) fn point<F: Float>(
         &self,
         instances: Option<&Instances>,
         ray_d: Vec3<F>,
@@ -167,42 +197,57 @@ impl Triangles {
         on_mesh: F::Mask,
         orientation: F,
     ) -> TrianglePoint<F> {
-        let vertices = self.vertices::<F>(triangle_of::<F>(hit.surface));
-        let mut a = self.position::<F>(vertices[0]);
-        let mut b = self.position::<F>(vertices[1]);
-        let mut c = self.position::<F>(vertices[2]);
-        let mut place = None;
+        let Corners { a, b, c, vertices } = self.corners_of::<F>(hit.surface);
+        let mut corners = [a, b, c];
+        let mut normals = [Vec3::zero(); 3];
+        if self.has_normals {
+            let [a, b, c] = vertices;
+            normals = [
+                Vec3::gather(&self.normals, a),
+                Vec3::gather(&self.normals, b),
+                Vec3::gather(&self.normals, c),
+            ];
+        }
+        // What an instance's place adds to the error.
+        let mut of_place = F::zero();
         if let Some(instances) = instances {
-            let shared = on_mesh & !hit.instance.eq(F::Uint::splat(NO_INSTANCE));
-            if shared.any() {
-                place = Some((shared, instances.gather::<F>(hit.instance)));
-            }
+            (corners, normals, of_place) = F::branch(
+                on_mesh & is_shared(hit),
+                (corners, normals, of_place),
+                #[inline(always)]
+                || {
+                    let place = instances.gather::<F>(hit.instance);
+                    let error = Sides::new(b - a, c - a).error(a);
+                    let corners = [place.point(a), place.point(b), place.point(c)];
+                    let mut turned = normals;
+                    if self.has_normals {
+                        let [a, b, c] = normals;
+                        turned = [place.normal(a), place.normal(b), place.normal(c)];
+                    }
+                    (corners, turned, place.error(corners[0], error))
+                },
+            );
         }
-        let mut sides = Sides::new(b - a, c - a);
-        let mut error = sides.error(a);
-        if let Some((shared, place)) = &place {
-            a = Vec3::select(*shared, place.point(a), a);
-            b = Vec3::select(*shared, place.point(b), b);
-            c = Vec3::select(*shared, place.point(c), c);
-            sides = Sides::new(b - a, c - a);
-            let of_place = sides.error(a) + place.error(a, error);
-            error = F::select(*shared, of_place, error);
-        }
+        let [a, b, c] = corners;
         let (ab, ac) = (b - a, c - a);
+        let sides = Sides::new(ab, ac);
+        let mut error = sides.error(a);
+        if instances.is_some() {
+            error = error + of_place;
+        }
         let weights = hit.weights;
         let p = a + ab * weights[0] + ac * weights[1];
-        let mut n = sides.across * (orientation / sides.length);
-        let without_area = on_mesh & !sides.length.gt(F::zero());
-        if without_area.any() {
-            // It was met within rounding errors, and has no normal of its own.
-            n = Vec3::select(without_area, -ray_d, n);
-        }
+        // One without area was met within rounding errors, and has no normal of its own.
+        let n = F::branch(
+            on_mesh & !sides.length.gt(F::zero()),
+            sides.across * (orientation / sides.length),
+            #[inline(always)]
+            || -ray_d,
+        );
 
         let mut shading = n;
         if self.has_normals {
-            let na = self.shading_normal::<F>(vertices[0], &place);
-            let nb = self.shading_normal::<F>(vertices[1], &place);
-            let nc = self.shading_normal::<F>(vertices[2], &place);
+            let [na, nb, nc] = normals;
             let mean = na + (nb - na) * weights[0] + (nc - na) * weights[1];
             let length = mean.length();
             // Which side is outward the order of the corners says.
@@ -218,21 +263,50 @@ impl Triangles {
 
     /// uv of points on triangles, by the weights of the second and the third corner.
     #[inline(always)]
-    pub(super) fn uv<F: LaneFloat>(&self, surface: F::Uint, weights: [F; 2]) -> [F; 2] {
-        let vertices = self.vertices::<F>(triangle_of::<F>(surface));
+    pub(super) fn uv<F: Float>(&self, surface: F::Uint, weights: [F; 2]) -> [F; 2] {
+        let vertices = self.corners_of::<F>(surface).vertices;
         [
             corner_mean(&self.uv[0], vertices, [0.0, 1.0, 1.0], weights),
             corner_mean(&self.uv[1], vertices, [0.0, 0.0, 1.0], weights),
         ]
     }
+}
 
-    /// Shading normals of vertices, where their instances stand in the lanes that have one.
+/// Hits on instances.
+#[inline(always)]
+fn is_shared<F: Float>(hit: &Hit<F>) -> F::Mask {
+    !hit.instance.eq(F::Uint::splat(NO_INSTANCE))
+}
+
+/// The corners of a triangle, in order.
+#[derive(Clone, Copy, Debug)]
+pub struct Corners<F: Float> {
+    a: Vec3<F>,
+    b: Vec3<F>,
+    c: Vec3<F>,
+    /// Their indices among the vertices.
+    vertices: [F::Uint; 3],
+}
+
+value!(Corners { a, b, c, vertices });
+
+/// [`Triangles::corners_of`]: devices keep the corners with the triangles, in the order of their trees.
+struct CornersOf<'a>(&'a Triangles);
+
+impl Device for CornersOf<'_> {
+    const NAME: &'static str = "triangle_corners";
+    type Arguments<F: Float> = F::Uint;
+    type Output<F: Float> = Corners<F>;
+
     #[inline(always)]
-    fn shading_normal<F: LaneFloat>(&self, vertex: F::Uint, place: &Option<(F::Mask, Place<F>)>) -> Vec3<F> {
-        let n = Vec3::<F>::gather(&self.normals, vertex);
-        match place {
-            Some((shared, place)) => Vec3::select(*shared, place.normal(n), n),
-            None => n,
+    fn run<F: LaneFloat>(&self, surface: F::Uint) -> Corners<F> {
+        let vertices = self.0.vertices::<F>(triangle_of::<F>(surface));
+        let [a, b, c] = vertices;
+        Corners {
+            a: self.0.position::<F>(a),
+            b: self.0.position::<F>(b),
+            c: self.0.position::<F>(c),
+            vertices,
         }
     }
 }
@@ -257,16 +331,13 @@ pub(super) fn triangle_of<F: Float>(surface: F::Uint) -> F::Uint {
 
 /// The weighted mean of a column's values at three vertices; `without` stands for values that are NaN.
 #[inline(always)]
-fn corner_mean<F: LaneFloat>(
-    column: &[f32],
-    vertices: [F::Uint; 3],
-    without: [f32; 3],
-    weights: [F; 2],
-) -> F {
+fn corner_mean<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3], weights: [F; 2]) -> F {
     let mut corners = [F::zero(); 3];
     for (i, corner) in corners.iter_mut().enumerate() {
         let given = F::gather(column, vertices[i]);
-        *corner = F::select(given.le(given), given, F::splat(without[i]));
+        let magnitude = given.to_bits() & F::Uint::splat(i32::MAX as u32);
+        let is_nan = F::Uint::splat(f32::INFINITY.to_bits()).lt(magnitude);
+        *corner = F::select(is_nan, F::splat(without[i]), given);
     }
     let [a, b, c] = corners;
     a + (b - a) * weights[0] + (c - a) * weights[1]

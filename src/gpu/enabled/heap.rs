@@ -174,17 +174,16 @@ pub(super) fn reader(
     text
 }
 
-/// The names in the WGSL of the tables that the host keeps by rows, too: `surface_at(row)` reads a row of the table that
-/// begins with the heap's word `scene.surfaces_from`.
-const TABLES: [(&str, &str, &str); 7] = [
-    ("Surface", "surface_at", "surfaces_from"),
+/// The names in the WGSL of the tables that the host keeps by rows, too: `vertex_at(row)` reads a row of the table that
+/// begins with the heap's word `scene.vertices_from`.
+const TABLES: [(&str, &str, &str); 6] = [
     ("LightNode", "light_node_at", "light_nodes_from"),
     ("TreeNode", "tree_node_at", "tree_nodes_from"),
     ("Triangle", "triangle_at", "triangles_from"),
     // Instances stand among triangles.
     ("Instance", "instance_at", "triangles_from"),
     ("MeshVertex", "vertex_at", "vertices_from"),
-    ("Place", "place_at", "places_from"),
+    ("PlaceRow", "place_row_at", "places_from"),
 ];
 
 /// WGSL that reads rows of these tables, from the host's own layouts.

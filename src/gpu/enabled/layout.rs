@@ -181,28 +181,6 @@ shared! {
         most_bright: u32,
     }
 
-    /// A row of the surface table.
-    struct Surface {
-        /// Of round surfaces and cylinders; zero for flat ones.
-        anchor: [f32; 3],
-        /// Zero for flat ones; IS_DISK or IS_CYLINDER.
-        radius: f32,
-        /// The normal of flat surfaces, the vector from the anchor to the centre of round ones, a cylinder's axis.
-        axis: [f32; 3],
-        /// The distance of flat surfaces, the anchor's power of round ones, a cylinder's radius.
-        constant: f32,
-        u_axis: [f32; 4],
-        v_axis: [f32; 4],
-        emission: [f32; 3],
-        error: f32,
-        orientation: f32,
-        material: u32,
-        /// Index into `lights`, or NO_LIGHT.
-        light: u32,
-        /// Its number on the host, which decides ties.
-        row: u32,
-    }
-
     /// A node of the light tree.
     struct LightNode {
         centre: [f32; 3],
@@ -261,8 +239,7 @@ shared! {
         light: u32,
         /// Indices into `vertices`.
         vertices: [u32; 3],
-        /// Its share of a hit's error bound, in its own space.
-        error: f32,
+        _end: u32,
     }
 
     /// A shared mesh where it stands, as rays come to it. It has the place of a triangle.
@@ -282,14 +259,14 @@ shared! {
     }
 
     /// The same as hits look it up: by its number less one.
-    struct Place {
+    struct PlaceRow {
         /// The rows of the matrix that takes directions to the world.
         to_world_x: [f32; 3],
         /// The most by which it lengthens.
         stretch: f32,
         to_world_y: [f32; 3],
-        /// The error of a ray that is taken to the mesh, for each unit of its distance from the mesh's origin.
-        ray_error: f32,
+        /// The condition number of that matrix for errors.
+        condition: f32,
         to_world_z: [f32; 3],
         /// Index into `surfaces`.
         surface: u32,
@@ -346,10 +323,6 @@ shared! {
         blue: u32,
     }
 }
-
-/// What stands for the radius of a surface that is neither flat nor a sphere: below zero.
-pub(super) const IS_DISK: f32 = -1.0;
-pub(super) const IS_CYLINDER: f32 = -2.0;
 
 /// The bits of [`SlotSums::rejected`] below the reason.
 pub(super) const REJECT_SHIFT: u32 = 30;

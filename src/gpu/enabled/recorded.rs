@@ -10,11 +10,11 @@ use crate::integrator::{
 use crate::light::{Groups, LightChoice};
 use crate::material::{Branch, Bsdf, Bxdf, BxdfSample, TransportMode};
 use crate::math::lanes::Function;
-use crate::math::{ColumnReader, Float, Mask, Ray, Rgb, Vec3, trig};
+use crate::math::{ColumnReader, Float, Mask, Ray, Rgb, Vec3};
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{PathId, Sampler, independent};
 use crate::scene::Integrator;
-use crate::world::{CompiledScene, Hit, SurfacePoint, World};
+use crate::world::{CompiledScene, Corners, Hit, Instances, Place, SurfacePoint, Triangles, World};
 
 type F = RecordedFloat;
 
@@ -94,6 +94,15 @@ fn registry<'a>(source: &Source<'a>) -> Registry<'a> {
     lights.columns(&mut Rows { registry: &mut registry, reader: "light_at" });
     materials.columns(&mut Rows { registry: &mut registry, reader: "material_at" });
     surfaces.columns(&mut Rows { registry: &mut registry, reader: "surface_at" });
+    registry.column(surfaces.errors(), "surface_at", "error");
+    if let Some(Triangles { rows, normals, uv: [u, v], .. }) = surfaces.triangles() {
+        registry.words(rows, "triangle_at", "surface");
+        registry.columns(normals, "vertex_at", "normal");
+        registry.column(u, "vertex_at", "u").column(v, "vertex_at", "v");
+    }
+    if let Some(Instances { rows, .. }) = surfaces.instances() {
+        registry.words(rows, "place_row_at", "surface");
+    }
     registry
 }
 
@@ -135,7 +144,8 @@ pub(super) fn record(source: &Source<'_>, checks: bool) -> Result<super::record:
     recording.structure::<Hit<F>>();
     recording.structure::<SurfacePoint<F>>();
     recording.structure::<LightChoice<F>>();
-    record!(recording.callees, calls_angle_turns(y: F, x: F) -> F { trig::angle_turns(y, x) });
+    recording.structure::<Corners<F>>();
+    recording.structure::<Place<F>>();
     record!(recording.callees, calls_pcg4d(words: [RecordedUint; 4]) -> [RecordedUint; 4] { independent::pcg4d::<F>(words) });
     record!(recording.function, film_position(path: PathId<F>, centre: [F; 2]) -> [F; 2] {
         let (x, y, _) = camera_ray(settings, &scene.camera, path, centre);

@@ -122,14 +122,24 @@ impl Rows<'_> {
 
     /// The rows, one after the other. All columns must be of one length.
     pub(super) fn packed(&self) -> Vec<HeapWord> {
+        let all: Vec<_> = (0..self.len() as u32).collect();
+        self.packed_as(&all)
+    }
+
+    /// How many rows there are.
+    fn len(&self) -> usize {
+        self.columns.first().map_or(0, |(_, values)| values.len())
+    }
+
+    /// The same for some of the rows, in another order.
+    pub(super) fn packed_as(&self, order: &[u32]) -> Vec<HeapWord> {
         let (places, words) = self.layout();
-        let rows = self.columns.first().map_or(0, |(_, values)| values.len());
-        let mut packed = vec![HeapWord::default(); rows * words];
+        let mut packed = vec![HeapWord::default(); order.len() * words];
         for ((name, values), place) in self.columns.iter().zip(places) {
-            assert_eq!(values.len(), rows, "the column {name} is as long as the others");
-            for (row, words) in packed.chunks_exact_mut(words).enumerate() {
+            assert_eq!(values.len(), self.len(), "the column {name} is as long as the others");
+            for (&row, words) in order.iter().zip(packed.chunks_exact_mut(words)) {
                 for i in 0..values.width() {
-                    words[place.word][place.first + i] = values.bits(row, i);
+                    words[place.word][place.first + i] = values.bits(row as usize, i);
                 }
             }
         }

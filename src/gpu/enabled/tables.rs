@@ -1,7 +1,7 @@
 //! From the compiled scene to the device's tables.
 
 use super::heap::Section;
-use super::layout::{self, CHANCE_BITS, LightNode, Scene, Surface, TAPS_IN_A_WORD};
+use super::layout::{CHANCE_BITS, LightNode, Scene, TAPS_IN_A_WORD};
 use super::recorded;
 use super::rows::{HeapWord, Rows};
 use super::tree::Tree;
@@ -13,7 +13,7 @@ use crate::material::MaterialTable;
 use crate::math::ColumnReader;
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
-use crate::shape::{self, Form, Rare};
+use crate::shape::{self, Form, RareKind};
 use crate::world::{CompiledScene, Simple, SurfaceTable, Treed, World};
 
 /// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
@@ -27,7 +27,7 @@ pub(super) const ROUND_ERROR: f32 = 2.0;
 /// A scene as the device sees it.
 pub(super) struct Tables {
     pub(super) scene: Scene,
-    pub(super) surfaces: Vec<Surface>,
+    pub(super) surfaces: Vec<HeapWord>,
     pub(super) materials: Vec<HeapWord>,
     pub(super) lights: Vec<HeapWord>,
     pub(super) light_nodes: Vec<LightNode>,
@@ -83,7 +83,7 @@ impl Tables {
         order.append(&meshes(table));
         let places = order.places(table.len());
         tree.put_surfaces(&places);
-        let surfaces = order.rows.iter().map(|&row| surface(table, row)).collect::<Result<_, _>>()?;
+        let surfaces = surface_rows(table, &SurfaceColumns::new(table)?).packed_as(&order.rows);
         let mut offset_nodes = [[0.0; 4]; 17];
         let mut offset_radius = 0.0;
         match job.offset {
@@ -190,7 +190,7 @@ impl Order {
     }
 }
 
-/// The rows of meshes.
+/// The host's rows of meshes.
 fn meshes(table: &SurfaceTable) -> Vec<u32> {
     let is_mesh = |row: &u32| table.rows()[*row as usize].0 == shape::Surface::OF_A_MESH;
     (0..table.len() as u32).filter(is_mesh).collect()
@@ -242,65 +242,47 @@ impl Tables {
     }
 }
 
-pub(super) fn surface(table: &SurfaceTable, row: u32) -> Result<Surface, GpuError> {
-    let (form, look) = &table.rows()[row as usize];
-    let own = match table.rare(row) {
-        None => common_form(form),
-        Some(shape) => rare_form(shape, form.error)
-            .ok_or_else(|| GpuError::Unsupported(format!("the shape of entity {}", look.entity + 1)))?,
-    };
-    Ok(Surface {
-        emission: look.emission,
-        orientation: table.orientation(row),
-        material: look.material,
-        light: look.light,
-        row,
-        ..own
-    })
+/// What the device knows of each surface beside the host's columns.
+#[derive(Default)]
+pub(super) struct SurfaceColumns {
+    /// Its share of a hit's error bound.
+    error: Vec<f32>,
+    /// Its number on the host, which decides ties.
+    row: Vec<u32>,
 }
 
-/// A surface's form on the device.
-fn common_form(form: &shape::Surface) -> Surface {
-    let is_round = form.form == Form::Round;
-    Surface {
-        anchor: form.anchor,
-        radius: form.radius,
-        axis: if is_round { form.to_centre } else { form.normal },
-        constant: if is_round { form.anchor_power } else { form.distance },
-        u_axis: form.u_axis,
-        v_axis: form.v_axis,
-        error: form.error * if is_round { ROUND_ERROR } else { 1.0 },
-        ..Surface::default()
+impl SurfaceColumns {
+    /// Fails where the device does not know a surface's shape.
+    pub(super) fn new(table: &SurfaceTable) -> Result<SurfaceColumns, GpuError> {
+        let mut own = SurfaceColumns::default();
+        for (row, ((form, look), error)) in (0..).zip(table.rows().iter().zip(table.errors())) {
+            // Which shapes `shapes.wgsl` knows.
+            let (is_known, is_rooted) = match form.form {
+                Form::Flat | Form::Rare(RareKind::Disk) => (true, false),
+                Form::Round | Form::Rare(RareKind::Cylinder) => (true, true),
+            };
+            if !is_known {
+                return Err(GpuError::Unsupported(format!("the shape of entity {}", look.entity + 1)));
+            }
+            own.error.push(error * if is_rooted { ROUND_ERROR } else { 1.0 });
+            own.row.push(row);
+        }
+        Ok(own)
+    }
+
+    fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        let SurfaceColumns { error, row } = self;
+        reader.floats("error", error);
+        reader.words("row", row);
     }
 }
 
-/// A rare shape's form on the device, if the device knows it.
-fn rare_form(shape: &Rare, error: f32) -> Option<Surface> {
-    if let Rare::Disk(disk) = shape {
-        return Some(Surface {
-            radius: layout::IS_DISK,
-            axis: disk.normal,
-            constant: disk.distance,
-            u_axis: disk.x_axis,
-            v_axis: disk.y_axis,
-            error,
-            ..Surface::default()
-        });
-    }
-    if let Rare::Cylinder(cylinder) = shape {
-        let [x, y, z] = cylinder.x_axis;
-        return Some(Surface {
-            anchor: cylinder.middle,
-            radius: layout::IS_CYLINDER,
-            axis: cylinder.axis,
-            constant: cylinder.radius,
-            u_axis: [x, y, z, 0.0],
-            v_axis: cylinder.v_axis,
-            error: error * ROUND_ERROR,
-            ..Surface::default()
-        });
-    }
-    None
+/// The columns of surfaces.
+pub(super) fn surface_rows<'a>(table: &'a SurfaceTable, own: &'a SurfaceColumns) -> Rows<'a> {
+    let mut rows = Rows::default();
+    table.columns(&mut rows);
+    own.columns(&mut rows);
+    rows
 }
 
 /// The columns of materials.
@@ -353,9 +335,10 @@ pub(super) fn light_rows<'a>(table: &'a LightTable, own: &'a LightColumns) -> Ro
 
 /// WGSL that declares and reads the rows that are made of columns. It is the same for all scenes.
 pub(super) fn readers() -> String {
-    let (materials, lights, own) = (MaterialTable::default(), LightTable::default(), LightColumns::default());
-    material_rows(&materials).text("Material", "material_at", "materials_from")
-        + &light_rows(&lights, &own).text("Light", "light_at", "lights_from")
+    let (surfaces, lights) = (SurfaceTable::default(), LightTable::default());
+    surface_rows(&surfaces, &SurfaceColumns::default()).text("Surface", "surface_at", "surfaces_from")
+        + &material_rows(&MaterialTable::default()).text("Material", "material_at", "materials_from")
+        + &light_rows(&lights, &LightColumns::default()).text("Light", "light_at", "lights_from")
 }
 
 /// The rows of lights and the nodes of their tree, behind which come those of lamps that are meshes.

@@ -7,13 +7,11 @@
 //! so that every ray knows an order in which it meets them, whatever its direction: turn i belongs to place i ^ o, o
 //! being the octant that the ray points away from.
 
-use super::layout::{Instance, MeshVertex, Place, TreeNode, Triangle};
+use super::layout::{Instance, MeshVertex, PlaceRow, TreeNode, Triangle};
 use crate::light::NO_LIGHT;
 use crate::math::{Bounds, Vec3};
-use crate::shape::{Form, triangle_error};
-use crate::world::{
-    Boxes, Bvh, Contents, FIRST_TRIANGLE, Instances, RAY_ERROR, SurfaceTable, TREE_WIDTH, Triangles,
-};
+use crate::shape::Form;
+use crate::world::{Boxes, Bvh, Contents, FIRST_TRIANGLE, Instances, SurfaceTable, TREE_WIDTH, Triangles};
 use std::collections::VecDeque;
 use std::fmt::Write;
 
@@ -41,11 +39,9 @@ pub(super) struct Tree {
     pub(super) triangles: Vec<Triangle>,
     pub(super) vertices: Vec<MeshVertex>,
     /// Where shared meshes stand, in the host's order.
-    pub(super) places: Vec<Place>,
+    pub(super) places: Vec<PlaceRow>,
     /// Rows of the host's surface table in the order in which leaves hold them.
     pub(super) rows: Vec<u32>,
-    /// Whether any vertex has a normal.
-    pub(super) smooth: bool,
 }
 
 /// A node that is to be made: what it holds, its parent, and its level.
@@ -81,7 +77,6 @@ impl Tree {
         tree.levels = tree.add(boxes, &source) + below;
         if let Some(Meshes { triangles, .. }) = source.meshes {
             tree.vertices = vertices(triangles);
-            tree.smooth = triangles.has_normals;
         }
         if let Some(instances) = table.instances() {
             tree.places = (0..instances.len()).map(|i| place(instances, i)).collect();
@@ -151,7 +146,7 @@ impl Tree {
     fn add_instance(&mut self, number: usize, source: &Source<'_>, node: &TreeNode) -> (u32, u32, u32) {
         let from = self.triangles.len() as u32 - node.triangles;
         if let Some(instances) = source.table.instances() {
-            let Place { to_mesh_x, to_mesh_y, to_mesh_z, origin, .. } = place(instances, number);
+            let PlaceRow { to_mesh_x, to_mesh_y, to_mesh_z, origin, .. } = place(instances, number);
             let root = source.roots[instances.mesh[number] as usize];
             let number = number as u32 + 1;
             let instance =
@@ -180,11 +175,11 @@ impl Tree {
 }
 
 /// Where an instance stands. Its surface is the host's row, until the device's are in order.
-fn place(instances: &Instances, number: usize) -> Place {
+fn place(instances: &Instances, number: usize) -> PlaceRow {
     let place = instances.place(number);
     let [to_world_x, to_world_y, to_world_z] = place.to_world.map(array);
     let [to_mesh_x, to_mesh_y, to_mesh_z] = place.to_mesh.map(array);
-    Place {
+    PlaceRow {
         to_world_x,
         to_world_y,
         to_world_z,
@@ -193,9 +188,9 @@ fn place(instances: &Instances, number: usize) -> Place {
         to_mesh_z,
         origin: array(place.origin),
         stretch: place.stretch,
-        ray_error: place.condition * RAY_ERROR,
+        condition: place.condition,
         surface: instances.rows[number],
-        ..Place::default()
+        ..PlaceRow::default()
     }
 }
 
@@ -303,10 +298,6 @@ impl<'a> Meshes<'a> {
         let triangles = self.triangles;
         let index = (number & !FIRST_TRIANGLE) as usize;
         let [a, b, c] = triangles.positions_of(index);
-        let [o, ab, ac] = {
-            let [a, b, c] = [a, b, c].map(Vec3::<f32>::splat);
-            [a, b - a, c - a]
-        };
         Triangle {
             a,
             number,
@@ -316,7 +307,7 @@ impl<'a> Meshes<'a> {
             c,
             light: self.light(index),
             vertices: [0, 1, 2].map(|corner| triangles.corners[corner][index]),
-            error: triangle_error(o, ab, ac),
+            _end: 0,
         }
     }
 }

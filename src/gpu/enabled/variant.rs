@@ -2,9 +2,7 @@
 
 use super::device::Device;
 use super::heap::{self, Paging};
-use super::layout::{
-    self, CHANCE_BITS, IS_CYLINDER, IS_DISK, MOST_BRANCHES, NOTHING, REJECT_SHIFT, REJECTS, TAPS_IN_A_WORD,
-};
+use super::layout::{self, CHANCE_BITS, MOST_BRANCHES, NOTHING, REJECT_SHIFT, REJECTS, TAPS_IN_A_WORD};
 use super::tables::{self, Tables};
 use super::tree;
 use crate::film::MAX_RADIANCE;
@@ -16,7 +14,7 @@ use crate::gpu::{AdapterKind, GpuError};
 use crate::light;
 use crate::light::NO_LIGHT;
 use crate::scene::Integrator;
-use crate::shape::{BOUNDS_ERROR, NEEDLE, POSITION_ERROR, TRIANGLE_ERROR, UNIT_ROUNDOFF};
+use crate::shape::{BOUNDS_ERROR, NEEDLE, RareKind};
 use crate::world::{FIRST_TRIANGLE, NO_INSTANCE};
 use std::fmt::Write;
 use std::sync::Arc;
@@ -42,8 +40,6 @@ pub(super) struct Plan {
     pub(super) triangles: bool,
     /// Whether there are shared meshes in it.
     pub(super) instances: bool,
-    /// Whether light scatters around other normals than the surfaces' own.
-    pub(super) smooth: bool,
     /// The filter's taps along an axis, where samples count in all pixels around them; zero elsewhere.
     pub(super) taps: u32,
     /// Whether there are disks or cylinders.
@@ -70,7 +66,6 @@ impl Plan {
             levels: tree.levels,
             triangles: !tree.triangles.is_empty(),
             instances: !tree.places.is_empty(),
-            smooth: tree.smooth,
             taps: tables.weights.taps,
             rare: tables.scene.rare_end > tables.scene.quads_end,
             uniforms: true,
@@ -113,8 +108,8 @@ pub(super) fn text(variant: &Variant) -> String {
         ("REJECT_SHIFT", REJECT_SHIFT),
     ];
     let real = [
-        ("IS_DISK", IS_DISK),
-        ("IS_CYLINDER", IS_CYLINDER),
+        // What stands for the radius.
+        ("IS_DISK", -(RareKind::Disk.number() as f32)),
         ("EPSILON", f32::EPSILON),
         ("BELOW_ONE", crate::math::BELOW_ONE),
         ("NEARNESS", light::NEARNESS),
@@ -123,11 +118,8 @@ pub(super) fn text(variant: &Variant) -> String {
         ("FACING", light::FACING),
         ("NARROW", light::NARROW),
         ("NOTHING", NOTHING),
-        ("POSITION_ERROR", POSITION_ERROR),
         ("BOUNDS_ERROR", BOUNDS_ERROR),
-        ("TRIANGLE_ERROR", TRIANGLE_ERROR),
         ("NEEDLE", NEEDLE),
-        ("UNIT_ROUNDOFF", UNIT_ROUNDOFF),
         ("SMALLEST_NORMAL", f32::MIN_POSITIVE),
     ];
     let mut text = String::new();
@@ -138,13 +130,8 @@ pub(super) fn text(variant: &Variant) -> String {
         // Debug's digits are the fewest that read back as the same float.
         writeln!(text, "const {name}: f32 = {value:?}f;").expect("a string takes all");
     }
-    let &Plan { triangles, instances, smooth, rare, .. } = &variant.plan;
-    for (name, is_so) in [
-        ("TREE_TRIANGLES", triangles),
-        ("TREE_INSTANCES", instances),
-        ("TREE_SMOOTH", smooth),
-        ("HAS_RARE", rare),
-    ] {
+    let &Plan { triangles, instances, rare, .. } = &variant.plan;
+    for (name, is_so) in [("TREE_TRIANGLES", triangles), ("TREE_INSTANCES", instances), ("HAS_RARE", rare)] {
         writeln!(text, "const {name}: bool = {is_so};").expect("a string takes all");
     }
     let space = if variant.plan.uniforms { "uniform" } else { "storage, read" };

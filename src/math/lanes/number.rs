@@ -301,6 +301,10 @@ pub trait Device {
     type Output<F: Float>: Value<F>;
     /// What lanes compute.
     fn run<F: LaneFloat>(&self, arguments: Self::Arguments<F>) -> Self::Output<F>;
+    /// What a recorded program computes where only lanes need another way; none where the function is written by hand.
+    fn recorded<F: Float>(&self, _arguments: Self::Arguments<F>) -> Option<Self::Output<F>> {
+        None
+    }
 }
 
 /// A [`Mask`] of lanes.

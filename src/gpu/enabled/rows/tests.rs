@@ -1,10 +1,11 @@
-use super::super::tables::{LightColumns, light_rows, material_rows};
+use super::super::tables::{LightColumns, SurfaceColumns, light_rows, material_rows, surface_rows};
 use super::*;
-use crate::light::{AreaLight, LightTable, PointLight};
+use crate::light::{AreaLight, LightTable, NO_LIGHT, PointLight};
 use crate::material::{
     CheckerboardParameters, GlassParameters, MaterialParameters, MaterialTable, MatteParameters,
 };
-use crate::shape::Sphere;
+use crate::shape::{Disk, Plane, Shape, Sphere};
+use crate::world::{Look, SurfaceTable};
 use glam::DVec3;
 
 /// A number of a column, in a row: name, type and bits.
@@ -175,6 +176,26 @@ fn materials_are_read_back_and_need_no_row_for_their_wgsl() {
     let nothing = MaterialTable::default();
     assert_eq!(super::tests::text(&material_rows(&nothing)), text);
     assert_eq!(material_rows(&nothing).packed(), Vec::<HeapWord>::new());
+}
+
+#[test]
+fn surfaces_are_read_back_in_another_order() {
+    let mut table = SurfaceTable::default();
+    let look = Look { material: 7, emission: [2.0, 3.0, 4.0], flip_normal: true, entity: 0, light: 5 };
+    table.push(Plane { normal: [0.0, 0.6, 0.8], distance: 9.0 }.surface(), look);
+    table.push(Sphere::new(DVec3::new(7.0, 8.0, 9.0), 0.5).surface(), Look { light: 6, ..look });
+    table.push(Disk::new(DVec3::X, DVec3::Y, 2.0).surface(), Look { light: NO_LIGHT, ..look });
+    let own = SurfaceColumns::new(&table).unwrap();
+    let rows = surface_rows(&table, &own);
+    let (order, text) = ([2, 0, 1], text(&rows));
+    let heap = rows.packed_as(&order);
+    for (place, &row) in order.iter().enumerate() {
+        assert_eq!(read(&text, &heap, place), expected(&rows, row as usize));
+    }
+    // Negative control: in their own order.
+    assert_ne!(read(&text, &rows.packed(), 0), expected(&rows, 2));
+    // Nothing is left over.
+    assert_eq!(heap.len(), 3 * 6);
 }
 
 #[test]

@@ -237,8 +237,8 @@ fn one_changed_constant_is_noticed() {
             PathNaive,
             Sobol,
             16,
-            "shading = smooth_n;",
-            "shading = normalize(smooth_n + vec3f(0.3, 0.0, 0.0));",
+            "return MeshVertex(bitcast<vec3f>(w0.xyz)",
+            "return MeshVertex(bitcast<vec3f>(w0.xyz) + vec3f(0.3, 0.0, 0.0)",
         ),
         // What waits on the way up is forgotten.
         (

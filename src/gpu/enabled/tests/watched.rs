@@ -298,6 +298,9 @@ impl Float for Watched {
     }
     // What is written by hand is not watched, and not compiled once more.
     fn device<D: Device>(device: &D, arguments: D::Arguments<Self>) -> D::Output<Self> {
-        watched(&device.run::<f32>(plain(&arguments)))
+        match device.recorded(arguments) {
+            Some(output) => output,
+            None => watched(&device.run::<f32>(plain(&arguments))),
+        }
     }
 }

@@ -6,7 +6,7 @@ use crate::integrator::{Lit, Observer, State, Transport, View, camera_ray, step}
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::Function;
 use crate::math::lanes::scalar::Wrapping;
-use crate::math::{Float, Uint, trig};
+use crate::math::{Float, Uint};
 use crate::render::Region;
 use crate::sampling::{Block, PathId, Stream, independent};
 use rand::RngExt;
@@ -110,8 +110,6 @@ fn follow_branch(source: &Source<'_>, state: State<F>) {
 fn by_hand() {
     let stream = &mut Stream::new(61, 0, 0);
     for _ in 0..1000 {
-        let [x, y] = [(); 2].map(|()| Watched(stream.random_range(-1.0..1.0_f32)));
-        trig::angle_turns(y, x);
         independent::pcg4d::<F>([(); 4].map(|()| uint(stream.random::<u32>())));
     }
 }

@@ -1,11 +1,11 @@
 //! The results of calls on a device, against those of the lane that made them.
 
 use super::super::super::record::Signature;
-use super::super::super::tables::{ROUND_ERROR, Tables};
+use super::super::super::tables::{ROUND_ERROR, SurfaceColumns, Tables, surface_rows};
 use super::super::Device;
 use super::super::probe;
 use super::super::watched::Call;
-use crate::world::FIRST_TRIANGLE;
+use crate::world::{FIRST_TRIANGLE, SurfaceTable};
 use std::collections::HashMap;
 use std::fmt;
 use wgpu::naga::{self, ScalarKind, TypeInner};
@@ -67,7 +67,10 @@ pub(super) struct Rows {
 
 impl Rows {
     pub(super) fn of(tables: &Tables) -> Rows {
-        let surfaces = (0..).zip(&tables.surfaces).map(|(place, surface)| (surface.row, place));
+        let (table, own) = (SurfaceTable::default(), SurfaceColumns::default());
+        let (number, words) = surface_rows(&table, &own).place("row").expect("rows have numbers");
+        let surfaces = (0..).zip(tables.surfaces.chunks_exact(words));
+        let surfaces = surfaces.map(|(place, row)| (row[number.word][number.first], place));
         let triangles = (0..).zip(&tables.tree.triangles);
         let triangles = triangles.map(|(place, triangle)| (triangle.number, place | FIRST_TRIANGLE));
         // Shared meshes stand among the triangles, with numbers of their own.

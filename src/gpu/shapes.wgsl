@@ -1,12 +1,8 @@
 // Twin of `shape`: distances to the first hit, or NOTHING.
 
-fn distance_to_plane(ray: Ray, n: vec3f, distance: f32) -> f32 {
-    let t = (distance - dot(ray.o, n)) / dot(ray.d, n);
-    return select(NOTHING, t, is_positive_and_finite(t));
-}
-
 fn plane_intersect(surface: Surface, ray: Ray) -> f32 {
-    return distance_to_plane(ray, surface.axis, surface.constant);
+    let t = (surface.constant - dot(ray.o, surface.axis)) / dot(ray.d, surface.axis);
+    return select(NOTHING, t, is_positive_and_finite(t));
 }
 
 // The power of the point at `w` from the anchor.
@@ -34,7 +30,7 @@ fn uv_in_plane(surface: Surface, p: vec3f) -> vec2f {
 }
 
 fn quad_intersect(surface: Surface, ray: Ray) -> f32 {
-    let t = distance_to_plane(ray, surface.axis, surface.constant);
+    let t = plane_intersect(surface, ray);
     if t >= NOTHING {
         return NOTHING;
     }
@@ -43,7 +39,7 @@ fn quad_intersect(surface: Surface, ray: Ray) -> f32 {
 }
 
 fn disk_intersect(surface: Surface, ray: Ray) -> f32 {
-    let t = distance_to_plane(ray, surface.axis, surface.constant);
+    let t = plane_intersect(surface, ray);
     if t >= NOTHING {
         return NOTHING;
     }
@@ -91,10 +87,23 @@ fn is_between_ends(surface: Surface, ray: Ray, t: f32) -> bool {
     return abs(from_middle) * dot(surface.v_axis, surface.axis) <= 0.5;
 }
 
-// What most scenes have none of.
-fn rare_intersect(surface: Surface, ray: Ray) -> f32 {
-    if surface.radius == IS_DISK {
-        return disk_intersect(surface, ray);
+// The distance to a surface of a kind.
+fn surface_intersect(kind: u32, surface: Surface, ray: Ray) -> f32 {
+    switch kind {
+        case PLANES: {
+            return plane_intersect(surface, ray);
+        }
+        case SPHERES: {
+            return sphere_intersect(surface, ray);
+        }
+        case QUADS: {
+            return quad_intersect(surface, ray);
+        }
+        default: {
+            if surface.radius == IS_DISK {
+                return disk_intersect(surface, ray);
+            }
+            return cylinder_intersect(surface, ray);
+        }
     }
-    return cylinder_intersect(surface, ray);
 }

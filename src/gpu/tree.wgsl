@@ -93,13 +93,13 @@ fn leaf_intersect(
 ) -> Met {
     var hit = so_far;
     let kind = leaf >> 12u;
-    let first = ((leaf >> 4u) & 255u) + select(node.surfaces, node.triangles, kind == LEAF_TRIANGLES);
+    let first = ((leaf >> 4u) & 255u) + select(node.surfaces, node.triangles, kind == TRIANGLES);
     let end = first + (leaf & 15u);
     for (var i = first; i < end; i++) {
         var t = NOTHING;
         var number = 0u;
         var index = i;
-        if TREE_TRIANGLES && kind == LEAF_TRIANGLES {
+        if TREE_TRIANGLES && kind == TRIANGLES {
             let triangle = triangle_at(i);
             t = triangle_meet(sheared, triangle.a, triangle.b, triangle.c).t;
             number = triangle.number;
@@ -107,7 +107,7 @@ fn leaf_intersect(
         } else {
             let surface = surface_at(i);
             number = surface.row;
-            if kind == LEAF_SPHERES {
+            if kind == SPHERES {
                 t = sphere_intersect(surface, ray);
             } else {
                 t = quad_intersect(surface, ray);
@@ -160,7 +160,7 @@ fn tree_intersect(world_ray: Ray, so_far: Met, any: bool) -> Met {
         let inner = node.scales >> 24u;
         if ((inner >> place) & 1u) == 0u {
             let leaf = leaf_at(node, place);
-            if !TREE_INSTANCES || (leaf >> 12u) != LEAF_INSTANCE {
+            if !TREE_INSTANCES || (leaf >> 12u) != INSTANCE {
                 hit = leaf_intersect(node, leaf, ray, sheared, instance, hit);
                 if any && hit.t < so_far.t {
                     break;

@@ -23,46 +23,30 @@ fn nearer(a: Met, b: Met) -> Met {
     return a;
 }
 
+// The first of some surfaces of one kind. They stand in the order of their rows: of equal distances the first one
+// counts.
+fn first_of(kind: u32, first: u32, end: u32, ray: Ray) -> Met {
+    var met = met_nothing();
+    for (var i = first; i < end; i++) {
+        let surface = surface_at(i);
+        let t = surface_intersect(kind, surface, ray);
+        if t < met.t {
+            met = Met(t, surface.row, i, NO_INSTANCE);
+        }
+    }
+    return met;
+}
+
 fn first_met(ray: Ray) -> Met {
     if !is_finite_ray(ray) {
         return met_nothing();
     }
-    // Those of one kind stand in the order of their rows: of equal distances the first one counts.
-    var plane = met_nothing();
-    for (var i = 0u; i < scene.planes_end; i++) {
-        let surface = surface_at(i);
-        let t = plane_intersect(surface, ray);
-        if t < plane.t {
-            plane = Met(t, surface.row, i, NO_INSTANCE);
-        }
-    }
-    var sphere = met_nothing();
-    for (var i = scene.planes_end; i < scene.spheres_end; i++) {
-        let surface = surface_at(i);
-        let t = sphere_intersect(surface, ray);
-        if t < sphere.t {
-            sphere = Met(t, surface.row, i, NO_INSTANCE);
-        }
-    }
-    var quad = met_nothing();
-    for (var i = scene.spheres_end; i < scene.quads_end; i++) {
-        let surface = surface_at(i);
-        let t = quad_intersect(surface, ray);
-        if t < quad.t {
-            quad = Met(t, surface.row, i, NO_INSTANCE);
-        }
-    }
+    let plane = first_of(PLANES, 0u, scene.planes_end, ray);
+    let sphere = first_of(SPHERES, scene.planes_end, scene.spheres_end, ray);
+    let quad = first_of(QUADS, scene.spheres_end, scene.quads_end, ray);
     var hit = nearer(nearer(plane, sphere), quad);
     if HAS_RARE {
-        var rare = met_nothing();
-        for (var i = scene.quads_end; i < scene.rare_end; i++) {
-            let surface = surface_at(i);
-            let t = rare_intersect(surface, ray);
-            if t < rare.t {
-                rare = Met(t, surface.row, i, NO_INSTANCE);
-            }
-        }
-        hit = nearer(hit, rare);
+        hit = nearer(hit, first_of(RARE, scene.quads_end, scene.rare_end, ray));
     }
     if TREE_LEVELS > 0u {
         return tree_intersect(ray, hit, false);
@@ -97,32 +81,25 @@ fn intersect(ray: Ray, asks: bool) -> Hit {
     return Hit(met.t, met.index, met.instance, weights);
 }
 
+// Whether a ray meets one of some surfaces of one kind before a distance.
+fn meets_any(kind: u32, first: u32, end: u32, ray: Ray, t_max: f32) -> bool {
+    for (var i = first; i < end; i++) {
+        if surface_intersect(kind, surface_at(i), ray) < t_max {
+            return true;
+        }
+    }
+    return false;
+}
+
 fn occluded(ray: Ray, t_max: f32, asks: bool, past_triangles: bool) -> bool {
     if !is_finite_ray(ray) {
         return false;
     }
-    var i = 0u;
-    for (; i < scene.planes_end; i++) {
-        if plane_intersect(surface_at(i), ray) < t_max {
-            return true;
-        }
-    }
-    for (; i < scene.spheres_end; i++) {
-        if sphere_intersect(surface_at(i), ray) < t_max {
-            return true;
-        }
-    }
-    for (; i < scene.quads_end; i++) {
-        if quad_intersect(surface_at(i), ray) < t_max {
-            return true;
-        }
-    }
-    if HAS_RARE {
-        for (; i < scene.rare_end; i++) {
-            if rare_intersect(surface_at(i), ray) < t_max {
-                return true;
-            }
-        }
+    if meets_any(PLANES, 0u, scene.planes_end, ray, t_max)
+        || meets_any(SPHERES, scene.planes_end, scene.spheres_end, ray, t_max)
+        || meets_any(QUADS, scene.spheres_end, scene.quads_end, ray, t_max)
+        || (HAS_RARE && meets_any(RARE, scene.quads_end, scene.rare_end, ray, t_max)) {
+        return true;
     }
     if TREE_LEVELS > 0u {
         // No number is below zero: what is as far does not count.

@@ -21,6 +21,10 @@ pub(super) const SPHERES: u32 = 1;
 pub(super) const QUADS: u32 = 2;
 pub(super) const INSTANCE: u32 = 3;
 
+/// The kinds of surfaces that are in no tree.
+pub(super) const PLANES: u32 = 4;
+pub(super) const RARE: u32 = 5;
+
 /// The parent of a node that has none.
 pub(super) const NO_NODE: u32 = u32::MAX;
 

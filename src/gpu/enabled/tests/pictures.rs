@@ -228,7 +228,7 @@ fn one_changed_constant_is_noticed() {
         (&cover, Path, Independent, 16, "* 5.9604645e-8f", "* 4.8e-8f"),
         // Triangles' lights are asked with one density and weighed with another.
         (&crowd, Path, Sobol, 16, "triangle_weights(u)", "triangle_weights(u * 0.7f)"),
-        (&shop, Path, Independent, 16, "a * a + b * b <= 1.0", "a * a + b * b <= 0.8"),
+        (&shop, Path, Independent, 16, "dot(at, at) <= 1.0", "dot(at, at) <= 0.8"),
         // A lamp's triangle is asked with one chance and weighed with another.
         (&of_triangles, Whitted, Independent, 16, "chance = chosen.chance;", "chance = 0.9 * chosen.chance;"),
         // Light scatters around other normals than the vertices say.

@@ -115,10 +115,8 @@ fn shapes_are_met_where_the_cpu_meets_them() {
         inputs.push([o[0], o[1], o[2], d.x, d.y, d.z]);
     }
     let lines = "let ray = Ray(float3(0u), float3(3u), 0.0);
-        var t = array<f32, 5>(plane_intersect(surface_at(0u), ray), sphere_intersect(surface_at(1u), ray),
-            quad_intersect(surface_at(2u), ray), rare_intersect(surface_at(3u), ray),
-            rare_intersect(surface_at(4u), ray));
-        for (var i = 0u; i < 5u; i++) { put_float(i, t[i]); }";
+        let kinds = array<u32, 5>(PLANES, SPHERES, QUADS, RARE, RARE);
+        for (var i = 0u; i < 5u; i++) { put_float(i, surface_intersect(kinds[i], surface_at(i), ray)); }";
     let scene = Scene { rare_end: 5, ..nothing().scene };
     let tables = Tables { surfaces, scene, ..nothing() };
     let outputs = probe::<6, 5>(&device, lines, &bits(&inputs), &tables);

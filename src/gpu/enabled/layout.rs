@@ -91,6 +91,21 @@ impl Field {
     }
 }
 
+impl Scene {
+    /// Sets a field to the bits of its numbers.
+    ///
+    /// # Panics
+    /// Panics if there is no such field, or it takes another number of words.
+    pub(super) fn set(&mut self, name: &str, words: &[u32]) {
+        let all = structures();
+        let fields = all.iter().filter(|structure| structure.name == "Scene").flat_map(Structure::named);
+        let Some(&Field { offset, size, .. }) = fields.into_iter().find(|field| field.name == name) else {
+            unreachable!("a scene has no field {name}");
+        };
+        bytemuck::bytes_of_mut(self)[offset..offset + size].copy_from_slice(bytemuck::cast_slice(words));
+    }
+}
+
 /// The structures in WGSL.
 pub(super) fn declarations() -> String {
     structures().iter().map(Structure::declaration).collect()

@@ -1,6 +1,7 @@
 //! The functions of the program that are recorded from the code that lanes run (see [`super::record`]), and where the
 //! numbers that they read lie on the device.
 
+use super::layout::Scene;
 use super::record::{RecordedFloat, RecordedMask, RecordedUint, Recording, Registry};
 use crate::camera::Camera;
 use crate::gpu::GpuError;
@@ -46,50 +47,90 @@ impl<'a> ColumnReader<'a> for Rows<'_, 'a> {
     }
 }
 
+/// Reads the numbers of a scene, each under the name of its field in [`Scene`].
+trait NumberReader<'a> {
+    fn float(&mut self, name: &'static str, number: &'a f32);
+    fn word(&mut self, name: &'static str, number: &'a u32);
+    fn vector<const N: usize>(&mut self, name: &'static str, vector: &'a [f32; N]);
+}
+
+impl<'a> NumberReader<'a> for Registry<'a> {
+    fn float(&mut self, name: &'static str, number: &'a f32) {
+        self.number(number, &format!("scene.{name}"));
+    }
+
+    fn word(&mut self, name: &'static str, number: &'a u32) {
+        Registry::word(self, number, &format!("scene.{name}"));
+    }
+
+    fn vector<const N: usize>(&mut self, name: &'static str, vector: &'a [f32; N]) {
+        Registry::vector(self, vector, &format!("scene.{name}"));
+    }
+}
+
+impl<'a> NumberReader<'a> for Scene {
+    fn float(&mut self, name: &'static str, number: &'a f32) {
+        self.set(name, &[number.to_bits()]);
+    }
+
+    fn word(&mut self, name: &'static str, number: &'a u32) {
+        self.set(name, &[*number]);
+    }
+
+    fn vector<const N: usize>(&mut self, name: &'static str, vector: &'a [f32; N]) {
+        self.set(name, &vector.map(f32::to_bits));
+    }
+}
+
+/// The numbers of a scene that its program looks up.
+fn read_numbers<'a>(scene: &'a CompiledScene, settings: &'a Settings, reader: &mut impl NumberReader<'a>) {
+    let CompiledScene { camera, lights, .. } = scene;
+    let Camera { eye, left, up, forward, centre, pixel_side, near, aperture_radius, focus_distance } = camera;
+    reader.vector("eye", eye);
+    reader.vector("left", left);
+    reader.vector("up", up);
+    reader.vector("forward", forward);
+    reader.vector("centre", centre);
+    reader.float("pixel_side", pixel_side);
+    reader.float("near", near);
+    reader.float("aperture_radius", aperture_radius);
+    reader.float("focus_distance", focus_distance);
+    let Settings { sampler, offset, max_depth } = settings;
+    reader.word("max_depth", max_depth);
+    match sampler {
+        Sampler::Independent(independent) => reader.word("seed", &independent.seed),
+        Sampler::Sobol(sobol) => reader.word("seed", &sobol.seed),
+    }
+    if let FilmOffset::Uniform(radius) | FilmOffset::Tent(radius) = offset {
+        reader.float("offset_radius", radius);
+    }
+    reader.vector("environment", &lights.environment().radiance);
+    let (centre, radius) = lights.extent();
+    reader.vector("extent_centre", centre);
+    reader.float("extent_radius", radius);
+    reader.word("delta_lights", lights.delta_count());
+    let Groups { infinite, count, share } = lights.groups();
+    reader.word("infinite_lights", infinite);
+    reader.word("light_groups", count);
+    reader.float("light_group_share", share);
+}
+
+/// The numbers of a scene that its program looks up, as they lie on the device; all others are zero.
+pub(super) fn numbers(scene: &CompiledScene, settings: &Settings) -> Scene {
+    let mut numbers = Scene::default();
+    read_numbers(scene, settings, &mut numbers);
+    numbers
+}
+
 /// The numbers and tables of a scene, by their names on the device.
 fn registry<'a>(source: &Source<'a>) -> Registry<'a> {
-    let CompiledScene { camera, surfaces, materials, lights, .. } = source.scene;
+    let CompiledScene { surfaces, materials, lights, .. } = source.scene;
     let mut registry = Registry::new();
-    let Camera { eye, left, up, forward, centre, pixel_side, near, aperture_radius, focus_distance } = camera;
-    for (vector, name) in
-        [(eye, "scene.eye"), (left, "scene.left"), (up, "scene.up"), (forward, "scene.forward")]
-    {
-        registry.vector(vector, name);
+    read_numbers(source.scene, source.settings, &mut registry);
+    if let FilmOffset::Drawn(nodes) = &source.settings.offset {
+        registry.array(nodes, "offset_node");
     }
-    registry.vector(centre, "scene.centre");
-    for (number, name) in [
-        (pixel_side, "scene.pixel_side"),
-        (near, "scene.near"),
-        (aperture_radius, "scene.aperture_radius"),
-        (focus_distance, "scene.focus_distance"),
-    ] {
-        registry.number(number, name);
-    }
-    let Settings { sampler, offset, max_depth } = source.settings;
-    registry.word(max_depth, "scene.max_depth");
-    match sampler {
-        Sampler::Independent(independent) => registry.word(&independent.seed, "scene.seed"),
-        Sampler::Sobol(sobol) => registry.word(&sobol.seed, "scene.seed"),
-    };
-    match offset {
-        FilmOffset::Centre => {}
-        FilmOffset::Uniform(radius) | FilmOffset::Tent(radius) => {
-            registry.number(radius, "scene.offset_radius");
-        }
-        FilmOffset::Drawn(nodes) => {
-            registry.array(nodes, "offset_node");
-        }
-    }
-    registry.vector(&lights.environment().radiance, "scene.environment");
-    let (centre, radius) = lights.extent();
-    registry.vector(centre, "scene.extent_centre");
-    registry.number(radius, "scene.extent_radius");
-    registry.word(lights.delta_count(), "scene.delta_lights");
     registry.words(lights.delta_lights(), "light_at", "delta_light");
-    let Groups { infinite, count, share } = lights.groups();
-    registry.word(infinite, "scene.infinite_lights");
-    registry.word(count, "scene.light_groups");
-    registry.number(share, "scene.light_group_share");
     registry.words(lights.infinite_lights(), "light_at", "infinite_light");
     lights.columns(&mut Rows { registry: &mut registry, reader: "light_at" });
     materials.columns(&mut Rows { registry: &mut registry, reader: "material_at" });

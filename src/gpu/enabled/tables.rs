@@ -62,7 +62,7 @@ impl Weights {
 
 impl Tables {
     pub(super) fn new(job: &Job<'_>) -> Result<Tables, GpuError> {
-        let CompiledScene { camera, surfaces: table, materials, lights, ambient, .. } = job.scene;
+        let CompiledScene { surfaces: table, materials, lights, ambient, .. } = job.scene;
         if job.render.max_depth > MAX_DEPTH && job.render.max_depth != UNLIMITED {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
         }
@@ -85,44 +85,21 @@ impl Tables {
         tree.put_surfaces(&places);
         let surfaces = surface_rows(table, &SurfaceColumns::new(table)?).packed_as(&order.rows);
         let mut offset_nodes = [[0.0; 4]; 17];
-        let mut offset_radius = 0.0;
-        match job.offset {
-            FilmOffset::Centre => {}
-            FilmOffset::Uniform(radius) | FilmOffset::Tent(radius) => offset_radius = radius,
-            FilmOffset::Drawn(nodes) => {
-                offset_nodes.as_flattened_mut()[..OFFSET_NODES].copy_from_slice(&nodes);
-            }
+        if let FilmOffset::Drawn(nodes) = job.offset {
+            offset_nodes.as_flattened_mut()[..OFFSET_NODES].copy_from_slice(&nodes);
         }
         let weights = job.splatter.map(Splatter::weights);
         // What is cut off lies between two positions that there are: no sample comes to lie on another tap for it.
         let shift = weights.map_or(0.0, film::Weights::shift) * f64::from(1_u32 << CHANCE_BITS);
         let (tap_shift, tap_ties) = (shift.floor() as i32, u32::from(shift.floor() == shift));
+        let settings = Settings::new(job.render, job.offset);
         let scene = Scene {
-            eye: camera.eye,
-            pixel_side: camera.pixel_side,
-            left: camera.left,
-            near: camera.near,
-            up: camera.up,
-            aperture_radius: camera.aperture_radius,
-            forward: camera.forward,
-            focus_distance: camera.focus_distance,
-            environment: lights.environment().radiance,
-            seed: job.render.seed,
-            extent_centre: lights.extent().0,
-            extent_radius: lights.extent().1,
             ambient: *ambient,
-            max_depth: job.render.max_depth,
-            centre: camera.centre,
-            offset_radius,
             planes_end,
             spheres_end,
             quads_end,
             rare_end,
             lights: lights.len() as u32,
-            delta_lights: *lights.delta_count(),
-            infinite_lights: lights.groups().infinite,
-            light_groups: lights.groups().count,
-            light_group_share: lights.groups().share,
             film_width: job.region.film_width,
             region_x: job.region.x,
             region_y: job.region.y,
@@ -132,10 +109,9 @@ impl Tables {
             tree_share: tree.share,
             tap_shift,
             tap_ties,
-            ..Scene::default()
+            ..recorded::numbers(job.scene, &settings)
         };
         let (lights, light_nodes) = light_tables(lights);
-        let settings = Settings::new(job.render, job.offset);
         let source = recorded::Source {
             scene: job.scene,
             world,

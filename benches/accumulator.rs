@@ -21,7 +21,7 @@ use stride::integrator::{self, Integrator};
 use stride::math::lanes::Level;
 use stride::render::accumulator::{Inbox, Outbox};
 use stride::render::worker::Worker;
-use stride::render::{Accumulator, Deal, Order, Region, SampleBatch, Schedule};
+use stride::render::{Accumulator, Configuration, Deal, Order, Port, Region, SampleBatch, Schedule};
 use stride::scene::{self, FilmMode, Filter, Scene};
 use stride::world::{self, Finder, World};
 
@@ -128,19 +128,16 @@ impl Case {
         let film = Film::with_layout(layout).expect("memory");
         let (orders_out, orders): (Vec<_>, Vec<_>) = (0..WORKERS).map(|_| bounded(2)).unzip();
         let (samples_out, samples) = bounded(4);
-        let outbox = Outbox {
-            orders: orders_out.into_iter().map(Some).collect(),
-            samples: self.dumps.then_some(samples_out),
-            barriers: None,
-            film: None,
-            snapshots: None,
-            remote: None,
-            progress: None,
-        };
-        let mut accumulator = Accumulator::new(film, self.region, self.schedule(), &[], None, outbox);
-        if let Some(splatter) = &self.splatter {
-            accumulator = accumulator.with_splatter(Arc::clone(splatter));
-        }
+        let accumulator = Accumulator::new(Configuration {
+            splatter: self.splatter.clone(),
+            outbox: Outbox { samples: self.dumps.then_some(samples_out), ..Outbox::default() },
+            ..Configuration::new(
+                film,
+                self.region,
+                self.schedule(),
+                orders_out.into_iter().map(Port::new).collect(),
+            )
+        });
         let (batches_out, batches) = bounded(2 * WORKERS);
         let (_failures_out, failures) = bounded(1);
         let (stop_out, stop) = bounded(0);

@@ -13,8 +13,8 @@ use stride::camera::CameraSettings;
 use stride::film::{Film, film_offset};
 use stride::gpu::{self, GpuError, GpuWorker, Job};
 use stride::output::open_film;
-use stride::render::accumulator::{Inbox, Outbox, Outcome};
-use stride::render::{Accumulator, Region, Schedule};
+use stride::render::accumulator::{Inbox, Outcome};
+use stride::render::{Accumulator, Configuration, Port, Region, Schedule};
 use stride::scene::{
     Entity, FilmSettings, Integrator, Material, MaterialKind, MatteParameters, MirrorParameters,
     PlaneParameters, RenderSettings, Sampler, Scene, Shape, SphereParameters,
@@ -73,7 +73,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
         let mut orders = Vec::new();
         for index in 0..workers {
             let (orders_out, orders_in) = bounded(2);
-            orders.push(Some(orders_out));
+            orders.push(orders_out);
             let job = Job {
                 scene: &compiled,
                 world: &world,
@@ -90,17 +90,9 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
         }
         drop(batches_out);
         let schedule = Schedule::new(workers as usize, region.len(), spp, None, Vec::new());
-        let outbox = Outbox {
-            orders,
-            samples: None,
-            barriers: None,
-            film: None,
-            snapshots: None,
-            remote: None,
-            progress: None,
-        };
         let film = Film::new(width, height).unwrap();
-        let accumulator = Accumulator::new(film, region, schedule, &[], Some(spp), outbox);
+        let ports = orders.into_iter().map(Port::new).collect();
+        let accumulator = Accumulator::new(Configuration::new(film, region, schedule, ports));
         Some(accumulator.run(Inbox { batches, failures, stop, viewer: never() }))
     })
 }

@@ -16,6 +16,7 @@ mod program;
 mod render;
 mod stats;
 mod stop;
+mod told;
 mod trace;
 
 use clap::{Parser, Subcommand};

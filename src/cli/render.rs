@@ -4,11 +4,14 @@ use super::arguments::{SceneArguments, crop, duration, range, region};
 use super::failure::{Failure, usage};
 use super::stats::Stats;
 use super::stop;
-use crate::film::{Layer, Weights};
+use super::told::told;
+use crate::film::Layer;
 use crate::math::lanes::Level;
 use crate::output::{self, atomic};
 use crate::scene::{FilmMode, Fingerprint, Scene, Tone};
-use crate::session::{self, DeviceChoice, Settings, View};
+use crate::session::{
+    self, DeviceChoice, Devices, Job, Outputs, Report, Settings, Stopping, View, WindowChoice,
+};
 use crate::world::Finder;
 use clap::ValueEnum;
 use std::io::Write;
@@ -184,9 +187,9 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
         scene.film.tone = tone;
     }
     let mut settings = settings(&arguments, scene, level)?;
-    check_places(&arguments, &settings)?;
-    settings.fingerprint = Some(Fingerprint::of(&settings.scene, &sources));
-    if let Some(film) = &settings.film
+    check_places(&arguments, &settings.outputs)?;
+    settings.job.fingerprint = Some(Fingerprint::of(&settings.job.scene, &sources));
+    if let Some(film) = &settings.outputs.film
         && arguments.resume.is_none()
         && film.exists()
         && !arguments.quiet
@@ -196,12 +199,15 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
             writeln!(std::io::stderr(), "warning: {film} will be replaced; --resume goes on with it instead");
     }
 
-    let prepared = session::prepare(&settings)?;
-    // Until here Ctrl-C ends the program at once: there is nothing to write.
-    let stop = stop::on_interrupt().map_err(|error| anyhow::anyhow!("Ctrl-C can't be caught: {error}"))?;
-    let report = prepared.run(&stop)?;
+    let report = told(arguments.quiet, |events| -> Result<Report, Failure> {
+        let prepared = session::prepare(&settings, events)?;
+        // Until here Ctrl-C ends the program at once: there is nothing to write.
+        let stop =
+            stop::on_interrupt().map_err(|error| anyhow::anyhow!("Ctrl-C can't be caught: {error}"))?;
+        Ok(prepared.run(&stop)?)
+    })?;
     if let Some(path) = &arguments.stats {
-        let stats = Stats::new(&report, load, level.to_string(), &settings.device);
+        let stats = Stats::new(&report, load, level.to_string(), &settings.devices.choice);
         atomic::write_atomically(path, |out| {
             serde_json::to_writer_pretty(&mut *out, &stats)?;
             out.write_all(b"\n")
@@ -216,9 +222,7 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
         Some(WorldName::Simple) => Finder::Simple,
         Some(WorldName::Bvh) => Finder::Bvh,
     };
-    let asked_region = region(arguments.crop, scene.film.width, scene.film.height)?;
-    let reach = Weights::of(&scene.film).map_or(0, |weights| weights.reach());
-    let (region, shown) = asked_region.with_margin(reach, scene.film.height);
+    let picture = region(arguments.crop, scene.film.width, scene.film.height)?;
     let resumed = arguments.resume.as_deref().map(Resumed::read).transpose()?;
     let Range { start: first, end } = samples(arguments, resumed.as_ref(), scene.render.samples)?;
     let layers = layers(&arguments.layers);
@@ -239,7 +243,7 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
     }
     let default_output =
         || arguments.scene.scene.file_stem().map(|stem| PathBuf::from(stem).with_extension("png"));
-    let outputs = if arguments.outputs.is_empty() {
+    let pictures = if arguments.outputs.is_empty() {
         vec![
             default_output()
                 .ok_or_else(|| usage("the scene has no name to derive the picture's from; use -o"))?,
@@ -247,11 +251,10 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
     } else {
         arguments.outputs.clone()
     };
-    let view = match (arguments.quiet, arguments.window, arguments.headless) {
-        (_, true, _) => View::Window,
-        (false, _, false) => View::WindowIfPossible,
-        (false, _, true) => View::Progress,
-        (true, ..) => View::Quiet,
+    let window = match (arguments.quiet, arguments.window, arguments.headless) {
+        (_, true, _) => WindowChoice::Required,
+        (false, _, false) => WindowChoice::IfPossible,
+        (false, _, true) | (true, ..) => WindowChoice::None,
     };
     let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let threads = arguments.threads.and_then(|n| NonZeroUsize::new(n.into())).unwrap_or(cores);
@@ -259,32 +262,20 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
     dump_at.sort_unstable();
     dump_at.dedup();
     Ok(Settings {
-        name: arguments.scene.name(),
-        scene: Arc::new(scene),
-        region,
-        shown,
-        first,
-        spp,
-        time: arguments.time,
-        noise: arguments.noise,
-        adaptive,
-        threads,
-        level,
-        finder,
-        device: arguments.device.clone(),
-        outputs,
-        dump_at,
-        layers,
-        spreads,
-        samples: arguments.samples.clone(),
-        film: arguments.film.clone().or_else(|| arguments.resume.clone()),
-        checkpoint: arguments.checkpoint.unwrap_or(CHECKPOINT),
-        resume: arguments.resume.clone(),
-        fingerprint: None,
-        overlay: arguments.overlay.is_some(),
-        view,
-        moved: None,
-        tev: arguments.tev.clone(),
+        job: Job { first, spreads, ..Job::new(Arc::new(scene), picture) },
+        stopping: Stopping { spp, time: arguments.time, noise: arguments.noise, adaptive },
+        devices: Devices { choice: arguments.device.clone(), threads, level, finder },
+        outputs: Outputs {
+            pictures,
+            overlay: arguments.overlay.is_some(),
+            dump_at,
+            layers,
+            samples: arguments.samples.clone(),
+            film: arguments.film.clone().or_else(|| arguments.resume.clone()),
+            checkpoint: arguments.checkpoint.unwrap_or(CHECKPOINT),
+            resume: arguments.resume.clone(),
+        },
+        view: View { name: arguments.scene.name(), window, tev: arguments.tev.clone() },
     })
 }
 
@@ -351,10 +342,10 @@ impl Resumed {
 }
 
 /// Finds out before the render whether its files can be written after it, each in a place of its own.
-fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), Failure> {
-    if settings.overlay {
-        let plain = settings
-            .outputs
+fn check_places(arguments: &RenderArguments, outputs: &Outputs) -> Result<(), Failure> {
+    if outputs.overlay {
+        let plain = outputs
+            .pictures
             .iter()
             .find(|path| !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")));
         if let Some(path) = plain {
@@ -365,21 +356,21 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
         }
     }
     let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    if !settings.layers.is_empty() && !settings.outputs.iter().any(is_exr) {
+    if !outputs.layers.is_empty() && !outputs.pictures.iter().any(is_exr) {
         return Err(usage("--layers go into .exr files, and none is written; add -o FILE.exr"));
     }
-    if arguments.checkpoint.is_some() && settings.film.is_none() {
+    if arguments.checkpoint.is_some() && outputs.film.is_none() {
         return Err(usage(
             "--checkpoint says how often a film file is written, and none is; add --film FILE.film",
         ));
     }
-    let mut pictures = settings.outputs.clone();
-    for path in &settings.outputs {
-        pictures.extend(settings.dump_at.iter().map(|&at| output::numbered_path(path, at)));
+    let mut pictures = outputs.pictures.clone();
+    for path in &outputs.pictures {
+        pictures.extend(outputs.dump_at.iter().map(|&at| output::numbered_path(path, at)));
     }
     let scene = &arguments.scene.scene;
     let mut taken = vec![place(scene)];
-    for path in pictures.iter().chain(&settings.samples).chain(&settings.film).chain(&arguments.stats) {
+    for path in pictures.iter().chain(&outputs.samples).chain(&outputs.film).chain(&arguments.stats) {
         let place = place(path);
         if taken.contains(&place) {
             return Err(usage(format!(
@@ -392,8 +383,8 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
     for path in &pictures {
         output::check_writable(path)?;
     }
-    if let Some(path) = &settings.samples {
-        if settings.resume.is_some() && path.exists() {
+    if let Some(path) = &outputs.samples {
+        if outputs.resume.is_some() && path.exists() {
             return Err(usage(format!(
                 "{} may hold the samples of the run that this one goes on with; give the rest a file of its own",
                 path.display()
@@ -401,7 +392,7 @@ fn check_places(arguments: &RenderArguments, settings: &Settings) -> Result<(), 
         }
         output::npy::check_writable(path)?;
     }
-    if let Some(path) = &settings.film {
+    if let Some(path) = &outputs.film {
         output::film::check_writable(path)?;
     }
     if let Some(path) = &arguments.stats {

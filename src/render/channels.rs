@@ -2,7 +2,6 @@
 
 use super::batch::SampleBatch;
 use super::outcome::{Totals, WorkerFailure};
-use super::schedule::Order;
 use crate::film::file::Piece;
 use crate::film::{Picture, Snapshot};
 use crate::integrator::Sample;
@@ -23,10 +22,9 @@ pub struct Inbox {
     pub viewer: Receiver<Infallible>,
 }
 
-/// The channels that the accumulator talks to. A closed one is no longer served.
+/// The channels of sinks and viewers that the accumulator talks to. A closed one is no longer served.
+#[derive(Default)]
 pub struct Outbox {
-    /// Work for each worker; closing one tells the worker that there is no more.
-    pub orders: Vec<Option<Sender<Order>>>,
     /// Every sample, without loss. The render stops when this sink goes away.
     pub samples: Option<Sender<Vec<Sample>>>,
     /// Pictures at the barriers that were asked for.
@@ -42,6 +40,8 @@ pub struct Outbox {
     pub remote: Option<Sender<Arc<Snapshot>>>,
     /// How far it is, which may be dropped.
     pub progress: Option<Sender<Totals>>,
+    /// A warning that radiance is too small for the film, once every pixel has a sample.
+    pub notes: Option<Sender<String>>,
 }
 
 /// A picture of which every pixel has exactly the same number of samples.

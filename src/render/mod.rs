@@ -15,7 +15,7 @@ pub mod schedule;
 pub mod stride;
 pub mod worker;
 
-pub use accumulator::{Accumulator, Barrier};
+pub use accumulator::{Accumulator, Barrier, Configuration, Port};
 pub use batch::{Payload, SampleBatch, Traced};
 pub use faint::Faint;
 pub use held::Held;

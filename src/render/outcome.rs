@@ -57,8 +57,8 @@ pub struct Outcome {
     pub overtime: bool,
     /// Samples that each worker made.
     pub made: Vec<u64>,
-    /// The worker that owns each pixel in the end, if anybody was told.
-    pub owners: Option<Arc<Vec<u32>>>,
+    /// The worker that owns each pixel in the end.
+    pub owners: Arc<Vec<u32>>,
     /// The ends of pictures that were asked for and not reached.
     pub unreached: Vec<u32>,
     /// Some of the samples that were left out.

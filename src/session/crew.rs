@@ -1,44 +1,26 @@
 //! Those who render: CPU workers, a GPU worker, or both.
 
+mod measuring;
+mod threads;
+
 use super::error::SessionError;
-use super::settings::{DeviceChoice, Settings, View};
+use super::event::{Event, tell};
+use super::settings::{DeviceChoice, Settings};
 use crate::camera::Camera;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
 use crate::integrator::{self, Integrator};
-use crate::render::accumulator::{MOST_UPDATES, WorkerFailure};
-use crate::render::schedule::GRACE;
+use crate::render::accumulator::WorkerFailure;
 use crate::render::worker::Worker;
-use crate::render::{Held, Order, Region, SampleBatch, Schedule, Stride};
+use crate::render::{Held, Region, SampleBatch, Schedule};
 use crate::scene::Scene;
 use crate::world::{self, TooLarge, World};
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, at, bounded, select};
+use crossbeam_channel::{Receiver, Sender};
 use std::convert::Infallible;
-use std::io::Write;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use threads::{Hiring, Mailbox, Terms};
 
-/// How long devices are measured before strides are dealt to them.
-const MEASURED_FOR: Duration = Duration::from_millis(300);
-
-/// And at most, where the first results are long in coming.
-const MEASURED_AT_MOST: Duration = Duration::from_secs(2);
-
-/// Samples of an order by which devices are measured: more than they make in that time.
-const MEASURED_BY: u32 = 256;
-
-/// The time that CPU workers have to answer the request to stop. They look for it all the time: this is for machines
-/// with many more threads than cores.
-pub(super) const ANSWERED_WITHIN: Duration = Duration::from_secs(1);
-
-// A render on the CPU ends within two seconds of its deadline.
-const _: () = assert!(ANSWERED_WITHIN.as_millis() + GRACE.as_millis() < 2000);
-
-/// The time that a GPU worker has: a dispatch that has begun cannot be cut short, and a GPU that is software on a busy
-/// machine takes seconds for one.
-pub(super) const GPU_ANSWERS_WITHIN: Duration = Duration::from_secs(10);
+pub(crate) use threads::{RunningCrew, Threads};
 
 /// What threads alone are called.
 const CPU: &str = "cpu";
@@ -59,47 +41,17 @@ pub(super) struct Gpu {
     name: String,
 }
 
-/// The work of a worker's thread.
-type Work = Box<dyn FnOnce(&Mailbox) -> Result<(), gpu::GpuError> + Send>;
-
-/// A crew whose threads run.
-pub(super) struct RunningCrew {
-    /// Work for each worker.
-    pub orders: Vec<Option<Sender<Order>>>,
-    /// The channels that tell CPU workers what pixels have when the GPU is lost, and how far each goes.
-    pub updates: Vec<Sender<Arc<Held>>>,
-    /// The channels that ask workers to stop.
-    pub stops: Vec<Sender<()>>,
-    /// Their threads.
-    pub threads: Threads,
-}
-
-/// The threads of workers, which belong to nobody: one that does not end when it is asked to must not hold up anything.
-pub(super) struct Threads(Vec<(String, JoinHandle<()>)>);
-
-impl Threads {
-    /// What the workers are called.
-    pub(super) fn names(&self) -> Vec<String> {
-        self.0.iter().map(|(name, _)| name.clone()).collect()
-    }
-
-    /// Waits for all but those that have been abandoned.
-    pub(super) fn join(self, is_abandoned: impl Fn(usize) -> bool) {
-        for (worker, (_, thread)) in self.0.into_iter().enumerate() {
-            if !is_abandoned(worker) {
-                // It has caught its panic.
-                let _ = thread.join();
-            }
-        }
-    }
-}
-
 impl Crew {
     /// A crew with the devices that are asked for. The end of `stop` cuts the measuring of devices short.
-    pub(super) fn new(settings: &Settings, stop: &Receiver<Infallible>) -> Result<Crew, SessionError> {
-        let Scene { film, render, .. } = &*settings.scene;
-        let (compiled, surfaces) = world::compile(&settings.scene, film.width, film.height)?;
-        let (compiled, world) = (Arc::new(compiled), Arc::new(World::new(&surfaces, settings.finder)));
+    pub(super) fn new(
+        settings: &Settings,
+        events: &Sender<Event>,
+        stop: &Receiver<Infallible>,
+    ) -> Result<Crew, SessionError> {
+        let Scene { film, render, .. } = &*settings.job.scene;
+        let (compiled, surfaces) = world::compile(&settings.job.scene, film.width, film.height)?;
+        let (compiled, world) =
+            (Arc::new(compiled), Arc::new(World::new(&surfaces, settings.devices.finder)));
         drop(surfaces);
         let offset = film_offset(film);
         let splatter = splatter(settings);
@@ -111,30 +63,27 @@ impl Crew {
                 world: &world,
                 render,
                 offset,
-                region: settings.region,
+                region: settings.job.region,
                 index,
-                sends_samples: settings.samples.is_some(),
+                sends_samples: settings.outputs.samples.is_some(),
                 splatter: puts.as_deref(),
             };
             let worker = Box::new(gpu::GpuWorker::new(&device, &job)?);
             Ok::<_, gpu::GpuError>(Gpu { worker, name: device.description().to_string() })
         };
-        if let DeviceChoice::Gpu(name) = &settings.device {
+        if let DeviceChoice::Gpu(name) = &settings.devices.choice {
             let gpu = Some(open(name, 0)?);
             return Ok(Crew { splatter, integrator: None, threads: 0, gpu, times: 1.0 });
         }
         // A worker without a pixel would have nothing to do.
-        let threads = settings.threads.get().min(settings.region.len() as usize);
+        let threads = settings.devices.threads.get().min(settings.job.region.len() as usize);
         let integrator: Arc<dyn Integrator> =
             integrator::build(render, offset, Arc::clone(&compiled), Arc::clone(&world)).into();
         let mut crew = Crew { splatter, integrator: Some(integrator), threads, gpu: None, times: 1.0 };
-        if let DeviceChoice::All(name) = &settings.device {
+        if let DeviceChoice::All(name) = &settings.devices.choice {
             let measured = open(name, threads).and_then(|gpu| crew.measured_with(settings, gpu, stop));
-            if let Err(error) = measured
-                && settings.view != View::Quiet
-            {
-                // Standard error may be closed: this is a courtesy.
-                let _ = writeln!(std::io::stderr(), "warning: {error}; the CPU renders alone");
+            if let Err(error) = measured {
+                tell(events, Event::CpuAlone(error.to_string()));
             }
         }
         Ok(crew)
@@ -145,12 +94,13 @@ impl Crew {
     pub(super) fn again(
         settings: &Settings,
         integrator: Option<&Arc<dyn Integrator>>,
+        events: &Sender<Event>,
         stop: &Receiver<Infallible>,
     ) -> Result<Crew, SessionError> {
-        let Some(integrator) = integrator else { return Crew::new(settings, stop) };
-        let Scene { film, camera, .. } = &*settings.scene;
+        let Some(integrator) = integrator else { return Crew::new(settings, events, stop) };
+        let Scene { film, camera, .. } = &*settings.job.scene;
         let seen = integrator.seen_by(Camera::new(camera, film.width, film.height));
-        let threads = settings.threads.get().min(settings.region.len() as usize);
+        let threads = settings.devices.threads.get().min(settings.job.region.len() as usize);
         let splatter = splatter(settings);
         Ok(Crew { splatter, integrator: Some(seen.into()), threads, gpu: None, times: 1.0 })
     }
@@ -162,12 +112,13 @@ impl Crew {
         settings: &Settings,
         integrator: Option<&Arc<dyn Integrator>>,
         device: &str,
+        events: &Sender<Event>,
         stop: &Receiver<Infallible>,
     ) -> Result<Crew, SessionError> {
         if device == CPU && integrator.is_some() {
-            return Crew::again(settings, integrator, stop);
+            return Crew::again(settings, integrator, events, stop);
         }
-        let crew = Crew::new(settings, stop)?;
+        let crew = Crew::new(settings, events, stop)?;
         let found = crew.description();
         if found == device {
             return Ok(crew);
@@ -176,13 +127,11 @@ impl Crew {
             return Err(SessionError::OtherDevice { begun: device.to_owned(), found });
         }
         // Of a GPU that is gone it has been told already.
-        if crew.gpu.is_some() && settings.view != View::Quiet {
-            let _ = writeln!(
-                std::io::stderr(),
-                "warning: the render was begun on {device}, and now there is {found}; the CPU renders alone"
-            );
+        if crew.gpu.is_some() {
+            let reason = format!("the render was begun on {device}, and now there is {found}");
+            tell(events, Event::CpuAlone(reason));
         }
-        Crew::again(settings, integrator, stop)
+        Crew::again(settings, integrator, events, stop)
     }
 
     /// What spreads samples over pixels, if the film wants that.
@@ -193,50 +142,6 @@ impl Crew {
     /// What the threads trace with, if there are any.
     pub(super) fn integrator(&self) -> Option<Arc<dyn Integrator>> {
         self.integrator.clone()
-    }
-
-    /// Takes a GPU on, once both devices have shown how fast they are. They work side by side for it, as they will:
-    /// a GPU that is the CPU in disguise gets no more than it has.
-    fn measured_with(
-        &mut self,
-        settings: &Settings,
-        gpu: Gpu,
-        stop: &Receiver<Infallible>,
-    ) -> Result<(), gpu::GpuError> {
-        let adapter = gpu.name.clone();
-        let (splatter, integrator, threads) = (self.splatter.clone(), self.integrator.clone(), self.threads);
-        let measured = Crew { splatter, integrator, threads, gpu: Some(gpu), times: 1.0 };
-        let (batches_out, batches) = bounded(2 * (threads + 1));
-        let (failures_out, failures) = bounded(threads + 1);
-        let (returned_out, returned) = bounded(1);
-        let RunningCrew { orders, stops, .. } =
-            measured.start(settings, None, &batches_out, &failures_out, Some(returned_out));
-        drop((batches_out, failures_out));
-        let orders: Vec<_> = orders.into_iter().flatten().collect();
-        let speeds = watch(&orders, &batches, stop);
-        for stop in stops {
-            // One that has failed has nothing to hear.
-            let _ = stop.try_send(());
-        }
-        // Closing both ends ends them all.
-        drop((orders, batches));
-        let asked = Instant::now();
-        let returned = returned.recv_deadline(asked + GPU_ANSWERS_WITHIN);
-        // The channel closes with the last thread. A CPU worker that does not end is left alone: if it meets the same
-        // path in the render, it is abandoned there, with its order. So is a failure left to the render.
-        while failures.recv_deadline(asked + ANSWERED_WITHIN).is_ok() {}
-        let (gpu, end) = returned.map_err(|error| {
-            let message = match error {
-                RecvTimeoutError::Timeout => format!("it does not stop within {GPU_ANSWERS_WITHIN:?}"),
-                RecvTimeoutError::Disconnected => "its worker panicked".to_owned(),
-            };
-            gpu::GpuError::Failed { adapter, message }
-        })?;
-        end?;
-        let cpu = speeds[..threads].iter().sum::<f64>() / threads as f64;
-        self.times = if cpu > 0.0 { speeds[threads] / cpu } else { 1.0 };
-        self.gpu = Some(gpu);
-        Ok(())
     }
 
     /// Who looks at first hits for the layers, if any are wanted that need it: the CPU, whoever renders.
@@ -292,19 +197,13 @@ impl Crew {
     }
 
     /// A CPU worker's life.
-    fn work(
-        &self,
-        settings: &Settings,
-        index: usize,
-        held: Option<&Held>,
-        updates: &Receiver<Arc<Held>>,
-        mail: &Mailbox,
-    ) {
+    fn work(&self, settings: &Settings, index: usize, held: Option<&Held>, mail: &Mailbox) {
         let Some(integrator) = self.integrator.as_deref() else { return };
-        let (level, region, sends_samples) = (settings.level, settings.region, settings.samples.is_some());
+        let (level, region, sends_samples) =
+            (settings.devices.level, settings.job.region, settings.outputs.samples.is_some());
         let splatter = self.splatter.as_deref();
         let worker = Worker { index, integrator, level, region, sends_samples, splatter, held };
-        worker.run_until(&mail.orders, updates, &mail.stop, &mail.batches);
+        worker.run_until(&mail.orders, &mail.updates, &mail.stop, &mail.batches);
     }
 
     /// Starts a thread for each worker and returns the channels for their orders. A GPU comes back through `returned`
@@ -317,55 +216,34 @@ impl Crew {
         failures: &Sender<WorkerFailure>,
         returned: Option<Sender<(Gpu, Result<(), gpu::GpuError>)>>,
     ) -> RunningCrew {
-        let (mut orders, mut stops, mut all_updates) = (Vec::new(), Vec::new(), Vec::new());
-        let mut hired = Vec::new();
-        let mut hire = |index: usize, name: String, work: Work| {
-            let (orders_out, stops_out, mailbox) = post(batches);
-            orders.push(Some(orders_out));
-            stops.push(stops_out);
-            let (failures, called) = (failures.clone(), name.clone());
-            let thread = std::thread::spawn(move || {
-                let problem = match catch_unwind(AssertUnwindSafe(|| work(&mailbox))) {
-                    Ok(Ok(())) => return,
-                    Ok(Err(error)) => error.to_string(),
-                    Err(panic) => panic_message(&*panic),
-                };
-                // Nobody listens any more only if the run has ended already.
-                let _ = failures.send(WorkerFailure { index, worker: name, message: problem });
-            });
-            hired.push((called, thread));
-        };
+        let mut hiring = Hiring::new(batches, failures);
         let (threads, gpu) = (self.threads, self.gpu.take());
         let (crew, settings) = (Arc::new(self), Arc::new(settings.clone()));
         for index in 0..threads {
             let (crew, settings, held) = (Arc::clone(&crew), Arc::clone(&settings), held.clone());
-            let (updates_out, updates) = bounded(MOST_UPDATES);
-            all_updates.push(updates_out);
-            let work = move |mail: &Mailbox| {
-                crew.work(&settings, index, held.as_deref(), &updates, mail);
+            hiring.hire(format!("worker {index}"), Terms::CPU, move |mail| {
+                crew.work(&settings, index, held.as_deref(), mail);
                 Ok(())
-            };
-            hire(index, format!("worker {index}"), Box::new(work));
+            });
         }
         if let Some(mut gpu) = gpu {
             gpu.worker.holds(held);
-            let name = format!("the GPU worker ({})", gpu.name);
-            let work = move |mail: &Mailbox| {
+            let terms = Terms { may_be_lost: threads > 0, ..Terms::GPU };
+            hiring.hire(format!("the GPU worker ({})", gpu.name), terms, move |mail| {
                 let end = gpu.worker.run_until(&mail.orders, &mail.stop, &mail.batches);
                 let Some(returned) = returned else { return end };
-                // Whoever has waited too long does without it.
+                // After too long a wait nothing listens any more.
                 let _ = returned.send((gpu, end));
                 Ok(())
-            };
-            hire(threads, name, Box::new(work));
+            });
         }
-        RunningCrew { orders, updates: all_updates, stops, threads: Threads(hired) }
+        hiring.done()
     }
 }
 
 /// Whether any layers are wanted for which first hits are looked at.
 fn wants_first_hits(settings: &Settings) -> bool {
-    !settings.layers.iter().all(|layer| layer.is_of_film())
+    !settings.outputs.layers.iter().all(|layer| layer.is_of_film())
 }
 
 /// One that is built for it, if any layers are wanted that need it.
@@ -373,80 +251,17 @@ pub(super) fn layer_integrator(settings: &Settings) -> Result<Option<Arc<dyn Int
     if !wants_first_hits(settings) {
         return Ok(None);
     }
-    let Scene { film, render, .. } = &*settings.scene;
-    let (compiled, surfaces) = world::compile(&settings.scene, film.width, film.height)?;
-    let world = Arc::new(World::new(&surfaces, settings.finder));
+    let Scene { film, render, .. } = &*settings.job.scene;
+    let (compiled, surfaces) = world::compile(&settings.job.scene, film.width, film.height)?;
+    let world = Arc::new(World::new(&surfaces, settings.devices.finder));
     Ok(Some(integrator::build(render, film_offset(film), Arc::new(compiled), world).into()))
 }
 
 /// What spreads samples over pixels, if the film wants that.
 fn splatter(settings: &Settings) -> Option<Arc<Splatter>> {
-    let weights = Weights::of(&settings.scene.film)?;
-    let splatter = Splatter::new(weights, [settings.region.x, settings.region.y]);
-    Some(Arc::new(splatter.with_spreads(settings.layout().spreads)))
-}
-
-/// Samples a second of each worker, over some time from its first results on, or until `stop` closes.
-fn watch(orders: &[Sender<Order>], batches: &Receiver<SampleBatch>, stop: &Receiver<Infallible>) -> Vec<f64> {
-    let workers = orders.len();
-    let order = |index: usize, round: u32| Order {
-        stride: Stride::ALL.split(index as u32, workers as u32),
-        first: round * MEASURED_BY,
-        end: (round + 1) * MEASURED_BY,
-    };
-    for (index, orders) in orders.iter().enumerate() {
-        // A worker that does not take its order has failed, and says so elsewhere.
-        let _ = orders.send(order(index, 0));
-    }
-    let start = Instant::now();
-    // When each sent something first and last, and how many samples came after the first.
-    let mut seen: Vec<Option<(Instant, Instant, u64)>> = vec![None; workers];
-    let deadline = at(start + MEASURED_AT_MOST);
-    loop {
-        let batch = select! {
-            recv(batches) -> batch => batch,
-            recv(deadline) -> _ => break,
-            recv(stop) -> _ => break,
-        };
-        let Ok(batch) = batch else { break };
-        let now = Instant::now();
-        match &mut seen[batch.worker] {
-            Some((_, last, paths)) => (*last, *paths) = (now, *paths + batch.paths),
-            unseen => *unseen = Some((now, now, 0)),
-        }
-        if let Some(end) = batch.completes {
-            let _ = orders[batch.worker].try_send(order(batch.worker, end / MEASURED_BY));
-        }
-        let all = seen.iter().all(|seen| seen.is_some_and(|(.., paths)| paths > 0));
-        if all && start.elapsed() > MEASURED_FOR {
-            break;
-        }
-    }
-    let rate = |seen: &Option<(Instant, Instant, u64)>| {
-        seen.map_or(0.0, |(first, last, paths)| paths as f64 / (last - first).as_secs_f64().max(1e-6))
-    };
-    seen.iter().map(rate).collect()
-}
-
-/// Where to send a worker its orders and the request to stop, and its mailbox.
-fn post(batches: &Sender<SampleBatch>) -> (Sender<Order>, Sender<()>, Mailbox) {
-    let (orders_out, orders) = bounded(2);
-    let (stops_out, stop) = bounded(1);
-    (orders_out, stops_out, Mailbox { orders, stop, batches: batches.clone() })
-}
-
-/// A worker's ends of its channels.
-struct Mailbox {
-    orders: Receiver<Order>,
-    /// A message here is the request to stop.
-    stop: Receiver<()>,
-    batches: Sender<SampleBatch>,
-}
-
-fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
-    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
-    text.unwrap_or_else(|| "it panicked without a word".to_owned())
+    let weights = Weights::of(&settings.job.scene.film)?;
+    let splatter = Splatter::new(weights, [settings.job.region.x, settings.job.region.y]);
+    Some(Arc::new(splatter.with_spreads(settings.job.layout().spreads)))
 }
 
 #[cfg(test)]

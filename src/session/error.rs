@@ -7,6 +7,9 @@ use crate::render::accumulator::WorkerFailure;
 use crate::world::TooLarge;
 use std::path::PathBuf;
 
+/// What became of files.
+pub(super) type Written = Result<(), OutputError>;
+
 /// Why a render failed. Whatever was rendered has been written all the same.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {

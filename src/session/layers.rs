@@ -20,9 +20,9 @@ const PREVIEW: u32 = 2;
 /// The layers that first hits tell, for the window; without mattes, whose values are ids and no colours.
 pub(super) fn preview(settings: &Settings, integrator: &dyn Integrator, mattes: &Mattes) -> Vec<Channel> {
     let shows = |layer: &Layer| layer.names(mattes).is_none();
-    let layers: Vec<Layer> = settings.layers.iter().copied().filter(shows).collect();
-    let samples = settings.first..settings.first.saturating_add(PREVIEW);
-    let (level, region) = (settings.level, settings.picture_region());
+    let layers: Vec<Layer> = settings.outputs.layers.iter().copied().filter(shows).collect();
+    let samples = settings.job.first..settings.job.first.saturating_add(PREVIEW);
+    let (level, region) = (settings.devices.level, settings.job.picture_region());
     first_hit_layers(integrator, level, region, &|| samples.clone(), 1, &layers, mattes)
 }
 
@@ -36,10 +36,11 @@ pub(super) fn layers(
     stop: &Receiver<Infallible>,
 ) -> Vec<Channel> {
     let mut channels: Vec<Channel> =
-        settings.layers.iter().flat_map(|layer| layer.channels_of_film(&outcome.film)).collect();
+        settings.outputs.layers.iter().flat_map(|layer| layer.channels_of_film(&outcome.film)).collect();
     if let Some(integrator) = layer_integrator.filter(|_| outcome.unanswered.is_empty()) {
-        let (first, threads, wanted) = (settings.first, settings.threads.get(), &settings.layers);
-        let (level, region) = (settings.level, settings.picture_region());
+        let (first, threads, wanted) =
+            (settings.job.first, settings.devices.threads.get(), &settings.outputs.layers);
+        let (level, region) = (settings.devices.level, settings.job.picture_region());
         let samples = || {
             let samples = if is_asked(stop) { 1 } else { layer_samples(outcome.totals.spp) };
             first..first.saturating_add(samples)

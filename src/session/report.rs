@@ -83,3 +83,12 @@ impl fmt::Display for Noise {
         }
     }
 }
+
+/// Says which samples pixels have, of which the fewest and the most that one has are given. Each has its first ones.
+pub(crate) fn sample_counts(range: [u64; 2]) -> String {
+    match range {
+        [least, most] if least == most => format!("every pixel has its first {least} samples"),
+        [0, most] => format!("pixels have between no sample and their first {most}"),
+        [least, most] => format!("every pixel has its first {least} samples, and some have up to {most}"),
+    }
+}

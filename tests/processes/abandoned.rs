@@ -9,7 +9,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 
 /// An accumulator of some workers' batches that asks them to stop, and what each of them has.
 struct Wired {
-    accumulator: Accumulator,
+    configuration: Configuration,
     inbox: Inbox,
     stop: Sender<Infallible>,
     mailboxes: Vec<(Receiver<Order>, Receiver<()>, Sender<SampleBatch>)>,
@@ -18,29 +18,18 @@ struct Wired {
 fn wired(workers: usize, spp: u32) -> Wired {
     let (batches_out, batches) = bounded(2 * workers);
     let (stop_out, stop) = bounded(0);
-    let (mut orders, mut stops, mut mailboxes) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut ports, mut mailboxes) = (Vec::new(), Vec::new());
     for _ in 0..workers {
         let (orders_out, orders_in) = bounded(2);
         let (stops_out, stops_in) = bounded(1);
-        orders.push(Some(orders_out));
-        stops.push(stops_out);
+        ports.push(Port { stop: Some(stops_out), patience: PATIENCE, ..Port::new(orders_out) });
         mailboxes.push((orders_in, stops_in, batches_out.clone()));
     }
     let schedule = Schedule::new(workers, WHOLE.len(), spp, None, Vec::new());
-    let outbox = Outbox {
-        orders,
-        samples: None,
-        barriers: None,
-        film: None,
-        snapshots: None,
-        remote: None,
-        progress: None,
-    };
     let film = Film::new(WIDTH, HEIGHT).unwrap();
-    let accumulator =
-        Accumulator::new(film, WHOLE, schedule, &[], Some(spp), outbox).with_stops(stops, PATIENCE);
+    let configuration = Configuration::new(film, WHOLE, schedule, ports);
     let inbox = Inbox { batches, failures: never(), stop, viewer: never() };
-    Wired { accumulator, inbox, stop: stop_out, mailboxes }
+    Wired { configuration, inbox, stop: stop_out, mailboxes }
 }
 
 fn worker(index: usize, integrator: &dyn Integrator) -> Worker<'_> {
@@ -58,7 +47,7 @@ fn worker(index: usize, integrator: &dyn Integrator) -> Worker<'_> {
 #[test]
 fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
     let integrator = common::integrator(&scene());
-    let Wired { accumulator, inbox, stop, mut mailboxes } = wired(2, 1_000_000);
+    let Wired { configuration, inbox, stop, mut mailboxes } = wired(2, 1_000_000);
     let (silent_orders, silent_stop, silent_batches) = mailboxes.pop().unwrap();
     let (orders, stops, batches) = mailboxes.pop().unwrap();
     let (held_out, held) = bounded(1);
@@ -73,7 +62,7 @@ fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
             let _ = released.recv();
             drop((silent_orders, silent_stop, silent_batches));
         });
-        let run = scope.spawn(move || accumulator.run(inbox));
+        let run = scope.spawn(move || Accumulator::new(configuration).run(inbox));
         let order = held.recv().unwrap();
         drop(stop);
         let outcome = run.join().unwrap();
@@ -94,7 +83,8 @@ fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
 
 #[test]
 fn a_worker_with_more_time_to_answer_is_waited_for_and_no_other() {
-    let Wired { accumulator, inbox, stop, mut mailboxes } = wired(2, 1_000_000);
+    let Wired { mut configuration, inbox, stop, mut mailboxes } = wired(2, 1_000_000);
+    configuration.workers[0].patience = Duration::ZERO;
     let (slow_orders, slow_stop, slow_batches) = mailboxes.pop().unwrap();
     let (silent_orders, silent_stop, silent_batches) = mailboxes.pop().unwrap();
     let (release, released) = bounded::<Infallible>(0);
@@ -109,7 +99,7 @@ fn a_worker_with_more_time_to_answer_is_waited_for_and_no_other() {
             slow_orders.iter().for_each(|_: Order| {});
             drop((slow_stop, slow_batches));
         });
-        let outcome = accumulator.with_patience(0, Duration::ZERO).run(inbox);
+        let outcome = Accumulator::new(configuration).run(inbox);
         drop(release);
         outcome
     });
@@ -121,7 +111,7 @@ fn a_worker_with_more_time_to_answer_is_waited_for_and_no_other() {
 fn workers_that_answer_are_not_abandoned_and_all_that_they_finished_counts() {
     let integrator = common::integrator(&scene());
     for workers in 1..5 {
-        let Wired { accumulator, inbox, stop, mailboxes } = wired(workers, 1_000_000);
+        let Wired { configuration, inbox, stop, mailboxes } = wired(workers, 1_000_000);
         let (begun_out, begun) = bounded(1);
         let sent = std::sync::atomic::AtomicU32::new(0);
         let outcome = std::thread::scope(|scope| {
@@ -141,7 +131,7 @@ fn workers_that_answer_are_not_abandoned_and_all_that_they_finished_counts() {
                     worker(index, &hooked).run_until(&orders, &never(), &stops, &batches);
                 });
             }
-            let run = scope.spawn(move || accumulator.run(inbox));
+            let run = scope.spawn(move || Accumulator::new(configuration).run(inbox));
             begun.recv().unwrap();
             drop(stop);
             run.join().unwrap()
@@ -155,7 +145,7 @@ fn workers_that_answer_are_not_abandoned_and_all_that_they_finished_counts() {
 
 #[test]
 fn time_that_is_up_ends_a_render_before_its_first_whole_sample() {
-    let Wired { accumulator, inbox, stop, mut mailboxes } = wired(1, 1_000_000);
+    let Wired { configuration, inbox, stop, mut mailboxes } = wired(1, 1_000_000);
     let (orders, stops, batches) = mailboxes.pop().unwrap();
     let outcome = std::thread::scope(|scope| {
         // It takes an order, and does nothing until it is asked to stop.
@@ -163,7 +153,7 @@ fn time_that_is_up_ends_a_render_before_its_first_whole_sample() {
             let _ = (orders.recv(), stops.recv());
             drop(batches);
         });
-        accumulator.with_overtime(Some(Instant::now())).run(inbox)
+        Accumulator::new(Configuration { overtime: Some(Instant::now()), ..configuration }).run(inbox)
     });
     assert!(outcome.overtime && outcome.unanswered.is_empty());
     assert_eq!(outcome.totals.samples, 0);

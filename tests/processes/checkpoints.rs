@@ -59,25 +59,13 @@ fn a_film_that_is_sent_in_pieces_has_all_of_a_sample_or_nothing() {
     let (orders_out, _orders) = bounded(2);
     // One piece at a time, so that most arrives between two.
     let (film_out, pieces) = bounded(1);
-    let outbox = Outbox {
-        orders: vec![Some(orders_out)],
-        samples: None,
-        barriers: None,
-        film: Some(film_out),
-        snapshots: None,
-        remote: None,
-        progress: None,
-    };
-    let accumulator = Accumulator::new(
-        Film::with_layout(layout).unwrap(),
-        Region::whole(WIDE, ROWS),
-        schedule,
-        &[],
-        None,
-        outbox,
-    )
-    .with_splatter(Arc::clone(&splatter))
-    .with_checkpoints(Duration::ZERO);
+    let film = Film::with_layout(layout).unwrap();
+    let accumulator = Accumulator::new(Configuration {
+        splatter: Some(Arc::clone(&splatter)),
+        checkpoint: Duration::ZERO,
+        outbox: Outbox { film: Some(film_out), ..Outbox::default() },
+        ..Configuration::new(film, Region::whole(WIDE, ROWS), schedule, vec![Port::new(orders_out)])
+    });
     let (batches_out, batches_in) = bounded(0);
     let (_failures_out, failures) = bounded(1);
     let (_stop_out, stop) = bounded(0);

@@ -27,10 +27,11 @@ use stride::film::{
 use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths, Pixel, Sample};
 use stride::math::lanes::Level;
 use stride::output::{FilmSink, open_film, tev};
-use stride::render::accumulator::{Inbox, Outbox, Outcome, Totals, Unanswered, WorkerFailure};
+use stride::render::accumulator::{Goal, Inbox, Outbox, Outcome, Totals, Unanswered, WorkerFailure};
 use stride::render::worker::Worker;
 use stride::render::{
-    Accumulator, Barrier, Deal, Held, Order, Payload, Region, SampleBatch, Schedule, Stride, Traced,
+    Accumulator, Barrier, Configuration, Deal, Held, Order, Payload, Port, Region, SampleBatch, Schedule,
+    Stride, Traced,
 };
 use stride::sampling::Stream;
 use stride::scene::{Filter, Scene};

@@ -84,12 +84,13 @@ impl Wiring {
         std::thread::scope(|scope| {
             let (batches_out, batches) = bounded(2 * workers);
             let (failures_out, failures) = bounded(workers);
-            let (mut orders, mut updates) = (Vec::new(), Vec::new());
+            let mut ports = Vec::new();
             for index in 0..workers {
                 let (orders_out, orders_in) = bounded(2);
-                orders.push(Some(orders_out));
                 let (updates_out, updates_in) = bounded(1);
-                updates.push(updates_out);
+                let is_spare = self.spare.is_some() && index == workers - 1;
+                let updates = Some(updates_out);
+                ports.push(Port { updates, may_be_lost: is_spare, ..Port::new(orders_out) });
                 let worker = Worker {
                     index,
                     integrator,
@@ -99,7 +100,6 @@ impl Wiring {
                     splatter: None,
                     held: held.as_ref(),
                 };
-                let is_spare = self.spare.is_some() && index == workers - 1;
                 let (batches_out, failures_out) = (batches_out.clone(), failures_out.clone());
                 let thread = std::thread::Builder::new().name(format!("worker {index}"));
                 let work = move || {
@@ -151,24 +151,24 @@ impl Wiring {
                 scope.spawn(move || keeper.keep(&pieces, |said| panic!("{said}")));
             }
             let outbox = Outbox {
-                orders,
                 samples: Some(samples_out),
                 barriers: Some(barriers_out),
                 film: self.keeper.is_some().then_some(film_out),
                 snapshots: Some(snapshots_out),
                 remote: self.remote,
                 progress: Some(progress_out),
+                notes: None,
             };
-            let spp = Some(self.spp);
-            let mut accumulator = Accumulator::new(film, self.region, schedule, &self.dump_at, spp, outbox)
-                .with_checkpoints(Duration::ZERO)
-                .going_on(self.first);
-            if self.spare.is_some() {
-                accumulator = accumulator.with_spare(workers - 1, updates);
-            }
-            if let Some((asked, milestone)) = self.noise {
-                accumulator = accumulator.until_noise(asked, milestone);
-            }
+            let goal = |(error, milestone)| Goal { error, is_adaptive: false, milestone };
+            let accumulator = Accumulator::new(Configuration {
+                first: self.first,
+                barriers: self.dump_at.clone(),
+                goal: self.noise.map(goal),
+                checkpoint: Duration::ZERO,
+                target: Some(self.spp),
+                outbox,
+                ..Configuration::new(film, self.region, schedule, ports)
+            });
             let outcome = accumulator.run(Inbox { batches, failures, stop, viewer: never() });
             Rendered {
                 outcome,

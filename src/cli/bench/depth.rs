@@ -1,11 +1,10 @@
 //! `stride bench depth`: what a bounce more costs (report table 6.2).
 
-use super::measurement::{Bench, CommonArguments, Times, repeats, threads_or_cores};
+use super::measurement::{Bench, CommonArguments, Loudness, Times, repeats, threads_or_cores};
 use super::table::{Cell, Table, significant};
 use crate::cli::failure::{Failure, usage};
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
 use crate::scene::MOST_BOUNCES;
-use crate::session::View;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct DepthArguments {
@@ -58,7 +57,7 @@ fn measure(bench: &Bench, arguments: &DepthArguments) -> Result<Vec<Measured>, F
         for row in &mut rows {
             let mut scene = bench.scene.clone();
             scene.render.max_depth = row.depth;
-            let report = bench.render(scene, bench.arguments.spp, threads, View::Quiet)?;
+            let report = bench.render(scene, bench.arguments.spp, threads, Loudness::Quiet)?;
             let Some(report) = report else { break 'rounds };
             let seconds = report.totals.elapsed.as_secs_f64();
             (row.samples, row.rays) = (report.totals.samples, report.totals.rays);

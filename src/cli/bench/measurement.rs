@@ -5,21 +5,19 @@ use crate::cli::arguments::SceneArguments;
 use crate::cli::failure::{Failure, usage};
 use crate::cli::print::print;
 use crate::cli::stop;
-use crate::film::Layout;
+use crate::cli::told::told;
 use crate::math::lanes::Level;
 use crate::output::atomic::{check_place, write_atomically};
 use crate::output::plot::Chart;
 use crate::render::Region;
 use crate::scene::{Integrator, Sampler, Scene, UNLIMITED};
-use crate::session::{self, DeviceChoice, Report, Settings, View};
-use crate::world::Finder;
+use crate::session::{self, Devices, Job, Outputs, Report, Settings, Stopping, View};
 use crossbeam_channel::Receiver;
 use std::convert::Infallible;
 use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
 /// What all of them are asked for.
 #[derive(Debug, clap::Args)]
@@ -38,6 +36,15 @@ pub(super) struct CommonArguments {
     /// Print the table and errors, nothing else
     #[arg(short, long)]
     pub(super) quiet: bool,
+}
+
+/// Whether a render tells of its progress.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Loudness {
+    /// It does, unless quiet is asked for.
+    Progress,
+    /// It does not.
+    Quiet,
 }
 
 /// Where measurements are made: a scene, a way to render it, and places for the results.
@@ -74,38 +81,18 @@ impl<'a> Bench<'a> {
         scene: Scene,
         spp: u32,
         threads: NonZeroUsize,
-        view: View,
+        loudness: Loudness,
     ) -> Result<Option<Report>, Failure> {
         let region = Region::whole(scene.film.width, scene.film.height);
         let settings = Settings {
-            name: self.arguments.scene.name(),
-            scene: Arc::new(scene),
-            region,
-            shown: Layout::plain(region.width, region.height).shown,
-            first: 0,
-            spp,
-            time: None,
-            noise: None,
-            adaptive: false,
-            threads,
-            level: self.level,
-            finder: Finder::Fastest,
-            device: DeviceChoice::Cpu,
-            outputs: Vec::new(),
-            dump_at: Vec::new(),
-            layers: Vec::new(),
-            spreads: false,
-            samples: None,
-            film: None,
-            checkpoint: Duration::MAX,
-            resume: None,
-            fingerprint: None,
-            overlay: false,
-            view: if self.arguments.quiet { View::Quiet } else { view },
-            moved: None,
-            tev: None,
+            job: Job::new(Arc::new(scene), region),
+            stopping: Stopping::at(spp),
+            devices: Devices::cpu(threads, self.level),
+            outputs: Outputs::default(),
+            view: View { name: self.arguments.scene.name(), ..View::default() },
         };
-        let report = session::run(&settings, &self.stop)?;
+        let is_quiet = self.arguments.quiet || loudness == Loudness::Quiet;
+        let report = told(is_quiet, |events| session::run(&settings, events, &self.stop))?;
         if report.totals.rejected > 0 {
             self.say(&format!("warning: {} samples were left out", report.totals.rejected));
         }
@@ -115,7 +102,7 @@ impl<'a> Bench<'a> {
     /// Renders a little, so that what is measured next finds processor and memory awake.
     pub(super) fn warm_up(&self, threads: NonZeroUsize) -> Result<(), Failure> {
         self.say("warming up");
-        self.render(self.scene.clone(), (self.arguments.spp / 8).max(1), threads, View::Quiet).map(drop)
+        self.render(self.scene.clone(), (self.arguments.spp / 8).max(1), threads, Loudness::Quiet).map(drop)
     }
 
     /// A line for whoever waits.

@@ -6,13 +6,12 @@
 //! samples has an error of its own: what is measured at n independent samples is √(1 + n/R) times the true error, at
 //! most 1.6% too much at the default R of 32 n.
 
-use super::measurement::{Bench, CommonArguments, counted, threads_or_cores};
+use super::measurement::{Bench, CommonArguments, Loudness, counted, threads_or_cores};
 use super::table::{Cell, Table, significant};
 use crate::cli::failure::{Failure, usage};
 use crate::film::compare::{mean_without_worst, squared_errors};
 use crate::film::noise::WORST;
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
-use crate::session::View;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct NoiseArguments {
@@ -79,20 +78,20 @@ fn measure(
     reference_spp: u32,
 ) -> Result<Vec<Measured>, Failure> {
     let threads = threads_or_cores(arguments.threads);
-    let render = |seed: u32, spp: u32, view: View| {
+    let render = |seed: u32, spp: u32, loudness: Loudness| {
         let mut scene = bench.scene.clone();
         scene.render.seed = scene.render.seed.wrapping_add(seed);
-        bench.render(scene, spp, threads, view)
+        bench.render(scene, spp, threads, loudness)
     };
     bench.say(&format!("rendering the reference, {reference_spp} samples a pixel"));
-    let Some(reference) = render(REFERENCE_SEED, reference_spp, View::Progress)? else {
+    let Some(reference) = render(REFERENCE_SEED, reference_spp, Loudness::Progress)? else {
         return Ok(Vec::new());
     };
     let mut rows = Vec::new();
     'steps: for &spp in steps {
         let (mut all, mut rest) = (0.0, 0.0);
         for replicate in 0..arguments.repeat {
-            let Some(report) = render(replicate.into(), spp, View::Quiet)? else { break 'steps };
+            let Some(report) = render(replicate.into(), spp, Loudness::Quiet)? else { break 'steps };
             let errors = squared_errors(&report.picture, &reference.picture);
             all += mean_without_worst(&errors, 0.0);
             rest += mean_without_worst(&errors, WORST);

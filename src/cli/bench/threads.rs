@@ -1,10 +1,9 @@
 //! `stride bench threads`: does a thread more take its share of the time (report table 6.1)?
 
-use super::measurement::{Bench, CommonArguments, Times, counted, repeats};
+use super::measurement::{Bench, CommonArguments, Loudness, Times, counted, repeats};
 use super::table::{Cell, Table, significant};
 use crate::cli::failure::{Failure, usage};
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
-use crate::session::View;
 use std::num::NonZeroUsize;
 
 #[derive(Debug, clap::Args)]
@@ -62,7 +61,7 @@ fn measure(bench: &Bench, threads: &[u16], repeat: u16) -> Result<Vec<Measured>,
         threads.iter().map(|&threads| Measured { threads, samples: 0, times: Times::default() }).collect();
     'rounds: for round in 1..=repeat {
         for row in &mut rows {
-            let report = bench.render(bench.scene.clone(), spp, size(row.threads), View::Quiet)?;
+            let report = bench.render(bench.scene.clone(), spp, size(row.threads), Loudness::Quiet)?;
             let Some(report) = report else { break 'rounds };
             let seconds = report.totals.elapsed.as_secs_f64();
             row.samples = report.totals.samples;

@@ -1,53 +1,46 @@
 //! A crew with workers that fail.
 
-use super::super::{Begun, Feed, Left, Rendered, Request, Task, Viewer, keeping};
+use super::super::identity;
+use super::super::settings::{Devices, Job, Outputs, Stopping, View};
+use super::super::wiring::{Begun, Rendered, Task, Viewer, render};
 use super::*;
-use crate::film::{Film, Layer, Rectangle};
-use crate::integrator::{Event, Finished, FirstHit, Paths, Pixel, Sample};
+use crate::film::{Film, Layer};
+use crate::integrator::{self, Finished, FirstHit, Paths, Pixel, Sample};
 use crate::math::lanes::Level;
+use crate::output::window::{Feed, Left, Request};
 use crate::scene::parse;
-use crate::world::Finder;
-use crossbeam_channel::never;
+use crossbeam_channel::{bounded, never, select};
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::time::Duration;
 
 fn settings(device: DeviceChoice) -> Settings {
     let text = "film = { width = 8, height = 8 }\n[camera]\neye = [0, 0, 0]\nforward = [1, 0, 0]\n";
+    let scene = Arc::new(parse(text, Path::new("empty.toml")).unwrap().scene);
+    let threads = NonZeroUsize::new(2).unwrap();
     Settings {
-        name: String::new(),
-        scene: Arc::new(parse(text, Path::new("empty.toml")).unwrap().scene),
-        region: Region::whole(8, 8),
-        shown: Rectangle { x: 0, y: 0, width: 8, height: 8 },
-        first: 0,
-        spp: 1,
-        time: None,
-        noise: None,
-        adaptive: false,
-        threads: NonZeroUsize::new(2).unwrap(),
-        level: Level::SCALAR,
-        finder: Finder::Fastest,
-        device,
-        outputs: Vec::new(),
-        dump_at: Vec::new(),
-        layers: Vec::new(),
-        spreads: false,
-        samples: None,
-        film: None,
-        checkpoint: Duration::MAX,
-        resume: None,
-        fingerprint: None,
-        overlay: false,
-        view: View::Quiet,
-        moved: None,
-        tev: None,
+        job: Job::new(scene, Region::whole(8, 8)),
+        stopping: Stopping::at(1),
+        devices: Devices { choice: device, ..Devices::cpu(threads, Level::SCALAR) },
+        outputs: Outputs::default(),
+        view: View::default(),
     }
+}
+
+/// A channel for events that nothing hears.
+fn unheard() -> Sender<Event> {
+    bounded(0).0
+}
+
+fn new(settings: &Settings) -> Crew {
+    Crew::new(settings, &unheard(), &never()).unwrap()
 }
 
 /// How many workers go on with a film of a device, and what they are.
 fn of_film(device: DeviceChoice, begun: &str) -> (usize, String) {
     let settings = settings(device);
-    let threads = Crew::new(&Settings { device: DeviceChoice::Cpu, ..settings.clone() }, &never()).unwrap();
-    let crew = Crew::of_film(&settings, threads.integrator().as_ref(), begun, &never()).unwrap();
+    let threads = new(&self::settings(DeviceChoice::Cpu));
+    let crew = Crew::of_film(&settings, threads.integrator().as_ref(), begun, &unheard(), &never()).unwrap();
     (crew.workers(), crew.description())
 }
 
@@ -60,7 +53,7 @@ fn a_film_gets_samples_of_no_other_device_than_it_was_begun_on() {
     assert_eq!(of_film(gone, "all: cpu and some GPU"), threads());
     assert_eq!(of_film(DeviceChoice::All(None), "all: cpu and some GPU"), threads());
     // Negative control: the one that was there.
-    let all = Crew::new(&settings(DeviceChoice::All(None)), &never()).unwrap();
+    let all = new(&settings(DeviceChoice::All(None)));
     if all.gpu.is_none() {
         assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "no GPU");
         println!("skipped: no GPU");
@@ -68,7 +61,8 @@ fn a_film_gets_samples_of_no_other_device_than_it_was_begun_on() {
     }
     assert_eq!(of_film(DeviceChoice::All(None), &all.description()), (3, all.description()));
     // Nobody is left to go on with it.
-    let other = Crew::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU", &never());
+    let other =
+        Crew::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU", &unheard(), &never());
     let told = other.err().map(|error| error.to_string()).unwrap_or_default();
     assert!(told.contains("begun on gpu: some GPU"), "{told}");
 }
@@ -106,7 +100,7 @@ impl Integrator for Stuck {
         self.inner.seen_by(camera)
     }
 
-    fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<Event>) {
+    fn explain(&self, pixel: Pixel, sample: u32) -> (Sample, Vec<integrator::Event>) {
         self.inner.explain(pixel, sample)
     }
 }
@@ -135,19 +129,19 @@ impl Viewer for Leaving {
 
 /// Renders with a worker that is stuck. The end of the render is asked for then, or a viewer is left.
 fn render_stuck(settings: &Settings, left: Option<Left>) -> Rendered {
-    let mut crew = Crew::new(settings, &never()).unwrap();
+    let mut crew = new(settings);
     let (held_out, held) = bounded(1);
     let (release, released) = bounded(0);
     let inner = crew.integrator().unwrap();
     crew.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
-    let head = keeping::head(settings, &crew.description());
+    let head = identity::head(settings, &crew.description());
     let film = Film::with_layout(head.layout).unwrap();
     let begun = Begun { film, milestone: None, spent: Duration::ZERO };
     let task = Task { settings, crew, head: &head, begun, dump: None, tev: None };
     let (stop_out, stop) = bounded(0);
     let rendered = match left {
         Some(left) => {
-            let rendered = super::super::render(task, Some(&mut Leaving { held, left }), &stop);
+            let rendered = render(task, Some(&mut Leaving { held, left }), &unheard(), &stop);
             drop(stop_out);
             rendered
         }
@@ -156,7 +150,7 @@ fn render_stuck(settings: &Settings, left: Option<Left>) -> Rendered {
                 held.recv().unwrap();
                 drop(stop_out);
             });
-            let rendered = super::super::render(task, None, &stop);
+            let rendered = render(task, None, &unheard(), &stop);
             asks.join().unwrap();
             rendered
         }
@@ -170,13 +164,14 @@ fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
     for left in [None, Some(Left::Moved(String::new())), Some(Left::Home)] {
         let folder = tempfile::tempdir().unwrap();
         let [picture, layered] = ["a.png", "a.exr"].map(|name| folder.path().join(name));
-        let settings = Settings {
-            spp: 1_000_000,
-            outputs: vec![picture.clone(), layered.clone()],
+        let outputs = Outputs {
+            pictures: vec![picture.clone(), layered.clone()],
             // The first hits of the path that takes forever are not looked at.
             layers: vec![Layer::Depth],
-            ..settings(DeviceChoice::Cpu)
+            ..Outputs::default()
         };
+        let stopping = Stopping::at(1_000_000);
+        let settings = Settings { stopping, outputs, ..settings(DeviceChoice::Cpu) };
         let Rendered { outcome, problem, is_aside, is_written, .. } = render_stuck(&settings, left);
         let said = problem.as_ref().map(ToString::to_string).unwrap_or_default();
         assert!(matches!(problem, Some(SessionError::Unanswered(..))), "{said}");
@@ -200,7 +195,7 @@ fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
 #[test]
 fn a_gpu_is_measured_beside_a_worker_that_does_not_stop() {
     let settings = settings(DeviceChoice::All(None));
-    let mut crew = Crew::new(&settings, &never()).unwrap();
+    let mut crew = new(&settings);
     let Some(gpu) = crew.gpu.take() else {
         assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "no GPU");
         println!("skipped: no GPU");

@@ -4,10 +4,11 @@ use super::{GpuWorker, Prepared, device, scenes, splats};
 use crate::film::{Film, Layout};
 use crate::gpu::Job;
 use crate::math::lanes::Level;
-use crate::render::Schedule;
-use crate::render::accumulator::{Accumulator, Inbox, Outbox, Outcome, Totals, WorkerFailure};
+use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::worker::Worker;
+use crate::render::{Accumulator, Configuration, Port, Schedule};
 use crossbeam_channel::{bounded, never};
+use std::sync::Arc;
 
 const SPP: u32 = 300;
 
@@ -57,28 +58,19 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
         if prepared.splatter.is_some() {
             schedule = schedule.in_stripes(region.len(), region.width);
         }
-        let outbox = Outbox {
-            orders: vec![Some(cpu_orders_out), Some(gpu_orders_out)],
-            samples: None,
-            barriers: None,
-            film: None,
-            snapshots: None,
-            remote: None,
-            progress: Some(progress_out),
-        };
         let weighted = prepared.splatter.is_some();
         let layout = Layout { weighted, ..Layout::plain(region.width, region.height) };
         let film = Film::with_layout(layout).unwrap();
-        let mut accumulator = Accumulator::new(film, region, schedule, &[], Some(SPP), outbox);
-        if let Some(splatter) = prepared.splatter.clone() {
-            accumulator = accumulator.with_splatter(splatter.into());
-        }
-        accumulator.with_spare(1, vec![updates_out]).run(Inbox {
-            batches,
-            failures,
-            stop: never(),
-            viewer: never(),
-        })
+        let ports = vec![
+            Port { updates: Some(updates_out), ..Port::new(cpu_orders_out) },
+            Port { may_be_lost: true, ..Port::new(gpu_orders_out) },
+        ];
+        let configuration = Configuration {
+            splatter: prepared.splatter.clone().map(Arc::new),
+            outbox: Outbox { progress: Some(progress_out), ..Outbox::default() },
+            ..Configuration::new(film, region, schedule, ports)
+        };
+        Accumulator::new(configuration).run(Inbox { batches, failures, stop: never(), viewer: never() })
     });
     Some(outcome)
 }

@@ -1,215 +1,28 @@
-//! What a render leaves behind: pictures, and a film to go on with.
+//! The picture files of a render: at barriers, whenever the window asks for them, and at the end.
 
-use super::error::SessionError;
+use super::error::Written;
+use super::identity::facts;
 use super::settings::Settings;
 use crate::film::cryptomatte::{Mattes, Names};
-use crate::film::file::{FilmFileError, Head, Piece};
-use crate::film::{Channel, Film, Holding, Identity, Layer, Milestone, Picture, Snapshot, ViewTransform};
+use crate::film::{Channel, Holding, Identity, Layer, Picture, Snapshot, ViewTransform};
 use crate::output::window::Request;
 use crate::output::{
-    Crop, FilmSink, Format, OutputError, Patience, PictureOptions, SampleDump, numbered_path, open_film,
-    suffixed_path, write_owner_overlay, write_picture,
+    Crop, FilmSink, Format, Patience, PictureOptions, numbered_path, write_owner_overlay, write_picture,
 };
+use crate::render::Barrier;
 use crate::render::accumulator::Outcome;
-use crate::render::{Barrier, Region};
-use crate::scene::{self, Fingerprint, Scene, UNLIMITED};
 use crossbeam_channel::{Receiver, Sender, never, select};
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub(super) type Written = Result<(), OutputError>;
-
 /// Unwritten pictures that are kept until their place can be written again.
 const MOST_UNWRITTEN: usize = 4;
 
-/// What determines the bits of a render's samples, on a device.
-fn identity(settings: &Settings, device: &str) -> Identity {
-    let (scene, region) = (&settings.scene, settings.picture_region());
-    let max_depth = match scene.render.max_depth {
-        UNLIMITED => "unlimited".to_owned(),
-        bounces => bounces.to_string(),
-    };
-    let identity = Identity::default()
-        .with("program", concat!("stride ", env!("CARGO_PKG_VERSION")))
-        .with("scene", settings.fingerprint.as_ref().map_or("unknown".to_owned(), Fingerprint::digits))
-        .with("size", format_args!("{}x{}", scene.film.width, scene.film.height))
-        .with("crop", format_args!("{},{},{},{}", region.x, region.y, region.width, region.height))
-        .with("filter", scene.film.filter)
-        .with("mode", scene.film.mode())
-        .with("integrator", scene.render.integrator)
-        .with("sampler", scene.render.sampler)
-        .with("max depth", max_depth)
-        .with("seed", scene.render.seed)
-        .with("device", device);
-    // Where samples go depends on where the render is to end.
-    let identity = match settings.goal().filter(|_| settings.adaptive) {
-        None => identity,
-        Some(noise) if settings.spp == u32::MAX => identity.with("adaptive", format_args!("noise {noise}")),
-        Some(noise) => {
-            identity.with("adaptive", format_args!("noise {noise}, at most {} samples", settings.spp))
-        }
-    };
-    match &settings.moved {
-        Some(camera) => identity.with("camera", one_line(camera)),
-        None => identity,
-    }
-}
-
-/// A camera's text, in a line.
-fn one_line(camera: &str) -> String {
-    camera.lines().skip(1).collect::<Vec<_>>().join("; ")
-}
-
-/// The settings for a camera that was moved in the window: pictures go to names that nothing has yet, and nothing
-/// else is written.
-pub(super) fn moved(settings: &Settings, camera: String) -> Result<Settings, SessionError> {
-    let parsed = scene::parse(&camera, Path::new("the moved camera"));
-    let parsed = parsed.map_err(|_| SessionError::Process("moved camera"))?;
-    let scene = Scene { camera: parsed.scene.camera, ..(*settings.scene).clone() };
-    let names = |view: u32| {
-        let name = |path: &PathBuf| suffixed_path(path, &format!("view-{view}"));
-        settings.outputs.iter().map(name).collect::<Vec<_>>()
-    };
-    let free = (1..).map(names).find(|names| !names.iter().any(|path| path.exists()));
-    Ok(Settings {
-        scene: Arc::new(scene),
-        moved: Some(camera),
-        outputs: free.unwrap_or_default(),
-        film: None,
-        resume: None,
-        ..settings.clone()
-    })
-}
-
-/// What a film file of this render says of itself.
-pub(super) fn head(settings: &Settings, device: &str) -> Head {
-    let range = settings.range();
-    let mut notes = Identity::default()
-        .with("exposure", settings.scene.film.exposure)
-        .with("tone", settings.scene.film.tone.name())
-        .with("asked", format_args!("{}..{}", range.start, range.end));
-    if !settings.layers.is_empty() {
-        let names: Vec<&str> = settings.layers.iter().map(|layer| layer.name()).collect();
-        notes = notes.with("layers", names.join(","));
-    }
-    if let Some(outline) = settings.fingerprint.as_ref().and_then(Fingerprint::outline) {
-        notes = notes.with("parts", outline);
-    }
-    Head { layout: settings.layout(), identity: identity(settings, device), notes }
-}
-
-/// What a dump says beside the facts of its samples: notes that don't determine their bits.
-pub(crate) const NOTES: [&str; 6] = ["exposure", "tone", "asked", "layers", "parts", "rendered"];
-
-/// What a dump of this render's samples says of itself: facts and notes of a film, and where there are samples.
-/// A header has no room for the scene's parts, which only tell people what differs.
-pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
-    let Region { x, y, width, height, .. } = settings.region;
-    let all = head.identity.facts().chain(head.notes.facts()).filter(|&(name, _)| name != "parts");
-    all.fold(Identity::default(), |all, (name, value)| all.with(name, value))
-        .with("rendered", format_args!("{x},{y},{width},{height}"))
-}
-
-/// Finds out, before hours of rendering, whether the film file that is asked for can say what it is of.
-pub(super) fn check_film(settings: &Settings, head: &Head) -> Written {
-    let Some(path) = &settings.film else { return Ok(()) };
-    head.check().map_err(|error| OutputError::from_io(path, error))
-}
-
-/// What writes the film file, if there is to be one.
-pub(super) fn film_sink(settings: &Settings, head: &Head) -> Option<FilmSink> {
-    settings.film.clone().map(|path| FilmSink { path, head: head.clone(), range: settings.range() })
-}
-
-/// What an EXR says of itself: what determines its bits.
-pub(crate) fn facts(identity: &Identity, holding: &Holding) -> Identity {
-    identity.clone().with("samples", holding)
-}
-
-/// The film to begin with: an empty one, or that of the run that is gone on with and its last milestone.
-pub(super) fn first_film(
-    settings: &Settings,
-    head: &Head,
-) -> Result<(Film, Option<Milestone>), SessionError> {
-    let Some(path) = &settings.resume else { return Ok((Film::with_layout(head.layout)?, None)) };
-    let refuse = |reason: String| SessionError::Resume { path: path.clone(), reason };
-    let file = open_film(path)?;
-    if let Some(difference) = head.difference(file.head()) {
-        let remedy = match difference.name.as_str() {
-            "program" => "samples of different versions may differ: finish it with the one that began it",
-            "scene" => {
-                "the scene file, or one that it names, is not what it was: undo that, or begin another film"
-            }
-            _ => "give this render the settings of the film, or begin another film",
-        };
-        return Err(refuse(format!("{difference}; {remedy}")));
-    }
-    if head.layout.spreads && !file.head().layout.spreads {
-        return Err(refuse(
-            "it was begun without --layers variance, and has not the sums that this takes; leave the layer out, or begin another film".to_owned(),
-        ));
-    }
-    if file.head().layout != head.layout {
-        let [theirs, ours] = [file.head().layout, head.layout].map(|layout| {
-            let words = if layout.weighted { "weighted" } else { "plain" };
-            format!("{}×{} {words} pixels", layout.width, layout.height)
-        });
-        return Err(refuse(format!(
-            "it lies otherwise than its facts say, in {theirs}, not {ours}: whatever wrote it made a mistake"
-        )));
-    }
-    let holding = file.holding().clone();
-    let nothing = holding.least() == 0 && holding.open().is_none();
-    if !nothing && holding.start() != Some(settings.first) {
-        let from = settings.first;
-        return Err(refuse(format!(
-            "it holds the samples {holding}, and a render goes on without a gap from sample {from}; render what is missing with --range, and merge"
-        )));
-    }
-    let milestone = file.milestone().cloned();
-    let film = file.read().map_err(|reason| crate::output::FilmError { path: path.clone(), reason })?;
-    let most = film.seen_range()[1];
-    if most > u64::from(settings.spp) {
-        let (asked, end) = (settings.range(), u64::from(settings.first) + most);
-        return Err(refuse(format!(
-            "it has the samples up to {end} already, and {} to {} are asked for; ask for more (--spp), or begin another film",
-            asked.start, asked.end
-        )));
-    }
-    if let Some(Milestone { samples, plan: Some(plan), .. }) = &milestone
-        && (plan.ends().len() as u64 != head.layout.len() || !plan.allows(*samples, |place| film.seen(place)))
-    {
-        let reason = FilmFileError::Contradiction("its pixels have other samples than it planned");
-        return Err(crate::output::FilmError { path: path.clone(), reason }.into());
-    }
-    if let Some(early) = settings.dump_at.iter().find(|&&at| u64::from(at) <= most) {
-        return Err(refuse(format!(
-            "it has {most} samples a pixel already: there is no picture of {early} to be had any more (--dump-at)"
-        )));
-    }
-    Ok((film, milestone))
-}
-
-/// The process that writes the film while the render runs.
-pub(super) fn keep_film(sink: &FilmSink, pieces: &Receiver<Piece>, notes: &Sender<String>) {
-    sink.keep(pieces, |line| tell(notes, line));
-}
-
-/// Tells the user, as long as anybody listens.
-pub(super) fn tell(notes: &Sender<String>, line: String) {
+/// Says that something is in the way, as long as it can be heard.
+pub(super) fn note(notes: &Sender<String>, line: String) {
     let _ = notes.send(line);
-}
-
-pub(super) fn keep_samples(
-    mut dump: SampleDump,
-    samples: &Receiver<Vec<crate::integrator::Sample>>,
-) -> Written {
-    for samples in samples {
-        dump.write(&samples)?;
-    }
-    dump.finish().map(drop)
 }
 
 /// Closes when everything that is written at the end has been written.
@@ -265,8 +78,8 @@ impl Pictures<'_> {
     pub(super) fn write_barriers(&self, barriers: &Receiver<Barrier>) -> Written {
         let mut unwritten: VecDeque<(PathBuf, Identity, Picture)> = VecDeque::new();
         let mut first_error = Ok(());
-        let view = ViewTransform::of(&self.settings.scene.film);
-        let say = |line| tell(&self.notes, line);
+        let view = ViewTransform::of(&self.settings.job.scene.film);
+        let say = |line| note(&self.notes, line);
         let mut insist = |patience: &mut Patience, (path, facts, picture): (PathBuf, Identity, Picture)| {
             let write = |path: &Path| self.write(path, &picture, &facts, &[], view);
             let written = patience.write(&path, &say, write);
@@ -275,10 +88,10 @@ impl Pictures<'_> {
         };
         for Barrier { end, picture } in barriers {
             unwritten.retain(|(path, facts, picture)| self.write(path, picture, facts, &[], view).is_err());
-            let held = u64::from(end - self.settings.first);
+            let held = u64::from(end - self.settings.job.first);
             let facts = facts(self.identity, &Holding::prefix(self.settings.range(), held, held));
-            for path in &self.settings.outputs {
-                let path = numbered_path(path, end - self.settings.first);
+            for path in &self.settings.outputs.pictures {
+                let path = numbered_path(path, end - self.settings.job.first);
                 if let Err(error) = self.write(&path, &picture, &facts, &[], view) {
                     say(format!("{error}; the render goes on, and the picture is tried again"));
                     unwritten.push_back((path, facts.clone(), picture.clone()));
@@ -305,15 +118,15 @@ impl Pictures<'_> {
     ) -> Written {
         let [least, most] = outcome.film.seen_range();
         let facts = facts(self.identity, &Holding::prefix(self.settings.range(), least, most));
-        let (mut patience, say) = (Patience::default(), |line| tell(&self.notes, line));
+        let (mut patience, say) = (Patience::default(), |line| note(&self.notes, line));
         let mut first_error = Ok(());
         if let Some(sink) = sink {
             let write = |path: &Path| sink.write(path, &outcome.film, outcome.milestone.as_ref());
             let written = patience.write(&sink.path, &say, write);
             first_error = first_error.and(written);
         }
-        let (layers, view) = (layers(), ViewTransform::of(&self.settings.scene.film));
-        for path in &self.settings.outputs {
+        let (layers, view) = (layers(), ViewTransform::of(&self.settings.job.scene.film));
+        for path in &self.settings.outputs.pictures {
             let write = |path: &Path| self.write(path, picture, &facts, &layers, view);
             let written = patience.write(path, &say, write);
             first_error = first_error.and(written);
@@ -327,14 +140,14 @@ impl Pictures<'_> {
         let facts = self.identity.clone().with("samples", "unfinished");
         serve_saves(requests, ending, |snapshot, view, whole| {
             let mut saved = Ok(());
-            for path in &self.settings.outputs {
+            for path in &self.settings.outputs.pictures {
                 // In the end all files are there, with layers and all; only what people see may look different.
                 if whole && !matches!(Format::of(path), Ok(Format::Png)) {
                     continue;
                 }
                 saved = saved.and(self.write(path, &snapshot.picture, &facts, &[], view));
             }
-            let names = self.settings.outputs.iter().map(|path| path.display().to_string());
+            let names = self.settings.outputs.pictures.iter().map(|path| path.display().to_string());
             match saved {
                 Ok(()) => format!("saved {}", names.collect::<Vec<_>>().join(", ")),
                 Err(error) => error.to_string(),
@@ -350,12 +163,12 @@ impl Pictures<'_> {
         channels: &[Channel],
         view: ViewTransform,
     ) -> Written {
-        if self.settings.overlay {
+        if self.settings.outputs.overlay {
             write_owner_overlay(path, &self.owners, picture.width, picture.height)
         } else {
             let crop = Crop::of(facts);
             let of_layer = |layer: &Layer| layer.names(self.mattes).filter(|_| !channels.is_empty());
-            let mattes: Vec<&Names> = self.settings.layers.iter().filter_map(of_layer).collect();
+            let mattes: Vec<&Names> = self.settings.outputs.layers.iter().filter_map(of_layer).collect();
             let options = PictureOptions { view, facts: Some(facts), channels, mattes: &mattes, crop };
             write_picture(path, picture, &options)
         }

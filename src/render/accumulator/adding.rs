@@ -1,0 +1,112 @@
+//! Adds batches to the film, and counts what is left out of it.
+
+use crate::film::{Film, Reject, RejectCounts, Splatter};
+use crate::integrator::Sample;
+use crate::render::batch::{Payload, Traced};
+use crate::render::faint::Faint;
+use crate::render::outcome::NAMED_REJECTS;
+use crate::render::stride::{Region, Stride};
+use std::sync::Arc;
+
+/// The film, and what was left out of it.
+pub(super) struct Adder {
+    pub(super) film: Film,
+    region: Region,
+    splatter: Option<Arc<Splatter>>,
+    /// Some of the samples that were left out.
+    pub(super) rejects: Vec<(Traced, Reject)>,
+    pub(super) reject_counts: RejectCounts,
+    pub(super) faint: Faint,
+}
+
+/// The pixels whose sums change together when a batch is added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// Each by itself: a sample counts in its own pixel alone.
+    Single,
+    /// A sample may count in several of those from the first place to the last.
+    Places([u32; 2]),
+    /// A sample may count in any.
+    All,
+}
+
+impl Adder {
+    pub(super) fn new(film: Film, region: Region, splatter: Option<Arc<Splatter>>) -> Adder {
+        let (rejects, reject_counts, faint) = (Vec::new(), RejectCounts::default(), Faint::default());
+        Adder { film, region, splatter, rejects, reject_counts, faint }
+    }
+
+    /// Whether samples count in all pixels around them.
+    pub(super) fn splats(&self) -> bool {
+        self.splatter.is_some()
+    }
+
+    /// The pixels that a payload changes together.
+    pub(super) fn reach(&self, payload: &Payload) -> Reach {
+        match payload {
+            Payload::Samples(_) if self.splats() => Reach::All,
+            Payload::Samples(_) | Payload::Sums { .. } => Reach::Single,
+            Payload::Splats { band, .. } => {
+                band.places(self.region.width, self.region.height).map_or(Reach::Single, Reach::Places)
+            }
+        }
+    }
+
+    /// Counts what a worker has left out.
+    pub(super) fn count(&mut self, rejects: Vec<(Traced, Reject)>, counts: &RejectCounts, faint: &Faint) {
+        self.faint.merge(faint);
+        self.reject_counts.merge(counts);
+        rejects.into_iter().for_each(|reject| self.remember(reject));
+    }
+
+    /// Adds a payload of a stride. Returns the samples again if they came one by one.
+    pub(super) fn add(&mut self, stride: Stride, payload: Payload) -> Option<Vec<Sample>> {
+        match payload {
+            Payload::Samples(samples) => {
+                for &sample in &samples {
+                    self.add_sample(sample);
+                }
+                return Some(samples);
+            }
+            Payload::Sums { first_slot, sums, bright, wide } => {
+                for (slot, sums) in (first_slot..).zip(&sums) {
+                    self.film.add_sums(stride.place(slot) as usize, sums);
+                }
+                for sample in bright {
+                    self.add_sample(sample);
+                }
+                for (slot, sums) in &wide {
+                    self.film.add_wide(stride.place(*slot) as usize, sums);
+                }
+            }
+            Payload::Splats { first_slot, made, band, bright } => {
+                self.film.add_band(&band);
+                for (slot, &made) in (first_slot..).zip(&made) {
+                    self.film.add_made(stride.place(slot) as usize, made);
+                }
+                for sample in bright {
+                    self.add_sample(sample);
+                }
+            }
+        }
+        None
+    }
+
+    fn add_sample(&mut self, sample: Sample) {
+        let place = self.region.place(sample.pixel) as usize;
+        let added = match &self.splatter {
+            Some(splatter) => self.film.splat(splatter, place, &sample),
+            None => self.film.add_sample(place, sample.radiance),
+        };
+        if let Err(reject) = added {
+            self.reject_counts.add(reject, 1);
+            self.remember((Traced { pixel: sample.pixel, sample: sample.sample }, reject));
+        }
+    }
+
+    fn remember(&mut self, reject: (Traced, Reject)) {
+        if self.rejects.len() < NAMED_REJECTS {
+            self.rejects.push(reject);
+        }
+    }
+}

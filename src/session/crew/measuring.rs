@@ -1,0 +1,106 @@
+//! Measures how fast devices are, so that each gets work in proportion.
+
+use super::threads::{ANSWERED_WITHIN, GPU_ANSWERS_WITHIN, RunningCrew};
+use super::{Crew, Gpu};
+use crate::gpu;
+use crate::render::{Order, Port, SampleBatch, Stride};
+use crate::session::settings::Settings;
+use crossbeam_channel::{Receiver, RecvTimeoutError, at, bounded, select};
+use std::convert::Infallible;
+use std::time::{Duration, Instant};
+
+/// How long devices are measured before strides are dealt to them.
+const MEASURED_FOR: Duration = Duration::from_millis(300);
+
+/// And at most, where the first results are long in coming.
+const MEASURED_AT_MOST: Duration = Duration::from_secs(2);
+
+/// Samples of an order by which devices are measured: more than they make in that time.
+const MEASURED_BY: u32 = 256;
+
+impl Crew {
+    /// Takes a GPU on, once both devices have shown how fast they are. They work side by side for it, as they will:
+    /// a GPU that is the CPU in disguise gets no more than it has.
+    pub(super) fn measured_with(
+        &mut self,
+        settings: &Settings,
+        gpu: Gpu,
+        stop: &Receiver<Infallible>,
+    ) -> Result<(), gpu::GpuError> {
+        let adapter = gpu.name.clone();
+        let (splatter, integrator, threads) = (self.splatter.clone(), self.integrator.clone(), self.threads);
+        let measured = Crew { splatter, integrator, threads, gpu: Some(gpu), times: 1.0 };
+        let (batches_out, batches) = bounded(2 * (threads + 1));
+        let (failures_out, failures) = bounded(threads + 1);
+        let (returned_out, returned) = bounded(1);
+        let RunningCrew { ports, .. } =
+            measured.start(settings, None, &batches_out, &failures_out, Some(returned_out));
+        drop((batches_out, failures_out));
+        let speeds = watch(&ports, &batches, stop);
+        for stop in ports.iter().filter_map(|port| port.stop.as_ref()) {
+            // One that has failed has nothing to hear.
+            let _ = stop.try_send(());
+        }
+        // Closing both ends ends them all.
+        drop((ports, batches));
+        let asked = Instant::now();
+        let returned = returned.recv_deadline(asked + GPU_ANSWERS_WITHIN);
+        // The channel closes with the last thread. A CPU worker that does not end is left alone: if it meets the same
+        // path in the render, it is abandoned there, with its order. So is a failure left to the render.
+        while failures.recv_deadline(asked + ANSWERED_WITHIN).is_ok() {}
+        let (gpu, end) = returned.map_err(|error| {
+            let message = match error {
+                RecvTimeoutError::Timeout => format!("it does not stop within {GPU_ANSWERS_WITHIN:?}"),
+                RecvTimeoutError::Disconnected => "its worker panicked".to_owned(),
+            };
+            gpu::GpuError::Failed { adapter, message }
+        })?;
+        end?;
+        let cpu = speeds[..threads].iter().sum::<f64>() / threads as f64;
+        self.times = if cpu > 0.0 { speeds[threads] / cpu } else { 1.0 };
+        self.gpu = Some(gpu);
+        Ok(())
+    }
+}
+
+/// Samples a second of each worker, over some time from its first results on, or until `stop` closes.
+fn watch(ports: &[Port], batches: &Receiver<SampleBatch>, stop: &Receiver<Infallible>) -> Vec<f64> {
+    let workers = ports.len();
+    let order = |index: usize, round: u32| Order {
+        stride: Stride::ALL.split(index as u32, workers as u32),
+        first: round * MEASURED_BY,
+        end: (round + 1) * MEASURED_BY,
+    };
+    for (index, port) in ports.iter().enumerate() {
+        // A worker that does not take its order has failed, and says so elsewhere.
+        let _ = port.orders.send(order(index, 0));
+    }
+    let start = Instant::now();
+    // When each sent something first and last, and how many samples came after the first.
+    let mut seen: Vec<Option<(Instant, Instant, u64)>> = vec![None; workers];
+    let deadline = at(start + MEASURED_AT_MOST);
+    loop {
+        let batch = select! {
+            recv(batches) -> batch => batch,
+            recv(deadline) -> _ => break,
+            recv(stop) -> _ => break,
+        };
+        let Ok(batch) = batch else { break };
+        let now = Instant::now();
+        match &mut seen[batch.worker] {
+            Some((_, last, paths)) => (*last, *paths) = (now, *paths + batch.paths),
+            unseen => *unseen = Some((now, now, 0)),
+        }
+        if let Some(end) = batch.completes {
+            let _ = ports[batch.worker].orders.try_send(order(batch.worker, end / MEASURED_BY));
+        }
+        let all = seen.iter().all(|seen| seen.is_some_and(|(.., paths)| paths > 0));
+        if all && start.elapsed() > MEASURED_FOR {
+            break;
+        }
+    }
+    let rate = |seen: &Option<(Instant, Instant, u64)>| {
+        seen.map_or(0.0, |(first, last, paths)| paths as f64 / (last - first).as_secs_f64().max(1e-6))
+    };
+    seen.iter().map(rate).collect()
+}

@@ -1,0 +1,142 @@
+//! The threads of workers, and their channels.
+
+use crate::gpu;
+use crate::render::accumulator::{MOST_UPDATES, WorkerFailure};
+use crate::render::schedule::GRACE;
+use crate::render::{Held, Order, Port, SampleBatch};
+use crossbeam_channel::{Receiver, Sender, bounded};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// The time that CPU workers have to answer the request to stop. They look for it all the time: this is for machines
+/// with many more threads than cores.
+pub(super) const ANSWERED_WITHIN: Duration = Duration::from_secs(1);
+
+// A render on the CPU ends within two seconds of its deadline.
+const _: () = assert!(ANSWERED_WITHIN.as_millis() + GRACE.as_millis() < 2000);
+
+/// The time that a GPU worker has: a dispatch that has begun cannot be cut short, and a GPU that is software on a busy
+/// machine takes seconds for one.
+pub(super) const GPU_ANSWERS_WITHIN: Duration = Duration::from_secs(10);
+
+/// What is agreed with a worker.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Terms {
+    /// How long it may take to answer the request to stop.
+    pub(super) patience: Duration,
+    /// Whether it hears on the way what pixels have, and how far each goes.
+    pub(super) hears_updates: bool,
+    /// Whether the others go on without it if it fails.
+    pub(super) may_be_lost: bool,
+}
+
+impl Terms {
+    /// Those of a thread of the CPU.
+    pub(super) const CPU: Terms =
+        Terms { patience: ANSWERED_WITHIN, hears_updates: true, may_be_lost: false };
+    /// Those of a GPU that renders alone.
+    pub(super) const GPU: Terms =
+        Terms { patience: GPU_ANSWERS_WITHIN, hears_updates: false, may_be_lost: false };
+}
+
+/// A worker's ends of its channels.
+pub(super) struct Mailbox {
+    pub(super) orders: Receiver<Order>,
+    pub(super) updates: Receiver<Arc<Held>>,
+    /// A message here is the request to stop.
+    pub(super) stop: Receiver<()>,
+    pub(super) batches: Sender<SampleBatch>,
+}
+
+/// The two ends of a worker's channels.
+fn post(terms: Terms, batches: &Sender<SampleBatch>) -> (Port, Mailbox) {
+    let (orders_out, orders) = bounded(2);
+    let (updates_out, updates) = bounded(MOST_UPDATES);
+    let (stop_out, stop) = bounded(1);
+    let port = Port {
+        orders: orders_out,
+        updates: terms.hears_updates.then_some(updates_out),
+        stop: Some(stop_out),
+        patience: terms.patience,
+        may_be_lost: terms.may_be_lost,
+    };
+    (port, Mailbox { orders, updates, stop, batches: batches.clone() })
+}
+
+/// A crew whose threads run.
+pub(crate) struct RunningCrew {
+    /// The channels of each worker.
+    pub(crate) ports: Vec<Port>,
+    /// Their threads.
+    pub(crate) threads: Threads,
+}
+
+/// A crew whose threads are being started, one after the other.
+pub(super) struct Hiring<'a> {
+    batches: &'a Sender<SampleBatch>,
+    failures: &'a Sender<WorkerFailure>,
+    ports: Vec<Port>,
+    threads: Vec<(String, JoinHandle<()>)>,
+}
+
+impl<'a> Hiring<'a> {
+    /// A crew without threads yet, whose workers will send their batches and failures here.
+    pub(super) fn new(batches: &'a Sender<SampleBatch>, failures: &'a Sender<WorkerFailure>) -> Hiring<'a> {
+        Hiring { batches, failures, ports: Vec::new(), threads: Vec::new() }
+    }
+
+    /// Starts the thread of a worker of this name. If its work fails or panics, that is its failure.
+    pub(super) fn hire(
+        &mut self,
+        name: String,
+        terms: Terms,
+        work: impl FnOnce(&Mailbox) -> Result<(), gpu::GpuError> + Send + 'static,
+    ) {
+        let index = self.ports.len();
+        let (port, mailbox) = post(terms, self.batches);
+        self.ports.push(port);
+        let (failures, worker) = (self.failures.clone(), name.clone());
+        let thread = std::thread::spawn(move || {
+            let message = match catch_unwind(AssertUnwindSafe(|| work(&mailbox))) {
+                Ok(Ok(())) => return,
+                Ok(Err(error)) => error.to_string(),
+                Err(panic) => panic_message(&*panic),
+            };
+            // Nothing listens any more only if the run has ended already.
+            let _ = failures.send(WorkerFailure { index, worker, message });
+        });
+        self.threads.push((name, thread));
+    }
+
+    pub(super) fn done(self) -> RunningCrew {
+        RunningCrew { ports: self.ports, threads: Threads(self.threads) }
+    }
+}
+
+/// The threads of workers, which belong to nobody: one that does not end when it is asked to must not hold up anything.
+pub(crate) struct Threads(Vec<(String, JoinHandle<()>)>);
+
+impl Threads {
+    /// What the workers are called.
+    pub(crate) fn names(&self) -> Vec<String> {
+        self.0.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// Waits for all but those that have been abandoned.
+    pub(crate) fn join(self, is_abandoned: impl Fn(usize) -> bool) {
+        for (worker, (_, thread)) in self.0.into_iter().enumerate() {
+            if !is_abandoned(worker) {
+                // It has caught its panic.
+                let _ = thread.join();
+            }
+        }
+    }
+}
+
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
+    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+    text.unwrap_or_else(|| "it panicked without a word".to_owned())
+}

@@ -1,0 +1,93 @@
+//! What the files of a render say of themselves.
+
+use super::error::Written;
+use super::settings::Settings;
+use crate::film::file::Head;
+use crate::film::{Holding, Identity};
+use crate::output::{FilmSink, OutputError};
+use crate::render::Region;
+use crate::scene::{Fingerprint, UNLIMITED};
+
+/// What determines the bits of a render's samples, on a device.
+fn identity(settings: &Settings, device: &str) -> Identity {
+    let (scene, region) = (&settings.job.scene, settings.job.picture_region());
+    let max_depth = match scene.render.max_depth {
+        UNLIMITED => "unlimited".to_owned(),
+        bounces => bounces.to_string(),
+    };
+    let identity = Identity::default()
+        .with("program", concat!("stride ", env!("CARGO_PKG_VERSION")))
+        .with("scene", settings.job.fingerprint.as_ref().map_or("unknown".to_owned(), Fingerprint::digits))
+        .with("size", format_args!("{}x{}", scene.film.width, scene.film.height))
+        .with("crop", format_args!("{},{},{},{}", region.x, region.y, region.width, region.height))
+        .with("filter", scene.film.filter)
+        .with("mode", scene.film.mode())
+        .with("integrator", scene.render.integrator)
+        .with("sampler", scene.render.sampler)
+        .with("max depth", max_depth)
+        .with("seed", scene.render.seed)
+        .with("device", device);
+    // Where samples go depends on where the render is to end.
+    let identity = match settings.stopping.goal().filter(|_| settings.stopping.adaptive) {
+        None => identity,
+        Some(noise) if settings.stopping.spp == u32::MAX => {
+            identity.with("adaptive", format_args!("noise {noise}"))
+        }
+        Some(noise) => identity
+            .with("adaptive", format_args!("noise {noise}, at most {} samples", settings.stopping.spp)),
+    };
+    match &settings.job.moved {
+        Some(camera) => identity.with("camera", one_line(camera)),
+        None => identity,
+    }
+}
+
+/// A camera's text, in a line.
+fn one_line(camera: &str) -> String {
+    camera.lines().skip(1).collect::<Vec<_>>().join("; ")
+}
+
+/// What a film file of this render says of itself.
+pub(super) fn head(settings: &Settings, device: &str) -> Head {
+    let range = settings.range();
+    let mut notes = Identity::default()
+        .with("exposure", settings.job.scene.film.exposure)
+        .with("tone", settings.job.scene.film.tone.name())
+        .with("asked", format_args!("{}..{}", range.start, range.end));
+    if !settings.outputs.layers.is_empty() {
+        let names: Vec<&str> = settings.outputs.layers.iter().map(|layer| layer.name()).collect();
+        notes = notes.with("layers", names.join(","));
+    }
+    if let Some(outline) = settings.job.fingerprint.as_ref().and_then(Fingerprint::outline) {
+        notes = notes.with("parts", outline);
+    }
+    Head { layout: settings.job.layout(), identity: identity(settings, device), notes }
+}
+
+/// What a dump says beside the facts of its samples: notes that don't determine their bits.
+pub(crate) const NOTES: [&str; 6] = ["exposure", "tone", "asked", "layers", "parts", "rendered"];
+
+/// What a dump of this render's samples says of itself: facts and notes of a film, and where there are samples.
+/// A header has no room for the scene's parts, which only tell people what differs.
+pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
+    let Region { x, y, width, height, .. } = settings.job.region;
+    let all = head.identity.facts().chain(head.notes.facts()).filter(|&(name, _)| name != "parts");
+    all.fold(Identity::default(), |all, (name, value)| all.with(name, value))
+        .with("rendered", format_args!("{x},{y},{width},{height}"))
+}
+
+/// Finds out, before hours of rendering, whether the film file that is asked for can say what it is of.
+pub(super) fn check_film(settings: &Settings, head: &Head) -> Written {
+    let Some(path) = &settings.outputs.film else { return Ok(()) };
+    head.check().map_err(|error| OutputError::from_io(path, error))
+}
+
+/// What writes the film file, if there is to be one.
+pub(super) fn film_sink(settings: &Settings, head: &Head) -> Option<FilmSink> {
+    settings.outputs.film.clone().map(|path| FilmSink { path, head: head.clone(), range: settings.range() })
+}
+
+/// What an EXR says of itself: what determines its bits.
+pub(crate) fn facts(identity: &Identity, holding: &Holding) -> Identity {
+    identity.clone().with("samples", holding)
+}

@@ -89,7 +89,7 @@ fn conclude(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Resul
         writeln!(out, "wrote {}{note}", names.join(", "))?;
     }
     if let Some(camera) = conclusion.moved.as_ref().filter(|_| totals.samples > 0) {
-        writeln!(out, "seen from\n{}", camera.trim_end())?;
+        writeln!(out, "seen from\n{}", camera.to_string().trim_end())?;
     }
     if let Some(lost) = &conclusion.lost {
         let note = if conclusion.is_whole { ", and nothing is missing" } else { "" };

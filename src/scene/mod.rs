@@ -12,6 +12,7 @@
 //! | `placement` | where meshes may be placed |
 //! | `spelling` | the nearest spelling of a name |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
+//! | [`viewpoint`] | a camera by the point that it looks at |
 //!
 //! A [`Scene`] is what a file says, checked: every name is resolved to an index, every number is finite and
 //! possible. [`crate::world`] compiles it into what rays meet.
@@ -36,9 +37,11 @@ mod open_glass;
 mod placement;
 mod spelling;
 pub mod toml;
+pub mod viewpoint;
 
 pub use description::*;
 pub use diagnostic::{Diagnostic, Position, SceneErrors};
 pub use fingerprint::{Fingerprint, Sources};
 pub use mesh::cache::Watch;
 pub use toml::{Loaded, load, load_watched, parse};
+pub use viewpoint::Viewpoint;

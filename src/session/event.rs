@@ -6,6 +6,7 @@ use crate::film::Reject;
 use crate::output::Progress;
 use crate::render::Traced;
 use crate::render::accumulator::{Outcome, Totals};
+use crate::scene::Viewpoint;
 use crossbeam_channel::{Receiver, Sender, select};
 use std::path::PathBuf;
 
@@ -49,8 +50,8 @@ pub struct Conclusion {
     pub is_overtime: bool,
     /// Numbers of samples a pixel that pictures were asked for at, and that were not reached.
     pub unreached: Vec<u32>,
-    /// The camera as it stands in a scene file, if it was moved.
-    pub moved: Option<String>,
+    /// Where the camera was moved to, if it was.
+    pub moved: Option<Viewpoint>,
     /// What became of a device that was lost on the way.
     pub lost: Option<String>,
     /// What became of the error at which the render was to end, if it was to end at one.

@@ -6,7 +6,7 @@ use crate::film::file::Head;
 use crate::film::{Holding, Identity};
 use crate::output::{FilmSink, OutputError};
 use crate::render::Region;
-use crate::scene::{Fingerprint, UNLIMITED};
+use crate::scene::{Fingerprint, UNLIMITED, Viewpoint};
 
 /// What determines the bits of a render's samples, on a device.
 fn identity(settings: &Settings, device: &str) -> Identity {
@@ -43,8 +43,8 @@ fn identity(settings: &Settings, device: &str) -> Identity {
 }
 
 /// A camera's text, in a line.
-fn one_line(camera: &str) -> String {
-    camera.lines().skip(1).collect::<Vec<_>>().join("; ")
+fn one_line(camera: &Viewpoint) -> String {
+    camera.to_string().lines().skip(1).collect::<Vec<_>>().join("; ")
 }
 
 /// What a film file of this render says of itself.

@@ -3,7 +3,7 @@
 use crate::film::{Layer, Layout, Rectangle, Weights};
 use crate::math::lanes::Level;
 use crate::render::Region;
-use crate::scene::{FilmMode, Fingerprint, Scene};
+use crate::scene::{FilmMode, Fingerprint, Scene, Viewpoint};
 use crate::world::Finder;
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -48,8 +48,8 @@ pub struct Job {
     pub first: u32,
     /// Keep what a variance takes where samples are weighed, which costs memory and time.
     pub spreads: bool,
-    /// The camera as it stands in a scene file, where it is not the scene's own: it was moved in the window.
-    pub moved: Option<String>,
+    /// Where the scene's camera was moved to in the window, if it was.
+    pub moved: Option<Viewpoint>,
 }
 
 impl Job {

@@ -11,10 +11,10 @@ use crate::film::file::Head;
 use crate::integrator::Integrator;
 use crate::output::suffixed_path;
 use crate::output::window::{Left, Window};
-use crate::scene::{self, Scene};
+use crate::scene::{Scene, Viewpoint};
 use crossbeam_channel::{Receiver, Sender};
 use std::convert::Infallible;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -48,7 +48,7 @@ impl Home<'_> {
     }
 
     /// Renders another camera, from the first sample on. Returns why the window left it.
-    fn look_from(&self, camera: String, window: &mut Window) -> Result<Option<Left>, SessionError> {
+    fn look_from(&self, camera: Viewpoint, window: &mut Window) -> Result<Option<Left>, SessionError> {
         let settings = moved(self.settings, camera)?;
         let crew = Crew::again(&settings, self.integrator, self.events, self.stop)?;
         let head = identity::head(&settings, &crew.description());
@@ -88,16 +88,16 @@ pub(super) fn conclude(settings: &Settings, rendered: &Rendered, events: &Sender
 
 /// The settings for a camera that was moved in the window: pictures go to names that nothing has yet, and nothing
 /// else is written.
-fn moved(settings: &Settings, camera: String) -> Result<Settings, SessionError> {
-    let parsed = scene::parse(&camera, Path::new("the moved camera"));
-    let parsed = parsed.map_err(|_| SessionError::Process("moved camera"))?;
-    let scene = Scene { camera: parsed.scene.camera, ..(*settings.job.scene).clone() };
+fn moved(settings: &Settings, viewpoint: Viewpoint) -> Result<Settings, SessionError> {
+    // The window moves it to no place where it can't be.
+    let camera = viewpoint.settings().ok_or(SessionError::Process("moved camera"))?;
+    let scene = Scene { camera, ..(*settings.job.scene).clone() };
     let names = |view: u32| {
         let name = |path: &PathBuf| suffixed_path(path, &format!("view-{view}"));
         settings.outputs.pictures.iter().map(name).collect::<Vec<_>>()
     };
     let free = (1..).map(names).find(|names| !names.iter().any(|path| path.exists()));
-    let job = Job { scene: Arc::new(scene), moved: Some(camera), ..settings.job.clone() };
+    let job = Job { scene: Arc::new(scene), moved: Some(viewpoint), ..settings.job.clone() };
     let outputs = &settings.outputs;
     let outputs = Outputs { pictures: free.unwrap_or_default(), film: None, resume: None, ..outputs.clone() };
     Ok(Settings { job, outputs, ..settings.clone() })

@@ -175,7 +175,7 @@ impl Window {
         let Some(camera) = self.viewer.camera() else { return };
         // Standard output may be closed: then the note says more than it should.
         let mut out = std::io::stdout().lock();
-        let _ = out.write_all(camera.as_bytes()).and_then(|()| out.flush());
+        let _ = write!(out, "{camera}").and_then(|()| out.flush());
         self.viewer.note("the camera is on standard output".into(), now);
     }
 

@@ -39,6 +39,7 @@ mod disabled;
 pub use disabled::{Window, open};
 
 use crate::film::{Channel, Snapshot, ViewTransform};
+use crate::scene::Viewpoint;
 use crossbeam_channel::{Receiver, Sender};
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -93,14 +94,14 @@ pub enum Request {
 }
 
 /// Why the window left a render.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Left {
     /// The user closed it, by Esc or the window's own button.
     Closed,
     /// The run is over: it is to stop, or has failed.
     Over,
-    /// The user moved the camera: here it is, as in a scene file.
-    Moved(String),
+    /// The user moved the camera here.
+    Moved(Viewpoint),
     /// The user wants the scene's own camera back.
     Home,
 }

@@ -1,7 +1,7 @@
-//! A camera that moves about a point: what a mouse does to it, and what it is as text.
+//! A camera that moves about a point: what a mouse does to it.
 
 use crate::camera::CameraSettings;
-use crate::scene::parse;
+use crate::scene::Viewpoint;
 use glam::{DQuat, DVec3};
 
 /// The direction of view keeps this far from up and down, in radians: the camera has no left there.
@@ -65,40 +65,23 @@ impl Orbit {
         self.camera.eye = target - self.camera.forward * self.distance;
     }
 
-    /// What a reader makes of the camera's text, if that is a camera: one that is too far away is none.
-    pub fn rendered(&self) -> Option<CameraSettings> {
-        parse(&self.to_toml(), "camera".as_ref()).ok().map(|loaded| loaded.scene.camera)
-    }
-
-    /// The camera as it stands in a scene file, to about six digits. What is rendered is what this text says, to
-    /// the bit.
-    pub fn to_toml(&self) -> String {
+    /// What is rendered of it: the camera, its points to about six digits.
+    pub fn viewpoint(&self) -> Viewpoint {
         let camera = &self.camera;
         let digits = (6.0 - self.distance.log10().floor()).clamp(0.0, 15.0) as usize;
-        let short = |value: f64| {
-            let text = format!("{value:.digits$}");
-            let text = if digits > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-            if text == "-0" { "0".to_owned() } else { text.to_owned() }
-        };
-        let point = |v: DVec3| v.to_array().map(short).join(", ");
-        let up = camera.up.to_array().map(|x| format!("{x:?}")).join(", ");
+        // No −0.
+        let short = |value: f64| format!("{value:.digits$}").parse().unwrap_or(value) + 0.0;
         // A field of view that was written in degrees has few digits: those of its radians do not count.
-        let fov = (camera.vertical_fov.to_degrees() * 1e9).round() / 1e9;
-        let mut text = format!(
-            "[camera]\neye = [{}]\nlook_at = [{}]\nup = [{up}]\nvertical_fov = {fov:?}\n",
-            point(camera.eye),
-            point(self.target())
-        );
-        if camera.near > 0.0 {
-            text += &format!("near = {:?}\n", camera.near);
+        let vertical_fov = (camera.vertical_fov.to_degrees() * 1e9).round() / 1e9;
+        Viewpoint {
+            eye: camera.eye.to_array().map(short),
+            look_at: self.target().to_array().map(short),
+            up: camera.up.to_array(),
+            vertical_fov,
+            near: camera.near,
+            aperture_radius: camera.aperture_radius,
+            focus_distance: camera.focus_distance,
         }
-        if camera.aperture_radius > 0.0 {
-            text += &format!(
-                "aperture_radius = {:?}\nfocus_distance = {:?}\n",
-                camera.aperture_radius, camera.focus_distance
-            );
-        }
-        text
     }
 }
 
@@ -106,6 +89,7 @@ impl Orbit {
 mod tests {
     use super::*;
     use crate::camera::Camera;
+    use crate::scene::parse;
 
     fn camera(text: &str) -> CameraSettings {
         parse(text, "a.toml".as_ref()).expect("a scene").scene.camera
@@ -171,16 +155,16 @@ mod tests {
     }
 
     #[test]
-    fn the_text_says_where_the_camera_is_and_the_rest_of_it() {
+    fn the_viewpoint_says_where_the_camera_is_and_the_rest_of_it() {
         let mut orbit = orbit();
-        let text = orbit.to_toml();
+        let text = orbit.viewpoint().to_string();
         assert!(text.contains("eye = [0, -6, 2.5]\nlook_at = [0, 0, 0.9]\n"), "{text}");
-        assert!(text.contains("vertical_fov = 40.0\nnear = 0.5\n"), "{text}");
+        assert!(text.contains("vertical_fov = 40\nnear = 0.5\n"), "{text}");
         assert_eq!(camera(&text), orbit.camera, "a camera that did not move");
         orbit.turn(0.123, 0.0456);
         orbit.pan(0.01, 0.002);
         orbit.dolly(2.0);
-        let (said, meant) = (camera(&orbit.to_toml()), &orbit.camera);
+        let (said, meant) = (orbit.viewpoint().settings().expect("a camera"), &orbit.camera);
         let seen = |camera: &CameraSettings| Camera::new(camera, 640, 480);
         let (said_seen, meant_seen) = (seen(&said), seen(meant));
         for (a, b) in [(said_seen.eye, meant_seen.eye), (said_seen.forward, meant_seen.forward)] {

@@ -12,6 +12,7 @@ use crate::film::{Channel, Snapshot, ToneMap, ViewTransform};
 use crate::output::overlay::{palette, workers};
 use crate::output::{human, progress::Progress};
 use crate::scene::Tone;
+use crate::scene::Viewpoint;
 
 /// Half a stop a key press.
 const EXPOSURE_STEP: f64 = 0.5;
@@ -214,7 +215,7 @@ impl Viewer {
                 if *orbit == stood {
                     return;
                 }
-                match orbit.rendered() {
+                match orbit.viewpoint().settings() {
                     Some(_) => self.moved = true,
                     None => *orbit = stood,
                 }
@@ -234,14 +235,14 @@ impl Viewer {
 
     /// The camera to begin anew with, if it has moved and what it saw before has been shown, or would take too
     /// long.
-    pub fn camera_to_render(&self, now: Instant) -> Option<String> {
+    pub fn camera_to_render(&self, now: Instant) -> Option<Viewpoint> {
         let waits = self.awaited.is_some_and(|since| now.duration_since(since) < HOLD);
         self.camera().filter(|_| self.moved && !waits)
     }
 
-    /// The camera as it stands in a scene file.
-    pub fn camera(&self) -> Option<String> {
-        self.orbit.as_ref().map(Orbit::to_toml)
+    /// The camera, where it may be moved.
+    pub fn camera(&self) -> Option<Viewpoint> {
+        self.orbit.as_ref().map(Orbit::viewpoint)
     }
 
     /// Whether the render is of a camera that was moved, or is to be.

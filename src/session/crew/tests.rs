@@ -4,9 +4,11 @@ use super::super::identity;
 use super::super::settings::{Devices, Job, Outputs, Stopping, View};
 use super::super::wiring::{Begun, Rendered, Task, Viewer, render};
 use super::*;
+use crate::camera::CameraSettings;
 use crate::film::{Film, Layer};
 use crate::integrator::{self, Finished, FirstHit, Paths, Pixel, Sample};
 use crate::math::lanes::Level;
+use crate::output::window::orbit::Orbit;
 use crate::output::window::{Feed, Left, Request};
 use crate::scene::parse;
 use crossbeam_channel::{bounded, never, select};
@@ -161,7 +163,8 @@ fn render_stuck(settings: &Settings, left: Option<Left>) -> Rendered {
 
 #[test]
 fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
-    for left in [None, Some(Left::Moved(String::new())), Some(Left::Home)] {
+    let moved = Orbit::new(&CameraSettings::default(), 1.0).viewpoint();
+    for left in [None, Some(Left::Moved(moved.clone())), Some(Left::Home)] {
         let folder = tempfile::tempdir().unwrap();
         let [picture, layered] = ["a.png", "a.exr"].map(|name| folder.path().join(name));
         let outputs = Outputs {

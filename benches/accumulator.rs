@@ -97,7 +97,7 @@ impl Case {
                 deal => unreachable!("a share without an order: {deal:?}"),
             });
         let (orders_out, orders_in) = unbounded();
-        orders.for_each(|order| orders_out.send(order).expect("an open channel"));
+        orders.for_each(|order| orders_out.send(order.into()).expect("an open channel"));
         drop(orders_out);
         let (batches_out, batches) = unbounded();
         let worker = Worker {
@@ -107,7 +107,6 @@ impl Case {
             region: self.region,
             sends_samples: self.dumps,
             splatter: self.splatter.as_deref(),
-            held: None,
         };
         let start = computed();
         worker.run(&orders_in, &batches_out);
@@ -139,12 +138,12 @@ impl Case {
             )
         });
         let (batches_out, batches) = bounded(2 * WORKERS);
-        let (_failures_out, failures) = bounded(1);
+        let (_changes_out, changes) = bounded(1);
         let (stop_out, stop) = bounded(0);
         std::thread::scope(|scope| {
             let accumulator = scope.spawn(move || {
                 let start = computed();
-                let outcome = accumulator.run(Inbox { batches, failures, stop, viewer: never() });
+                let outcome = accumulator.run(Inbox { batches, changes, stop, viewer: never() });
                 (outcome.totals.samples, computed() - start)
             });
             scope.spawn(move || samples.iter().for_each(drop));
@@ -153,7 +152,7 @@ impl Case {
                 if sent >= SAMPLES {
                     break;
                 }
-                let order = orders[worker].recv().expect("orders without end");
+                let order = orders[worker].recv().expect("orders without end").order;
                 for batch in &messages[&order.stride.first] {
                     let completes = batch.completes.map(|_| order.end);
                     sent += batch.paths;

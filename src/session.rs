@@ -132,7 +132,7 @@ impl Prepared<'_> {
             whole,
             device,
             devices: devices.into_iter().map(|(name, workers)| (name, made(workers))).collect(),
-            lost: lost.map(|lost| lost.to_string()),
+            lost: lost.first().map(ToString::to_string),
             threads,
             build,
             picture,

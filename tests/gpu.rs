@@ -67,7 +67,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
     let world = World::new(&surfaces, Finder::Fastest);
     let region = Region::whole(width, height);
     let (batches_out, batches) = bounded(2 * workers as usize);
-    let (_failures_out, failures) = bounded(1);
+    let (_changes_out, changes) = bounded(1);
     let (_stop_out, stop) = bounded(1);
     std::thread::scope(|scope| {
         let mut orders = Vec::new();
@@ -93,7 +93,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
         let film = Film::new(width, height).unwrap();
         let ports = orders.into_iter().map(Port::new).collect();
         let accumulator = Accumulator::new(Configuration::new(film, region, schedule, ports));
-        Some(accumulator.run(Inbox { batches, failures, stop, viewer: never() }))
+        Some(accumulator.run(Inbox { batches, changes, stop, viewer: never() }))
     })
 }
 

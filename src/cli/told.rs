@@ -91,7 +91,7 @@ fn conclude(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Resul
     if let Some(camera) = conclusion.moved.as_ref().filter(|_| totals.samples > 0) {
         writeln!(out, "seen from\n{}", camera.to_string().trim_end())?;
     }
-    if let Some(lost) = &conclusion.lost {
+    for lost in &conclusion.lost {
         let note = if conclusion.is_whole { ", and nothing is missing" } else { "" };
         writeln!(out, "warning: {lost}; the CPU went on{note}")?;
     }

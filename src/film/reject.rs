@@ -1,10 +1,11 @@
 //! Which samples a film leaves out, and why.
 
+use serde::{Deserialize, Serialize};
 /// The largest radiance that a film takes.
 pub const MAX_RADIANCE: f32 = 1_073_741_824.0;
 
 /// Why a sample is left out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum Reject {
     /// A channel is NaN.
     #[error("its radiance is not a number")]
@@ -32,7 +33,7 @@ pub fn check(radiance: [f32; 3]) -> Result<(), Reject> {
 }
 
 /// Numbers of samples that were left out, by reason.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RejectCounts {
     /// Samples with a channel that is NaN.
     pub not_a_number: u64,

@@ -14,6 +14,7 @@ use super::weights::{MOST_TAPS, Weights, taps, with_width};
 use crate::integrator::{Finished, Sample};
 use crate::math::Float;
 use crate::math::lanes::{Kernel, Level, dispatch};
+use serde::{Deserialize, Serialize};
 
 /// The largest band, in bytes. A worker fills one and has sent two at most that nobody has taken yet.
 pub const BAND_BYTES: usize = 3 << 20;
@@ -25,7 +26,7 @@ pub const BAND_ROWS: u32 = 16;
 const TAP: f64 = 1.0 / (1_u32 << TAP_BITS) as f64;
 
 /// Samples that were made for a pixel, wherever they count.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Made {
     /// Samples added.
     pub count: u32,
@@ -36,7 +37,7 @@ pub struct Made {
 /// Sums of samples over some rows, as they travel in a batch. At most [`MAX_COUNT`](super::sums::MAX_COUNT) samples a pixel fit, of at
 /// most [`MAX_SUMMED`](super::sums::MAX_SUMMED): a pixel gets less than nine times the samples of one, because a filter's taps have
 /// absolute values whose sum is one.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Band {
     /// The first column, counted from the film's; may lie before it.
     x: i64,

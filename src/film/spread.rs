@@ -9,6 +9,7 @@
 //! with a radiance is as exact. That it is the same w² in all three sums keeps the variance from falling below zero.
 
 use super::fixed::{FRACTION_BITS, QUANTUM, TAP_BITS};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Bits behind the binary point of w² |L|²: dark pictures have small squares.
@@ -137,7 +138,7 @@ impl SpreadPixel {
 }
 
 /// A band's sums of how the samples of its pixels spread. Each array lies so that whole registers of it are added to.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Spreads {
     /// w² L and w² of each pixel.
     pub(super) sums: Vec<[i64; 4]>,

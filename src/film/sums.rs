@@ -9,6 +9,7 @@ use super::layout::BYTES_PER_PIXEL;
 use super::reject::{Reject, check};
 use super::spread::SpreadPixel;
 use super::{Layout, Picture};
+use serde::{Deserialize, Serialize};
 
 /// The largest radiance that [`PixelSums`] take; brighter samples travel one by one.
 pub const MAX_SUMMED: f32 = 1024.0;
@@ -26,7 +27,7 @@ fn scaled_square([r, g, b]: [f32; 3]) -> f64 {
 
 /// Sums of a few samples of one pixel, as they travel in a batch: 64-bit words, because additions of those
 /// are cheap. At most [`MAX_COUNT`] samples of at most [`MAX_SUMMED`] fit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PixelSums {
     /// Radiance, in multiples of the quantum.
     pub rgb: [i64; 3],
@@ -52,7 +53,7 @@ impl PixelSums {
 
 /// Sums of one pixel that the 64-bit words of [`PixelSums`] can't hold, from a worker that adds every sample
 /// that a film takes. The counts travel beside them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WideSums {
     /// Radiance, in multiples of the quantum: less than 2⁹⁵.
     pub rgb: [i128; 3],

@@ -1,9 +1,8 @@
 //! The room without a GPU: the same signatures, and nothing behind them.
 
 use super::{AdapterInfo, GpuError, Job};
-use crate::render::{Held, Order, SampleBatch};
+use crate::render::{Assignment, SampleBatch};
 use crossbeam_channel::{Receiver, Sender};
-use std::sync::Arc;
 
 /// A GPU, of which there is none in this build.
 #[derive(Clone, Debug)]
@@ -41,20 +40,19 @@ impl GpuWorker {
         match *device {}
     }
 
-    /// A worker that cannot be there has nothing to know.
-    pub fn holds(&mut self, _held: Option<Arc<Held>>) {
-        match *self {}
-    }
-
     /// A worker that cannot be there cannot run.
-    pub fn run(&mut self, _orders: &Receiver<Order>, _batches: &Sender<SampleBatch>) -> Result<(), GpuError> {
+    pub fn run(
+        &mut self,
+        _orders: &Receiver<Assignment>,
+        _batches: &Sender<SampleBatch>,
+    ) -> Result<(), GpuError> {
         match *self {}
     }
 
     /// A worker that cannot be there cannot run, and so need not stop.
     pub fn run_until(
         &mut self,
-        _orders: &Receiver<Order>,
+        _orders: &Receiver<Assignment>,
         _stop: &Receiver<()>,
         _batches: &Sender<SampleBatch>,
     ) -> Result<(), GpuError> {

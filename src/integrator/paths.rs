@@ -5,9 +5,11 @@ use crate::math::{Float, Ray, Uint};
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{Block, Independent, PathId, Sampler, Sobol};
 use crate::scene;
+use serde::{Deserialize, Serialize};
 
 /// One sample: its place on the film and its radiance.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[u32; 7]", into = "[u32; 7]")]
 #[repr(C)]
 pub struct Sample {
     /// The pixel it was made for: its index on the full film, row-major from the top left.
@@ -20,6 +22,21 @@ pub struct Sample {
     pub y: f32,
     /// Radiance in W·m⁻²·sr⁻¹, linear Rec. 709.
     pub radiance: [f32; 3],
+}
+
+/// The bits, as they travel: a sample may be no number.
+impl From<Sample> for [u32; 7] {
+    fn from(Sample { pixel, sample, x, y, radiance: [r, g, b] }: Sample) -> [u32; 7] {
+        let [x, y, r, g, b] = [x, y, r, g, b].map(f32::to_bits);
+        [pixel, sample, x, y, r, g, b]
+    }
+}
+
+impl From<[u32; 7]> for Sample {
+    fn from([pixel, sample, x, y, r, g, b]: [u32; 7]) -> Sample {
+        let [x, y, r, g, b] = [x, y, r, g, b].map(f32::from_bits);
+        Sample { pixel, sample, x, y, radiance: [r, g, b] }
+    }
 }
 
 /// A pixel of the film.

@@ -4,16 +4,19 @@
 //!
 //! | part | its job |
 //! |---|---|
-//! | [`adding`] | adds batches to the film |
-//! | [`dealing`] | deals out orders, and knows who has which |
-//! | [`milestones`] | decides where to end, where an error is asked for |
-//! | [`barriers`] | gathers pictures at numbers of samples a pixel |
-//! | [`checkpoints`] | sends the film to its file |
-//! | [`publishing`] | sends progress and snapshots to viewers |
-//! | [`stopping`] | ends the workers |
+//! | `adding` | adds batches to the film |
+//! | `dealing` | deals out orders, and knows which worker has which |
+//! | `milestones` | decides where to end, where an error is asked for |
+//! | `barriers` | gathers pictures at numbers of samples a pixel |
+//! | `checkpoints` | sends the film to its file |
+//! | `publishing` | sends progress and snapshots to viewers |
+//! | `stopping` | ends the workers |
 //!
 //! Ctrl-C closes [`Inbox::stop`], which ends the loop: the workers are asked to stop, and what they have made by then is
 //! in the [`Outcome`], which the session writes.
+//!
+//! Workers may join and leave at any time ([`Inbox::changes`]). All that they hear is orders and all that they say is
+//! batches, which are plain data. What a worker holds when it goes is given to others, as far as the film lacks it.
 
 mod adding;
 mod barriers;
@@ -25,22 +28,21 @@ mod publishing;
 mod stopping;
 
 use super::batch::SampleBatch;
-use super::held::Held;
 use super::stride::{Region, Stride};
 use crate::integrator::Sample;
 use adding::Adder;
 use barriers::Barriers;
 use checkpoints::Checkpoints;
-use crossbeam_channel::{Sender, at, never, select};
+use crossbeam_channel::{Receiver, Sender, at, never, select};
 use dealing::Dealer;
 use milestones::Milestones;
 use publishing::Publisher;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-pub use super::channels::{Barrier, Inbox, MOST_UPDATES, Outbox};
+pub use super::channels::{Barrier, Change, Inbox, Outbox, Port};
 pub use super::outcome::{Outcome, Totals, Unanswered, WorkerFailure};
-pub use configuration::{Configuration, Goal, Port};
+pub use configuration::{Configuration, Goal};
 
 /// The process that adds everything up.
 pub struct Accumulator {
@@ -60,8 +62,8 @@ pub struct Accumulator {
     overtime: Option<Instant>,
     totals: Totals,
     started: Instant,
-    /// A worker that was lost, if one was.
-    lost: Option<WorkerFailure>,
+    /// The workers that were lost.
+    lost: Vec<WorkerFailure>,
 }
 
 /// Why the loop ends.
@@ -90,18 +92,18 @@ impl Accumulator {
         let mut accumulator = Accumulator {
             region,
             first,
-            barriers: Barriers::new(&barriers, region, schedule.shares(), outbox.barriers.take()),
+            barriers: Barriers::new(&barriers, region, outbox.barriers.take()),
             checkpoints: Checkpoints::new(region.len(), checkpoint, outbox.film.take()),
             publisher: Publisher::new(&mut outbox, target, owners, region.len()),
+            dealer: Dealer::new(schedule, &film, first, workers),
             adder: Adder::new(film, region, splatter),
-            dealer: Dealer::new(schedule, region.len(), workers),
             milestones,
             samples: outbox.samples,
             is_deserted: false,
             overtime,
             totals: Totals { samples: held, before: held, spp, ..Totals::default() },
             started: Instant::now(),
-            lost: None,
+            lost: Vec::new(),
         };
         accumulator.decide();
         accumulator.estimate();
@@ -126,7 +128,7 @@ impl Accumulator {
         let failure = match end {
             End::Failure(failure) => Some(failure),
             // The last worker's failure may lie behind the end of its batches.
-            End::Over | End::Overtime => inbox.failures.try_recv().ok(),
+            End::Over | End::Overtime => inbox.changes.try_iter().find_map(failure_of),
         };
         self.totals.elapsed = self.started.elapsed();
         self.totals.rejected = self.adder.film.rejected();
@@ -139,7 +141,7 @@ impl Accumulator {
     fn serve(&mut self, inbox: &Inbox) -> End {
         let time_is_up = self.overtime.map_or_else(never, at);
         self.pass_gate();
-        self.dealer.give_orders(self.pace());
+        self.give_orders();
         while !(self.is_deserted || self.barriers.is_deserted() || self.publisher.is_left()) {
             select! {
                 recv(inbox.batches) -> batch => match batch {
@@ -147,13 +149,10 @@ impl Accumulator {
                     // All workers have ended.
                     Err(_) => break,
                 },
-                recv(inbox.failures) -> failure => if let Ok(failure) = failure {
-                    if !self.dealer.can_lose(failure.index) {
-                        return End::Failure(failure);
-                    }
-                    // What it sent before it failed is good, and lies in its channel by now.
-                    self.take_arrived(&inbox.batches);
-                    self.lose(failure);
+                recv(inbox.changes) -> change => if let Ok(change) = change
+                    && let Some(failure) = self.change(change, &inbox.batches)
+                {
+                    return End::Failure(failure);
                 },
                 recv(inbox.stop) -> _ => break,
                 recv(inbox.viewer) -> _ => break,
@@ -165,6 +164,10 @@ impl Accumulator {
 
     /// Adds a batch, and does whatever is due then.
     fn take(&mut self, batch: SampleBatch) {
+        if !self.dealer.is_there(batch.worker) {
+            // Others have its orders by now.
+            return;
+        }
         let SampleBatch { worker, stride, payload, samples, paths, rays, completes, .. } = batch;
         let SampleBatch { rejects, reject_counts, faint, .. } = batch;
         self.totals.rays += rays;
@@ -210,7 +213,7 @@ impl Accumulator {
         }
         self.pass_gate();
         self.estimate();
-        self.dealer.give_orders(self.pace());
+        self.give_orders();
     }
 
     /// Goes on when all wait at a gate: a milestone, or a picture that can't be gathered share by share.
@@ -221,11 +224,7 @@ impl Accumulator {
             return;
         };
         milestones.pass(gate - self.first, &self.adder.film, self.dealer.schedule.target());
-        let plan = milestones.last().and_then(|milestone| milestone.plan.clone());
         self.decide();
-        if let Some(plan) = plan {
-            self.dealer.tell(&Arc::new(Held::planned(&self.adder.film, self.region, plan)));
-        }
         self.checkpoints.begin_anew();
     }
 
@@ -248,12 +247,32 @@ impl Accumulator {
         self.totals.noise = self.milestones.as_ref().and_then(|milestones| milestones.noise(spp));
     }
 
-    /// Goes on without a worker.
-    fn lose(&mut self, failure: WorkerFailure) {
-        self.dealer.lose(failure.index, Held::of(&self.adder.film, self.region, self.first));
+    /// Takes note of a change among the workers. Returns the failure if it ends the render.
+    fn change(&mut self, change: Change, batches: &Receiver<SampleBatch>) -> Option<WorkerFailure> {
+        match change {
+            Change::Joins { worker, port, speed } => self.dealer.join(worker, port, speed),
+            Change::Leaves(worker) => self.lose(worker, batches),
+            Change::Fails(failure) if !self.dealer.can_lose(failure.index) => return Some(failure),
+            Change::Fails(failure) => {
+                self.lose(failure.index, batches);
+                self.lost.push(failure);
+            }
+        }
         self.publisher.owners = Arc::new(self.dealer.schedule.owners(&self.adder.film.layout()));
-        self.lost = Some(failure);
-        self.dealer.give_orders(self.pace());
+        self.give_orders();
+        None
+    }
+
+    /// Goes on without a worker. What it sent before is good, and lies in its channel by now.
+    fn lose(&mut self, worker: usize, batches: &Receiver<SampleBatch>) {
+        self.take_arrived(batches);
+        self.dealer.lose(worker);
+    }
+
+    /// Gives workers all the orders that they should have.
+    fn give_orders(&mut self) {
+        let plan = last(&self.milestones).and_then(|milestone| milestone.plan.clone());
+        self.dealer.give_orders(self.pace(), &self.adder.film, plan.as_deref());
     }
 
     /// The time that one sample of every pixel takes, as far as that is known.
@@ -290,6 +309,14 @@ impl Accumulator {
             faint,
             has_warned_of_faint: publisher.has_warned_of_faint,
         }
+    }
+}
+
+/// The failure that a change tells of.
+fn failure_of(change: Change) -> Option<WorkerFailure> {
+    match change {
+        Change::Fails(failure) => Some(failure),
+        Change::Joins { .. } | Change::Leaves(_) => None,
     }
 }
 

@@ -4,9 +4,10 @@ use super::faint::Faint;
 use super::stride::Stride;
 use crate::film::{Band, Made, PixelSums, Reject, RejectCounts, WideSums};
 use crate::integrator::Sample;
+use serde::{Deserialize, Serialize};
 
 /// Samples of some of the pixels of an order: themselves, or exact sums of them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SampleBatch {
     /// The worker that made them.
     pub worker: usize,
@@ -52,7 +53,7 @@ impl SampleBatch {
 }
 
 /// Enough to trace one path again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Traced {
     /// The pixel's index on the full film.
     pub pixel: u32,
@@ -61,7 +62,7 @@ pub struct Traced {
 }
 
 /// Samples, or sums of them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Payload {
     /// Every sample, from a worker that has no sums of them. The accumulator sorts out those that a film can't take.
     Samples(Vec<Sample>),
@@ -103,5 +104,41 @@ impl Payload {
     /// Sums from a slot on, of nothing yet.
     pub fn sums(first_slot: u32) -> Payload {
         Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn as_text(batch: &SampleBatch) -> SampleBatch {
+        serde_json::from_str(&serde_json::to_string(batch).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_batch_travels_as_text_without_loss() {
+        let sample = |radiance| Sample { pixel: u32::MAX, sample: 7, x: 0.1, y: 1e-30, radiance };
+        let odd = [[f32::NAN, -0.0, f32::INFINITY], [1.0 / 3.0, f32::MIN_POSITIVE, f32::MAX]].map(sample);
+        let sums = PixelSums { rgb: [i64::MAX, i64::MIN, -1], squares: i64::MAX, count: 1, rejected: 2 };
+        let wide = WideSums { rgb: [i128::MAX, i128::MIN, (1 << 95) - 1], squares: u128::MAX };
+        let payloads = [
+            Payload::Samples(odd.to_vec()),
+            Payload::Sums { first_slot: 3, sums: vec![sums], bright: odd.to_vec(), wide: vec![(4, wide)] },
+            Payload::Splats {
+                first_slot: 5,
+                made: vec![Made { count: 1, rejected: u32::MAX }],
+                band: Band::empty(),
+                bright: odd.to_vec(),
+            },
+        ];
+        for payload in payloads {
+            let mut batch = SampleBatch::empty(9, Stride { first: 1, step: 2, run: 1 }, payload);
+            batch.rejects.push((Traced { pixel: 1, sample: 2 }, Reject::NotANumber));
+            (batch.paths, batch.completes, batch.samples) = (u64::MAX, Some(8), odd.to_vec());
+            let bits = |samples: &[Sample]| samples.iter().map(|&s| <[u32; 7]>::from(s)).collect::<Vec<_>>();
+            let read = as_text(&batch);
+            assert_eq!(format!("{read:?}"), format!("{batch:?}"));
+            assert_eq!(bits(&read.samples), bits(&batch.samples));
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The channels of the accumulator.
 
+use super::assignment::Assignment;
 use super::batch::SampleBatch;
 use super::outcome::{Totals, WorkerFailure};
 use crate::film::file::Piece;
@@ -8,13 +9,14 @@ use crate::integrator::Sample;
 use crossbeam_channel::{Receiver, Sender};
 use std::convert::Infallible;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// The channels that the accumulator listens to.
 pub struct Inbox {
     /// The batches of workers.
     pub batches: Receiver<SampleBatch>,
-    /// Workers that failed.
-    pub failures: Receiver<WorkerFailure>,
+    /// Workers that join, leave and fail.
+    pub changes: Receiver<Change>,
     /// Closing this channel asks to stop.
     pub stop: Receiver<Infallible>,
     /// Closes when a viewer is left, which ends the render. Snapshots alone would not show it: they are sent when
@@ -53,6 +55,42 @@ pub struct Barrier {
     pub picture: Picture,
 }
 
-/// How often workers may hear of what changes their orders: at each power of two of samples, and when a worker is
-/// lost.
-pub const MOST_UPDATES: usize = u32::BITS as usize + 1;
+/// A change among the workers. What a worker has sent before it leaves or fails counts; what it holds then is given to
+/// others. Its number is not used again.
+#[derive(Debug)]
+pub enum Change {
+    /// A worker of a new number joins. It is as fast as so many of the first ones.
+    Joins {
+        /// Its number, which its batches carry.
+        worker: usize,
+        /// Its channels.
+        port: Port,
+        /// Its speed, in that of one of the first workers; above zero.
+        speed: f64,
+    },
+    /// A worker leaves, though it may have orders.
+    Leaves(usize),
+    /// A worker fails. That ends the render if [`Port::may_be_lost`] does not say otherwise, or no other is there.
+    Fails(WorkerFailure),
+}
+
+/// The accumulator's ends of a worker's channels.
+#[derive(Clone, Debug)]
+pub struct Port {
+    /// Work for it. The channel closes when there is no more.
+    pub orders: Sender<Assignment>,
+    /// Where it is asked to stop, by one message that it leaves there. It has ended when it has dropped its end.
+    pub stop: Option<Sender<()>>,
+    /// How long it may take to end then. What it sends meanwhile counts.
+    pub patience: Duration,
+    /// Whether the render goes on without it if it fails, as long as another is there: that one gets its orders, as far
+    /// as they are not carried out.
+    pub may_be_lost: bool,
+}
+
+impl Port {
+    /// A worker that gets orders, and nothing else.
+    pub fn new(orders: Sender<Assignment>) -> Port {
+        Port { orders, stop: None, patience: Duration::ZERO, may_be_lost: false }
+    }
+}

@@ -4,6 +4,7 @@ use crate::film::Film;
 use crate::film::MAX_RADIANCE;
 use crate::film::fixed::QUANTUM;
 use crate::integrator::Finished;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Radiance below this, 2⁻²⁷, loses digits that are seen: half a quantum is a 64th of it.
@@ -14,7 +15,7 @@ const FAINT: f32 = 32.0 * QUANTUM as f32;
 /// CPU workers count the samples with the number 0, which is what films can no longer tell: one that was rounded to zero
 /// looks like one that saw nothing. All other samples cost nothing. A GPU worker counts nothing: where it renders alone, the
 /// pixels of the film decide in the end, and beside CPU workers these decide by their share.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Faint {
     /// Samples, or pixels.
     counted: u64,

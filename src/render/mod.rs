@@ -5,20 +5,20 @@
 //! they look for in the middle of a path: see [`worker::Worker::run_until`].
 
 pub mod accumulator;
+pub mod assignment;
 pub mod batch;
 mod channels;
 pub mod faint;
-pub mod held;
 pub mod layers;
 mod outcome;
 pub mod schedule;
 pub mod stride;
 pub mod worker;
 
-pub use accumulator::{Accumulator, Barrier, Configuration, Port};
+pub use accumulator::{Accumulator, Barrier, Change, Configuration, Port};
+pub use assignment::Assignment;
 pub use batch::{Payload, SampleBatch, Traced};
 pub use faint::Faint;
-pub use held::Held;
 pub use layers::{first_hit_layers, layer_samples};
 pub use schedule::{Deal, Order, Schedule};
 pub use stride::{Region, Stride};

@@ -49,8 +49,8 @@ pub struct Outcome {
     pub whole: bool,
     /// The worker that failed, if one did.
     pub failure: Option<WorkerFailure>,
-    /// A worker that was lost, and whose work the others took over.
-    pub lost: Option<WorkerFailure>,
+    /// The workers that were lost, and whose work others took over.
+    pub lost: Vec<WorkerFailure>,
     /// The workers that did not answer the request to stop.
     pub unanswered: Vec<Unanswered>,
     /// Whether the time was up, and it would have taken too long to come to a whole sample.
@@ -82,7 +82,7 @@ impl Outcome {
         totals.adding += earlier.totals.adding;
         self.made.resize(self.made.len().max(earlier.made.len()), 0);
         self.made.iter_mut().zip(&earlier.made).for_each(|(made, before)| *made += before);
-        self.lost = self.lost.take().or_else(|| earlier.lost.clone());
+        self.lost.splice(0..0, earlier.lost.iter().cloned());
         self.rejects.splice(0..0, earlier.rejects.iter().cloned());
         self.rejects.truncate(NAMED_REJECTS);
         self.faint.merge(&earlier.faint);

@@ -10,10 +10,12 @@
 
 use super::stride::Stride;
 use crate::film::Layout;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// Work for one worker: these sample indices for every pixel of a share.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Order {
     /// The share, as places in the region.
     pub stride: Stride,
@@ -74,8 +76,13 @@ fn shares_each(pixels: f64) -> u32 {
 pub struct Schedule {
     /// Sample counts that pixels reach together, ascending.
     barriers: Vec<u32>,
-    workers: usize,
+    /// The workers that are there, each with its speed in that of the first ones.
+    workers: BTreeMap<usize, f64>,
+    /// Pixels of the region.
+    pixels: u32,
     shares: Vec<Share>,
+    /// Into how many parts each share is to be cut as soon as no order for it is under way.
+    cuts: u32,
     /// Where everything begins.
     start: u32,
     /// Samples that some pixels have already.
@@ -101,15 +108,17 @@ struct Share {
     /// Who works at it, and how many orders for it are under way there.
     holder: Option<usize>,
     under_way: u32,
+    /// Whether it is to be cut as soon as no order for it is under way.
+    is_to_be_cut: bool,
 }
 
 impl Share {
     fn new(stride: Stride, owner: usize) -> Share {
-        Share { stride, owner, ordered: 0, completed: 0, holder: None, under_way: 0 }
+        Share { stride, owner, ordered: 0, completed: 0, holder: None, under_way: 0, is_to_be_cut: false }
     }
 
     fn is_open_to(&self, worker: usize) -> bool {
-        self.holder.is_none_or(|holder| holder == worker)
+        !self.is_to_be_cut && self.holder.is_none_or(|holder| holder == worker)
     }
 }
 
@@ -135,8 +144,10 @@ impl Schedule {
         let shares = (0..n).map(|i| Share::new(Stride::every(n, i), i as usize % workers)).collect();
         Schedule {
             barriers: Vec::new(),
-            workers,
+            workers: (0..workers).map(|worker| (worker, 1.0)).collect(),
+            pixels,
             shares,
+            cuts: 1,
             start: 0,
             most: 0,
             target,
@@ -171,7 +182,9 @@ impl Schedule {
 
     /// The same, where the last worker is as fast as so many of the others: its stride is as much wider.
     pub fn with_faster(mut self, pixels: u32, times: f64) -> Schedule {
-        let others = self.workers.saturating_sub(1) as u32;
+        let last = self.workers.len().saturating_sub(1);
+        self.workers.insert(last, times);
+        let others = last as u32;
         let a_worker = shares_each(f64::from(pixels) / (f64::from(others) + times));
         // In units of which each share of the others has one.
         let wide = (times * f64::from(a_worker)).round().clamp(1.0, MOST_TIMES) as u32;
@@ -182,7 +195,7 @@ impl Schedule {
             .chain((0..SHARES.min(wide)).map(|i| {
                 let whole = Stride { first: narrow, step, run: wide };
                 let part = if wide == 1 { whole } else { whole.split(i, SHARES.min(wide)) };
-                Share::new(part, self.workers - 1)
+                Share::new(part, last)
             }))
             .collect();
         self
@@ -238,21 +251,85 @@ impl Schedule {
         share.under_way -= 1;
         if share.under_way == 0 {
             share.holder = None;
+            if share.is_to_be_cut {
+                self.cut();
+            }
         }
     }
 
-    /// Takes everything from a worker that is lost: what it has not completed is dealt again, to the others, who
-    /// own its shares from now on.
+    /// Takes a worker on, which is as fast as so many of the first ones. It owns its part of the work from now on; where
+    /// there are too few shares for that, they are cut as soon as no order for them is under way.
+    pub fn join(&mut self, worker: usize, speed: f64) {
+        self.workers.insert(worker, speed);
+        let workers = self.workers.len() as u32;
+        let wanted = workers * shares_each(f64::from(self.pixels) / f64::from(workers));
+        let there = self.shares.len() as u32;
+        if self.shares.iter().any(|share| share.is_to_be_cut) {
+            self.cuts = self.cuts.max(wanted.div_ceil(there));
+        } else if there < wanted {
+            self.cuts = wanted.div_ceil(there);
+            self.shares.iter_mut().for_each(|share| share.is_to_be_cut = true);
+        }
+        self.cut();
+    }
+
+    /// Takes everything from a worker that leaves or is lost: what it has not completed is dealt again, to the others,
+    /// who own its shares from now on.
     pub fn lose(&mut self, worker: usize) {
-        let mut heirs = (0..self.workers).filter(|&heir| heir != worker).cycle();
+        self.workers.remove(&worker);
         for share in &mut self.shares {
             if share.holder == Some(worker) {
                 share.ordered -= share.under_way as usize;
                 share.under_way = 0;
                 share.holder = None;
             }
-            if share.owner == worker {
-                share.owner = heirs.next().unwrap_or(worker);
+        }
+        self.cut();
+    }
+
+    /// Cuts what is to be cut and no order is under way for, and divides the shares anew.
+    fn cut(&mut self) {
+        let (cuts, mut all) = (self.cuts, Vec::with_capacity(self.shares.len()));
+        for share in std::mem::take(&mut self.shares) {
+            if !share.is_to_be_cut || share.under_way > 0 {
+                all.push(share);
+                continue;
+            }
+            let parts = match share.stride.run {
+                1 => cuts,
+                run => cuts.min(run),
+            };
+            let part =
+                |i| Share { stride: share.stride.split(i, parts), is_to_be_cut: false, ..share.clone() };
+            let pixels = self.pixels;
+            all.extend((0..parts).map(part).filter(|part| part.stride.len(pixels) > 0));
+        }
+        self.shares = all;
+        self.divide();
+    }
+
+    /// Gives shares of those who own more than their part, or are no longer there, to those who own the least of theirs.
+    fn divide(&mut self) {
+        let speeds: f64 = self.workers.values().sum();
+        let part = |speed: f64| f64::from(self.pixels) * speed / speeds;
+        // How many pixels each owns too many.
+        let mut surplus: BTreeMap<usize, f64> =
+            self.workers.iter().map(|(&worker, &speed)| (worker, -part(speed))).collect();
+        for share in &self.shares {
+            if let Some(surplus) = surplus.get_mut(&share.owner) {
+                *surplus += f64::from(share.stride.len(self.pixels));
+            }
+        }
+        for share in &mut self.shares {
+            let len = f64::from(share.stride.len(self.pixels));
+            let poorest = surplus.iter().min_by(|(_, a), (_, b)| a.total_cmp(b));
+            let Some((&poorest, &least)) = poorest else { return };
+            // What is moved must not make the poorest richer than the owner was.
+            let has_too_many = |surplus: &f64| surplus - least > len;
+            if surplus.get(&share.owner).is_none_or(has_too_many) {
+                surplus.entry(share.owner).and_modify(|surplus| *surplus -= len);
+                surplus.entry(poorest).and_modify(|surplus| *surplus += len);
+                share.owner = poorest;
             }
         }
     }
@@ -364,152 +441,4 @@ impl Schedule {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Everything that one worker is dealt until it must wait, completed at once.
-    fn orders(schedule: &mut Schedule, worker: usize, pace: Option<Duration>) -> Vec<Order> {
-        std::iter::from_fn(|| match schedule.next(worker, pace) {
-            Deal::Order(order) => {
-                schedule.complete(order.stride, order.end);
-                Some(order)
-            }
-            Deal::Later | Deal::Done => None,
-        })
-        .collect()
-    }
-
-    fn ranges(orders: &[Order]) -> Vec<(u32, u32)> {
-        orders.iter().map(|o| (o.first, o.end)).collect()
-    }
-
-    #[test]
-    fn orders_double_meet_every_stop_and_end_at_the_target() {
-        let mut schedule = Schedule::new(1, 100, 50, None, vec![30, 10]);
-        let quick = Some(Duration::from_micros(1));
-        let given = ranges(&orders(&mut schedule, 0, quick));
-        assert_eq!(given, [(0, 1), (1, 2), (2, 4), (4, 8), (8, 10), (10, 20), (20, 30), (30, 50)]);
-        assert_eq!((schedule.completed(), schedule.next(0, quick)), (50, Deal::Done));
-    }
-
-    #[test]
-    fn slow_scenes_get_one_sample_at_a_time_and_orders_never_grow_without_bound() {
-        let mut slow = Schedule::new(1, 100, 5, None, vec![]);
-        assert_eq!(orders(&mut slow, 0, Some(Duration::from_secs(9))).len(), 5);
-        let mut fast = Schedule::new(1, 100, 100_000, None, vec![]);
-        let longest = orders(&mut fast, 0, Some(Duration::ZERO)).iter().map(|o| o.end - o.first).max();
-        assert_eq!(longest, Some(LONGEST_ORDER));
-    }
-
-    #[test]
-    fn a_schedule_may_begin_anywhere() {
-        let quick = Some(Duration::from_micros(1));
-        let mut schedule = Schedule::new(1, 100, 50, None, vec![42, 3]).starting_at(40, 40);
-        assert_eq!(schedule.completed(), 40);
-        assert_eq!(ranges(&orders(&mut schedule, 0, quick)), [(40, 42), (42, 50)]);
-        let mut finished = Schedule::new(1, 100, 50, None, vec![]).starting_at(50, 50);
-        assert_eq!((finished.next(0, quick), finished.completed()), (Deal::Done, 50));
-        let mut late = Schedule::new(1, 100, 50, Some(Instant::now()), vec![]).starting_at(7, 7);
-        assert_eq!(ranges(&orders(&mut late, 0, None)), [(7, 8)]);
-        // Some pixels are further on: an end before them would be no whole sample.
-        let mut uneven = Schedule::new(1, 100, 50, Some(Instant::now()), vec![]).starting_at(7, 9);
-        assert_eq!(ranges(&orders(&mut uneven, 0, None)), [(7, 8), (8, 9)]);
-    }
-
-    #[test]
-    fn nobody_passes_a_gate_before_it_is_decided_how_to_go_on() {
-        let quick = Some(Duration::from_micros(1));
-        let mut schedule = Schedule::new(1, 10, 1000, None, vec![]);
-        schedule.decide(None, Some(8));
-        assert_eq!(orders(&mut schedule, 0, quick).last().map(|order| order.end), Some(8));
-        assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Later, Some(8)));
-        schedule.decide(None, Some(16));
-        let Deal::Order(order) = schedule.next(0, quick) else { panic!("no order") };
-        assert_eq!((order.first, order.end), (8, 16));
-        assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Later, None));
-        schedule.complete(order.stride, order.end);
-        assert_eq!(schedule.waits_at(), Some(16));
-        // The end comes before the next gate: nobody has to wait there.
-        schedule.decide(Some(20), Some(32));
-        assert_eq!((ranges(&orders(&mut schedule, 0, quick)), schedule.target()), (vec![(16, 20)], 20));
-        assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Done, None));
-        // An end that was reached before: at once.
-        let mut schedule = Schedule::new(1, 10, 1000, None, vec![]);
-        schedule.decide(None, Some(8));
-        orders(&mut schedule, 0, quick);
-        schedule.decide(Some(8), None);
-        assert_eq!(schedule.next(0, quick), Deal::Done);
-    }
-
-    #[test]
-    fn a_deadline_in_the_past_still_gives_one_sample() {
-        let mut schedule = Schedule::new(1, 100, 100, Some(Instant::now()), vec![]);
-        assert_eq!(ranges(&orders(&mut schedule, 0, None)), [(0, 1)]);
-    }
-
-    #[test]
-    fn no_sample_is_begun_that_would_end_long_after_the_deadline() {
-        let deadline = Instant::now() + Duration::from_secs(1000);
-        for (pace, samples) in [(2000, 1), (400, 50), (1, 50)] {
-            let mut schedule = Schedule::new(1, 100, 50, Some(deadline), vec![]);
-            let pace = Some(Duration::from_secs(pace));
-            let given = ranges(&orders(&mut schedule, 0, pace));
-            assert_eq!(given.last().map(|&(_, end)| end), Some(samples), "{given:?}");
-            assert_eq!((schedule.next(0, pace), schedule.completed()), (Deal::Done, samples));
-        }
-    }
-
-    #[test]
-    fn workers_end_together_where_another_sample_would_take_too_long() {
-        let deadline = Instant::now() + Duration::from_secs(1000);
-        let mut schedule = Schedule::new(2, 10, 50, Some(deadline), vec![]);
-        let (quick, slow) = (Some(Duration::from_secs(1)), Some(Duration::from_secs(2000)));
-        let Deal::Order(first) = schedule.next(0, None) else { panic!("no order") };
-        let Deal::Order(second) = schedule.next(1, None) else { panic!("no order") };
-        schedule.complete(first.stride, first.end);
-        assert_eq!(schedule.next(0, slow), Deal::Done);
-        schedule.complete(second.stride, second.end);
-        // Even if it turns out that there would have been time.
-        assert_eq!((schedule.next(1, quick), schedule.next(0, quick)), (Deal::Done, Deal::Done));
-        assert_eq!(schedule.completed(), 1);
-    }
-
-    #[test]
-    fn a_worker_keeps_to_its_own_until_another_is_two_barriers_behind() {
-        let mut schedule = Schedule::new(2, 10_000, 8, None, vec![]);
-        assert_eq!(schedule.shares(), 16);
-        let mut given = Vec::new();
-        // Worker 1 is slow: it has one order and never comes back.
-        let Deal::Order(stuck) = schedule.next(1, None) else { panic!("no order for worker 1") };
-        while let Deal::Order(order) = schedule.next(0, None) {
-            schedule.complete(order.stride, order.end);
-            given.push((order.stride.first % 2, order.end));
-        }
-        assert!(given[..16].iter().all(|&(owner, end)| owner == 0 && end <= 2), "{given:?}");
-        assert_eq!(given[16], (1, 1), "a share of worker 1, which has passed no barrier");
-        // Everything but the one share is done by worker 0, which can only wait for that one.
-        assert_eq!(given.len(), 15 * 8);
-        assert_eq!((schedule.next(0, None), schedule.completed()), (Deal::Later, 0));
-        schedule.complete(stuck.stride, stuck.end);
-        let rest = orders(&mut schedule, 0, None);
-        assert_eq!(ranges(&rest), (1..8).map(|i| (i, i + 1)).collect::<Vec<_>>());
-        assert_eq!((schedule.next(0, None), schedule.next(1, None)), (Deal::Done, Deal::Done));
-    }
-
-    #[test]
-    fn a_share_is_with_one_worker_at_a_time() {
-        let mut schedule = Schedule::new(2, 10, 4, None, vec![]);
-        assert_eq!(schedule.shares(), 2, "ten pixels are not worth cutting up");
-        let Deal::Order(first) = schedule.next(0, None) else { panic!("no order") };
-        let Deal::Order(second) = schedule.next(0, None) else { panic!("no second order") };
-        assert_eq!((first.stride, second.first), (second.stride, first.end), "its own, one after the other");
-        for order in orders(&mut schedule, 1, None) {
-            assert_eq!(order.stride.first, 1);
-        }
-        assert_eq!(schedule.next(1, None), Deal::Later);
-        schedule.complete(first.stride, first.end);
-        assert_eq!(schedule.next(1, None), Deal::Later, "the second order is still under way");
-        schedule.complete(second.stride, second.end);
-        assert!(matches!(schedule.next(1, None), Deal::Order(order) if order.stride.first == 0));
-    }
-}
+mod tests;

@@ -2,6 +2,7 @@
 
 use crate::film::Rectangle;
 use crate::integrator::Pixel;
+use serde::{Deserialize, Serialize};
 
 /// The part of a film that is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +70,7 @@ impl Region {
 
 /// Every Nth place of a region, {first, first + step, first + 2·step, …}; or every Nth run of so many places, for a
 /// worker that is as fast as many others.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stride {
     /// The first place.
     pub first: u32,

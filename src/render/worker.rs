@@ -1,8 +1,7 @@
 //! A CPU worker: a thread that traces the paths of its orders.
 
+use super::assignment::Assignment;
 use super::batch::{NAMED_REJECTS, Payload, SampleBatch, Traced};
-use super::held::Held;
-use super::schedule::Order;
 use super::stride::{Region, Stride};
 use crate::film::reject::{Reject, RejectCounts, check};
 use crate::film::splat::BAND_BYTES;
@@ -12,7 +11,6 @@ use crate::integrator::{Finished, Integrator, Paths, Pixel, Sample};
 use crate::math::lanes::Level;
 use crossbeam_channel::{Receiver, Sender, never};
 use std::ops::Range;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// How many paths are traced at a time, where they are quick: enough that the lanes' last stragglers don't
@@ -58,25 +56,12 @@ pub struct Worker<'a> {
     pub sends_samples: bool,
     /// What puts samples on a film where they count in all pixels around them.
     pub splatter: Option<&'a Splatter>,
-    /// What pixels have already, where not all have the same.
-    pub held: Option<&'a Held>,
 }
 
 impl Worker<'_> {
     /// Carries out orders until their channel closes or nobody wants the batches any more.
-    pub fn run(&self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) {
-        self.run_with_updates(orders, &never(), batches);
-    }
-
-    /// The same, where another worker may be lost, or it is decided on the way how far each pixel goes: what pixels
-    /// have then comes before the first order that it matters to.
-    pub fn run_with_updates(
-        &self,
-        orders: &Receiver<Order>,
-        updates: &Receiver<Arc<Held>>,
-        batches: &Sender<SampleBatch>,
-    ) {
-        self.run_until(orders, updates, &never(), batches);
+    pub fn run(&self, orders: &Receiver<Assignment>, batches: &Sender<SampleBatch>) {
+        self.run_until(orders, &never(), batches);
     }
 
     /// The same, and gives up as soon as there is a message in `stop`, which stays there. What was finished by then has
@@ -86,29 +71,24 @@ impl Worker<'_> {
     /// channel is empty takes two loads to tell, and whether it is closed ten times as long.
     pub fn run_until(
         &self,
-        orders: &Receiver<Order>,
-        updates: &Receiver<Arc<Held>>,
+        orders: &Receiver<Assignment>,
         stop: &Receiver<()>,
         batches: &Sender<SampleBatch>,
     ) {
-        self.run_by(&Instant::now, orders, updates, stop, batches);
+        self.run_by(&Instant::now, orders, stop, batches);
     }
 
     /// The same by another clock: how many paths a block has, and how many blocks a batch, depends on what it says.
     pub fn run_by(
         &self,
         clock: &dyn Fn() -> Instant,
-        orders: &Receiver<Order>,
-        updates: &Receiver<Arc<Held>>,
+        orders: &Receiver<Assignment>,
         stop: &Receiver<()>,
         batches: &Sender<SampleBatch>,
     ) {
         let mut scratch = Scratch::new();
-        let mut latest: Option<Arc<Held>> = None;
-        for order in orders {
-            latest = updates.try_iter().last().or(latest);
-            let held = latest.as_deref().or(self.held).filter(|held| !held.is_behind(order));
-            if self.carry_out(order, held, &mut scratch, clock, stop, batches).is_none() {
+        for assignment in orders {
+            if self.carry_out(&assignment, &mut scratch, clock, stop, batches).is_none() {
                 return;
             }
         }
@@ -117,13 +97,13 @@ impl Worker<'_> {
     /// Traces an order block by block. Returns `None` when it is to stop, or nobody wants the batches any more.
     fn carry_out(
         &self,
-        order: Order,
-        held: Option<&Held>,
+        assignment: &Assignment,
         scratch: &mut Scratch,
         clock: &dyn Fn() -> Instant,
         stop: &Receiver<()>,
         batches: &Sender<SampleBatch>,
     ) -> Option<()> {
+        let order = assignment.order;
         let slots = order.stride.len(self.region.len());
         let mut since = clock();
         let (mut batch, mut last) = self.empty_batch(order.stride, 0..slots);
@@ -131,7 +111,7 @@ impl Worker<'_> {
         while slot < slots {
             let start = clock();
             let traced;
-            (slot, traced) = match held {
+            (slot, traced) = match &assignment.rest {
                 None => {
                     let samples = order.first..order.end;
                     let slots_per_block = (scratch.block / samples.len().max(1)).max(1) as u32;
@@ -140,9 +120,9 @@ impl Worker<'_> {
                     (block.end, self.trace_block(pixels, &samples, scratch, stop, &mut batch))
                 }
                 // A block has the same samples for each of its pixels, but for those that lack none.
-                Some(held) => {
-                    let (block, samples) = held.block(order, slot..last, scratch.block);
-                    let lacks = |slot: &u32| !held.rest(order.stride.place(*slot), order).is_empty();
+                Some(rest) => {
+                    let (block, samples) = assignment.block(slot..last, scratch.block);
+                    let lacks = |slot: &u32| !rest[*slot as usize].is_empty();
                     let pixels = block.clone().filter(lacks);
                     let pixels = pixels.map(|slot| self.region.pixel(order.stride.place(slot)));
                     let traced = self.trace_block(pixels, &samples, scratch, stop, &mut batch);

@@ -10,9 +10,9 @@ use crate::camera::Camera;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
 use crate::integrator::{self, Integrator};
-use crate::render::accumulator::WorkerFailure;
+use crate::render::Change;
 use crate::render::worker::Worker;
-use crate::render::{Held, Region, SampleBatch, Schedule};
+use crate::render::{Region, SampleBatch, Schedule};
 use crate::scene::Scene;
 use crate::world::{self, TooLarge, World};
 use crossbeam_channel::{Receiver, Sender};
@@ -197,13 +197,13 @@ impl Crew {
     }
 
     /// A CPU worker's life.
-    fn work(&self, settings: &Settings, index: usize, held: Option<&Held>, mail: &Mailbox) {
+    fn work(&self, settings: &Settings, index: usize, mail: &Mailbox) {
         let Some(integrator) = self.integrator.as_deref() else { return };
         let (level, region, sends_samples) =
             (settings.devices.level, settings.job.region, settings.outputs.samples.is_some());
         let splatter = self.splatter.as_deref();
-        let worker = Worker { index, integrator, level, region, sends_samples, splatter, held };
-        worker.run_until(&mail.orders, &mail.updates, &mail.stop, &mail.batches);
+        let worker = Worker { index, integrator, level, region, sends_samples, splatter };
+        worker.run_until(&mail.orders, &mail.stop, &mail.batches);
     }
 
     /// Starts a thread for each worker and returns the channels for their orders. A GPU comes back through `returned`
@@ -211,23 +211,21 @@ impl Crew {
     pub(super) fn start(
         mut self,
         settings: &Settings,
-        held: Option<Arc<Held>>,
         batches: &Sender<SampleBatch>,
-        failures: &Sender<WorkerFailure>,
+        changes: &Sender<Change>,
         returned: Option<Sender<(Gpu, Result<(), gpu::GpuError>)>>,
     ) -> RunningCrew {
-        let mut hiring = Hiring::new(batches, failures);
+        let mut hiring = Hiring::new(batches, changes);
         let (threads, gpu) = (self.threads, self.gpu.take());
         let (crew, settings) = (Arc::new(self), Arc::new(settings.clone()));
         for index in 0..threads {
-            let (crew, settings, held) = (Arc::clone(&crew), Arc::clone(&settings), held.clone());
+            let (crew, settings) = (Arc::clone(&crew), Arc::clone(&settings));
             hiring.hire(format!("worker {index}"), Terms::CPU, move |mail| {
-                crew.work(&settings, index, held.as_deref(), mail);
+                crew.work(&settings, index, mail);
                 Ok(())
             });
         }
         if let Some(mut gpu) = gpu {
-            gpu.worker.holds(held);
             let terms = Terms { may_be_lost: threads > 0, ..Terms::GPU };
             hiring.hire(format!("the GPU worker ({})", gpu.name), terms, move |mail| {
                 let end = gpu.worker.run_until(&mail.orders, &mail.stop, &mail.batches);

@@ -52,8 +52,8 @@ pub struct Conclusion {
     pub unreached: Vec<u32>,
     /// Where the camera was moved to, if it was.
     pub moved: Option<Viewpoint>,
-    /// What became of a device that was lost on the way.
-    pub lost: Option<String>,
+    /// What became of devices that were lost on the way.
+    pub lost: Vec<String>,
     /// What became of the error at which the render was to end, if it was to end at one.
     pub noise: Option<Noise>,
     /// Whether the error was asked for by number.
@@ -88,7 +88,7 @@ impl Conclusion {
             is_overtime: outcome.overtime,
             unreached: outcome.unreached.iter().map(|end| end - job.first).collect(),
             moved: job.moved.clone(),
-            lost: outcome.lost.as_ref().map(ToString::to_string),
+            lost: outcome.lost.iter().map(ToString::to_string).collect(),
             noise: stopping.goal().map(|asked| Noise::of(asked, outcome)),
             is_noise_asked: stopping.noise.is_some(),
             rejects: rejects.map(|&(traced, reject)| (traced, place(traced), reject)).collect(),

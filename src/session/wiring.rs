@@ -34,9 +34,9 @@ use crate::film::{Channel, Film, Milestone, Picture, Snapshot};
 use crate::integrator::{Integrator, Sample};
 use crate::output::window::{Feed, Left, Request, Window};
 use crate::output::{FilmSink, SampleDump, Tev, tev};
-use crate::render::accumulator::{Goal, Inbox, Outbox, Outcome, WorkerFailure};
+use crate::render::accumulator::{Goal, Inbox, Outbox, Outcome};
 use crate::render::schedule::GRACE;
-use crate::render::{Accumulator, Configuration, Held, SampleBatch, Schedule};
+use crate::render::{Accumulator, Change, Configuration, SampleBatch, Schedule};
 use crossbeam_channel::{Receiver, Sender, bounded, never};
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -118,7 +118,7 @@ pub(super) fn render(
             progress: (!is_watched).then_some(progress_out),
             notes: Some(notes_out.clone()),
         };
-        let Wired { accumulator, batches, failures, threads } = start_workers(settings, crew, begun, outbox);
+        let Wired { accumulator, batches, changes, threads } = start_workers(settings, crew, begun, outbox);
         let names = threads.names();
 
         // Notes end with the last of those who write.
@@ -131,7 +131,7 @@ pub(super) fn render(
         });
         let (viewing, viewer) = bounded(0);
         let viewer = if is_watched { viewer } else { never() };
-        let inbox = Inbox { batches, failures, stop: stop.clone(), viewer };
+        let inbox = Inbox { batches, changes, stop: stop.clone(), viewer };
         let (left_out, left) = bounded(1);
         let (ending_out, ending) = bounded(0);
         let finisher = Finisher {
@@ -181,7 +181,7 @@ pub(super) fn render(
 struct Wired {
     accumulator: Accumulator,
     batches: Receiver<SampleBatch>,
-    failures: Receiver<WorkerFailure>,
+    changes: Receiver<Change>,
     threads: Threads,
 }
 
@@ -190,25 +190,20 @@ fn start_workers(settings: &Settings, crew: Crew, begun: Begun, outbox: Outbox) 
     let Begun { film, milestone, spent } = begun;
     let (job, stopping, outputs) = (&settings.job, &settings.stopping, &settings.outputs);
     let (region, workers) = (job.region, crew.workers());
-    let plan = milestone.as_ref().and_then(|milestone| Some((milestone.samples, milestone.plan.clone()?)));
-    let held = match &plan {
-        Some((_, plan)) => Some(Held::planned(&film, region, Arc::clone(plan))),
-        None => Held::of(&film, region, job.first),
-    };
+    let planned = milestone.as_ref().filter(|milestone| milestone.plan.is_some());
     let time = stopping.time.map(|time| time.saturating_sub(spent));
     let deadline = time.and_then(|time| Instant::now().checked_add(time));
     let barriers: Vec<u32> = outputs.dump_at.iter().map(|at| job.first + at).collect();
     let [least, most] = film.seen_range().map(|seen| seen.min(u64::from(stopping.spp)) as u32);
     // Pixels that have stopped have passed the milestone, too.
-    let least = plan.as_ref().map_or(least, |(samples, _)| *samples);
+    let least = planned.map_or(least, |milestone| milestone.samples);
     let schedule = Schedule::new(workers, region.len(), settings.range().end, deadline, barriers.clone())
         .starting_at(job.first + least, job.first + most);
     let schedule = crew.deal(region, schedule);
     let splatter = crew.splatter();
     let (batches_out, batches) = bounded(2 * workers);
-    let (failures_out, failures) = bounded(workers);
-    let RunningCrew { ports, threads } =
-        crew.start(settings, held.map(Arc::new), &batches_out, &failures_out, None);
+    let (changes_out, changes) = bounded(workers);
+    let RunningCrew { ports, threads } = crew.start(settings, &batches_out, &changes_out, None);
     let goal = |error| Goal { error, is_adaptive: stopping.adaptive, milestone };
     let accumulator = Accumulator::new(Configuration {
         first: job.first,
@@ -221,7 +216,7 @@ fn start_workers(settings: &Settings, crew: Crew, begun: Begun, outbox: Outbox) 
         outbox,
         ..Configuration::new(film, region, schedule, ports)
     });
-    Wired { accumulator, batches, failures, threads }
+    Wired { accumulator, batches, changes, threads }
 }
 
 /// Starts the process that writes every sample, if they are wanted.

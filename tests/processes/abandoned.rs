@@ -12,7 +12,7 @@ struct Wired {
     configuration: Configuration,
     inbox: Inbox,
     stop: Sender<Infallible>,
-    mailboxes: Vec<(Receiver<Order>, Receiver<()>, Sender<SampleBatch>)>,
+    mailboxes: Vec<(Receiver<Assignment>, Receiver<()>, Sender<SampleBatch>)>,
 }
 
 fn wired(workers: usize, spp: u32) -> Wired {
@@ -28,20 +28,12 @@ fn wired(workers: usize, spp: u32) -> Wired {
     let schedule = Schedule::new(workers, WHOLE.len(), spp, None, Vec::new());
     let film = Film::new(WIDTH, HEIGHT).unwrap();
     let configuration = Configuration::new(film, WHOLE, schedule, ports);
-    let inbox = Inbox { batches, failures: never(), stop, viewer: never() };
+    let inbox = Inbox { batches, changes: never(), stop, viewer: never() };
     Wired { configuration, inbox, stop: stop_out, mailboxes }
 }
 
 fn worker(index: usize, integrator: &dyn Integrator) -> Worker<'_> {
-    Worker {
-        index,
-        integrator,
-        level: level(),
-        region: WHOLE,
-        sends_samples: false,
-        splatter: None,
-        held: None,
-    }
+    Worker { index, integrator, level: level(), region: WHOLE, sends_samples: false, splatter: None }
 }
 
 #[test]
@@ -54,9 +46,9 @@ fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
     let (release, released) = bounded::<Infallible>(0);
     let (outcome, order) = std::thread::scope(|scope| {
         let integrator = &*integrator;
-        scope.spawn(move || worker(0, integrator).run_until(&orders, &never(), &stops, &batches));
+        scope.spawn(move || worker(0, integrator).run_until(&orders, &stops, &batches));
         scope.spawn(move || {
-            let order: Order = silent_orders.recv().unwrap();
+            let Assignment { order, .. } = silent_orders.recv().unwrap();
             held_out.send(order).unwrap();
             // It looks at nothing any more, until the test is over.
             let _ = released.recv();
@@ -96,7 +88,7 @@ fn a_worker_with_more_time_to_answer_is_waited_for_and_no_other() {
         });
         scope.spawn(move || {
             // It ends once there are no more orders, which is after the time that the other has.
-            slow_orders.iter().for_each(|_: Order| {});
+            slow_orders.iter().for_each(|_: Assignment| {});
             drop((slow_stop, slow_batches));
         });
         let outcome = Accumulator::new(configuration).run(inbox);
@@ -128,7 +120,7 @@ fn workers_that_answer_are_not_abandoned_and_all_that_they_finished_counts() {
                             sent.fetch_add(1, Ordering::Relaxed);
                         },
                     };
-                    worker(index, &hooked).run_until(&orders, &never(), &stops, &batches);
+                    worker(index, &hooked).run_until(&orders, &stops, &batches);
                 });
             }
             let run = scope.spawn(move || Accumulator::new(configuration).run(inbox));

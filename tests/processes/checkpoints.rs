@@ -67,12 +67,12 @@ fn a_film_that_is_sent_in_pieces_has_all_of_a_sample_or_nothing() {
         ..Configuration::new(film, Region::whole(WIDE, ROWS), schedule, vec![Port::new(orders_out)])
     });
     let (batches_out, batches_in) = bounded(0);
-    let (_failures_out, failures) = bounded(1);
+    let (_changes_out, changes) = bounded(1);
     let (_stop_out, stop) = bounded(0);
     let (enough_out, enough) = bounded::<Infallible>(0);
     std::thread::scope(|scope| {
         let run =
-            scope.spawn(|| accumulator.run(Inbox { batches: batches_in, failures, stop, viewer: never() }));
+            scope.spawn(|| accumulator.run(Inbox { batches: batches_in, changes, stop, viewer: never() }));
         let sender = scope.spawn(|| {
             let open = |_: &SampleBatch| enough.try_recv() == Err(TryRecvError::Empty);
             batches(&splatter).take_while(open).for_each(|batch| batches_out.send(batch).unwrap());

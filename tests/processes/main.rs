@@ -5,6 +5,7 @@ mod checkpoints;
 #[path = "../common/mod.rs"]
 mod common;
 mod film;
+mod joining;
 mod losses;
 mod schedules;
 mod stopping;
@@ -30,8 +31,8 @@ use stride::output::{FilmSink, open_film, tev};
 use stride::render::accumulator::{Goal, Inbox, Outbox, Outcome, Totals, Unanswered, WorkerFailure};
 use stride::render::worker::Worker;
 use stride::render::{
-    Accumulator, Barrier, Configuration, Deal, Held, Order, Payload, Port, Region, SampleBatch, Schedule,
-    Stride, Traced,
+    Accumulator, Assignment, Barrier, Change, Configuration, Deal, Order, Payload, Port, Region, SampleBatch,
+    Schedule, Stride, Traced,
 };
 use stride::sampling::Stream;
 use stride::scene::{Filter, Scene};

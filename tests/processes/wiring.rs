@@ -71,7 +71,6 @@ impl Wiring {
         let workers = self.workers;
         let end = self.first.saturating_add(self.spp);
         let film = self.film.unwrap_or_else(|| Film::new(self.region.width, self.region.height).unwrap());
-        let held = Held::of(&film, self.region, self.first);
         let schedule = Schedule::new(workers, self.region.len(), end, self.deadline, self.dump_at.clone())
             .starting_at(self.first + film.seen_range()[0] as u32, self.first + film.seen_range()[1] as u32);
         let schedule = match self.spare {
@@ -83,14 +82,12 @@ impl Wiring {
         let stop = self.stop.unwrap_or(viewer_stops);
         std::thread::scope(|scope| {
             let (batches_out, batches) = bounded(2 * workers);
-            let (failures_out, failures) = bounded(workers);
+            let (changes_out, changes) = bounded(workers);
             let mut ports = Vec::new();
             for index in 0..workers {
                 let (orders_out, orders_in) = bounded(2);
-                let (updates_out, updates_in) = bounded(1);
                 let is_spare = self.spare.is_some() && index == workers - 1;
-                let updates = Some(updates_out);
-                ports.push(Port { updates, may_be_lost: is_spare, ..Port::new(orders_out) });
+                ports.push(Port { may_be_lost: is_spare, ..Port::new(orders_out) });
                 let worker = Worker {
                     index,
                     integrator,
@@ -98,9 +95,8 @@ impl Wiring {
                     region: self.region,
                     sends_samples: self.sends_samples,
                     splatter: None,
-                    held: held.as_ref(),
                 };
-                let (batches_out, failures_out) = (batches_out.clone(), failures_out.clone());
+                let (batches_out, changes_out) = (batches_out.clone(), changes_out.clone());
                 let thread = std::thread::Builder::new().name(format!("worker {index}"));
                 let work = move || {
                     let (start, looks) = (Instant::now(), Cell::new(0));
@@ -110,17 +106,17 @@ impl Wiring {
                     };
                     let clock: &dyn Fn() -> Instant = if is_spare { &slow } else { &Instant::now };
                     let run = std::panic::AssertUnwindSafe(|| {
-                        worker.run_by(clock, &orders_in, &updates_in, &never(), &batches_out);
+                        worker.run_by(clock, &orders_in, &never(), &batches_out);
                     });
                     if let Err(panic) = std::panic::catch_unwind(run) {
                         let message = panic.downcast_ref::<String>().cloned().unwrap_or_default();
                         let failure = WorkerFailure { index, worker: format!("worker {index}"), message };
-                        let _ = failures_out.send(failure);
+                        let _ = changes_out.send(Change::Fails(failure));
                     }
                 };
                 thread.spawn_scoped(scope, work).unwrap();
             }
-            drop((batches_out, failures_out));
+            drop((batches_out, changes_out));
             let (barriers_out, barriers) = bounded(self.dump_at.len().max(1));
             let (samples_out, samples) = bounded::<Vec<Sample>>(1);
             let (snapshots_out, snapshots) = bounded(1);
@@ -169,7 +165,7 @@ impl Wiring {
                 outbox,
                 ..Configuration::new(film, self.region, schedule, ports)
             });
-            let outcome = accumulator.run(Inbox { batches, failures, stop, viewer: never() });
+            let outcome = accumulator.run(Inbox { batches, changes, stop, viewer: never() });
             Rendered {
                 outcome,
                 barriers: barriers.try_iter().collect(),

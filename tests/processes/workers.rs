@@ -4,7 +4,7 @@ use super::*;
 
 fn lone_worker(integrator: &dyn Integrator) -> Worker<'_> {
     let (level, region) = (level(), WHOLE);
-    Worker { index: 0, integrator, level, region, sends_samples: false, splatter: None, held: None }
+    Worker { index: 0, integrator, level, region, sends_samples: false, splatter: None }
 }
 
 #[test]
@@ -12,7 +12,9 @@ fn closing_the_batches_stops_a_worker_that_has_more_to_do() {
     let integrator = common::integrator(&scene());
     let (orders_out, orders) = bounded(100);
     for first in 0..100 {
-        orders_out.send(Order { stride: Stride::ALL, first: first * 256, end: first * 256 + 256 }).unwrap();
+        orders_out
+            .send(Order { stride: Stride::ALL, first: first * 256, end: first * 256 + 256 }.into())
+            .unwrap();
     }
     let (batches_out, batches) = bounded::<SampleBatch>(1);
     std::thread::scope(|scope| {
@@ -31,8 +33,8 @@ fn closing_the_orders_ends_a_worker_after_the_last_of_them() {
     let integrator = common::integrator(&scene());
     let (orders_out, orders) = bounded(2);
     let (batches_out, batches) = bounded::<SampleBatch>(100);
-    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 1 }).unwrap();
-    orders_out.send(Order { stride: Stride::ALL, first: 1, end: 3 }).unwrap();
+    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 1 }.into()).unwrap();
+    orders_out.send(Order { stride: Stride::ALL, first: 1, end: 3 }.into()).unwrap();
     drop(orders_out);
     lone_worker(&*integrator).run(&orders, &batches_out);
     drop(batches_out);
@@ -89,7 +91,7 @@ fn a_workers_batches_take_16_mib_at_most_however_quick_it_is() {
         let worker = Worker { region, sends_samples, splatter, ..lone_worker(&integrator) };
         let (orders_out, orders) = bounded(1);
         let (batches_out, batches) = bounded::<SampleBatch>(1);
-        orders_out.send(Order { stride: Stride::ALL, first: 0, end: 2 }).unwrap();
+        orders_out.send(Order { stride: Stride::ALL, first: 0, end: 2 }.into()).unwrap();
         drop(orders_out);
         let (mut largest, mut paths, mut sent) = (0, 0, 0);
         std::thread::scope(|scope| {
@@ -124,9 +126,9 @@ fn a_worker_sends_at_least_every_tenth_of_a_second() {
     let clock = || start + BLOCK * blocks.load(Ordering::Relaxed);
     let (orders_out, orders) = bounded(1);
     let (batches_out, batches) = bounded::<SampleBatch>(100);
-    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 8 }).unwrap();
+    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 8 }.into()).unwrap();
     drop(orders_out);
-    lone_worker(&integrator).run_by(&clock, &orders, &never(), &never(), &batches_out);
+    lone_worker(&integrator).run_by(&clock, &orders, &never(), &batches_out);
     drop(batches_out);
     // 1200 pixels · 8 samples are 38 blocks. After the fourth of a batch 60 ms have passed: it is sent, and not held back
     // for a fifth although that would be in time, as the next block may take longer.

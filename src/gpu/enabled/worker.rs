@@ -13,10 +13,9 @@ use super::variant::Plan;
 use crate::film::{Band, Made, Reject, Splatter};
 use crate::gpu::{GpuError, Job};
 use crate::render::batch::NAMED_REJECTS;
-use crate::render::{Held, Order, Payload, Region, SampleBatch, Stride, Traced};
+use crate::render::{Assignment, Payload, Region, SampleBatch, Stride, Traced};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, never};
 use std::collections::VecDeque;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Dispatches that the device has at a time: one works while the other is read.
@@ -40,7 +39,6 @@ pub struct GpuWorker {
     /// For how many samples that are too bright for a band there is room, and for how many there can be.
     bright: [u32; 2],
     pace: Pace,
-    held: Option<Arc<Held>>,
 }
 
 /// What a dispatch has come to.
@@ -104,13 +102,7 @@ impl GpuWorker {
             pace: if splatter.is_some() { Pace::of_splats() } else { Pace::new(sends_samples) },
             splatter,
             bright: [FIRST_BRIGHT.min(bright), bright],
-            held: None,
         })
-    }
-
-    /// Says what pixels have already, where not all have the same.
-    pub fn holds(&mut self, held: Option<Arc<Held>>) {
-        self.held = held;
     }
 
     /// Goes on at another pace.
@@ -121,7 +113,11 @@ impl GpuWorker {
 
     /// Carries out orders until their channel closes or nobody wants the batches any more. Fails when the
     /// device does; the batches sent until then are good.
-    pub fn run(&mut self, orders: &Receiver<Order>, batches: &Sender<SampleBatch>) -> Result<(), GpuError> {
+    pub fn run(
+        &mut self,
+        orders: &Receiver<Assignment>,
+        batches: &Sender<SampleBatch>,
+    ) -> Result<(), GpuError> {
         self.run_until(orders, &never(), batches)
     }
 
@@ -129,7 +125,7 @@ impl GpuWorker {
     /// by then is sent.
     pub fn run_until(
         &mut self,
-        orders: &Receiver<Order>,
+        orders: &Receiver<Assignment>,
         stop: &Receiver<()>,
         batches: &Sender<SampleBatch>,
     ) -> Result<(), GpuError> {
@@ -168,8 +164,8 @@ impl GpuWorker {
                     orders.try_recv()
                 };
                 match order {
-                    Ok(order) => {
-                        let to_do = self.to_do(order);
+                    Ok(assignment) => {
+                        let (order, to_do) = (assignment.order, self.to_do(&assignment));
                         if to_do.is_done() {
                             let mut batch = self.empty_batch(order.stride, 0);
                             batch.completes = Some(order.end);
@@ -217,15 +213,14 @@ impl GpuWorker {
     }
 
     /// What an order asks of the slots, as far as they don't have it.
-    fn to_do(&self, order: Order) -> Remaining {
+    fn to_do(&self, assignment: &Assignment) -> Remaining {
+        let order = assignment.order;
         let slots = order.stride.len(self.region.len());
-        match &self.held {
-            Some(held) if !held.is_behind(order) => {
-                let runs = held.runs(order, slots);
-                Remaining::of(order, runs.into_iter().map(|(slots, samples)| Run { slots, samples }))
-            }
-            _ => Remaining::new(order, slots),
+        if assignment.rest.is_none() {
+            return Remaining::new(order, slots);
         }
+        let runs = assignment.runs(slots).into_iter();
+        Remaining::of(order, runs.map(|(slots, samples)| Run { slots, samples }))
     }
 
     /// How many places from one on a dispatch may be for.

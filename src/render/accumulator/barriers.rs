@@ -13,24 +13,19 @@ pub(super) struct Barriers {
     is_deserted: bool,
 }
 
-/// A barrier's picture, filled share by share.
+/// A barrier's picture, filled share by share, and how many pixels it lacks.
 struct Gathering {
     barrier: Barrier,
-    missing: usize,
+    missing: u32,
 }
 
 impl Barriers {
-    /// A picture of the region, which is cut into so many shares, at each of these sample indices.
-    pub(super) fn new(
-        ends: &[u32],
-        region: Region,
-        shares: usize,
-        sink: Option<Sender<Barrier>>,
-    ) -> Barriers {
+    /// A picture of the region at each of these sample indices.
+    pub(super) fn new(ends: &[u32], region: Region, sink: Option<Sender<Barrier>>) -> Barriers {
         let gather = |&end: &u32| {
             // There is no memory for it yet: many counts may be asked for, and few be gathered at a time.
             let picture = Picture { width: region.width, height: region.height, rgb: Vec::new() };
-            Gathering { barrier: Barrier { end, picture }, missing: shares }
+            Gathering { barrier: Barrier { end, picture }, missing: region.len() }
         };
         Barriers { gathering: ends.iter().map(gather).collect(), region, sink, is_deserted: false }
     }
@@ -56,11 +51,12 @@ impl Barriers {
         let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) else { return };
         let gathering = &mut self.gathering[index];
         gathering.barrier.picture.rgb.resize(self.region.len() as usize, [0.0; 3]);
-        for slot in 0..stride.len(self.region.len()) {
+        let slots = stride.len(self.region.len());
+        for slot in 0..slots {
             let place = stride.place(slot) as usize;
             gathering.barrier.picture.rgb[place] = film.mean(place);
         }
-        gathering.missing -= 1;
+        gathering.missing -= slots;
         if gathering.missing == 0 {
             let done = self.gathering.swap_remove(index);
             self.send(done.barrier);

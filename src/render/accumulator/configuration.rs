@@ -1,11 +1,9 @@
 //! What an accumulator is told before it runs.
 
 use crate::film::{Film, Milestone, Splatter};
-use crate::render::channels::Outbox;
-use crate::render::held::Held;
-use crate::render::schedule::{Order, Schedule};
+use crate::render::channels::{Outbox, Port};
+use crate::render::schedule::Schedule;
 use crate::render::stride::Region;
-use crossbeam_channel::Sender;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -18,9 +16,9 @@ pub struct Configuration {
     pub region: Region,
     /// The index of each pixel's first sample.
     pub first: u32,
-    /// The order of work, for as many workers as there are.
+    /// The order of work, for as many workers as are there from the first.
     pub schedule: Schedule,
-    /// The workers, in the order of their numbers.
+    /// The workers that are there from the first, in the order of their numbers.
     pub workers: Vec<Port>,
     /// What puts samples on the film where they count in all pixels around them.
     pub splatter: Option<Arc<Splatter>>,
@@ -55,29 +53,6 @@ impl Configuration {
             target: None,
             outbox: Outbox::default(),
         }
-    }
-}
-
-/// The accumulator's ends of a worker's channels.
-#[derive(Clone, Debug)]
-pub struct Port {
-    /// Work for it. The channel closes when there is no more.
-    pub orders: Sender<Order>,
-    /// Where it hears what pixels have and how far each goes, before the first order that it matters to. The channel
-    /// must have room for [`MOST_UPDATES`](super::MOST_UPDATES).
-    pub updates: Option<Sender<Arc<Held>>>,
-    /// Where it is asked to stop, by one message that it leaves there. It has ended when it has dropped its end.
-    pub stop: Option<Sender<()>>,
-    /// How long it may take to end then. What it sends meanwhile counts.
-    pub patience: Duration,
-    /// Whether the render goes on without it if it fails: the others must be able to hear of it by their `updates`.
-    pub may_be_lost: bool,
-}
-
-impl Port {
-    /// A worker that gets orders, and nothing else.
-    pub fn new(orders: Sender<Order>) -> Port {
-        Port { orders, updates: None, stop: None, patience: Duration::ZERO, may_be_lost: false }
     }
 }
 

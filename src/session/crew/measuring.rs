@@ -31,11 +31,11 @@ impl Crew {
         let (splatter, integrator, threads) = (self.splatter.clone(), self.integrator.clone(), self.threads);
         let measured = Crew { splatter, integrator, threads, gpu: Some(gpu), times: 1.0 };
         let (batches_out, batches) = bounded(2 * (threads + 1));
-        let (failures_out, failures) = bounded(threads + 1);
+        let (changes_out, changes) = bounded(threads + 1);
         let (returned_out, returned) = bounded(1);
         let RunningCrew { ports, .. } =
-            measured.start(settings, None, &batches_out, &failures_out, Some(returned_out));
-        drop((batches_out, failures_out));
+            measured.start(settings, &batches_out, &changes_out, Some(returned_out));
+        drop((batches_out, changes_out));
         let speeds = watch(&ports, &batches, stop);
         for stop in ports.iter().filter_map(|port| port.stop.as_ref()) {
             // One that has failed has nothing to hear.
@@ -47,7 +47,7 @@ impl Crew {
         let returned = returned.recv_deadline(asked + GPU_ANSWERS_WITHIN);
         // The channel closes with the last thread. A CPU worker that does not end is left alone: if it meets the same
         // path in the render, it is abandoned there, with its order. So is a failure left to the render.
-        while failures.recv_deadline(asked + ANSWERED_WITHIN).is_ok() {}
+        while changes.recv_deadline(asked + ANSWERED_WITHIN).is_ok() {}
         let (gpu, end) = returned.map_err(|error| {
             let message = match error {
                 RecvTimeoutError::Timeout => format!("it does not stop within {GPU_ANSWERS_WITHIN:?}"),
@@ -73,7 +73,7 @@ fn watch(ports: &[Port], batches: &Receiver<SampleBatch>, stop: &Receiver<Infall
     };
     for (index, port) in ports.iter().enumerate() {
         // A worker that does not take its order has failed, and says so elsewhere.
-        let _ = port.orders.send(order(index, 0));
+        let _ = port.orders.send(order(index, 0).into());
     }
     let start = Instant::now();
     // When each sent something first and last, and how many samples came after the first.
@@ -92,7 +92,7 @@ fn watch(ports: &[Port], batches: &Receiver<SampleBatch>, stop: &Receiver<Infall
             unseen => *unseen = Some((now, now, 0)),
         }
         if let Some(end) = batch.completes {
-            let _ = ports[batch.worker].orders.try_send(order(batch.worker, end / MEASURED_BY));
+            let _ = ports[batch.worker].orders.try_send(order(batch.worker, end / MEASURED_BY).into());
         }
         let all = seen.iter().all(|seen| seen.is_some_and(|(.., paths)| paths > 0));
         if all && start.elapsed() > MEASURED_FOR {

@@ -1,12 +1,11 @@
 //! The threads of workers, and their channels.
 
 use crate::gpu;
-use crate::render::accumulator::{MOST_UPDATES, WorkerFailure};
+use crate::render::accumulator::{Change, WorkerFailure};
 use crate::render::schedule::GRACE;
-use crate::render::{Held, Order, Port, SampleBatch};
+use crate::render::{Assignment, Port, SampleBatch};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -26,25 +25,20 @@ pub(super) const GPU_ANSWERS_WITHIN: Duration = Duration::from_secs(10);
 pub(super) struct Terms {
     /// How long it may take to answer the request to stop.
     pub(super) patience: Duration,
-    /// Whether it hears on the way what pixels have, and how far each goes.
-    pub(super) hears_updates: bool,
     /// Whether the others go on without it if it fails.
     pub(super) may_be_lost: bool,
 }
 
 impl Terms {
     /// Those of a thread of the CPU.
-    pub(super) const CPU: Terms =
-        Terms { patience: ANSWERED_WITHIN, hears_updates: true, may_be_lost: false };
+    pub(super) const CPU: Terms = Terms { patience: ANSWERED_WITHIN, may_be_lost: false };
     /// Those of a GPU that renders alone.
-    pub(super) const GPU: Terms =
-        Terms { patience: GPU_ANSWERS_WITHIN, hears_updates: false, may_be_lost: false };
+    pub(super) const GPU: Terms = Terms { patience: GPU_ANSWERS_WITHIN, may_be_lost: false };
 }
 
 /// A worker's ends of its channels.
 pub(super) struct Mailbox {
-    pub(super) orders: Receiver<Order>,
-    pub(super) updates: Receiver<Arc<Held>>,
+    pub(super) orders: Receiver<Assignment>,
     /// A message here is the request to stop.
     pub(super) stop: Receiver<()>,
     pub(super) batches: Sender<SampleBatch>,
@@ -53,16 +47,14 @@ pub(super) struct Mailbox {
 /// The two ends of a worker's channels.
 fn post(terms: Terms, batches: &Sender<SampleBatch>) -> (Port, Mailbox) {
     let (orders_out, orders) = bounded(2);
-    let (updates_out, updates) = bounded(MOST_UPDATES);
     let (stop_out, stop) = bounded(1);
     let port = Port {
         orders: orders_out,
-        updates: terms.hears_updates.then_some(updates_out),
         stop: Some(stop_out),
         patience: terms.patience,
         may_be_lost: terms.may_be_lost,
     };
-    (port, Mailbox { orders, updates, stop, batches: batches.clone() })
+    (port, Mailbox { orders, stop, batches: batches.clone() })
 }
 
 /// A crew whose threads run.
@@ -76,15 +68,15 @@ pub(crate) struct RunningCrew {
 /// A crew whose threads are being started, one after the other.
 pub(super) struct Hiring<'a> {
     batches: &'a Sender<SampleBatch>,
-    failures: &'a Sender<WorkerFailure>,
+    changes: &'a Sender<Change>,
     ports: Vec<Port>,
     threads: Vec<(String, JoinHandle<()>)>,
 }
 
 impl<'a> Hiring<'a> {
-    /// A crew without threads yet, whose workers will send their batches and failures here.
-    pub(super) fn new(batches: &'a Sender<SampleBatch>, failures: &'a Sender<WorkerFailure>) -> Hiring<'a> {
-        Hiring { batches, failures, ports: Vec::new(), threads: Vec::new() }
+    /// A crew without threads yet, whose workers will send their batches and changes here.
+    pub(super) fn new(batches: &'a Sender<SampleBatch>, changes: &'a Sender<Change>) -> Hiring<'a> {
+        Hiring { batches, changes, ports: Vec::new(), threads: Vec::new() }
     }
 
     /// Starts the thread of a worker of this name. If its work fails or panics, that is its failure.
@@ -97,7 +89,7 @@ impl<'a> Hiring<'a> {
         let index = self.ports.len();
         let (port, mailbox) = post(terms, self.batches);
         self.ports.push(port);
-        let (failures, worker) = (self.failures.clone(), name.clone());
+        let (changes, worker) = (self.changes.clone(), name.clone());
         let thread = std::thread::spawn(move || {
             let message = match catch_unwind(AssertUnwindSafe(|| work(&mailbox))) {
                 Ok(Ok(())) => return,
@@ -105,7 +97,7 @@ impl<'a> Hiring<'a> {
                 Err(panic) => panic_message(&*panic),
             };
             // Nothing listens any more only if the run has ended already.
-            let _ = failures.send(WorkerFailure { index, worker, message });
+            let _ = changes.send(Change::Fails(WorkerFailure { index, worker, message }));
         });
         self.threads.push((name, thread));
     }

@@ -2,8 +2,7 @@
 
 use super::{GpuWorker, Prepared, carry_out, device, scenes};
 use crate::film::Film;
-use crate::render::{Held, Order, Payload, Region, SampleBatch, Stride};
-use std::sync::Arc;
+use crate::render::{Assignment, Order, Payload, SampleBatch, Stride};
 
 fn add(film: &mut Film, batches: &[SampleBatch]) {
     for batch in batches {
@@ -32,9 +31,9 @@ fn pixels_get_what_they_lack_and_the_film_is_that_of_one_run() {
     let begun = [order(Stride::ALL, 0, 2), order(third, 2, 9), order(ninth, 9, 21), order(fifth, 2, 2)];
     add(&mut film, &carry_out(&mut worker, &begun));
     assert!(film != whole);
-    worker.holds(Held::of(&film, Region::whole(40, 30), 0).map(Arc::new));
     let orders = [order(ninth, 0, 21), order(Stride::ALL, 2, 11), order(Stride::ALL, 11, 21)];
-    let batches = carry_out(&mut worker, &orders);
+    let assignments = orders.map(|order| Assignment::of(order, &film, 0, None));
+    let batches = carry_out(&mut worker, &assignments);
     assert_eq!(batches.iter().filter_map(|batch| batch.completes).collect::<Vec<_>>(), [21, 11, 21]);
     add(&mut film, &batches);
     assert!(film == whole);

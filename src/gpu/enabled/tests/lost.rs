@@ -6,7 +6,7 @@ use crate::gpu::Job;
 use crate::math::lanes::Level;
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
 use crate::render::worker::Worker;
-use crate::render::{Accumulator, Configuration, Port, Schedule};
+use crate::render::{Accumulator, Change, Configuration, Port, Schedule};
 use crossbeam_channel::{bounded, never};
 use std::sync::Arc;
 
@@ -20,10 +20,9 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
     let mut gpu = GpuWorker::new(&device, &Job { index: 1, ..prepared.job() }).unwrap();
     let outcome = std::thread::scope(|scope| {
         let (batches_out, batches) = bounded(4);
-        let (failures_out, failures) = bounded(2);
+        let (changes_out, changes) = bounded(2);
         let (cpu_orders_out, cpu_orders) = bounded(2);
         let (gpu_orders_out, gpu_orders) = bounded(2);
-        let (updates_out, updates) = bounded(1);
         let (progress_out, progress) = bounded::<Totals>(1);
         scope.spawn({
             let (batches_out, integrator) = (batches_out.clone(), &*integrator);
@@ -36,15 +35,15 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
                     region,
                     sends_samples: false,
                     splatter: prepared.splatter.as_ref(),
-                    held: None,
                 };
-                worker.run_with_updates(&cpu_orders, &updates, &batches_out);
+                worker.run(&cpu_orders, &batches_out);
             }
         });
         scope.spawn(move || {
             if let Err(error) = gpu.run(&gpu_orders, &batches_out) {
                 let (worker, message) = ("the GPU".to_owned(), error.to_string());
-                failures_out.send(WorkerFailure { index: 1, worker, message }).unwrap();
+                let failure = WorkerFailure { index: 1, worker, message };
+                changes_out.send(Change::Fails(failure)).unwrap();
             }
         });
         scope.spawn(move || {
@@ -61,16 +60,13 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
         let weighted = prepared.splatter.is_some();
         let layout = Layout { weighted, ..Layout::plain(region.width, region.height) };
         let film = Film::with_layout(layout).unwrap();
-        let ports = vec![
-            Port { updates: Some(updates_out), ..Port::new(cpu_orders_out) },
-            Port { may_be_lost: true, ..Port::new(gpu_orders_out) },
-        ];
+        let ports = vec![Port::new(cpu_orders_out), Port { may_be_lost: true, ..Port::new(gpu_orders_out) }];
         let configuration = Configuration {
             splatter: prepared.splatter.clone().map(Arc::new),
             outbox: Outbox { progress: Some(progress_out), ..Outbox::default() },
             ..Configuration::new(film, region, schedule, ports)
         };
-        Accumulator::new(configuration).run(Inbox { batches, failures, stop: never(), viewer: never() })
+        Accumulator::new(configuration).run(Inbox { batches, changes, stop: never(), viewer: never() })
     });
     Some(outcome)
 }
@@ -85,7 +81,7 @@ fn a_continuous_film_has_all_of_a_sample_or_nothing() {
     for lost_after in [u64::MAX, 0, all / 10, all / 3] {
         let Some(outcome) = render(&prepared, lost_after) else { return };
         assert!(outcome.failure.is_none() && outcome.whole);
-        assert!(lost_after > 0 || outcome.lost.is_some());
+        assert!(lost_after > 0 || !outcome.lost.is_empty());
         let weights = splats::weights(&outcome.film);
         assert!(*expected.get_or_insert_with(|| weights.clone()) == weights, "lost after {lost_after}");
         assert_eq!(outcome.made.iter().sum::<u64>(), all);
@@ -102,9 +98,9 @@ fn the_cpu_carries_on_without_a_lost_device_and_nothing_is_missing() {
         assert_eq!((outcome.totals.samples, outcome.totals.spp), (all, SPP));
         assert!((0..80 * 60).all(|place| outcome.film.seen(place) == u64::from(SPP)), "none twice");
         // With others the device may have been done before it was lost.
-        assert!(lost_after > 0 || outcome.lost.is_some());
+        assert!(lost_after > 0 || !outcome.lost.is_empty());
         assert_eq!(outcome.made.iter().sum::<u64>(), all);
     }
     let Some(outcome) = render(&prepared, u64::MAX) else { return };
-    assert!(outcome.lost.is_none() && outcome.whole && outcome.made[1] > 0);
+    assert!(outcome.lost.is_empty() && outcome.whole && outcome.made[1] > 0);
 }

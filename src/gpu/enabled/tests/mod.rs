@@ -29,7 +29,7 @@ use super::worker::GpuWorker;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu::{GpuError, Job};
 use crate::integrator::{self, Integrator};
-use crate::render::{Order, Payload, Region, SampleBatch};
+use crate::render::{Assignment, Payload, Region, SampleBatch};
 use crate::sampling::warp::FilmOffset;
 use crate::scene::{RenderSettings, Scene};
 use crate::world::{CompiledScene, Finder, World, compile_sharing};
@@ -90,10 +90,10 @@ impl Prepared {
 }
 
 /// Carries out orders on a worker.
-fn carry_out(worker: &mut GpuWorker, orders: &[Order]) -> Vec<SampleBatch> {
+fn carry_out(worker: &mut GpuWorker, orders: &[impl Clone + Into<Assignment>]) -> Vec<SampleBatch> {
     let (orders_out, orders_in) = bounded(orders.len());
     for order in orders {
-        orders_out.send(*order).unwrap();
+        orders_out.send(order.clone().into()).unwrap();
     }
     drop(orders_out);
     let (batches_out, batches) = unbounded();

@@ -43,7 +43,7 @@ fn a_worker_stops_when_nobody_takes_its_batches_and_can_start_again() {
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
     let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
     let (orders_out, orders_in) = unbounded();
-    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 200 }).unwrap();
+    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 200 }.into()).unwrap();
     let (batches_out, batches) = bounded(1);
     drop(batches);
     // The order channel stays open: only the batches say that it is over.
@@ -115,7 +115,7 @@ fn a_driver_that_ends_every_loop_is_an_error() {
     let prepared = Prepared::new(&scenes::cover(80, 60), 0);
     let mut worker = cut_short(&device, &prepared, &prepared.job(), "dispatch.samples < 1u");
     let (orders_out, orders_in) = unbounded();
-    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 20 }).unwrap();
+    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 20 }.into()).unwrap();
     let (batches_out, batches) = unbounded();
     let error = worker.run(&orders_in, &batches_out).unwrap_err();
     assert!(matches!(error, GpuError::CutShort { .. }), "{error}");
@@ -149,7 +149,7 @@ fn a_lost_device_is_an_error_and_not_a_panic() {
     let mut worker = GpuWorker::new(&device, &prepared.job()).unwrap();
     device.device.destroy();
     let (orders_out, orders_in) = unbounded();
-    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 200 }).unwrap();
+    orders_out.send(Order { stride: Stride::ALL, first: 0, end: 200 }.into()).unwrap();
     let (batches_out, _batches) = unbounded();
     let result = worker.run(&orders_in, &batches_out);
     assert!(matches!(result, Err(GpuError::Failed { .. })), "{result:?}");

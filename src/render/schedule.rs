@@ -123,9 +123,9 @@ impl Share {
 }
 
 impl Schedule {
-    /// A schedule for some workers over a region of so many pixels that ends at `target` samples a pixel, or
-    /// before, at the first barrier after the deadline or the last one that is expected within [`GRACE`] of it, and
-    /// passes each of `stops`. There is one sample of every pixel at least.
+    /// A schedule for some workers, which may be none yet, over a region of so many pixels. It ends at `target` samples a
+    /// pixel, or before, at the first barrier after the deadline or the last one that is expected within [`GRACE`] of it,
+    /// and passes each of `stops`. There is one sample of every pixel at least.
     pub fn new(
         workers: usize,
         pixels: u32,
@@ -139,9 +139,11 @@ impl Schedule {
             0 | 1 => 1,
             _ => shares_each(f64::from(pixels) / workers as f64),
         };
-        // Share i is the stride of places i, i + n, i + 2n, … for n shares in all.
-        let n = workers as u32 * a_worker;
-        let shares = (0..n).map(|i| Share::new(Stride::every(n, i), i as usize % workers)).collect();
+        // Share i is the stride of places i, i + n, i + 2n, … for n shares in all. Those of a render without workers wait
+        // for the first that joins.
+        let owners = workers.max(1);
+        let n = owners as u32 * a_worker;
+        let shares = (0..n).map(|i| Share::new(Stride::every(n, i), i as usize % owners)).collect();
         Schedule {
             barriers: Vec::new(),
             workers: (0..workers).map(|worker| (worker, 1.0)).collect(),

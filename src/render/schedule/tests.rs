@@ -206,3 +206,21 @@ fn shares_that_are_worked_at_are_cut_when_they_are_free() {
     }
     assert_eq!((schedule.completed(), schedule.next(0, None)), (8, Deal::Done));
 }
+
+#[test]
+fn a_render_may_begin_without_a_worker_and_lose_all_that_it_has() {
+    let mut schedule = Schedule::new(0, 10_000, 4, None, vec![]);
+    assert_eq!(schedule.completed(), 0);
+    schedule.join(5, 1.0);
+    let Deal::Order(order) = schedule.next(5, None) else { panic!("no order") };
+    schedule.lose(5);
+    // What it held waits for the next.
+    schedule.join(6, 1.0);
+    let mut first = None;
+    while let Deal::Order(order) = schedule.next(6, None) {
+        schedule.complete(order.stride, order.end);
+        first = first.or(Some(order.first));
+    }
+    assert_eq!((first, order.first), (Some(0), 0));
+    assert_eq!((schedule.completed(), schedule.next(6, None)), (4, Deal::Done));
+}

@@ -21,7 +21,8 @@ use stride::integrator::{self, Integrator};
 use stride::math::lanes::Level;
 use stride::render::accumulator::{Inbox, Outbox};
 use stride::render::worker::Worker;
-use stride::render::{Accumulator, Configuration, Deal, Order, Port, Region, SampleBatch, Schedule};
+use stride::render::{Accumulator, Configuration, Deal, Order, Port, SampleBatch, Schedule};
+use stride::sampling::Region;
 use stride::scene::{self, FilmMode, Filter, Scene};
 use stride::world::{self, Finder, World};
 

@@ -17,8 +17,8 @@ use std::time::Instant;
 use stride::film::film_offset;
 use stride::integrator::{self, Finished, Integrator, NextEvent, Paths, Settings};
 use stride::math::lanes::Level;
-use stride::render::{Region, Stride};
-use stride::sampling::{Sobol, Stream};
+use stride::render::Stride;
+use stride::sampling::{Region, Sobol, Stream};
 use stride::scene::{self, Scene};
 use stride::world::{self, Finder, World};
 

@@ -5,7 +5,7 @@
 //! | room | what is in it |
 //! |---|---|
 //! | [`math`] | vectors, lanes, rays, frames |
-//! | [`sampling`] | random streams, warps, each beside its density |
+//! | [`sampling`] | pixels, regions and samples; random streams; warps, each beside its density |
 //! | [`parameter`] | how shapes, materials and lights are declared |
 //! | [`shape`] | plane, sphere, quad, disk, cylinder, box, triangle mesh |
 //! | [`material`] | materials, BxDFs and their interface |

@@ -11,7 +11,8 @@ use stride::film::cryptomatte::{Mattes, id};
 use stride::film::{Channel, Layer};
 use stride::integrator::Event;
 use stride::math::lanes::Level;
-use stride::render::{Region, first_hit_layers};
+use stride::render::first_hit_layers;
+use stride::sampling::Region;
 use stride::scene::Scene;
 
 const BOTH: [Layer; 2] = [Layer::CryptoEntity, Layer::CryptoMaterial];

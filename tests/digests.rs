@@ -18,7 +18,7 @@ use std::{env, fs};
 use stride::integrator::{FirstHit, Paths};
 use stride::math::lanes::Level;
 use stride::output::read_picture;
-use stride::render::Region;
+use stride::sampling::Region;
 use stride::scene::{Integrator, Material, MaterialKind, MatteParameters, Sampler, Scene, load};
 use stride::world::Finder;
 

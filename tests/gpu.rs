@@ -14,7 +14,8 @@ use stride::film::{Film, film_offset};
 use stride::gpu::{self, GpuError, GpuWorker, Job};
 use stride::output::open_film;
 use stride::render::accumulator::{Inbox, Outcome};
-use stride::render::{Accumulator, Configuration, Port, Region, Schedule};
+use stride::render::{Accumulator, Configuration, Port, Schedule};
+use stride::sampling::Region;
 use stride::scene::{
     Entity, FilmSettings, Integrator, Material, MaterialKind, MatteParameters, MirrorParameters,
     PlaneParameters, RenderSettings, Sampler, Scene, Shape, SphereParameters,

@@ -7,8 +7,7 @@ use glam::DVec3;
 use rand::RngExt;
 use stride::integrator::Event;
 use stride::math::{Frame, Ray, Vec3};
-use stride::render::Region;
-use stride::sampling::Stream;
+use stride::sampling::{Region, Stream};
 use stride::scene::{
     CylinderParameters, DiskParameters, Entity, PlaneParameters, QuadParameters, Scene, Shape,
     SphereParameters,

@@ -12,8 +12,7 @@ use stride::material::{
 };
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{Frame, LaneFloat, LaneUint, Ray, Rgb, Uint, Vec3, trig};
-use stride::render::Region;
-use stride::sampling::{Block, Independent, PathId, Sobol, independent, warp};
+use stride::sampling::{Block, Independent, PathId, Region, Sobol, independent, warp};
 use stride::scene::{Integrator, Scene};
 use stride::shape::{Plane, Quad, Shape, Sphere, offset_origin};
 use stride::world::Finder;

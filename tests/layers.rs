@@ -11,7 +11,8 @@ use stride::film::layers::NO_DEPTH;
 use stride::film::{Channel, Layer};
 use stride::integrator::{Event, Integrator};
 use stride::math::lanes::Level;
-use stride::render::{Region, first_hit_layers, layer_samples};
+use stride::render::{first_hit_layers, layer_samples};
+use stride::sampling::Region;
 use stride::scene::{Scene, parse};
 
 fn layers(scene: &Scene, region: Region, samples: u32, threads: usize) -> Vec<Channel> {

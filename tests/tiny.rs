@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 use stride::integrator::Paths;
 use stride::math::lanes::Level;
-use stride::render::Region;
+use stride::sampling::Region;
 use stride::scene::{Entity, Integrator, Mesh, Scene, Shape};
 use stride::world::Finder;
 

@@ -11,7 +11,7 @@ use glam::DVec3;
 use stride::integrator::Paths;
 use stride::light::LEAST_TRIANGLES;
 use stride::math::lanes::Level;
-use stride::render::Region;
+use stride::sampling::Region;
 use stride::scene::{Entity, Integrator, Mesh, Scene};
 
 /// A ball of 20·n² triangles.

@@ -3,7 +3,7 @@
 use super::failure::{Failure, usage};
 use super::loading::Loading;
 use crate::film::{Film, Layout};
-use crate::render::Region;
+use crate::sampling::Region;
 use crate::scene::{
     self, Choice, FilmMode, Filter, Integrator, LONGEST_SIDE, MOST_BOUNCES, Sampler, Scene, Sources,
 };

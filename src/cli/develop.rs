@@ -7,7 +7,7 @@ use crate::film::develop::Developer;
 use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Splatter, ViewTransform, Weights};
 use crate::math::lanes::Level;
 use crate::output::{self, Crop, PictureOptions, npy, write_picture};
-use crate::render::Region;
+use crate::sampling::Region;
 use crate::scene::{FilmMode, FilmSettings, Filter, Tone};
 use crate::session;
 use std::io::Write;

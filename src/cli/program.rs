@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::loading::Loading;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
-use crate::render::Region;
+use crate::sampling::Region;
 use crate::scene;
 use crate::world::{Finder, World, compile};
 use std::path::Path;

@@ -4,8 +4,9 @@ use super::reject::Reject;
 use super::splat::{Made, Splatter};
 use super::sums::Film;
 use super::{Layout, MemoryError};
-use crate::integrator::{Finished, Sample};
+use crate::integrator::Finished;
 use crate::math::lanes::Level;
+use crate::sampling::Sample;
 
 /// Samples that are added to one band at most: its words hold sixteen times as many.
 const MOST_IN_BAND: usize = 1 << 13;

@@ -7,10 +7,11 @@
 use super::adaptive::Plan;
 use super::holding::Holding;
 use super::identity::{Difference, Identity};
-use super::layout::{Layout, Rectangle};
+use super::layout::Layout;
 use super::noise::Milestone;
 use super::picture::Picture;
 use super::sums::{Film, MemoryError};
+use crate::sampling::Rectangle;
 use crate::scene::fingerprint;
 use sha2::{Digest, Sha256};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};

@@ -1,40 +1,10 @@
 //! What a film's words are, and which pixels become the picture.
 
 use super::spread::SpreadPixel;
+use crate::sampling::Rectangle;
 
 /// Bytes that a pixel takes, but for what a variance takes beside them where samples are weighed.
 pub(super) const BYTES_PER_PIXEL: u64 = 64;
-
-/// Some columns of some rows of a film.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rectangle {
-    /// First column.
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
-impl Rectangle {
-    /// Its places on a film with so many pixels in a row, row by row.
-    pub fn places(self, film_width: u32) -> impl Iterator<Item = usize> + Clone {
-        let row = move |y: u32| {
-            let first = y as usize * film_width as usize + self.x as usize;
-            first..first + self.width as usize
-        };
-        (self.y..self.y + self.height).flat_map(row)
-    }
-
-    /// Whether it lies within so many columns and rows and is not empty.
-    pub fn fits(self, width: u32, height: u32) -> bool {
-        let fits =
-            |from: u32, len: u32, side: u32| len > 0 && from.checked_add(len).is_some_and(|end| end <= side);
-        fits(self.x, self.width, width) && fits(self.y, self.height, height)
-    }
-}
 
 /// How a film lies in memory, and what its words are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -29,7 +29,7 @@ pub use filter::film_offset;
 pub use holding::{Holding, Ranges};
 pub use identity::Identity;
 pub use layers::{Channel, Layer};
-pub use layout::{Layout, Rectangle};
+pub use layout::Layout;
 pub use noise::Milestone;
 pub use picture::Picture;
 pub use reject::{MAX_RADIANCE, Reject, RejectCounts};

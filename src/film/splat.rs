@@ -5,15 +5,15 @@
 //! one sum over the other. Workers add up a *band* of some rows at a time, in 64-bit words, and send it; the film
 //! adds bands to wider words.
 
-use super::Rectangle;
 use super::fixed::{MAGIC, SCALE, TAP_BITS, WEIGHT_BITS, round_large, round_small};
 use super::reject::{Reject, check};
 use super::spread::{self, LOW_BITS, Spreads, squared};
 use super::sums::{Film, fits};
 use super::weights::{MOST_TAPS, Weights, taps, with_width};
-use crate::integrator::{Finished, Sample};
+use crate::integrator::Finished;
 use crate::math::Float;
 use crate::math::lanes::{Kernel, Level, dispatch};
+use crate::sampling::{Rectangle, Sample};
 use serde::{Deserialize, Serialize};
 
 /// The largest band, in bytes. A worker fills one and has sent two at most that nobody has taken yet.

@@ -17,7 +17,7 @@ mod disabled;
 pub use disabled::{Device, GpuWorker, adapters, wgsl};
 
 use crate::film::Splatter;
-use crate::render::Region;
+use crate::sampling::Region;
 use crate::sampling::warp::FilmOffset;
 use crate::scene::RenderSettings;
 use crate::world::{CompiledScene, World};

@@ -34,7 +34,7 @@ pub use build::{build, path, path_naive};
 pub use first_hit::FirstHit;
 pub use next_event::NextEvent;
 pub use observe::{Event, Observer};
-pub use paths::{Finished, Paths, Pixel, Sample, Settings};
+pub use paths::{Finished, Paths, Settings};
 pub use roulette::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 pub use whitted::Whitted;
 
@@ -49,6 +49,7 @@ pub(crate) use whitted::{Asked, Lit, Spawned};
 
 use crate::camera::Camera;
 use crate::math::lanes::Level;
+use crate::sampling::{Pixel, Sample};
 
 /// An integrator. It is chosen once per run; a call traces a block of paths, so that no ray costs an indirect call.
 pub trait Integrator: Send + Sync {

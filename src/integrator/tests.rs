@@ -1,9 +1,10 @@
 //! Lights at infinity, which no scene has yet: what integrators find of them, against radiance by formula.
 
-use super::{Paths, Pixel, build};
+use super::{Paths, build};
 use crate::light::LightTable;
 use crate::light::made_up::{Sky, Sun};
 use crate::math::lanes::Level;
+use crate::sampling::Pixel;
 use crate::sampling::warp::FilmOffset;
 use crate::scene;
 use crate::world::{Finder, World, compile};

@@ -3,14 +3,14 @@
 use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
-use super::paths::{Finished, Paths, Pixel, Sample, Settings, camera_ray};
+use super::paths::{Finished, Paths, Settings, camera_ray};
 use super::vertex::View;
 use crate::camera::Camera;
 use crate::material::{self, Bsdf, Bxdf, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Level, dispatch};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3, value};
-use crate::sampling::{PathId, Stream};
+use crate::sampling::{PathId, Pixel, Sample, Stream};
 use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
 use rand::RngExt;
 use std::sync::Arc;

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 use super::atomic;
 use super::error::OutputError;
 use crate::film::Identity;
-use crate::integrator::Sample;
+use crate::sampling::Sample;
 
 pub mod read;
 

@@ -28,8 +28,8 @@ mod publishing;
 mod stopping;
 
 use super::batch::SampleBatch;
-use super::stride::{Region, Stride};
-use crate::integrator::Sample;
+use super::stride::Stride;
+use crate::sampling::{Region, Sample};
 use adding::Adder;
 use barriers::Barriers;
 use checkpoints::Checkpoints;

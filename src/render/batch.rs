@@ -3,7 +3,7 @@
 use super::faint::Faint;
 use super::stride::Stride;
 use crate::film::{Band, Made, PixelSums, Reject, RejectCounts, WideSums};
-use crate::integrator::Sample;
+use crate::sampling::Sample;
 use serde::{Deserialize, Serialize};
 
 /// Samples of some of the pixels of an order: themselves, or exact sums of them.

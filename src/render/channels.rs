@@ -5,7 +5,7 @@ use super::batch::SampleBatch;
 use super::outcome::{Totals, WorkerFailure};
 use crate::film::file::Piece;
 use crate::film::{Picture, Snapshot};
-use crate::integrator::Sample;
+use crate::sampling::Sample;
 use crossbeam_channel::{Receiver, Sender};
 use std::convert::Infallible;
 use std::sync::Arc;

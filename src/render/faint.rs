@@ -131,7 +131,7 @@ impl fmt::Display for Faint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrator::Sample;
+    use crate::sampling::Sample;
 
     fn finished(sample: u32, radiance: f32) -> Finished {
         let sample = Sample { pixel: 0, sample, x: 0.0, y: 0.0, radiance: [0.0, radiance, 0.0] };

@@ -3,11 +3,11 @@
 //! They are no part of the film: the same scene, settings and seed give the same layers, so that they are made
 //! when they are wanted, also by a render that goes on with a film.
 
-use super::stride::Region;
 use crate::film::cryptomatte::{self, Mattes, Names};
 use crate::film::layers::{Channel, Layer, NO_DEPTH};
 use crate::integrator::{FirstHit, Integrator, Paths};
 use crate::math::lanes::Level;
+use crate::sampling::Region;
 use crossbeam_channel::bounded;
 use std::ops::Range;
 

@@ -21,4 +21,4 @@ pub use batch::{Payload, SampleBatch, Traced};
 pub use faint::Faint;
 pub use layers::{first_hit_layers, layer_samples};
 pub use schedule::{Deal, Order, Schedule};
-pub use stride::{Region, Stride};
+pub use stride::Stride;

@@ -1,72 +1,6 @@
 //! Strides: the division of pixels among workers (report §3.2, figure 3.1).
 
-use crate::film::Rectangle;
-use crate::integrator::Pixel;
 use serde::{Deserialize, Serialize};
-
-/// The part of a film that is rendered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Region {
-    /// Pixels in a row of the full film.
-    pub film_width: u32,
-    /// First column.
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
-impl Region {
-    /// The whole of a film.
-    pub fn whole(width: u32, height: u32) -> Region {
-        Region { film_width: width, x: 0, y: 0, width, height }
-    }
-
-    /// The region with so many pixels more on each side, as far as the film has them, and where in that it lies.
-    pub fn with_margin(self, margin: u32, film_height: u32) -> (Region, Rectangle) {
-        let wider = |from: u32, len: u32, side: u32| {
-            let first = from.saturating_sub(margin);
-            (first, side.min(from + len + margin) - first)
-        };
-        let (x, width) = wider(self.x, self.width, self.film_width);
-        let (y, height) = wider(self.y, self.height, film_height);
-        let inner = Rectangle { x: self.x - x, y: self.y - y, width: self.width, height: self.height };
-        (Region { film_width: self.film_width, x, y, width, height }, inner)
-    }
-
-    /// Whether all of another region is in it.
-    pub fn holds(&self, other: Region) -> bool {
-        let within = |from: u32, len: u32, inner: u32, inner_len: u32| {
-            from <= inner && inner + inner_len <= from + len
-        };
-        within(self.x, self.width, other.x, other.width) && within(self.y, self.height, other.y, other.height)
-    }
-
-    /// How many pixels there are: fewer than 2³².
-    pub fn len(&self) -> u32 {
-        self.width * self.height
-    }
-
-    /// Whether there is no pixel.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The pixel at a place in the region, row-major from its top left.
-    pub fn pixel(&self, place: u32) -> Pixel {
-        let (x, y) = (self.x + place % self.width, self.y + place / self.width);
-        Pixel { index: y * self.film_width + x, x, y }
-    }
-
-    /// The place in the region of a pixel of the film.
-    pub fn place(&self, pixel: u32) -> u32 {
-        let (x, y) = (pixel % self.film_width, pixel / self.film_width);
-        (y - self.y) * self.width + (x - self.x)
-    }
-}
 
 /// Every Nth place of a region, {first, first + step, first + 2·step, …}; or every Nth run of so many places, for a
 /// worker that is as fast as many others.
@@ -149,24 +83,5 @@ mod tests {
             }
         }
         assert_eq!(places(Stride { first: 2, step: 10, run: 3 }, 24), [2, 3, 4, 12, 13, 14, 22, 23]);
-    }
-
-    #[test]
-    fn a_margin_ends_with_the_film() {
-        let region = Region { film_width: 100, x: 10, y: 1, width: 85, height: 40 };
-        let (wider, inner) = region.with_margin(3, 42);
-        assert_eq!(wider, Region { film_width: 100, x: 7, y: 0, width: 91, height: 42 });
-        assert_eq!(inner, Rectangle { x: 3, y: 1, width: 85, height: 40 });
-        assert_eq!(region.with_margin(0, 42).0, region);
-    }
-
-    #[test]
-    fn a_region_numbers_its_pixels_as_the_film_does() {
-        let region = Region { film_width: 100, x: 10, y: 20, width: 3, height: 2 };
-        assert_eq!(region.pixel(0), Pixel { index: 2010, x: 10, y: 20 });
-        assert_eq!(region.pixel(5), Pixel { index: 2112, x: 12, y: 21 });
-        for place in 0..region.len() {
-            assert_eq!(region.place(region.pixel(place).index), place);
-        }
     }
 }

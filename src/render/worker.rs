@@ -2,13 +2,14 @@
 
 use super::assignment::Assignment;
 use super::batch::{NAMED_REJECTS, Payload, SampleBatch, Traced};
-use super::stride::{Region, Stride};
+use super::stride::Stride;
 use crate::film::reject::{Reject, RejectCounts, check};
 use crate::film::splat::BAND_BYTES;
 use crate::film::sums::{PixelSums, fits};
 use crate::film::{Band, Made, Splatter};
-use crate::integrator::{Finished, Integrator, Paths, Pixel, Sample};
+use crate::integrator::{Finished, Integrator, Paths};
 use crate::math::lanes::Level;
+use crate::sampling::{Pixel, Region, Sample};
 use crossbeam_channel::{Receiver, Sender, never};
 use std::ops::Range;
 use std::time::{Duration, Instant};

@@ -1,7 +1,10 @@
-//! Sampling: random streams and the warps that shape them, each beside its density.
+//! Sampling: the pixels of a film and the samples that are made for them; random streams, and the warps that shape them,
+//! each beside its density.
 
 pub mod block;
 pub mod independent;
+mod region;
+mod sample;
 pub mod sampler;
 pub mod sobol;
 pub mod stream;
@@ -9,6 +12,8 @@ pub mod warp;
 
 pub use block::{Block, PathId};
 pub use independent::Independent;
+pub use region::{Rectangle, Region};
+pub use sample::{Pixel, Sample};
 pub use sampler::Sampler;
 pub use sobol::Sobol;
 pub use stream::Stream;

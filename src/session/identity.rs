@@ -5,7 +5,7 @@ use super::settings::Settings;
 use crate::film::file::Head;
 use crate::film::{Holding, Identity};
 use crate::output::{FilmSink, OutputError};
-use crate::render::Region;
+use crate::sampling::Region;
 use crate::scene::{Fingerprint, UNLIMITED, Viewpoint};
 
 /// What determines the bits of a render's samples, on a device.

@@ -6,7 +6,7 @@ use crate::film::ViewTransform;
 use crate::integrator::{Integrator, Paths};
 use crate::output::window::orbit::Orbit;
 use crate::output::window::{self, Window, WindowOptions};
-use crate::render::Region;
+use crate::sampling::Region;
 use crate::scene::Scene;
 
 /// The window, if one is wanted and there is a display. The integrator, if there is one, tells what the camera turns

@@ -1,8 +1,8 @@
 //! What a render is asked for.
 
-use crate::film::{Layer, Layout, Rectangle, Weights};
+use crate::film::{Layer, Layout, Weights};
 use crate::math::lanes::Level;
-use crate::render::Region;
+use crate::sampling::{Rectangle, Region};
 use crate::scene::{FilmMode, Fingerprint, Scene, Viewpoint};
 use crate::world::Finder;
 use std::num::NonZeroUsize;

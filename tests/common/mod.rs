@@ -14,7 +14,7 @@ use std::sync::Arc;
 use stride::film::film_offset;
 use stride::integrator::{self, Finished, Integrator, Paths};
 use stride::math::lanes::Level;
-use stride::render::Region;
+use stride::sampling::Region;
 use stride::scene::Scene;
 use stride::world::{self, Finder, World};
 

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use stride::film::film_offset;
 use stride::integrator::{self, Finished, Integrator, NextEvent, Paths, Settings};
 use stride::math::lanes::Level;
-use stride::render::Region;
-use stride::sampling::{Independent, Sobol};
+use stride::sampling::{Independent, Region, Sobol};
 use stride::scene::Scene;
 use stride::world::{self, Finder, World};
 

@@ -25,16 +25,16 @@ use stride::film::file::Head;
 use stride::film::{
     Film, Identity, Layout, Made, Milestone, Picture, Reject, Snapshot, Splatter, Statistics, Weights,
 };
-use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths, Pixel, Sample};
+use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths};
 use stride::math::lanes::Level;
 use stride::output::{FilmSink, open_film, tev};
 use stride::render::accumulator::{Goal, Inbox, Outbox, Outcome, Totals, Unanswered, WorkerFailure};
 use stride::render::worker::Worker;
 use stride::render::{
-    Accumulator, Assignment, Barrier, Change, Configuration, Deal, Order, Payload, Port, Region, SampleBatch,
+    Accumulator, Assignment, Barrier, Change, Configuration, Deal, Order, Payload, Port, SampleBatch,
     Schedule, Stride, Traced,
 };
-use stride::sampling::Stream;
+use stride::sampling::{Pixel, Region, Sample, Stream};
 use stride::scene::{Filter, Scene};
 use wiring::{Rendered, Wiring, is_a_prefix, plain_film, plain_film_from, plain_picture};
 

@@ -7,7 +7,8 @@ use std::process::Command;
 use stride::film::cryptomatte::Mattes;
 use stride::film::{Channel, Layer};
 use stride::math::lanes::Level;
-use stride::render::{Region, first_hit_layers, layer_samples};
+use stride::render::{first_hit_layers, layer_samples};
+use stride::sampling::Region;
 
 const WIDTH: u32 = 40;
 const HEIGHT: u32 = 30;

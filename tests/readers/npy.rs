@@ -5,8 +5,8 @@ use super::{python_with, run};
 use std::process::Command;
 
 use stride::film::Identity;
-use stride::integrator::Sample;
 use stride::output::SampleDump;
+use stride::sampling::Sample;
 
 fn sample(i: u32) -> Sample {
     Sample { pixel: i / 4, sample: i % 4, x: i as f32 + 0.5, y: 0.25, radiance: [i as f32, 2.0, 0.1] }

@@ -9,7 +9,7 @@ use crate::cli::told::told;
 use crate::math::lanes::Level;
 use crate::output::atomic::{check_place, write_atomically};
 use crate::output::plot::Chart;
-use crate::render::Region;
+use crate::sampling::Region;
 use crate::scene::{Integrator, Sampler, Scene, UNLIMITED};
 use crate::session::{self, Devices, Job, Outputs, Report, Settings, Stopping, View};
 use crossbeam_channel::Receiver;

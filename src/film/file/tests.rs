@@ -1,7 +1,7 @@
 use super::*;
 use crate::film::{MAX_RADIANCE, PixelSums};
 use crate::film::{Splatter, Weights};
-use crate::integrator::Sample;
+use crate::sampling::Sample;
 use crate::scene::Filter;
 use std::io::Cursor;
 

@@ -5,9 +5,9 @@ use crate::film::splat::{Band, Made};
 use crate::film::sums::{MAX_COUNT, MAX_SUMMED};
 use crate::film::weights::{Weights, taps};
 use crate::film::{Film, Layout, Splatter};
-use crate::integrator::{Finished, Sample};
+use crate::integrator::Finished;
 use crate::math::lanes::Level;
-use crate::sampling::Stream;
+use crate::sampling::{Sample, Stream};
 use crate::scene::Filter;
 use rand::RngExt;
 

@@ -2,7 +2,7 @@
 
 use super::layout::{REJECT_SHIFT, REJECTS, SampleWords, SlotSums};
 use crate::film::{Band, PixelSums, Reject, WideSums};
-use crate::integrator::Sample;
+use crate::sampling::Sample;
 
 /// What one slot's words say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

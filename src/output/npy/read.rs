@@ -2,7 +2,7 @@
 
 use super::{DESCRIPTION, RECORD_BYTES};
 use crate::film::Identity;
-use crate::integrator::Sample;
+use crate::sampling::Sample;
 use std::fs::File;
 use std::io::{self, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};

@@ -1,11 +1,11 @@
 //! Adds batches to the film, and counts what is left out of it.
 
 use crate::film::{Film, Reject, RejectCounts, Splatter};
-use crate::integrator::Sample;
 use crate::render::batch::{Payload, Traced};
 use crate::render::faint::Faint;
 use crate::render::outcome::NAMED_REJECTS;
-use crate::render::stride::{Region, Stride};
+use crate::render::stride::Stride;
+use crate::sampling::{Region, Sample};
 use std::sync::Arc;
 
 /// The film, and what was left out of it.

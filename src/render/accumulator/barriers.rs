@@ -2,7 +2,8 @@
 
 use crate::film::{Film, Picture};
 use crate::render::channels::Barrier;
-use crate::render::stride::{Region, Stride};
+use crate::render::stride::Stride;
+use crate::sampling::Region;
 use crossbeam_channel::Sender;
 
 /// The pictures that are still to come.

@@ -3,7 +3,7 @@
 use crate::film::{Film, Milestone, Splatter};
 use crate::render::channels::{Outbox, Port};
 use crate::render::schedule::Schedule;
-use crate::render::stride::Region;
+use crate::sampling::Region;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

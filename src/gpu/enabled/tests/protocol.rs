@@ -5,7 +5,8 @@ use super::super::tables::Tables;
 use super::super::variant::Plan;
 use super::{Prepared, Program, Shape, carry_out, device, scenes, totals};
 use crate::gpu::{Device, GpuError, GpuWorker, Job};
-use crate::render::{Order, Payload, Region, Stride};
+use crate::render::{Order, Payload, Stride};
+use crate::sampling::Region;
 use crossbeam_channel::{bounded, unbounded};
 
 #[test]

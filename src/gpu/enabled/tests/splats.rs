@@ -10,10 +10,10 @@ use super::{Device, GpuWorker, Prepared, Program, Shape, carry_out, device, scen
 use crate::film::sums::{MAX_COUNT, MAX_SUMMED};
 use crate::film::{Band, Film, Layout, Made, Splatter, Weights};
 use crate::gpu::Job;
-use crate::integrator::{Finished, Paths, Sample};
+use crate::integrator::{Finished, Paths};
 use crate::math::lanes::Level;
-use crate::render::{Order, Payload, Region, SampleBatch, Stride};
-use crate::sampling::Stream;
+use crate::render::{Order, Payload, SampleBatch, Stride};
+use crate::sampling::{Region, Sample, Stream};
 use crate::scene::{FilmMode, Filter, Integrator, Sampler, Scene};
 use rand::RngExt;
 use std::time::Duration;

@@ -7,8 +7,7 @@ use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::Function;
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Float, Uint};
-use crate::render::Region;
-use crate::sampling::{Block, PathId, Stream, independent};
+use crate::sampling::{Block, PathId, Region, Stream, independent};
 use rand::RngExt;
 use std::collections::BTreeMap;
 

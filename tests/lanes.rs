@@ -5,6 +5,7 @@ mod common;
 use common::scenes::*;
 use glam::DVec3;
 use std::marker::PhantomData;
+use stride::integrator::blocks::path::SCATTER;
 use stride::integrator::{Finished, Paths};
 use stride::material::{
     Bxdf, CheckerboardParameters, GlassParameters, MaterialParameters, MaterialTable, MatteParameters,
@@ -12,7 +13,7 @@ use stride::material::{
 };
 use stride::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
 use stride::math::{Frame, LaneFloat, LaneUint, Ray, Rgb, Uint, Vec3, trig};
-use stride::sampling::{Block, Independent, PathId, Region, Sobol, independent, warp};
+use stride::sampling::{Independent, PathId, Region, Sampler, Sobol, independent, warp};
 use stride::scene::{Integrator, Scene};
 use stride::shape::{Plane, Quad, Shape, Sphere, offset_origin};
 use stride::world::Finder;
@@ -132,8 +133,27 @@ law!(frames_are_the_same_at_every_level, F, x, {
 law!(random_numbers_are_the_same_at_every_level, F, x, {
     let hash = independent::pcg4d::<F>([x[0], x[1], x[2], x[3]]).map(F::from_bits);
     let id = PathId::<F> { pixel: x[4], sample: x[5] };
-    let block = Block::SCATTER.at::<F>(x[6] & F::Uint::splat(63));
+    let block = SCATTER.at::<F>(x[6] & F::Uint::splat(63));
     [hash, Independent { seed: 7 }.draw(id, block), Sobol { seed: 7 }.draw(id, block)]
+});
+
+// As a chain does, each lane draws until a number falls below its own bound.
+law!(endless_streams_are_the_same_at_every_level, F, x, {
+    let id = PathId::<F> { pixel: x[4], sample: x[5] };
+    let stream = Sampler::from(Sobol { seed: 7 }).endless(id, x[6]);
+    let bound = (x[7] & F::Uint::splat(0x3fff_ffff) | F::Uint::splat(0x0200_0000)).to_unit();
+    let (all, zero) = (F::zero().le(F::zero()), F::Uint::splat(0));
+    let (mut stream, draws, last) = F::repeat(
+        all,
+        (stream, zero, F::zero()),
+        #[inline(always)]
+        |(mut stream, draws, _)| {
+            let [_, u, _, v] = stream.draw(all);
+            ((stream, draws + F::Uint::splat(1), v), u.gt(bound))
+        },
+    );
+    let after = stream.draw(last.lt(F::splat(0.5)));
+    [vec![F::from_bits(draws), last], after.to_vec(), stream.draw(all).to_vec()]
 });
 
 law!(warps_are_the_same_at_every_level, F, x, {

@@ -7,6 +7,7 @@
 //! | `naive` | the direct light of `path-naive`: that of delta lights |
 //! | `roulette` | Russian roulette |
 //! | `whitted` | `whitted` |
+//! | `blocks` | the random numbers of each decision of each integrator |
 //! | `vertex` | the state of a path in each lane, the surfaces that it meets, and its next ray |
 //! | `queue` | camera rays that wait for a free lane |
 //! | `paths` | the input and output of integrators: the pixels and samples to trace, and the samples found |
@@ -16,6 +17,7 @@
 //!
 //! An [`Integrator`] traces [`Paths`]; [`build()`] makes one for a scene.
 
+pub mod blocks;
 mod build;
 mod first_hit;
 mod naive;

@@ -1,12 +1,12 @@
 //! The direct light of `path-naive`, the report's path tracer (§4.3). Directions come from the BxDF alone, so that lights
 //! are found by chance; delta lights, which no path can hit, are sampled here.
 
+use super::blocks::path::LIGHT;
 use super::next_event::DirectLight;
 use super::observe::{Event, Observer, rgb, vec3};
 use super::vertex::{Scattering, State, View};
 use crate::material::{Bxdf, TransportMode};
 use crate::math::{Float, Mask, function};
-use crate::sampling::Block;
 use crate::world::Interaction;
 
 /// Radiance that one delta light sends back along the ray by way of a vertex. All lanes in `asks` trace a shadow ray.
@@ -21,7 +21,7 @@ pub(super) fn delta_light<F: Float>(
 ) -> DirectLight<F> {
     let (state, at, scattering) = (*state, *at, *scattering);
     function!(F, delta_light(state, at, scattering, asks), {
-        let [_, _, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
+        let [_, _, choice, _] = view.settings.sampler.draw(state.id, LIGHT.at::<F>(state.depth));
         let light = view.scene.lights.sample_delta(at.point.p, choice);
         let wi = scattering.frame.to_local(light.wi);
         let (shadow, length) = at.shadow(&light);

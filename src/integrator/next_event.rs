@@ -1,11 +1,11 @@
 //! Path tracing with next-event estimation.
 
+use super::blocks::path::LIGHT;
 use super::observe::{Event, Observer, rgb, vec3};
 use super::vertex::{Departure, Scattering, State, Vertex, View};
 use crate::light::NO_LIGHT;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::{Float, Rgb, Uint, function, value};
-use crate::sampling::Block;
 use crate::world::Interaction;
 
 /// Path tracing with next-event estimation: at each vertex a light is chosen by an estimate of its contribution and
@@ -95,7 +95,7 @@ pub(super) fn direct_light<F: Float>(
     function!(F, direct_light(state, at, scattering, asks), {
         let point = &at.point;
         let lights = &view.scene.lights;
-        let [u, v, choice, _] = view.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(state.depth));
+        let [u, v, choice, _] = view.settings.sampler.draw(state.id, LIGHT.at::<F>(state.depth));
         let (light, chance) = lights.choose(point.p, point.n, choice, asks);
         let sample = lights.sample(light, point.p, [u, v]);
         let Scattering { bsdf, frame, wo } = scattering;

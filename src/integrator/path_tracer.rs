@@ -1,6 +1,7 @@
 //! Path tracing: the loop over lanes, which each follow a path and start the next when it ends, and one step of a path.
 
 use super::Integrator;
+use super::blocks::path::SCATTER;
 use super::first_hit::{FirstHit, FirstHits};
 use super::naive::delta_light;
 use super::next_event::{NextEvent, direct_light, weight_of_escaped, weight_of_met};
@@ -13,7 +14,7 @@ use crate::camera::Camera;
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::{Kernel, Level, MAX_LANES, Value, dispatch};
 use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Ray, Rgb, Uint, function, value};
-use crate::sampling::{Block, Pixel, Sample};
+use crate::sampling::{Pixel, Sample};
 use crate::scene;
 use crate::world::{CompiledScene, Interaction, World};
 use std::sync::Arc;
@@ -245,8 +246,7 @@ fn leave<F: Float>(
             );
         }
 
-        let [u, v, lobe, survival] =
-            view.settings.sampler.draw(state.id, Block::SCATTER.at::<F>(state.depth));
+        let [u, v, lobe, survival] = view.settings.sampler.draw(state.id, SCATTER.at::<F>(state.depth));
         let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
         going = going & !go_on(view.scene, &mut state, &at, &scattering, &scattered, observer);
 

@@ -1,7 +1,7 @@
 //! The paths that integrators trace, and the samples that they return.
 
 use crate::camera::Camera;
-use crate::math::{Float, Ray, Uint};
+use crate::math::{Float, Ray};
 use crate::sampling::warp::FilmOffset;
 use crate::sampling::{Block, Independent, PathId, Pixel, Sample, Sampler, Sobol};
 use crate::scene;
@@ -71,7 +71,7 @@ pub(crate) fn camera_ray<F: Float>(
     path: PathId<F>,
     centre: [F; 2],
 ) -> (F, F, Ray<F>) {
-    let [u, v, lens_u, lens_v] = settings.sampler.draw(path, Block::CAMERA.at::<F>(Uint::splat(0)));
+    let [u, v, lens_u, lens_v] = settings.sampler.draw(path, Block::CAMERA.number::<F>());
     let x = centre[0] + settings.offset.sample(u);
     let y = centre[1] + settings.offset.sample(v);
     (x, y, camera.ray(x, y, [lens_u, lens_v]))

@@ -2,6 +2,7 @@
 //! each beside its density.
 
 pub mod block;
+pub mod endless;
 pub mod independent;
 mod region;
 mod sample;
@@ -10,7 +11,8 @@ pub mod sobol;
 pub mod stream;
 pub mod warp;
 
-pub use block::{Block, PathId};
+pub use block::{Block, Blocks, PathId, VertexBlock};
+pub use endless::EndlessStream;
 pub use independent::Independent;
 pub use region::{Rectangle, Region};
 pub use sample::{Pixel, Sample};

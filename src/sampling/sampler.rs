@@ -1,9 +1,10 @@
 //! The choice among sources of random numbers.
 
 use super::block::PathId;
+use super::endless::EndlessStream;
 use super::independent::Independent;
 use super::sobol::Sobol;
-use crate::math::{Float, function};
+use crate::math::{Float, Uint, function};
 
 /// A source of numbers in [0, 1) for paths, chosen once per render.
 ///
@@ -27,6 +28,13 @@ impl Sampler {
                 Sampler::Sobol(sobol) => sobol.draw(path, block),
             }
         })
+    }
+
+    /// An endless stream of independent numbers for the decision of a block, whatever the source of others.
+    #[inline(always)]
+    pub fn endless<F: Float>(&self, path: PathId<F>, block: F::Uint) -> EndlessStream<F> {
+        let (Sampler::Independent(Independent { seed }) | Sampler::Sobol(Sobol { seed })) = self;
+        EndlessStream::new(F::Uint::given(seed), path, block)
     }
 }
 

@@ -87,7 +87,7 @@ fn second_dimension<F: Float>(index: F::Uint) -> F::Uint {
 mod tests {
     use super::*;
     use crate::math::lanes::scalar::Wrapping;
-    use crate::sampling::{Block, Independent, Sampler};
+    use crate::sampling::{Blocks, Independent, Sampler};
 
     fn draw(sampler: impl Into<Sampler>, pixel: u32, block: u32, sample: u32) -> [f32; 4] {
         sampler
@@ -260,8 +260,9 @@ mod tests {
             for dimension in 0..4 {
                 let mut bins = [0_u32; 64];
                 for pixel in 0..64_000 {
-                    let u = draw(Sobol { seed: 2 }, pixel, Block::LIGHT.at::<f32>(Wrapping(0)).0, sample)
-                        [dimension];
+                    let u =
+                        draw(Sobol { seed: 2 }, pixel, Blocks::new(2, 0).once(1).number::<f32>().0, sample)
+                            [dimension];
                     bins[(u * 64.0) as usize] += 1;
                 }
                 let chi2: f64 = bins.iter().map(|&n| (f64::from(n) - 1000.0).powi(2) / 1000.0).sum();

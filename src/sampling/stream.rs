@@ -7,7 +7,7 @@ use std::convert::Infallible;
 /// An endless stream of bits that is a function of (seed, pixel, sample), for `rand`'s distributions.
 ///
 /// It draws from blocks counted down from the top, so that it shares no number with the
-/// [`Sampler`](super::Sampler) of the same path.
+/// [`Sampler`](super::Sampler) of the same path. Code of lanes draws from an [`EndlessStream`](super::EndlessStream).
 #[derive(Clone, Debug)]
 pub struct Stream {
     key: [u32; 3],

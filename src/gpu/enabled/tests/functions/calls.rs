@@ -2,12 +2,13 @@
 
 use super::super::super::recorded::Source;
 use super::super::watched::{Calls, Watched, WatchedMask, WatchedUint, watch};
+use crate::integrator::blocks::path::LIGHT;
 use crate::integrator::{Lit, Observer, State, Transport, View, camera_ray, step};
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::Function;
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{Float, Uint};
-use crate::sampling::{Block, PathId, Region, Stream, independent};
+use crate::sampling::{PathId, Region, Stream, independent};
 use rand::RngExt;
 use std::collections::BTreeMap;
 
@@ -90,7 +91,7 @@ fn follow_branch(source: &Source<'_>, state: State<F>) {
         }
         let lit = root!(lit_point(ray, hit) { Lit::new(scene, &ray, &hit) });
         let Lit { bsdf, wo, .. } = lit;
-        let [a, b, choice, _] = source.settings.sampler.draw(state.id, Block::LIGHT.at::<F>(uint(depth)));
+        let [a, b, choice, _] = source.settings.sampler.draw(state.id, LIGHT.at::<F>(uint(depth)));
         let u = [a, b];
         bsdf.albedo();
         // Those that are first are of all kinds, then come many triangles.

@@ -95,6 +95,16 @@ impl Band {
         Some(Rectangle { x, y, width, height })
     }
 
+    /// Where a square of so many pixels begins among its sums, of which the first is in this column and row of the film;
+    /// none if it is not all in the band.
+    #[inline(always)]
+    fn square(&self, side: usize, column: i64, row: i64) -> Option<usize> {
+        // What is negative is far beyond the end as an unsigned number.
+        let [x, y] = [column - self.x, row - self.y].map(|from| from as usize);
+        let fits = |from: usize, len: usize| from.saturating_add(side) <= len;
+        (fits(x, self.width) & fits(y, self.height)).then_some(y.wrapping_mul(self.width).wrapping_add(x))
+    }
+
     /// The first and the last place on a film of this size that it may add to.
     pub fn places(&self, width: u32, height: u32) -> Option<[u32; 2]> {
         let on = self.on(width, height)?;
@@ -186,8 +196,19 @@ impl Splatter {
         Band { x, y, width, height, sums: vec![[0; 4]; len], spreads }
     }
 
+    /// The first and the last place on a film of this size that a sample may add to, or where it is counted.
+    pub fn places(&self, sample: &Sample, counted: u32, width: u32, height: u32) -> [u32; 2] {
+        // Positions are rounded: a row more on each side.
+        let first = (f64::from(sample.y) + self.weights.shift()).floor().clamp(-1e9, 1e9) as i64;
+        let first = first - self.origin[1] - 1;
+        let rows =
+            (first..first + self.weights.width() as i64 + 2).filter(|row| (0..height.into()).contains(row));
+        let places = rows.map(|row| row as u32 * width).flat_map(|place| [place, place + width - 1]);
+        places.fold([counted; 2], |[least, most], place| [least.min(place), most.max(place)])
+    }
+
     /// Adds samples to a band and counts them in the pixels that they were made for. Returns the places in the list of
-    /// those that don't fit into its words.
+    /// those that it has no room for: they are too bright for its words, or count in pixels beyond it.
     pub fn add(&self, level: Level, samples: &[Finished], band: &mut Band, made: &mut [Made]) -> Vec<usize> {
         let mut unusual = Vec::new();
         dispatch(level, Add { splatter: self, samples, band, made, unusual: &mut unusual });
@@ -219,19 +240,19 @@ impl Kernel for Add<'_> {
 impl Add<'_> {
     #[inline(always)]
     fn run_with<const N: usize>(self) {
-        let Splatter { weights, origin, .. } = self.splatter;
+        let Splatter { weights, origin: [left, top], .. } = self.splatter;
         let (rows, shift) = (weights.rows::<N>(), weights.shift());
-        let (left, top) = (origin[0] + self.band.x, origin[1] + self.band.y);
         let width = self.band.width;
         for (i, finished) in self.samples.iter().enumerate() {
             let Sample { x, y, radiance, .. } = finished.sample;
-            if !fits(radiance) {
-                self.unusual.push(i);
-                continue;
-            }
-            self.made[finished.slot as usize].count += 1;
             let (column, across) = taps::<N>(rows, shift, x);
             let (row, down) = taps::<N>(rows, shift, y);
+            let square = self.band.square(N, column - left, row - top);
+            let Some(mut first) = square.filter(|_| fits(radiance)) else {
+                self.unusual.push(i);
+                continue;
+            };
+            self.made[finished.slot as usize].count += 1;
             let [r, g, b] = radiance;
             let sample = [
                 f64::from(r) * SCALE,
@@ -247,7 +268,6 @@ impl Add<'_> {
                 product[k] = [sample[0] * weight, sample[1] * weight, sample[2] * weight, sample[3] * weight];
                 weights[k] = f64::from(down[k]) * TAP;
             }
-            let mut first = (row - top) as usize * width + (column - left) as usize;
             for weight in weights {
                 let to = &mut self.band.sums[first..first + N];
                 for (to, product) in to.iter_mut().zip(&product) {
@@ -264,19 +284,16 @@ impl Add<'_> {
     #[inline(always)]
     fn spread_with<const N: usize>(&mut self) {
         const LOW: f64 = (1_u64 << LOW_BITS) as f64;
-        let Some(Spreads { sums: to_sums, squares: [to_high, to_low] }) = &mut self.band.spreads else {
-            return;
-        };
-        let Splatter { weights, origin, .. } = self.splatter;
+        let Some(mut spreads) = self.band.spreads.take() else { return };
+        let Spreads { sums: to_sums, squares: [to_high, to_low] } = &mut spreads;
+        let Splatter { weights, origin: [left, top], .. } = self.splatter;
         let (rows, shift) = (weights.rows::<N>(), weights.shift());
-        let (left, top) = (origin[0] + self.band.x, origin[1] + self.band.y);
         let width = self.band.width;
         for Finished { sample: Sample { x, y, radiance, .. }, .. } in self.samples {
-            if !fits(*radiance) {
-                continue;
-            }
             let (column, across) = taps::<N>(rows, shift, *x);
             let (row, down) = taps::<N>(rows, shift, *y);
+            let square = self.band.square(N, column - left, row - top);
+            let Some(mut first) = square.filter(|_| fits(*radiance)) else { continue };
             let [r, g, b] = radiance.map(|c| f64::from(c) * SCALE);
             let (one, square) = ((1_u32 << WEIGHT_BITS) as f64, spread::scaled_square(*radiance));
             // All of these are exact, and what a square is multiplied with is, too. Written as plain arrays, they become
@@ -288,7 +305,6 @@ impl Add<'_> {
                 rows[k] = f64::from(squared(down[k])) * TAP;
                 product[k] = [r * columns[k], g * columns[k], b * columns[k], one * columns[k]];
             }
-            let mut first = (row - top) as usize * width + (column - left) as usize;
             for down in rows {
                 let to = &mut to_sums[first..first + N];
                 for (to, product) in to.iter_mut().zip(&product) {
@@ -307,6 +323,7 @@ impl Add<'_> {
                 first += width;
             }
         }
+        self.band.spreads = Some(spreads);
     }
 }
 

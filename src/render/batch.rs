@@ -86,7 +86,7 @@ pub enum Payload {
         made: Vec<Made>,
         /// The sums.
         band: Band,
-        /// Samples that are too bright to be summed in 64 bits, but that a film takes.
+        /// Samples that it has no room for: they are too bright to be summed in 64 bits, or count in pixels beyond it.
         bright: Vec<Sample>,
     },
 }

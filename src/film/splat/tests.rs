@@ -2,7 +2,7 @@ use super::*;
 use crate::film::MAX_RADIANCE;
 use crate::film::filter::profile;
 use crate::film::filter::tests::WIDE;
-use crate::film::sums::{MAX_COUNT, MAX_SUMMED};
+use crate::film::sums::{FilmPixel, MAX_COUNT, MAX_SUMMED};
 use crate::film::{Layout, Picture};
 use crate::sampling::Stream;
 use crate::scene::Filter;
@@ -261,6 +261,41 @@ fn the_faintest_and_the_brightest_radiance_survive_two_to_the_32_samples_of_a_pi
             );
             let mean = film.mean((4 * WIDTH + 6) as usize)[0];
             assert!((mean / radiance - 1.0).abs() < 0.1, "{filter}: {mean:e} is not {radiance:e}");
+        }
+    }
+}
+
+// An integrator may put samples anywhere: those that count beyond a band are not lost, and nothing is added elsewhere.
+#[test]
+fn samples_that_count_beyond_a_band_are_told_and_added_one_by_one() {
+    for spreads in [false, true] {
+        let splatter = splatter(Filter::Mitchell { radius: 2.0, b: 0.2, c: 0.4 }).with_spreads(spreads);
+        let layout = Layout { weighted: true, spreads, ..Layout::plain(WIDTH, HEIGHT) };
+        let stream = &mut Stream::new(12, 0, 0);
+        let mut anywhere = || stream.random_range(-9.0..25.0_f32);
+        let mut samples: Vec<Sample> = (0..3000)
+            .map(|i| sample(3 * WIDTH + i % (2 * WIDTH), [anywhere(), anywhere()], [0.25; 3]))
+            .collect();
+        samples.extend(
+            [-1e30, f32::NEG_INFINITY, f32::INFINITY, 1e30, f32::NAN]
+                .map(|x| sample(3 * WIDTH, [x, 4.0], [0.25; 3])),
+        );
+        let mut one_by_one = Film::with_layout(layout).unwrap();
+        for sample in &samples {
+            one_by_one.splat(&splatter, sample.pixel as usize, sample).unwrap();
+        }
+        for level in Level::available() {
+            let mut film = Film::with_layout(layout).unwrap();
+            add_as_band(&mut film, &splatter, level, [3, 5], &samples);
+            assert!(film == one_by_one, "{level}, spreads {spreads}");
+        }
+        // What is told of a sample's places holds all that it adds to.
+        for sample in &samples {
+            let mut film = Film::with_layout(layout).unwrap();
+            film.splat(&splatter, sample.pixel as usize, sample).unwrap();
+            let [first, last] = splatter.places(sample, sample.pixel, WIDTH, HEIGHT);
+            let changed = |place: &u32| film.pixels[*place as usize] != FilmPixel::default();
+            assert!((0..WIDTH * HEIGHT).filter(changed).all(|place| (first..=last).contains(&place)));
         }
     }
 }

@@ -43,12 +43,15 @@ impl Adder {
 
     /// The pixels that a payload changes together.
     pub(super) fn reach(&self, payload: &Payload) -> Reach {
-        match payload {
-            Payload::Samples(_) if self.splats() => Reach::All,
-            Payload::Samples(_) | Payload::Sums { .. } => Reach::Single,
-            Payload::Splats { band, .. } => {
-                band.places(self.region.width, self.region.height).map_or(Reach::Single, Reach::Places)
+        match (payload, &self.splatter) {
+            (Payload::Samples(_), Some(_)) => Reach::All,
+            (Payload::Splats { band, bright, .. }, Some(splatter)) => {
+                let Region { width, height, .. } = self.region;
+                let alone = |sample| splatter.places(sample, self.region.place(sample.pixel), width, height);
+                let all = band.places(width, height).into_iter().chain(bright.iter().map(alone));
+                all.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).map_or(Reach::Single, Reach::Places)
             }
+            (Payload::Samples(_) | Payload::Sums { .. } | Payload::Splats { .. }, _) => Reach::Single,
         }
     }
 

@@ -86,7 +86,11 @@ fn film(path: &Path) -> Result<String, Failure> {
     if head.layout.spreads {
         line("variance", "there are the sums for it".to_owned());
     }
-    line("left out", format!("{} samples", film.rejected()));
+    let [lost, outside] = film.lost_contributions();
+    line("left out", format!("{} samples", film.rejected() - lost));
+    if film.has_light_image() {
+        line("light image", format!("{lost} contributions left out, {outside} that reach no pixel"));
+    }
     line("mean", mean(&film.picture().rgb));
     Ok(text)
 }

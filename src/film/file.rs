@@ -8,6 +8,7 @@ use super::adaptive::Plan;
 use super::holding::Holding;
 use super::identity::{Difference, Identity};
 use super::layout::Layout;
+use super::light_image::LightScale;
 use super::noise::Milestone;
 use super::picture::Picture;
 use super::sums::{Film, MemoryError};
@@ -20,15 +21,15 @@ use std::sync::Arc;
 
 /// What every film file begins with. A program that takes it for text changes it.
 const MAGIC: [u8; 8] = *b"\x89FILM\r\n\x1a";
-/// The version of the format of films whose pixels have the words of a picture.
-pub const VERSION: u32 = 2;
-/// The version of films that have the words of a variance beside them. No other is written or read.
-pub const SPREADS_VERSION: u32 = 3;
-/// Bytes before the text: magic, version, text length, width, height, what the words are, the part shown.
-const START_BYTES: u64 = 44;
-/// What the words are: bits for samples that have weights, and for more words for a variance.
+/// The version of the format. No other is written or read.
+pub const VERSION: u32 = 4;
+/// Bytes before the text: magic, version, text length, width, height, what the words are, the part shown, and what makes
+/// radiance of a light image.
+const START_BYTES: u64 = 52;
+/// What the words are: bits for samples that have weights, and for more words for a variance and for a light image.
 const WEIGHTED: u32 = 1;
 const SPREADS: u32 = 2;
+const LIGHT: u32 = 4;
 /// Bytes behind the pixels, before the ranges: their number, the open one, the milestone's samples and error.
 const TAIL_BYTES: u64 = 24;
 /// Bytes of a pixel of the milestone's picture.
@@ -99,9 +100,7 @@ pub enum FilmFileError {
     #[error("it is no film")]
     NotAFilm,
     /// It is of another version of the format.
-    #[error(
-        "it is a film of version {0}, and this program reads the versions {VERSION} and {SPREADS_VERSION} only"
-    )]
+    #[error("it is a film of version {version}, and this program reads version {VERSION} only: {why}", version = .0, why = other_version(*.0))]
     Version(u32),
     /// It is too short or too long for what it says.
     #[error(
@@ -135,6 +134,15 @@ pub enum FilmFileError {
     Io(#[from] io::Error),
 }
 
+/// Why films of another version are not read, and what to do with them.
+fn other_version(version: u32) -> &'static str {
+    if version < VERSION {
+        "films of before have no room for a light image; finish it with the program that began it"
+    } else {
+        "a newer one has written it"
+    }
+}
+
 /// A film on its way to a file.
 #[derive(Clone, Debug)]
 pub enum Piece {
@@ -161,10 +169,11 @@ impl<W: Write> FilmWriter<W> {
     pub fn new(out: W, head: &Head) -> io::Result<FilmWriter<W>> {
         head.check()?;
         let text = head.text();
-        let Layout { width, height, weighted, spreads, shown } = head.layout;
+        let Layout { width, height, weighted, spreads, light, shown } = head.layout;
         let (seen, pixel_bytes) = ([u64::MAX, 0], head.layout.pixel_bytes());
-        let version = if spreads { SPREADS_VERSION } else { VERSION };
-        let words = if weighted { WEIGHTED } else { 0 } | if spreads { SPREADS } else { 0 };
+        let bit = |is_there: bool, bit: u32| if is_there { bit } else { 0 };
+        let words = bit(weighted, WEIGHTED) | bit(spreads, SPREADS) | bit(light.is_some(), LIGHT);
+        let scale = light.map_or([0; 2], |LightScale { pixels, integral }| [pixels, integral]);
         let (pixels_left, shown_len) = (head.layout.len(), head.layout.shown_len());
         let (digest, plans) = (Sha256::new(), head.plans());
         let len = pixels_left;
@@ -172,7 +181,8 @@ impl<W: Write> FilmWriter<W> {
             FilmWriter { out, digest, len, shown: shown_len, pixels_left, pixel_bytes, plans, seen };
         writer.put(&MAGIC)?;
         let part = [shown.x, shown.y, shown.width, shown.height];
-        for word in [version, text.len() as u32, width, height, words].into_iter().chain(part) {
+        let start = [VERSION, text.len() as u32, width, height, words];
+        for word in start.into_iter().chain(part).chain(scale) {
             writer.put(&word.to_le_bytes())?;
         }
         writer.put(text.as_bytes())?;
@@ -291,20 +301,25 @@ impl<R: Read + Seek> FilmReader<R> {
         }
         read_exactly(&mut input, &mut start[8..12], found)?;
         let version = word(&start, 8);
-        let kinds: &[u32] = match version {
-            VERSION => &[0, WEIGHTED],
-            SPREADS_VERSION => &[WEIGHTED | SPREADS],
-            other => return Err(FilmFileError::Version(other)),
-        };
+        if version != VERSION {
+            return Err(FilmFileError::Version(version));
+        }
         read_exactly(&mut input, &mut start[12..], found)?;
         let [text_length, width, height, words] = [12, 16, 20, 24].map(|at| word(&start, at));
         let part = [28, 32, 36, 40].map(|at| word(&start, at));
         let shown = Rectangle { x: part[0], y: part[1], width: part[2], height: part[3] };
-        if text_length > LONGEST_TEXT || !kinds.contains(&words) || !shown.fits(width, height) {
+        let [weighted, spreads, has_light] = [WEIGHTED, SPREADS, LIGHT].map(|bit| words & bit != 0);
+        let is_known = words <= WEIGHTED | SPREADS | LIGHT && (weighted || !spreads);
+        let scale = LightScale { pixels: word(&start, 44), integral: word(&start, 48) };
+        let light = has_light.then_some(scale);
+        let layout = Layout { width, height, weighted, spreads, light, shown };
+        let is_scaled = match has_light {
+            true => scale.is_possible(layout.len()),
+            false => scale == LightScale { pixels: 0, integral: 0 },
+        };
+        if text_length > LONGEST_TEXT || !is_known || !is_scaled || !shown.fits(width, height) {
             return Err(FilmFileError::Damaged);
         }
-        let (weighted, spreads) = (words & WEIGHTED != 0, words & SPREADS != 0);
-        let layout = Layout { width, height, weighted, spreads, shown };
         // Nothing is allocated for what the file doesn't have.
         let pixels = layout.len().saturating_mul(layout.pixel_bytes());
         let before_tail = pixels.saturating_add(START_BYTES + u64::from(text_length));
@@ -403,7 +418,7 @@ impl<R: Read + Seek> FilmReader<R> {
             let piece = &mut piece[..(len - first).min(PIECE) * pixel_bytes];
             self.input.read_exact(piece)?;
             self.digest.update(&piece);
-            let [least, most] = film.add_bytes(first, piece, ours.spreads);
+            let [least, most] = film.add_bytes(first, piece, &ours);
             range = [range[0].min(least), range[1].max(most)];
         }
         let (ranges, digest) = self.tail.split_at(self.tail.len() - DIGEST_BYTES as usize);

@@ -1,9 +1,10 @@
 //! What a film's words are, and which pixels become the picture.
 
+use super::light_image::{LightPixel, LightScale};
 use super::spread::SpreadPixel;
 use crate::sampling::Rectangle;
 
-/// Bytes that a pixel takes, but for what a variance takes beside them where samples are weighed.
+/// Bytes that a pixel takes, but for what a variance takes beside them where samples are weighed, and a light image.
 pub(super) const BYTES_PER_PIXEL: u64 = 64;
 
 /// How a film lies in memory, and what its words are.
@@ -17,6 +18,8 @@ pub struct Layout {
     pub weighted: bool,
     /// Whether the words of a film whose samples count by weights have more beside them, which its variance takes.
     pub spreads: bool,
+    /// What makes radiance of the sums of its light image, if samples may contribute to any pixel.
+    pub light: Option<LightScale>,
     /// The part of it that becomes the picture. Pixels around it are there because their samples reach into it.
     pub shown: Rectangle,
 }
@@ -29,13 +32,15 @@ impl Layout {
             height,
             weighted: false,
             spreads: false,
+            light: None,
             shown: Rectangle { x: 0, y: 0, width, height },
         }
     }
 
     /// Bytes that a pixel's words take.
     pub fn pixel_bytes(&self) -> u64 {
-        BYTES_PER_PIXEL + if self.spreads { SpreadPixel::BYTES as u64 } else { 0 }
+        let light = if self.light.is_some() { LightPixel::BYTES as u64 } else { 0 };
+        BYTES_PER_PIXEL + if self.spreads { SpreadPixel::BYTES as u64 } else { 0 } + light
     }
 
     /// The same without what only a variance takes.

@@ -2,6 +2,7 @@
 
 pub mod adaptive;
 pub mod compare;
+mod contribute;
 pub mod cryptomatte;
 pub mod develop;
 pub mod file;
@@ -12,6 +13,7 @@ pub mod holding;
 pub mod identity;
 pub mod layers;
 mod layout;
+mod light_image;
 mod metrics;
 pub mod noise;
 pub mod picture;
@@ -30,6 +32,7 @@ pub use holding::{Holding, Ranges};
 pub use identity::Identity;
 pub use layers::{Channel, Layer};
 pub use layout::Layout;
+pub use light_image::{LIGHT_BITS, LightScale};
 pub use noise::Milestone;
 pub use picture::Picture;
 pub use reject::{MAX_RADIANCE, Reject, RejectCounts};

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 /// The largest radiance that a film takes.
 pub const MAX_RADIANCE: f32 = 1_073_741_824.0;
 
-/// Why a sample is left out.
+/// Why a sample, or a contribution of one, is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum Reject {
     /// A channel is NaN.
@@ -16,6 +16,9 @@ pub enum Reject {
     /// A channel is below zero.
     #[error("its radiance is negative")]
     Negative,
+    /// Its position on the film is not a number, of a contribution that may land anywhere.
+    #[error("its position on the film is not a number")]
+    Nowhere,
 }
 
 /// Whether a film takes a radiance, and if not, why.
@@ -32,7 +35,7 @@ pub fn check(radiance: [f32; 3]) -> Result<(), Reject> {
     }
 }
 
-/// Numbers of samples that were left out, by reason.
+/// Numbers of samples and of contributions that were left out, by reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RejectCounts {
     /// Samples with a channel that is NaN.
@@ -41,6 +44,8 @@ pub struct RejectCounts {
     pub too_bright: u64,
     /// Samples with a negative channel.
     pub negative: u64,
+    /// Contributions without a position.
+    pub nowhere: u64,
 }
 
 impl RejectCounts {
@@ -50,6 +55,7 @@ impl RejectCounts {
             Reject::NotANumber => &mut self.not_a_number,
             Reject::TooBright => &mut self.too_bright,
             Reject::Negative => &mut self.negative,
+            Reject::Nowhere => &mut self.nowhere,
         };
         *count += samples;
     }
@@ -59,5 +65,6 @@ impl RejectCounts {
         self.not_a_number += other.not_a_number;
         self.too_bright += other.too_bright;
         self.negative += other.negative;
+        self.nowhere += other.nowhere;
     }
 }

@@ -133,6 +133,11 @@ impl Splatter {
         Splatter { spreads, ..self }
     }
 
+    /// Column and row of the film's first pixel, where positions count from elsewhere.
+    pub fn origin(&self) -> [i64; 2] {
+        self.origin
+    }
+
     /// The weights.
     pub fn weights(&self) -> &Weights {
         &self.weights

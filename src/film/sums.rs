@@ -6,6 +6,7 @@
 
 use super::fixed::{QUANTUM, SCALE, WEIGHT_BITS, round_small};
 use super::layout::BYTES_PER_PIXEL;
+use super::light_image::LightPixel;
 use super::reject::{Reject, check};
 use super::spread::SpreadPixel;
 use super::{Layout, Picture};
@@ -119,7 +120,7 @@ impl FilmPixel {
         (i128::from(high as i64) << 64 | i128::from(low)) as f64 * (1.0 / (1_u64 << WEIGHT_BITS) as f64)
     }
 
-    fn seen(&self) -> u64 {
+    pub(super) fn seen(&self) -> u64 {
         self.count.saturating_add(u64::from(self.rejected))
     }
 
@@ -207,6 +208,14 @@ fn available_memory() -> Option<u64> {
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }
 
+/// So many entries of nothing, if there is memory for them.
+fn reserved<T: Clone + Default>(len: usize) -> Option<Vec<T>> {
+    let mut entries = Vec::new();
+    entries.try_reserve_exact(len).ok()?;
+    entries.resize(len, T::default());
+    Some(entries)
+}
+
 /// Exact sums for every pixel of a rectangle, row-major from the top left.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Film {
@@ -214,6 +223,8 @@ pub struct Film {
     pub(super) pixels: Vec<FilmPixel>,
     /// How samples spread, of as many pixels, where the layout says that there is that.
     pub(super) spreads: Vec<SpreadPixel>,
+    /// The light image, of as many pixels, where the layout says that there is one.
+    pub(super) light: Vec<LightPixel>,
 }
 
 const _: () = assert!(size_of::<FilmPixel>() as u64 == BYTES_PER_PIXEL);
@@ -239,14 +250,10 @@ impl Film {
             return Err(error);
         }
         let len = usize::try_from(u64::from(width) * u64::from(height)).map_err(|_| error.clone())?;
-        let (mut pixels, mut spreads) = (Vec::new(), Vec::new());
-        pixels.try_reserve_exact(len).map_err(|_| error.clone())?;
-        pixels.resize(len, FilmPixel::default());
-        if layout.spreads {
-            spreads.try_reserve_exact(len).map_err(|_| error)?;
-            spreads.resize(len, SpreadPixel::default());
-        }
-        Ok(Film { layout, pixels, spreads })
+        let pixels = reserved(len).ok_or_else(|| error.clone())?;
+        let spreads = reserved(if layout.spreads { len } else { 0 }).ok_or_else(|| error.clone())?;
+        let light = reserved(if layout.light.is_some() { len } else { 0 }).ok_or(error)?;
+        Ok(Film { layout, pixels, spreads, light })
     }
 
     /// Pixels in a row.
@@ -326,17 +333,17 @@ impl Film {
         for pixel in pixels {
             bytes.extend(self.pixels[pixel].to_bytes());
             bytes.extend(self.spreads.get(pixel).into_iter().flat_map(|spread| spread.to_bytes()));
+            bytes.extend(self.light.get(pixel).into_iter().flat_map(|light| light.to_bytes()));
         }
         bytes
     }
 
-    /// Adds the words of another film's pixels, from the pixel `first` on, as a film file has them, with spreads if
-    /// the other has them: it does if this one does. Returns the fewest and the most samples that were made for one of
-    /// those.
-    pub(super) fn add_bytes(&mut self, first: usize, bytes: &[u8], spreads: bool) -> [u64; 2] {
+    /// Adds the words of another film's pixels, from the pixel `first` on, as a film file has them. The other has all
+    /// that this one has. Returns the fewest and the most samples that were made for one of those.
+    pub(super) fn add_bytes(&mut self, first: usize, bytes: &[u8], other: &Layout) -> [u64; 2] {
         let (parts, rest) = bytes.as_chunks();
         debug_assert!(rest.is_empty(), "part of a pixel");
-        let parts_each = if spreads { 2 } else { 1 };
+        let parts_each = 1 + usize::from(other.spreads) + usize::from(other.light.is_some());
         let mut range = [u64::MAX, 0];
         for (to, parts) in self.pixels[first..].iter_mut().zip(parts.chunks_exact(parts_each)) {
             let pixel = FilmPixel::from_bytes(&parts[0]);
@@ -345,35 +352,38 @@ impl Film {
         }
         if self.layout.spreads {
             for (to, parts) in self.spreads[first..].iter_mut().zip(parts.chunks_exact(parts_each)) {
-                to.merge(&SpreadPixel::from_bytes(&parts[parts_each - 1]));
+                to.merge(&SpreadPixel::from_bytes(&parts[1]));
+            }
+        }
+        if self.layout.light.is_some() {
+            for (to, parts) in self.light[first..].iter_mut().zip(parts.chunks_exact(parts_each)) {
+                to.merge(&LightPixel::from_bytes(&parts[parts_each - 1]));
             }
         }
         range
     }
 
-    /// Samples left out, over all pixels.
+    /// Samples and contributions left out, over all pixels.
     pub fn rejected(&self) -> u64 {
-        self.pixels.iter().map(|p| u64::from(p.rejected)).sum()
+        let [contributions, _] = self.lost_contributions();
+        self.pixels.iter().map(|p| u64::from(p.rejected)).sum::<u64>() + contributions
     }
 
-    /// Whether [`Film::variance`] tells anything.
+    /// Whether [`Film::variance`] tells anything. Of a light image nothing is known.
     pub fn has_variance(&self) -> bool {
-        !self.layout.weighted || self.layout.spreads
+        (!self.layout.weighted || self.layout.spreads) && self.layout.light.is_none()
     }
 
-    /// Mean radiance of a pixel; black without samples, and where weights have no sum above zero.
+    /// Mean radiance of the samples of a pixel, without the light image; black without samples, and where weights have no
+    /// sum above zero.
     pub fn mean(&self, pixel: usize) -> [f32; 3] {
+        self.mean_of_samples(pixel).map(|c| c as f32)
+    }
+
+    fn mean_of_samples(&self, pixel: usize) -> [f64; 3] {
         let from = &self.pixels[pixel];
-        if self.layout.weighted {
-            let weight = from.weight();
-            let mean = |channel| if weight > 0.0 { from.radiance_sum(channel) / weight } else { 0.0 };
-            return [mean(0) as f32, mean(1) as f32, mean(2) as f32];
-        }
-        if from.count == 0 {
-            return [0.0; 3];
-        }
-        let count = from.count as f64;
-        [0, 1, 2].map(|channel| (from.radiance_sum(channel) / count) as f32)
+        let by = if self.layout.weighted { from.weight() } else { from.count as f64 };
+        [0, 1, 2].map(|channel| if by > 0.0 { from.radiance_sum(channel) / by } else { 0.0 })
     }
 
     /// The variance of a pixel's mean radiance, of its channels together, by the spread of its samples: what it
@@ -399,7 +409,16 @@ impl Film {
     /// The picture so far, of the part of the film that is shown.
     pub fn picture(&self) -> Picture {
         let shown = self.layout.shown;
-        let rgb = self.layout.places().map(|pixel| self.mean(pixel)).collect();
+        let rgb = match self.light_unit() {
+            None => self.layout.places().map(|pixel| self.mean(pixel)).collect(),
+            Some(unit) => {
+                let both = |pixel| {
+                    let ([r, g, b], [s, t, u]) = (self.mean_of_samples(pixel), self.light(pixel, unit));
+                    [r + s, g + t, b + u].map(|c| c as f32)
+                };
+                self.layout.places().map(both).collect()
+            }
+        };
         Picture { width: shown.width, height: shown.height, rgb }
     }
 }

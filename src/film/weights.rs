@@ -46,6 +46,15 @@ impl Weights {
         (film.mode() == FilmMode::Continuous).then(|| Weights::new(film.filter))
     }
 
+    /// The weights of contributions to any pixel. They cannot be sent to pixel centres alone: without a filter each
+    /// counts in the pixel that it lands in.
+    pub fn of_contributions(film: &FilmSettings) -> Weights {
+        Weights::new(match film.filter {
+            Filter::None => Filter::Box { radius: 0.5 },
+            filter => filter,
+        })
+    }
+
     /// The weights of a filter of a radius between ½ and 16.
     pub fn new(filter: Filter) -> Weights {
         let radius = filter.radius();
@@ -69,6 +78,15 @@ impl Weights {
     /// Taps along an axis, those that are always zero included.
     pub fn width(&self) -> usize {
         self.width
+    }
+
+    /// The integral of the taps along an axis, in pixels, in multiples of 2⁻³¹: at most one.
+    pub fn integral(&self) -> u32 {
+        let row = |i: usize| self.table[i * self.width..][..self.width].iter().map(|&tap| i64::from(tap));
+        // By trapezoids, as taps are interpolated.
+        let doubled: i64 = (1..ROWS).flat_map(|i| row(i - 1).chain(row(i))).sum();
+        const { assert!(TABLE_BITS + CELL_BITS + 1 == 31) };
+        doubled.clamp(0, 1 << 31) as u32
     }
 
     /// Pixels on each side of a sample's own that it may count in.

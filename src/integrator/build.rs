@@ -24,6 +24,13 @@ pub fn build(
     }
 }
 
+/// Whether samples of an integrator that a scene may name contribute to pixels other than their own.
+pub fn contributes(integrator: scene::Integrator) -> bool {
+    match integrator {
+        scene::Integrator::Path | scene::Integrator::PathNaive | scene::Integrator::Whitted => false,
+    }
+}
+
 /// The integrator `path`. It is made here so that its kernels are compiled once, in the library, and not in every
 /// program that makes one.
 pub fn path(

@@ -32,11 +32,11 @@ mod tests;
 mod vertex;
 mod whitted;
 
-pub use build::{build, path, path_naive};
+pub use build::{build, contributes, path, path_naive};
 pub use first_hit::FirstHit;
 pub use next_event::NextEvent;
 pub use observe::{Event, Observer};
-pub use paths::{Finished, Paths, Settings};
+pub use paths::{Finished, Found, Paths, Settings};
 pub use roulette::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULETTE_KEEPS};
 pub use whitted::Whitted;
 
@@ -55,18 +55,27 @@ use crate::sampling::{Pixel, Sample};
 
 /// An integrator. It is chosen once per run; a call traces a block of paths, so that no ray costs an indirect call.
 pub trait Integrator: Send + Sync {
-    /// Traces paths, appends their samples in any order, and returns how many rays that took.
+    /// Traces paths, appends their samples in any order, and returns how many rays that took. What the samples contribute
+    /// to other pixels is dropped.
     fn trace(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<Finished>) -> u64 {
-        self.trace_until(level, paths, &|| false, out).unwrap_or_default()
+        let mut found = Found { finished: std::mem::take(out), contributions: Vec::new() };
+        let rays = self.trace_until(level, paths, &|| false, &mut found).unwrap_or_default();
+        *out = found.finished;
+        rays
     }
-    /// The same, but calls `stop` before each bounce of a packet. If that returns true, tracing ends at once and the
+    /// Traces paths, appends their samples and what these contribute to any pixel, in any order, and returns how many
+    /// rays that took. Calls `stop` before each bounce of a packet. If that returns true, tracing ends at once and the
     /// result is `None`; `out` may then hold some of the samples.
+    ///
+    /// What a sample contributes is a function of its pixel, its index and the seed, and its expectation is the same for
+    /// all pixels: whoever renders a part of the film, or more samples of some pixels, makes a part of the contributions
+    /// to all of it.
     fn trace_until(
         &self,
         level: Level,
         paths: &Paths<'_>,
         stop: &dyn Fn() -> bool,
-        out: &mut Vec<Finished>,
+        out: &mut Found,
     ) -> Option<u64>;
     /// Finds the first hits of the paths' camera rays, in the order of the paths.
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>);

@@ -6,7 +6,7 @@ use super::first_hit::{FirstHit, FirstHits};
 use super::naive::delta_light;
 use super::next_event::{NextEvent, direct_light, weight_of_escaped, weight_of_met};
 use super::observe::{Event, Observer, ray_event, rgb};
-use super::paths::{Finished, Paths, Settings};
+use super::paths::{Finished, Found, Paths, Settings};
 use super::queue::{Queue, Start};
 use super::roulette::roulette;
 use super::vertex::{Departure, Scattering, State, Vertex, View, escape, go_on};
@@ -70,8 +70,9 @@ impl Integrator for PathTracer {
         level: Level,
         paths: &Paths<'_>,
         stop: &dyn Fn() -> bool,
-        out: &mut Vec<Finished>,
+        out: &mut Found,
     ) -> Option<u64> {
+        let out = &mut out.finished;
         out.reserve(paths.len());
         let (view, transport, observer) = (self.view(), self.transport, Observer::none());
         dispatch(level, TracePaths { view, transport, paths, stop, out, observer })

@@ -3,7 +3,7 @@
 use crate::camera::Camera;
 use crate::math::{Float, Ray};
 use crate::sampling::warp::FilmOffset;
-use crate::sampling::{Block, Independent, PathId, Pixel, Sample, Sampler, Sobol};
+use crate::sampling::{Block, Contribution, Independent, PathId, Pixel, Sample, Sampler, Sobol};
 use crate::scene;
 
 /// Paths to trace: the same sample indices for each of some pixels.
@@ -37,6 +37,23 @@ pub struct Finished {
     pub slot: u32,
     /// Its sample.
     pub sample: Sample,
+}
+
+/// What paths find.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Found {
+    /// The sample of each path.
+    pub finished: Vec<Finished>,
+    /// What samples contribute to any pixel.
+    pub contributions: Vec<Contribution>,
+}
+
+impl Found {
+    /// Forgets all of it, and keeps the memory.
+    pub fn clear(&mut self) {
+        self.finished.clear();
+        self.contributions.clear();
+    }
 }
 
 /// Settings that all integrators share.

@@ -3,7 +3,7 @@
 use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
-use super::paths::{Finished, Paths, Settings, camera_ray};
+use super::paths::{Finished, Found, Paths, Settings, camera_ray};
 use super::vertex::View;
 use crate::camera::Camera;
 use crate::material::{self, Bsdf, Bxdf, TransportMode};
@@ -41,7 +41,7 @@ impl Integrator for Whitted {
         _level: Level,
         paths: &Paths<'_>,
         stop: &dyn Fn() -> bool,
-        out: &mut Vec<Finished>,
+        out: &mut Found,
     ) -> Option<u64> {
         let mut stack = Vec::new();
         let mut rays = 0;
@@ -53,7 +53,7 @@ impl Integrator for Whitted {
                     // It may have been given up.
                     return None;
                 }
-                out.push(Finished { slot: slot as u32, sample });
+                out.finished.push(Finished { slot: slot as u32, sample });
             }
         }
         Some(rays)

@@ -79,7 +79,7 @@ enum End {
 impl Accumulator {
     /// An accumulator that has not begun yet.
     pub fn new(configuration: Configuration) -> Accumulator {
-        let Configuration { film, region, first, schedule, workers, splatter, .. } = configuration;
+        let Configuration { film, region, first, schedule, workers, splatter, light, .. } = configuration;
         let Configuration { barriers, goal, checkpoint, overtime, target, mut outbox, .. } = configuration;
         let milestones = goal.map(|goal| Milestones::new(goal, &film));
         let held = (0..region.len() as usize).map(|place| film.seen(place)).sum();
@@ -96,7 +96,7 @@ impl Accumulator {
             checkpoints: Checkpoints::new(region.len(), checkpoint, outbox.film.take()),
             publisher: Publisher::new(&mut outbox, target, owners, region.len()),
             dealer: Dealer::new(schedule, &film, first, workers),
-            adder: Adder::new(film, region, splatter),
+            adder: Adder::new(film, region, splatter, light),
             milestones,
             samples: outbox.samples,
             is_deserted: false,
@@ -169,15 +169,17 @@ impl Accumulator {
             return;
         }
         let SampleBatch { worker, stride, payload, samples, paths, rays, completes, .. } = batch;
-        let SampleBatch { rejects, reject_counts, faint, .. } = batch;
+        let SampleBatch { contributions, rejects, reject_counts, faint, .. } = batch;
         self.totals.rays += rays;
         self.totals.samples += paths;
         self.dealer.receive(worker, paths, payload.slots_end());
-        self.checkpoints.send_past(self.adder.reach(&payload), &self.adder.film, last(&self.milestones));
+        let reach = self.adder.reach(&payload, &contributions);
+        self.checkpoints.send_past(reach, &self.adder.film, last(&self.milestones));
         // Waiting for sinks is not adding.
         let start = Instant::now();
         self.adder.count(rejects, &reject_counts, &faint);
         let samples = self.adder.add(stride, payload).unwrap_or(samples);
+        self.adder.contribute(&contributions);
         self.totals.adding += start.elapsed();
         self.pass_on(samples);
         if let Some(end) = completes {
@@ -206,8 +208,8 @@ impl Accumulator {
         let completed = self.dealer.schedule.completed();
         self.totals.spp = completed.saturating_sub(self.first);
         self.publisher.warn_of_faint(&self.adder.faint, self.totals.spp);
-        match self.adder.splats() {
-            // A pixel is at a barrier only when those around it are.
+        match self.adder.reaches_others() {
+            // A pixel is at a barrier only when those are whose samples count in it.
             true => self.barriers.gather_whole(&self.adder.film, completed),
             false => self.barriers.gather_share(&self.adder.film, stride, end),
         }
@@ -236,7 +238,7 @@ impl Accumulator {
 
     /// Where all wait next: at a milestone, or for a picture that can't be gathered share by share.
     fn next_gate(&self) -> Option<u32> {
-        let picture = self.barriers.next().filter(|_| self.adder.splats());
+        let picture = self.barriers.next().filter(|_| self.adder.reaches_others());
         let milestone = self.milestones.as_ref().and_then(Milestones::next);
         milestone.into_iter().chain(picture).min()
     }

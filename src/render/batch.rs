@@ -3,7 +3,7 @@
 use super::faint::Faint;
 use super::stride::Stride;
 use crate::film::{Band, Made, PixelSums, Reject, RejectCounts, WideSums};
-use crate::sampling::Sample;
+use crate::sampling::{Contribution, Sample};
 use serde::{Deserialize, Serialize};
 
 /// Samples of some of the pixels of an order: themselves, or exact sums of them.
@@ -17,6 +17,8 @@ pub struct SampleBatch {
     pub payload: Payload,
     /// Every one of them, where a sink wants that and the payload is sums of them.
     pub samples: Vec<Sample>,
+    /// What the samples contribute to any pixel.
+    pub contributions: Vec<Contribution>,
     /// Paths that were traced for this batch, rejected ones included.
     pub paths: u64,
     /// Rays that were traced for this batch.
@@ -42,6 +44,7 @@ impl SampleBatch {
             stride,
             payload,
             samples: Vec::new(),
+            contributions: Vec::new(),
             paths: 0,
             rays: 0,
             rejects: Vec::new(),

@@ -7,7 +7,7 @@ use crate::film::reject::{Reject, RejectCounts, check};
 use crate::film::splat::BAND_BYTES;
 use crate::film::sums::{PixelSums, fits};
 use crate::film::{Band, Made, Splatter};
-use crate::integrator::{Finished, Integrator, Paths};
+use crate::integrator::{Finished, Found, Integrator, Paths};
 use crate::math::lanes::Level;
 use crate::sampling::{Pixel, Region, Sample};
 use crossbeam_channel::{Receiver, Sender, never};
@@ -28,20 +28,13 @@ const LONGEST_BLOCK: Duration = Duration::from_millis(40);
 /// 100 ms, unless a single pixel takes longer.
 const SEND_AFTER: Duration = Duration::from_millis(50);
 
-/// A batch is sent when it holds every one of so many samples: 1.75 MiB.
-const MOST_SAMPLES: usize = 1 << 16;
+/// A batch is sent when it lists samples and contributions of so many bytes.
+const MOST_LISTED: usize = 7 << 18;
 
-/// Or sums over so many slots: 5 MiB. A worker fills one batch and has sent two at most that nobody has taken yet: with
-/// all that is in them, less than 16 MiB.
-const MOST_SLOTS: usize = 1 << 17;
-const _: () = {
-    let samples = MOST_SAMPLES * size_of::<Sample>();
-    let sums = MOST_SLOTS * size_of::<PixelSums>();
-    // Each slot has a sample at least: with all of them, there are fewer slots.
-    let with_samples = samples + MOST_SAMPLES * size_of::<PixelSums>();
-    let splats = BAND_BYTES + samples;
-    assert!(3 * sums <= 16 << 20 && 3 * with_samples <= 16 << 20 && 3 * splats <= 16 << 20);
-};
+/// Or has so many bytes of these and of sums over slots. A worker fills one batch and has sent two at most that nobody has
+/// taken yet: with all that is in them, less than 16 MiB.
+const MOST_BYTES: usize = 5 << 20;
+const _: () = assert!(3 * MOST_BYTES <= 16 << 20 && 3 * (BAND_BYTES + MOST_LISTED) <= 16 << 20);
 
 /// The settings of a worker.
 pub struct Worker<'a> {
@@ -140,9 +133,7 @@ impl Worker<'_> {
             }
             let now = clock();
             scratch.adapt(now.duration_since(start));
-            let summed = matches!(&batch.payload, Payload::Sums { sums, .. } if sums.len() >= MOST_SLOTS);
-            let long = summed || batch.samples.len() >= MOST_SAMPLES;
-            if slot < slots && (long || slot == last || now.duration_since(since) >= SEND_AFTER) {
+            if slot < slots && (is_full(&batch) || slot == last || now.duration_since(since) >= SEND_AFTER) {
                 let (next, until) = self.empty_batch(order.stride, slot..slots);
                 batches.send(std::mem::replace(&mut batch, next)).ok()?;
                 (last, since) = (until, clock());
@@ -193,20 +184,22 @@ impl Worker<'_> {
     ) -> Option<()> {
         scratch.pixels.clear();
         scratch.pixels.extend(pixels);
-        scratch.finished.clear();
+        scratch.found.clear();
         let paths = Paths {
             pixels: &scratch.pixels,
             first_sample: samples.start,
             samples: samples.end - samples.start,
         };
         let stop = || !stop.is_empty();
-        batch.rays += self.integrator.trace_until(self.level, &paths, &stop, &mut scratch.finished)?;
+        batch.rays += self.integrator.trace_until(self.level, &paths, &stop, &mut scratch.found)?;
         batch.paths += paths.len() as u64;
+        let Found { finished, contributions } = &mut scratch.found;
+        batch.contributions.append(contributions);
         if samples.start == 0 {
-            batch.faint.count(&scratch.finished);
+            batch.faint.count(finished);
         }
         if self.sends_samples {
-            batch.samples.extend(scratch.finished.iter().map(|f| f.sample));
+            batch.samples.extend(finished.iter().map(|f| f.sample));
         }
         match &mut batch.payload {
             // A CPU worker always has sums.
@@ -219,8 +212,8 @@ impl Worker<'_> {
                 let base = made.len();
                 made.resize(base + scratch.pixels.len(), Made::default());
                 let made = &mut made[base..];
-                for index in splatter.add(self.level, &scratch.finished, band, made) {
-                    let Finished { slot, sample } = scratch.finished[index];
+                for index in splatter.add(self.level, finished, band, made) {
+                    let Finished { slot, sample } = finished[index];
                     let rejected = &mut made[slot as usize].rejected;
                     let (rejects, counts) = (&mut batch.rejects, &mut batch.reject_counts);
                     add_unusual(sample, rejected, bright, rejects, counts);
@@ -230,7 +223,7 @@ impl Worker<'_> {
                 let base = sums.len();
                 sums.resize(base + scratch.pixels.len(), PixelSums::default());
                 let sums = &mut sums[base..];
-                for finished in &scratch.finished {
+                for finished in &*finished {
                     let sum = &mut sums[finished.slot as usize];
                     if fits(finished.sample.radiance) {
                         sum.add(finished.sample.radiance);
@@ -248,6 +241,18 @@ impl Worker<'_> {
         }
         Some(())
     }
+}
+
+/// Whether a batch is to be sent before more is added to it.
+fn is_full(batch: &SampleBatch) -> bool {
+    let (summed, alone) = match &batch.payload {
+        Payload::Samples(samples) => (0, samples),
+        Payload::Sums { sums, bright, .. } => (size_of_val(&sums[..]), bright),
+        Payload::Splats { bright, .. } => (0, bright),
+    };
+    let samples = size_of_val(&batch.samples[..]) + size_of_val(&alone[..]);
+    let listed = samples + size_of_val(&batch.contributions[..]);
+    listed >= MOST_LISTED || listed + summed >= MOST_BYTES
 }
 
 /// Makes room in the last `traced` entries of a payload for those slots of a block that nothing was traced for.
@@ -298,14 +303,14 @@ fn add_unusual(
 /// Buffers that are filled anew for each block.
 struct Scratch {
     pixels: Vec<Pixel>,
-    finished: Vec<Finished>,
+    found: Found,
     /// How many paths to trace at a time. No result depends on it.
     block: usize,
 }
 
 impl Scratch {
     fn new() -> Scratch {
-        Scratch { pixels: Vec::new(), finished: Vec::new(), block: FIRST_BLOCK }
+        Scratch { pixels: Vec::new(), found: Found::default(), block: FIRST_BLOCK }
     }
 
     fn adapt(&mut self, took: Duration) {

@@ -15,7 +15,7 @@ pub use block::{Block, Blocks, PathId, VertexBlock};
 pub use endless::EndlessStream;
 pub use independent::Independent;
 pub use region::{Rectangle, Region};
-pub use sample::{Pixel, Sample};
+pub use sample::{Contribution, Pixel, Sample};
 pub use sampler::Sampler;
 pub use sobol::Sobol;
 pub use stream::Stream;

@@ -5,7 +5,7 @@ mod threads;
 
 use super::error::SessionError;
 use super::event::{Event, tell};
-use super::settings::{DeviceChoice, Settings};
+use super::settings::{DeviceChoice, Job, Settings};
 use crate::camera::Camera;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
@@ -254,6 +254,14 @@ pub(super) fn layer_integrator(settings: &Settings) -> Result<Option<Arc<dyn Int
     let (compiled, surfaces) = world::compile(&settings.job.scene, film.width, film.height)?;
     let world = Arc::new(World::new(&surfaces, settings.devices.finder));
     Ok(Some(integrator::build(render, film_offset(film), Arc::new(compiled), world).into()))
+}
+
+/// What puts contributions to any pixel into the film's light image, if it has one.
+pub(super) fn light(settings: &Settings) -> Option<Arc<Splatter>> {
+    let Job { scene, region, .. } = &settings.job;
+    let weights = || Weights::of_contributions(&scene.film);
+    let light = settings.job.layout().light;
+    light.map(|_| Arc::new(Splatter::new(weights(), [region.x, region.y])))
 }
 
 /// What spreads samples over pixels, if the film wants that.

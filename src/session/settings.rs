@@ -1,6 +1,7 @@
 //! What a render is asked for.
 
-use crate::film::{Layer, Layout, Weights};
+use crate::film::{Layer, Layout, LightScale, Weights};
+use crate::integrator;
 use crate::math::lanes::Level;
 use crate::sampling::{Rectangle, Region};
 use crate::scene::{FilmMode, Fingerprint, Scene, Viewpoint};
@@ -64,8 +65,11 @@ impl Job {
     /// What the film's words are.
     pub fn layout(&self) -> Layout {
         let (Region { width, height, .. }, shown) = (self.region, self.shown);
-        let weighted = self.scene.film.mode() == FilmMode::Continuous;
-        Layout { width, height, weighted, spreads: weighted && self.spreads, shown }
+        let Scene { film, render, .. } = &*self.scene;
+        let weighted = film.mode() == FilmMode::Continuous;
+        let light = integrator::contributes(render.integrator)
+            .then(|| LightScale::new(film.width * film.height, &Weights::of_contributions(film)));
+        Layout { width, height, weighted, spreads: weighted && self.spreads, light, shown }
     }
 
     /// The part of the film that becomes the picture.

@@ -19,7 +19,7 @@
 //! What the window saves and what is written at the end are the same files: the finisher tells the saver that the
 //! end is coming, and writes when the saver waits for it.
 
-use super::crew::{Crew, RunningCrew, Threads};
+use super::crew::{self, Crew, RunningCrew, Threads};
 use super::error::{SessionError, Written};
 use super::event::{Event, narrate, narrate_notes};
 use super::finishing::{self, Finished, Finisher};
@@ -209,6 +209,7 @@ fn start_workers(settings: &Settings, crew: Crew, begun: Begun, outbox: Outbox) 
     let accumulator = Accumulator::new(Configuration {
         first: job.first,
         splatter,
+        light: crew::light(settings),
         barriers,
         goal: stopping.goal().map(goal),
         checkpoint: outputs.checkpoint,

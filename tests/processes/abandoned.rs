@@ -167,7 +167,7 @@ fn paths_that_are_to_stop_give_up_at_the_next_bounce() {
             let asked = Cell::new(0_u64);
             // How often all of it asks: at least once for the longest of its paths' bounces.
             let paths = Paths { pixels: &pixels[..1], first_sample: 0, samples: 64 };
-            let mut out = Vec::new();
+            let mut out = Found::default();
             let count = || {
                 asked.set(asked.get() + 1);
                 false

@@ -4,6 +4,7 @@ mod abandoned;
 mod checkpoints;
 #[path = "../common/mod.rs"]
 mod common;
+mod contributions;
 mod film;
 mod joining;
 mod losses;
@@ -23,9 +24,10 @@ use std::time::{Duration, Instant};
 use stride::camera::Camera;
 use stride::film::file::Head;
 use stride::film::{
-    Film, Identity, Layout, Made, Milestone, Picture, Reject, Snapshot, Splatter, Statistics, Weights,
+    Film, Identity, Layout, LightScale, Made, Milestone, Picture, Reject, Snapshot, Splatter, Statistics,
+    Weights,
 };
-use stride::integrator::{Event, Finished, FirstHit, Integrator, Paths};
+use stride::integrator::{Event, Finished, FirstHit, Found, Integrator, Paths};
 use stride::math::lanes::Level;
 use stride::output::{FilmSink, open_film, tev};
 use stride::render::accumulator::{Goal, Inbox, Outbox, Outcome, Totals, Unanswered, WorkerFailure};
@@ -34,7 +36,7 @@ use stride::render::{
     Accumulator, Assignment, Barrier, Change, Configuration, Deal, Order, Payload, Port, SampleBatch,
     Schedule, Stride, Traced,
 };
-use stride::sampling::{Pixel, Region, Sample, Stream};
+use stride::sampling::{Contribution, Pixel, Region, Sample, Stream};
 use stride::scene::{Filter, Scene};
 use wiring::{Rendered, Wiring, is_a_prefix, plain_film, plain_film_from, plain_picture};
 
@@ -66,12 +68,12 @@ impl<B: Fn(&Paths<'_>) + Send + Sync, A: Fn(&mut Sample) + Send + Sync> Integrat
         level: Level,
         paths: &Paths<'_>,
         stop: &dyn Fn() -> bool,
-        out: &mut Vec<Finished>,
+        out: &mut Found,
     ) -> Option<u64> {
         (self.before)(paths);
-        let from = out.len();
+        let from = out.finished.len();
         let rays = self.inner.trace_until(level, paths, stop, out)?;
-        out[from..].iter_mut().for_each(|finished| (self.after)(&mut finished.sample));
+        out.finished[from..].iter_mut().for_each(|finished| (self.after)(&mut finished.sample));
         Some(rays)
     }
 

@@ -20,6 +20,9 @@ pub(super) struct Wiring {
     pub(super) first: u32,
     /// A film to go on with.
     pub(super) film: Option<Film>,
+    /// What puts samples on the film where they count in all pixels around them, and contributions into its light image.
+    pub(super) splatter: Option<Arc<Splatter>>,
+    pub(super) light: Option<Arc<Splatter>>,
     /// What writes the film, all the time.
     pub(super) keeper: Option<FilmSink>,
     /// The error to end at, and the milestone that the film has.
@@ -47,6 +50,8 @@ impl Default for Wiring {
             stop: None,
             first: 0,
             film: None,
+            splatter: None,
+            light: None,
             keeper: None,
             noise: None,
             sink: Box::new(|_| {}),
@@ -77,6 +82,10 @@ impl Wiring {
             Some(times) => schedule.with_faster(self.region.len(), times),
             None => schedule,
         };
+        let schedule = match self.splatter {
+            Some(_) => schedule.in_stripes(self.region.len(), self.region.width),
+            None => schedule,
+        };
         let (stop_out, viewer_stops) = bounded(0);
         let mut stop_out = Some(stop_out);
         let stop = self.stop.unwrap_or(viewer_stops);
@@ -94,7 +103,7 @@ impl Wiring {
                     level: level(),
                     region: self.region,
                     sends_samples: self.sends_samples,
-                    splatter: None,
+                    splatter: self.splatter.as_deref(),
                 };
                 let (batches_out, changes_out) = (batches_out.clone(), changes_out.clone());
                 let thread = std::thread::Builder::new().name(format!("worker {index}"));
@@ -158,6 +167,8 @@ impl Wiring {
             let goal = |(error, milestone)| Goal { error, is_adaptive: false, milestone };
             let accumulator = Accumulator::new(Configuration {
                 first: self.first,
+                splatter: self.splatter.clone(),
+                light: self.light.clone(),
                 barriers: self.dump_at.clone(),
                 goal: self.noise.map(goal),
                 checkpoint: Duration::ZERO,

@@ -47,18 +47,12 @@ fn closing_the_orders_ends_a_worker_after_the_last_of_them() {
 struct Quick(Box<dyn Integrator>);
 
 impl Integrator for Quick {
-    fn trace_until(
-        &self,
-        _: Level,
-        paths: &Paths<'_>,
-        _: &dyn Fn() -> bool,
-        out: &mut Vec<Finished>,
-    ) -> Option<u64> {
+    fn trace_until(&self, _: Level, paths: &Paths<'_>, _: &dyn Fn() -> bool, out: &mut Found) -> Option<u64> {
         for (slot, pixel) in (0..).zip(paths.pixels) {
             let (x, y) = (pixel.x as f32 + 0.5, pixel.y as f32 + 0.5);
             let of = |sample| Sample { pixel: pixel.index, sample, x, y, radiance: [1.0; 3] };
             let samples = paths.first_sample..paths.first_sample + paths.samples;
-            out.extend(samples.map(|sample| Finished { slot, sample: of(sample) }));
+            out.finished.extend(samples.map(|sample| Finished { slot, sample: of(sample) }));
         }
         Some(paths.len() as u64)
     }

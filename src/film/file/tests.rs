@@ -1,7 +1,7 @@
 use super::*;
 use crate::film::{MAX_RADIANCE, PixelSums};
 use crate::film::{Splatter, Weights};
-use crate::sampling::Sample;
+use crate::sampling::{Contribution, Sample};
 use crate::scene::Filter;
 use std::io::Cursor;
 
@@ -75,7 +75,7 @@ fn weighted_films_and_what_is_shown_of_them_are_read_back() {
         FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut other),
         Err(FilmFileError::Contradiction(_))
     ));
-    for (at, bad) in [(24, 2), (28, 3), (36, 0), (36, 9), (40, 4)] {
+    for (at, bad) in [(24, 2), (24, 5), (24, 8), (28, 3), (36, 0), (36, 9), (40, 4), (44, 1), (48, 1)] {
         let mut bytes = bytes.clone();
         bytes[at] = bad;
         assert!(matches!(read(&bytes), Err(FilmFileError::Damaged)), "{bad} at {at}");
@@ -83,7 +83,7 @@ fn weighted_films_and_what_is_shown_of_them_are_read_back() {
 }
 
 #[test]
-fn films_with_a_variance_are_of_another_version_and_can_be_added_to_those_without() {
+fn films_with_a_variance_are_read_back_and_can_be_added_to_those_without() {
     let layout = Layout { weighted: true, spreads: true, ..Layout::plain(4, 3) };
     let of = |seed: u32| {
         let mut film = Film::with_layout(layout).unwrap();
@@ -97,10 +97,10 @@ fn films_with_a_variance_are_of_another_version_and_can_be_added_to_those_withou
     };
     let (head, one, other) = (Head { layout, ..head(4, 3) }, of(0), of(5));
     let bytes = file(&head, &one);
-    assert_eq!((bytes[8], bytes[24]), (3, 3));
+    assert_eq!((bytes[8], bytes[24]), (4, 3));
     let (read_head, _, read_film) = read(&bytes).unwrap();
     assert!(read_head == head && read_film == one);
-    let (pixel, text) = (one.bytes(5..6), 44 + head.text().len());
+    let (pixel, text) = (one.bytes(5..6), START_BYTES as usize + head.text().len());
     assert_eq!(pixel.len(), 128);
     assert_eq!(bytes[text + 5 * 128..text + 6 * 128], pixel);
     let seen = FilmReader::open(Cursor::new(&bytes)).unwrap();
@@ -114,19 +114,16 @@ fn films_with_a_variance_are_of_another_version_and_can_be_added_to_those_withou
     FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut plain).unwrap();
     assert!(plain.picture() == one.picture() && plain.variance(5) == 0.0);
     let plain_file = file(&Head { layout: plain.layout(), ..head.clone() }, &plain);
-    assert_eq!((plain_file[8], plain_file[24], bytes.len() - plain_file.len()), (2, 1, 12 * 64));
+    assert_eq!((plain_file[8], plain_file[24], bytes.len() - plain_file.len()), (4, 1, 12 * 64));
     assert!(matches!(
         FilmReader::open(Cursor::new(&plain_file)).unwrap().add_to(&mut both),
         Err(FilmFileError::Contradiction(_))
     ));
-    for (at, bad) in [(8, 2), (24, 1), (24, 2), (24, 0)] {
+    for (at, bad) in [(24, 1), (24, 2), (24, 0)] {
         let mut bytes = bytes.clone();
         bytes[at] = bad;
         assert!(matches!(read(&bytes), Err(FilmFileError::Damaged | FilmFileError::Length { .. })), "{at}");
     }
-    let mut next = bytes.clone();
-    next[8] = 4;
-    assert!(read(&next).unwrap_err().to_string().contains("version 4"));
     let mut flipped = bytes.clone();
     flipped[text + 5 * 128 + 70] ^= 4;
     assert!(matches!(read(&flipped), Err(FilmFileError::Damaged)));
@@ -140,8 +137,8 @@ fn the_layout_is_the_documented_one() {
     let file = file(&head, &film);
     let text = "scene: 5eed\nseed: 7\n\nexposure: 1.5\nasked: 10..20\n";
     let mut expected = b"\x89FILM\r\n\x1a".to_vec();
-    // The version, bytes of text, the size, no weights, and the part that is shown.
-    for word in [2, text.len() as u32, 2, 1, 0, 0, 0, 2, 1] {
+    // The version, bytes of text, the size, no weights, the part that is shown, and no light image.
+    for word in [4, text.len() as u32, 2, 1, 0, 0, 0, 2, 1, 0, 0] {
         expected.extend(word.to_le_bytes());
     }
     expected.extend(text.as_bytes());
@@ -158,6 +155,57 @@ fn the_layout_is_the_documented_one() {
     expected.extend((-1.0_f64).to_le_bytes());
     assert_eq!(file[..file.len() - 32], expected);
     assert_eq!(file[file.len() - 32..], Sha256::digest(&expected)[..]);
+}
+
+#[test]
+fn light_images_are_read_back_in_the_documented_layout_and_added_up() {
+    let weights = Weights::new(Filter::Box { radius: 0.5 });
+    let layout = Layout { light: Some(LightScale::new(20, &weights)), ..Layout::plain(2, 1) };
+    let (head, splatter) = (Head { layout, ..head(2, 1) }, Splatter::new(weights, [0, 0]));
+    let of = |radiance: f32| {
+        let mut film = Film::with_layout(layout).unwrap();
+        film.add_sample(0, [1.0; 3]).unwrap();
+        film.add_sample(1, [1.0; 3]).unwrap();
+        let all = [(1.5, [radiance, 0.25, 0.0]), (7.0, [1.0; 3]), (1.5, [1.0, -1.0, 0.0])];
+        for (x, radiance) in all {
+            let contribution = Contribution { pixel: 0, sample: 0, x, y: 0.5, radiance };
+            let _ = film.contribute(&splatter, 0, &contribution);
+        }
+        film
+    };
+    let (one, other) = (of(2.0), of(7.0));
+    let bytes = file(&head, &one);
+    assert_eq!((bytes[8], bytes[24], &bytes[44..52]), (4, 4, &[20, 0, 0, 0, 0, 0, 0, 128][..]));
+    let (read_head, _, read_film) = read(&bytes).unwrap();
+    assert!(read_head == head && read_film == one);
+    // Behind the words of each pixel: three sums, then contributions left out and those that reach no pixel.
+    let first = START_BYTES as usize + head.text().len();
+    let light = |pixel: usize| &bytes[first + 128 * pixel + 64..][..64];
+    assert_eq!(light(0), [[0; 48].as_slice(), &[1, 0, 0, 0, 0, 0, 0, 0], &[1, 0, 0, 0, 0, 0, 0, 0]].concat());
+    let sums = [2_i128 << 48, 1 << 46, 0].map(i128::to_le_bytes);
+    assert_eq!(light(1), [sums.as_flattened(), &[0; 16]].concat());
+    let mut both = other.clone();
+    FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut both).unwrap();
+    let mut expected = one.clone();
+    FilmReader::open(Cursor::new(&file(&head, &other))).unwrap().add_to(&mut expected).unwrap();
+    assert!(both == expected && both.lost_contributions() == [2, 2] && both.rejected() == 2);
+    // Four samples of a film of twenty pixels: nine times five.
+    assert_eq!((both.picture().rgb[1], both.picture().rgb[0]), ([46.0, 3.5, 1.0], [1.0; 3]));
+    let mut plain = Film::new(2, 1).unwrap();
+    let added = FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut plain);
+    assert!(matches!(added, Err(FilmFileError::Contradiction(_))));
+    // Fewer pixels than the film has, an integral of zero, and no light image with what makes radiance of one.
+    for (at, bad) in [(44, 1), (51, 0), (24, 0)] {
+        let mut bytes = bytes.clone();
+        bytes[at] = bad;
+        assert!(matches!(read(&bytes), Err(FilmFileError::Damaged)), "{bad} at {at}");
+    }
+    let mut bad = bytes.clone();
+    for bit in 8 * first..8 * bytes.len() {
+        bad[bit / 8] ^= 1 << (bit % 8);
+        assert!(read(&bad).is_err(), "bit {bit} of {}", 8 * bytes.len());
+        bad[bit / 8] ^= 1 << (bit % 8);
+    }
 }
 
 #[test]
@@ -284,10 +332,15 @@ fn sizes_that_no_machine_has_are_refused_before_memory_is_asked_for() {
 #[test]
 fn what_other_programs_write_is_told_apart() {
     let good = file(&head(3, 2), &film(3, 2, 1, 1));
-    let mut newer = good.clone();
-    newer[8] = 4;
-    let said = read(&sealed(newer)).unwrap_err().to_string();
-    assert!(said.contains("version 4") && said.contains("versions 2 and 3"), "{said}");
+    for (version, reason) in
+        [(2, "finish it with the program that began it"), (3, "light image"), (5, "newer")]
+    {
+        let mut other = good.clone();
+        other[8] = version;
+        let said = read(&sealed(other)).unwrap_err().to_string();
+        assert!(said.contains(&format!("version {version}")) && said.contains("version 4 only"), "{said}");
+        assert!(said.contains(reason), "{said}");
+    }
     assert!(matches!(read(b"\x89PNG\r\n\x1a\n and so on"), Err(FilmFileError::NotAFilm)));
     // A right digest over a wrong count.
     let mut liar = good.clone();

@@ -5,7 +5,7 @@ use crate::render::batch::{Payload, Traced};
 use crate::render::faint::Faint;
 use crate::render::outcome::NAMED_REJECTS;
 use crate::render::stride::Stride;
-use crate::sampling::{Region, Sample};
+use crate::sampling::{Contribution, Region, Sample};
 use std::sync::Arc;
 
 /// The film, and what was left out of it.
@@ -13,7 +13,8 @@ pub(super) struct Adder {
     pub(super) film: Film,
     region: Region,
     splatter: Option<Arc<Splatter>>,
-    /// Some of the samples that were left out.
+    light: Option<Arc<Splatter>>,
+    /// Some of the samples that were left out, or something of what they contribute.
     pub(super) rejects: Vec<(Traced, Reject)>,
     pub(super) reject_counts: RejectCounts,
     pub(super) faint: Faint,
@@ -31,19 +32,25 @@ pub(super) enum Reach {
 }
 
 impl Adder {
-    pub(super) fn new(film: Film, region: Region, splatter: Option<Arc<Splatter>>) -> Adder {
+    pub(super) fn new(
+        film: Film,
+        region: Region,
+        splatter: Option<Arc<Splatter>>,
+        light: Option<Arc<Splatter>>,
+    ) -> Adder {
         let (rejects, reject_counts, faint) = (Vec::new(), RejectCounts::default(), Faint::default());
-        Adder { film, region, splatter, rejects, reject_counts, faint }
+        Adder { film, region, splatter, light, rejects, reject_counts, faint }
     }
 
-    /// Whether samples count in all pixels around them.
-    pub(super) fn splats(&self) -> bool {
-        self.splatter.is_some()
+    /// Whether samples count in other pixels than their own.
+    pub(super) fn reaches_others(&self) -> bool {
+        self.splatter.is_some() || self.light.is_some()
     }
 
-    /// The pixels that a payload changes together.
-    pub(super) fn reach(&self, payload: &Payload) -> Reach {
+    /// The pixels that a payload changes together with what its samples contribute.
+    pub(super) fn reach(&self, payload: &Payload, contributions: &[Contribution]) -> Reach {
         match (payload, &self.splatter) {
+            _ if !contributions.is_empty() => Reach::All,
             (Payload::Samples(_), Some(_)) => Reach::All,
             (Payload::Splats { band, bright, .. }, Some(splatter)) => {
                 let Region { width, height, .. } = self.region;
@@ -104,6 +111,24 @@ impl Adder {
         if let Err(reject) = added {
             self.reject_counts.add(reject, 1);
             self.remember((Traced { pixel: sample.pixel, sample: sample.sample }, reject));
+        }
+    }
+
+    /// Adds what samples contribute to any pixel.
+    pub(super) fn contribute(&mut self, contributions: &[Contribution]) {
+        if contributions.is_empty() {
+            return;
+        }
+        let Some(splatter) = self.light.clone() else {
+            unreachable!("samples contribute only where there is something that puts it on the film");
+        };
+        for contribution in contributions {
+            let Contribution { pixel, sample, .. } = *contribution;
+            let place = self.region.place(pixel) as usize;
+            if let Err(reject) = self.film.contribute(&splatter, place, contribution) {
+                self.reject_counts.add(reject, 1);
+                self.remember((Traced { pixel, sample }, reject));
+            }
         }
     }
 

@@ -22,6 +22,8 @@ pub struct Configuration {
     pub workers: Vec<Port>,
     /// What puts samples on the film where they count in all pixels around them.
     pub splatter: Option<Arc<Splatter>>,
+    /// What puts contributions to any pixel into the film's light image, if it has one.
+    pub light: Option<Arc<Splatter>>,
     /// The sample indices, exclusive, at which a picture of the whole region is wanted. The schedule stops at them.
     pub barriers: Vec<u32>,
     /// The error to end at, if there is one.
@@ -46,6 +48,7 @@ impl Configuration {
             schedule,
             workers,
             splatter: None,
+            light: None,
             barriers: Vec::new(),
             goal: None,
             checkpoint: Duration::MAX,

@@ -6,7 +6,7 @@ use super::super::wiring::{Begun, Rendered, Task, Viewer, render};
 use super::*;
 use crate::camera::CameraSettings;
 use crate::film::{Film, Layer};
-use crate::integrator::{self, Finished, FirstHit, Paths};
+use crate::integrator::{self, FirstHit, Found, Paths};
 use crate::math::lanes::Level;
 use crate::output::window::orbit::Orbit;
 use crate::output::window::{Feed, Left, Request};
@@ -83,7 +83,7 @@ impl Integrator for Stuck {
         level: Level,
         paths: &Paths<'_>,
         stop: &dyn Fn() -> bool,
-        out: &mut Vec<Finished>,
+        out: &mut Found,
     ) -> Option<u64> {
         if paths.first_sample > 0 && paths.pixels.iter().any(|pixel| pixel.index == 19) {
             let _ = self.held.try_send(());

@@ -138,6 +138,8 @@ mod tests {
             let mut batch = SampleBatch::empty(9, Stride { first: 1, step: 2, run: 1 }, payload);
             batch.rejects.push((Traced { pixel: 1, sample: 2 }, Reject::NotANumber));
             (batch.paths, batch.completes, batch.samples) = (u64::MAX, Some(8), odd.to_vec());
+            let contribution = |&sample: &Sample| Contribution::from(<[u32; 7]>::from(sample));
+            batch.contributions = odd.iter().map(contribution).collect();
             let bits = |samples: &[Sample]| samples.iter().map(|&s| <[u32; 7]>::from(s)).collect::<Vec<_>>();
             let read = as_text(&batch);
             assert_eq!(format!("{read:?}"), format!("{batch:?}"));

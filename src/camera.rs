@@ -1,6 +1,7 @@
 //! The camera: film positions to rays (report §2.1).
 
 use crate::math::{Float, Ray, Vec3, function, narrow};
+use crate::parameter::unit;
 use crate::sampling::warp;
 use glam::DVec3;
 
@@ -40,6 +41,15 @@ impl Default for CameraSettings {
             aperture_radius: 0.0,
             focus_distance: 1.0,
         }
+    }
+}
+
+impl CameraSettings {
+    /// The default camera at another point, from which it looks at a point in the middle of the picture. Z is up, so that
+    /// neither may lie above the other.
+    pub fn looking_at(eye: impl Into<DVec3>, at: impl Into<DVec3>) -> CameraSettings {
+        let eye = eye.into();
+        CameraSettings { eye, forward: unit(at.into() - eye), ..CameraSettings::default() }
     }
 }
 

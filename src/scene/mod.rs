@@ -2,6 +2,7 @@
 //!
 //! | file | what is in it |
 //! |---|---|
+//! | `building` | scenes from files and from code |
 //! | [`check`] | the promises of a scene, and what breaks them |
 //! | [`description`] | the scene as plain data |
 //! | [`diagnostic`] | errors and warnings with their places |
@@ -27,6 +28,7 @@
 //! # Ok::<(), stride::scene::SceneErrors>(())
 //! ```
 
+mod building;
 pub mod check;
 pub mod description;
 pub mod diagnostic;
@@ -39,9 +41,12 @@ mod spelling;
 pub mod toml;
 pub mod viewpoint;
 
+pub use check::SceneProblem;
 pub use description::*;
 pub use diagnostic::{Diagnostic, Position, SceneErrors};
 pub use fingerprint::{Fingerprint, Sources};
+#[doc(no_inline)]
+pub use glam::{DAffine3, DVec3};
 pub use mesh::cache::Watch;
 pub use toml::{Loaded, load, load_watched, parse};
 pub use viewpoint::Viewpoint;

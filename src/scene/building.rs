@@ -1,0 +1,88 @@
+//! Scenes from files and from code.
+
+use super::description::{Entity, Light, Material, MaterialKind, Scene, Shape};
+use super::diagnostic::SceneErrors;
+use super::toml::load;
+use std::path::Path;
+
+impl Scene {
+    /// Reads a scene file. What is legal but surely unmeant is not told: [`load`](super::load) tells it.
+    pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneErrors> {
+        load(path.as_ref()).map(|loaded| loaded.scene)
+    }
+
+    /// Adds a material. Returns its index, by which entities and other materials name it.
+    pub fn add_material(&mut self, name: impl Into<String>, kind: impl Into<MaterialKind>) -> usize {
+        self.materials.push(Material { name: name.into(), kind: kind.into() });
+        self.materials.len() - 1
+    }
+
+    /// Adds a surface of the material of this index, which does not emit.
+    pub fn add_entity(
+        &mut self,
+        name: impl Into<String>,
+        shape: impl Into<Shape>,
+        material: usize,
+    ) -> &mut Entity {
+        let (name, shape) = (name.into(), shape.into());
+        self.entities.push(Entity { name, shape, material, ..Entity::default() });
+        let last = self.entities.len() - 1;
+        &mut self.entities[last]
+    }
+
+    /// Adds a light that is not a surface.
+    pub fn add_light(&mut self, light: impl Into<Light>) {
+        self.lights.push(light.into());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{
+        CameraSettings, MatteParameters, MirrorParameters, PointLightParameters, SphereParameters, parse,
+    };
+
+    #[test]
+    fn a_scene_in_code_is_that_of_its_file() {
+        let text = r#"
+            camera = { eye = [0, -6, 2.5], look_at = [0, 0, 0.9] }
+            lights = [{ type = "point", position = [0, 0, 9], intensity = [1, 2, 3] }]
+            [materials]
+            white = { type = "matte", reflectance = [0.8, 0.8, 0.8] }
+            silver = { type = "mirror", reflectance = [1, 1, 1] }
+            [[entities]]
+            name = "ball"
+            shape = { type = "sphere", center = [0, 0, 1], radius = 1 }
+            material = "silver"
+            [[entities]]
+            name = "lamp"
+            shape = { type = "sphere", center = [2, -2, 4], radius = 0.7 }
+            material = "white"
+            emission = [12, 11, 9]
+        "#;
+        let mut scene = Scene::default();
+        scene.camera = CameraSettings::looking_at([0.0, -6.0, 2.5], [0.0, 0.0, 0.9]);
+        let white = scene.add_material("white", MatteParameters { reflectance: [0.8; 3] });
+        let silver = scene.add_material("silver", MirrorParameters { reflectance: [1.0; 3] });
+        let ball = SphereParameters { center: [0.0, 0.0, 1.0].into(), radius: 1.0 };
+        scene.add_entity("ball", ball, silver);
+        let lamp = SphereParameters { center: [2.0, -2.0, 4.0].into(), radius: 0.7 };
+        scene.add_entity("lamp", lamp, white).emission = [12.0, 11.0, 9.0];
+        scene
+            .add_light(PointLightParameters { position: [0.0, 0.0, 9.0].into(), intensity: [1.0, 2.0, 3.0] });
+        let mut read = parse(text, Path::new("a.toml")).unwrap().scene;
+        // A file's materials are in the order of their names, or of what they name.
+        let place = |scene: &Scene, name: &str| scene.materials.iter().position(|m| m.name == name).unwrap();
+        for entity in &mut read.entities {
+            entity.material = place(&scene, &read.materials[entity.material].name);
+        }
+        read.materials.sort_by_key(|material| place(&scene, &material.name));
+        assert_eq!(scene.checked(), Ok(read));
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_is_an_error() {
+        assert!(Scene::load("nowhere.toml").unwrap_err().to_string().contains("nowhere.toml"));
+    }
+}

@@ -14,6 +14,7 @@ mod merge;
 mod print;
 mod program;
 mod render;
+mod reporter;
 mod stats;
 mod stop;
 mod told;

@@ -1,6 +1,6 @@
 //! Ctrl-C.
 
-use crate::output::atomic;
+use crate::output::remove_unfinished;
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::convert::Infallible;
 use std::io::Write;
@@ -23,7 +23,7 @@ fn on_interrupts_apart(apart: Duration) -> Result<Receiver<Infallible>, ctrlc::E
     ctrlc::set_handler(move || {
         if requests.take(Instant::now()) {
             // While the guard lives no other file is begun. If there is none in time, the program ends all the same.
-            let _none_begins = atomic::remove_unfinished();
+            let _none_begins = remove_unfinished();
             let _ = writeln!(std::io::stderr(), "stopped at once; nothing more is written");
             // The exit code of a shell's command that SIGINT ended.
             std::process::exit(130);
@@ -52,6 +52,7 @@ impl Requests {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+    use crate::output::atomic;
     use crossbeam_channel::TryRecvError;
     use std::io::{BufRead, BufReader};
     use std::path::{Path, PathBuf};

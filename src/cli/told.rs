@@ -2,7 +2,7 @@
 //!
 //! Standard error may be closed: all of it is a courtesy.
 
-use crate::output::Reporter;
+use super::reporter::Reporter;
 use crate::session::{Conclusion, Event, sample_counts};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::io::{StderrLock, Write};
@@ -23,10 +23,10 @@ fn print(quiet: bool, events: &Receiver<Event>) {
         match event {
             Event::Progress(_) | Event::Ended(_) | Event::CpuAlone(_) if quiet => {}
             Event::Progress(progress) => {
-                reporter.get_or_insert_with(|| Reporter::stderr(false)).update(&progress);
+                reporter.get_or_insert_with(|| Reporter::stderr()).update(&progress);
             }
             Event::Ended(progress) => {
-                reporter.take().unwrap_or_else(|| Reporter::stderr(false)).finish(&progress);
+                reporter.take().unwrap_or_else(|| Reporter::stderr()).finish(&progress);
             }
             Event::Note(note) => match &mut reporter {
                 Some(reporter) => reporter.note(&note),

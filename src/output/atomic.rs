@@ -9,12 +9,9 @@
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
-use std::time::{Duration, Instant};
-
-use tempfile::NamedTempFile;
 
 use super::error::{OutputError, folder_of};
+use super::unfinished::{Temporary, UNFINISHED};
 
 /// Links followed before we believe that they go round in a circle; what Linux allows.
 const MAX_LINKS: u32 = 40;
@@ -173,87 +170,6 @@ impl Place {
 /// What temporary names end in.
 const SUFFIX: &str = ".tmp";
 
-/// The temporary files that are being written, so that a program that ends at once can remove them. It is the whole
-/// process's because a signal is. A mutex is right here and a channel is not: nothing may come between the creation of
-/// a file and its note, and the program that ends must keep further files from being created until it has ended. No
-/// renderer waits for it, only writers, and only for the creation of a file.
-static UNFINISHED: Unfinished = Unfinished(Mutex::new(Vec::new()));
-
-/// The time that a program that is to end at once waits for a file that is being created, as on a network that hangs.
-const CREATED_WITHIN: Duration = Duration::from_millis(200);
-
-/// Removes all temporary files that are being written. While the guard lives none is begun: a program that ends before
-/// it is dropped leaves nothing behind. Nothing is removed, and there is no guard, if the creation of a file takes too
-/// long: a program that is to end at once ends without it.
-pub fn remove_unfinished() -> Option<impl Sized> {
-    UNFINISHED.remove_all(CREATED_WITHIN)
-}
-
-struct Unfinished(Mutex<Vec<PathBuf>>);
-
-impl Unfinished {
-    fn lock(&self) -> MutexGuard<'_, Vec<PathBuf>> {
-        // A list of paths is whole at any time.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Creates a file and takes note of it; nothing can come in between.
-    fn create(&'static self, create: impl FnOnce() -> io::Result<NamedTempFile>) -> io::Result<Temporary> {
-        let mut paths = self.lock();
-        let file = create()?;
-        paths.push(file.path().to_path_buf());
-        Ok(Temporary { noted: Noted { path: file.path().to_path_buf(), all: self }, file })
-    }
-
-    /// The list, unless another thread holds it for longer than `limit`.
-    fn lock_within(&self, limit: Duration) -> Option<MutexGuard<'_, Vec<PathBuf>>> {
-        let start = Instant::now();
-        loop {
-            match self.0.try_lock() {
-                Ok(paths) => return Some(paths),
-                Err(TryLockError::Poisoned(paths)) => return Some(paths.into_inner()),
-                Err(TryLockError::WouldBlock) if start.elapsed() >= limit => return None,
-                Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(1)),
-            }
-        }
-    }
-
-    fn remove_all(&self, limit: Duration) -> Option<MutexGuard<'_, Vec<PathBuf>>> {
-        let paths = self.lock_within(limit)?;
-        for path in &*paths {
-            // One that can't be removed stays.
-            let _ = fs::remove_file(path);
-        }
-        Some(paths)
-    }
-}
-
-/// A note of a temporary file, which goes when the file has gone or has been put in its place.
-struct Noted {
-    path: PathBuf,
-    all: &'static Unfinished,
-}
-
-impl Drop for Noted {
-    fn drop(&mut self) {
-        self.all.lock().retain(|path| *path != self.path);
-    }
-}
-
-/// A temporary file that is noted. Fields are dropped in their order: the file goes before the note.
-struct Temporary {
-    file: NamedTempFile,
-    noted: Noted,
-}
-
-impl std::ops::Deref for Temporary {
-    type Target = NamedTempFile;
-
-    fn deref(&self) -> &NamedTempFile {
-        &self.file
-    }
-}
-
 fn temporary(path: &Path, place: &Place) -> Result<Temporary, OutputError> {
     temporary_called(".stride-", path, place)
 }
@@ -275,10 +191,7 @@ fn temporary_called(prefix: &str, path: &Path, place: &Place) -> Result<Temporar
 }
 
 fn put_in_place(path: &Path, place: &Place, file: Temporary) -> Result<File, OutputError> {
-    let Temporary { file, noted } = file;
-    let placed = file.persist(&place.path).map_err(|failure| OutputError::from_io(path, failure.error));
-    drop(noted);
-    placed
+    file.persist(&place.path).map_err(|error| OutputError::from_io(path, error))
 }
 
 #[cfg(test)]
@@ -333,15 +246,6 @@ mod tests {
         assert!(panicked.is_err());
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["a.bin"]);
-    }
-
-    #[test]
-    fn a_file_that_is_being_created_holds_up_no_end_at_once() {
-        let unfinished = Unfinished(Mutex::new(Vec::new()));
-        let creating = unfinished.lock();
-        assert!(unfinished.remove_all(Duration::ZERO).is_none());
-        drop(creating);
-        assert!(unfinished.remove_all(Duration::ZERO).is_some());
     }
 
     #[test]

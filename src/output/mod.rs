@@ -5,12 +5,11 @@
 //! | [`picture`]: [`png`], [`exr`], [`hdr`] | a finished [`Picture`](crate::film::Picture) | keeping and showing |
 //! | [`npy`] | every sample | studying them in NumPy |
 //! | [`film`] | the film's own words | going on, and merging |
-//! | [`progress`] | numbers | the terminal, or a log |
 //! | [`window`] | snapshots | watching |
 //! | [`tev`] | snapshots | watching in tev |
 //! | [`plot`] | measurements | charts |
 //!
-//! [`atomic`] puts files in place whole, [`patience`] insists, [`human`] turns numbers into words, [`overlay`]
+//! [`atomic`] puts files in place whole, `unfinished` knows those that are not, [`patience`] insists, [`progress`] is how far a run has come, [`human`] turns numbers into words, [`overlay`]
 //! colours pixels by worker, [`read`] gets pictures back from files.
 
 pub mod atomic;
@@ -29,6 +28,7 @@ pub mod png;
 pub mod progress;
 pub mod read;
 pub mod tev;
+mod unfinished;
 pub mod window;
 
 pub use error::OutputError;
@@ -38,6 +38,7 @@ pub use options::{Crop, PictureOptions};
 pub use overlay::{owner_overlay, write_owner_overlay};
 pub use patience::Patience;
 pub use picture::{Format, check_writable, numbered_path, suffixed_path, write_picture};
-pub use progress::{Progress, Reporter};
+pub use progress::Progress;
 pub use read::{ReadError, read_picture};
 pub use tev::{Tev, TevError};
+pub use unfinished::remove_unfinished;

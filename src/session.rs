@@ -38,11 +38,15 @@ pub use settings::{
 pub(crate) use identity::{NOTES, facts};
 pub(crate) use report::sample_counts;
 
+use crate::film::ViewTransform;
+use crate::film::cryptomatte::Mattes;
+use crate::integrator::Sample;
 use crate::output::{SampleDump, Tev};
 use crate::render::accumulator::Outcome;
 use crew::Crew;
 use crossbeam_channel::{Receiver, Sender, never};
 use finishing::write_aside;
+use identity::mattes_of;
 use opening::open_window;
 use std::convert::Infallible;
 use std::ops::Range;
@@ -56,6 +60,7 @@ pub struct Prepared<'a> {
     events: Sender<Event>,
     crew: Crew,
     build: Duration,
+    samples: Option<Sender<Vec<Sample>>>,
 }
 
 /// Compiles the scene and prepares the devices. No request to stop is heard meanwhile, so that a caller that takes Ctrl-C
@@ -66,7 +71,7 @@ pub struct Prepared<'a> {
 pub fn prepare(settings: &Settings, events: Sender<Event>) -> Result<Prepared<'_>, SessionError> {
     let build_start = Instant::now();
     let crew = Crew::new(settings, &events, &never())?;
-    Ok(Prepared { settings, events, crew, build: build_start.elapsed() })
+    Ok(Prepared { settings, events, crew, build: build_start.elapsed(), samples: None })
 }
 
 /// Prepares and runs a render. Any failure is an error.
@@ -80,6 +85,12 @@ pub fn run(
 }
 
 impl Prepared<'_> {
+    /// Sends every sample of this run, too, each (pixel, sample) once and in any order. The render waits where they are
+    /// not received; where their channel is closed it ends. [`Outputs::sends_samples`] must be set.
+    pub fn sending(self, samples: Sender<Vec<Sample>>) -> Self {
+        Prepared { samples: Some(samples), ..self }
+    }
+
     /// Renders. Closing `stop` ends the render with what there is. A failure after the first sample leaves a report
     /// with a [`Report::problem`].
     ///
@@ -88,7 +99,7 @@ impl Prepared<'_> {
     ///
     /// Must run on the main thread if a window may open.
     pub fn run(self, stop: &Receiver<Infallible>) -> Result<Report, SessionError> {
-        let Prepared { settings, events, crew, build } = self;
+        let Prepared { settings, events, crew, build, samples } = self;
         let (device, devices, threads) = (crew.description(), crew.devices(), crew.workers());
         let integrator = crew.integrator();
         let head = identity::head(settings, &device);
@@ -103,7 +114,7 @@ impl Prepared<'_> {
         let dump = dump.map(|path| SampleDump::create(path, &dumped)).transpose()?;
 
         let begun = Begun { film, milestone, spent: Duration::ZERO };
-        let task = Task { settings, crew, head: &head, begun, dump, tev };
+        let task = Task { settings, crew, head: &head, begun, dump, samples, tev };
         let viewer = window.as_mut().map(|window| window as &mut dyn Viewer);
         let mut own = render(task, viewer, &events, stop)?;
         let mut toured = Ok(());
@@ -121,8 +132,10 @@ impl Prepared<'_> {
             return Err(error);
         }
         let Conclusion { noise, is_noise_asked, .. } = conclude(settings, &own, &events);
-        let Rendered { outcome, picture, problem, .. } = own;
+        let Rendered { outcome, picture, layers, problem, .. } = own;
         let spp_range = outcome.film.seen_range();
+        let mattes = Mattes::of(&settings.job.scene);
+        let facts = facts(&head.identity, &settings.holding(spp_range));
         let Outcome { totals, whole, lost, made, .. } = outcome;
         let made = |workers: Range<usize>| made[workers].iter().sum();
         Ok(Report {
@@ -136,6 +149,10 @@ impl Prepared<'_> {
             threads,
             build,
             picture,
+            layers,
+            facts,
+            view: ViewTransform::of(&settings.job.scene.film),
+            mattes: mattes_of(&settings.outputs.layers, &mattes).into_iter().cloned().collect(),
             problem: problem.or(toured.err()),
         })
     }

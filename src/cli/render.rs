@@ -271,6 +271,7 @@ fn settings(arguments: &RenderArguments, scene: Scene, level: Level) -> Result<S
             dump_at,
             layers,
             samples: arguments.samples.clone(),
+            sends_samples: false,
             film: arguments.film.clone().or_else(|| arguments.resume.clone()),
             checkpoint: arguments.checkpoint.unwrap_or(CHECKPOINT),
             resume: arguments.resume.clone(),

@@ -1,6 +1,7 @@
-//! Prints what a render tells, on standard error: progress, difficulties, and at the end what came of it.
+//! Prints what a render tells, on standard error: progress, difficulties, and at the end what came of it; a camera that
+//! is asked for goes to standard output.
 //!
-//! Standard error may be closed: all of it is a courtesy.
+//! Either may be closed: all of it is a courtesy.
 
 use super::reporter::Reporter;
 use crate::session::{Conclusion, Event, sample_counts};
@@ -33,6 +34,10 @@ fn print(quiet: bool, events: &Receiver<Event>) {
                 None => say(&note),
             },
             Event::CpuAlone(reason) => say(&format!("warning: {reason}; the CPU renders alone")),
+            Event::Viewpoint(camera) => {
+                let mut out = std::io::stdout().lock();
+                let _ = write!(out, "{camera}").and_then(|()| out.flush());
+            }
             Event::Concluded(conclusion) => {
                 let mut out = std::io::stderr().lock();
                 let _ = warn(&conclusion, &mut out);

@@ -66,7 +66,7 @@ impl Crew {
                 offset,
                 region: settings.job.region,
                 index,
-                sends_samples: settings.outputs.samples.is_some(),
+                sends_samples: settings.outputs.wants_samples(),
                 splatter: puts.as_deref(),
             };
             let worker = Box::new(gpu::GpuWorker::new(&device, &job)?);
@@ -201,7 +201,7 @@ impl Crew {
     fn work(&self, settings: &Settings, index: usize, mail: &Mailbox) {
         let Some(integrator) = self.integrator.as_deref() else { return };
         let (level, region, sends_samples) =
-            (settings.devices.level, settings.job.region, settings.outputs.samples.is_some());
+            (settings.devices.level, settings.job.region, settings.outputs.wants_samples());
         let splatter = self.splatter.as_deref();
         let worker = Worker { index, integrator, level, region, sends_samples, splatter };
         worker.run_until(&mail.orders, &mail.stop, &mail.batches);

@@ -22,6 +22,8 @@ pub enum Event {
     Note(String),
     /// The CPU renders without the GPU that was asked for, for this reason.
     CpuAlone(String),
+    /// Where the camera of the window is, whose user asked to be told.
+    Viewpoint(Viewpoint),
     /// What a render came to, when all is written. A render whose camera is moved tells it for each camera that it came
     /// to an end with.
     Concluded(Box<Conclusion>),

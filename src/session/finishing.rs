@@ -9,9 +9,9 @@ use super::pictures::{Ended, Pictures};
 use super::process::Process;
 use super::report::sample_counts;
 use super::settings::Settings;
-use crate::film::Picture;
 use crate::film::cryptomatte::Mattes;
 use crate::film::file::Head;
+use crate::film::{Channel, Picture};
 use crate::integrator::Integrator;
 use crate::output::FilmSink;
 use crate::output::window::Left;
@@ -41,6 +41,7 @@ pub(super) struct Finisher<'a, 'scope> {
 pub(super) struct Finished {
     pub(super) outcome: Outcome,
     pub(super) picture: Picture,
+    pub(super) layers: Vec<Channel>,
     pub(super) written: Written,
     pub(super) is_aside: bool,
 }
@@ -62,13 +63,13 @@ impl Finisher<'_, '_> {
         let (settings, mattes) = (pictures.settings, pictures.mattes);
         let layers = || layers(settings, layer_integrator.as_deref(), mattes, &outcome, stop);
         // A black picture is no replacement for whatever is there.
-        let written = match outcome.totals.samples {
-            0 => Ok(()),
-            _ if is_aside => Ok(()),
+        let (written, layers) = match outcome.totals.samples {
+            0 => (Ok(()), Vec::new()),
+            _ if is_aside => (Ok(()), Vec::new()),
             _ => pictures.write_end(sink, &outcome, &picture, layers),
         };
         drop(written_out);
-        kept.map(|()| Finished { outcome, picture, written, is_aside })
+        kept.map(|()| Finished { outcome, picture, layers, written, is_aside })
     }
 }
 
@@ -100,7 +101,7 @@ pub(super) fn write_aside(
         let (identity, mattes, owners) = (&head.identity, &mattes, Arc::clone(&outcome.owners));
         let pictures = Pictures { settings, identity, mattes, owners, notes: notes_out };
         let layers = || layers(settings, integrator.as_deref(), mattes, outcome, stop);
-        pictures.write_end(sink.as_ref(), outcome, picture, layers)
+        pictures.write_end(sink.as_ref(), outcome, picture, layers).0
     });
     Ok(written?)
 }

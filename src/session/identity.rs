@@ -2,11 +2,13 @@
 
 use super::error::Written;
 use super::settings::Settings;
+use crate::film::cryptomatte::{Mattes, Names};
 use crate::film::file::Head;
-use crate::film::{Holding, Identity};
-use crate::output::{FilmSink, OutputError};
+use crate::film::{Channel, Holding, Identity, Layer, Picture, ViewTransform};
+use crate::output::{Crop, FilmSink, OutputError, PictureOptions, write_picture};
 use crate::sampling::Region;
 use crate::scene::{Fingerprint, UNLIMITED, Viewpoint};
+use std::path::Path;
 
 /// What determines the bits of a render's samples, on a device.
 fn identity(settings: &Settings, device: &str) -> Identity {
@@ -90,4 +92,22 @@ pub(super) fn film_sink(settings: &Settings, head: &Head) -> Option<FilmSink> {
 /// What an EXR says of itself: what determines its bits.
 pub(crate) fn facts(identity: &Identity, holding: &Holding) -> Identity {
     identity.clone().with("samples", holding)
+}
+
+/// The names that the layers which are mattes are about.
+pub(super) fn mattes_of<'m>(layers: &[Layer], mattes: &'m Mattes) -> Vec<&'m Names> {
+    layers.iter().filter_map(|layer| layer.names(mattes)).collect()
+}
+
+/// Writes a picture file that says what determines its bits, with layers and what those that are mattes are about.
+pub(super) fn write_saying(
+    path: &Path,
+    picture: &Picture,
+    facts: &Identity,
+    (channels, mattes): (&[Channel], &[&Names]),
+    view: ViewTransform,
+) -> Written {
+    let mattes = if channels.is_empty() { &[] } else { mattes };
+    let options = PictureOptions { view, facts: Some(facts), channels, mattes, crop: Crop::of(facts) };
+    write_picture(path, picture, &options)
 }

@@ -19,7 +19,7 @@ pub(super) fn open_window(
         return Ok(None);
     }
     let (job, outputs) = (&settings.job, &settings.outputs);
-    let camera = if outputs.samples.is_some() || !outputs.dump_at.is_empty() {
+    let camera = if outputs.wants_samples() || !outputs.dump_at.is_empty() {
         Err("the camera stays: --samples and --dump-at are of one render".to_owned())
     } else {
         Ok(Orbit::new(&job.scene.camera, distance(settings, integrator)))

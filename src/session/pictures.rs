@@ -1,16 +1,16 @@
 //! The picture files of a render: at barriers, whenever the window asks for them, and at the end.
 
 use super::error::Written;
-use super::identity::facts;
+use super::event::{Event, tell};
+use super::identity::{facts, mattes_of, write_saying};
 use super::settings::Settings;
-use crate::film::cryptomatte::{Mattes, Names};
-use crate::film::{Channel, Holding, Identity, Layer, Picture, Snapshot, ViewTransform};
+use crate::film::cryptomatte::Mattes;
+use crate::film::{Channel, Identity, Picture, Snapshot, ViewTransform};
 use crate::output::window::Request;
-use crate::output::{
-    Crop, FilmSink, Format, Patience, PictureOptions, numbered_path, write_owner_overlay, write_picture,
-};
+use crate::output::{FilmSink, Format, Patience, numbered_path, write_owner_overlay};
 use crate::render::Barrier;
 use crate::render::accumulator::Outcome;
+use crate::scene::Viewpoint;
 use crossbeam_channel::{Receiver, Sender, never, select};
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -28,12 +28,14 @@ pub(super) fn note(notes: &Sender<String>, line: String) {
 /// Closes when everything that is written at the end has been written.
 pub(super) type Ended = Receiver<Infallible>;
 
-/// Serves a window's requests by `save`, which gets what to save, how to show it, and whether the end is written
-/// already, and says what came of it. Whoever writes the end sends over `ending` first: once that is received no save
-/// is under way, and none is begun before the end is written. From then on nothing unfinished is saved.
+/// Serves a window's requests: cameras by `tell`, and pictures by `save`, which gets what to save, how to show it, and
+/// whether the end is written already, and says what came of it. Whoever writes the end sends over `ending` first: once
+/// that is received no save is under way, and none is begun before the end is written. From then on nothing unfinished
+/// is saved.
 fn serve_saves(
     requests: &Receiver<Request>,
     ending: &Receiver<Ended>,
+    tell: impl Fn(Viewpoint),
     save: impl Fn(&Snapshot, ViewTransform, bool) -> String,
 ) {
     let (mut ending, mut ended) = (ending.clone(), false);
@@ -48,7 +50,14 @@ fn serve_saves(
                 ending = never();
             },
             recv(requests) -> request => {
-                let Ok(Request::Save { snapshot, view, reply }) = request else { return };
+                let (snapshot, view, reply) = match request {
+                    Ok(Request::Save { snapshot, view, reply }) => (snapshot, view, reply),
+                    Ok(Request::Tell(camera)) => {
+                        tell(camera);
+                        continue;
+                    }
+                    Err(_) => return,
+                };
                 let line = match ended && !snapshot.finished {
                     true => "the end is written already".to_owned(),
                     false => save(&snapshot, view, ended),
@@ -89,7 +98,7 @@ impl Pictures<'_> {
         for Barrier { end, picture } in barriers {
             unwritten.retain(|(path, facts, picture)| self.write(path, picture, facts, &[], view).is_err());
             let held = u64::from(end - self.settings.job.first);
-            let facts = facts(self.identity, &Holding::prefix(self.settings.range(), held, held));
+            let facts = facts(self.identity, &self.settings.holding([held, held]));
             for path in &self.settings.outputs.pictures {
                 let path = numbered_path(path, end - self.settings.job.first);
                 if let Err(error) = self.write(&path, &picture, &facts, &[], view) {
@@ -108,16 +117,15 @@ impl Pictures<'_> {
     }
 
     /// Writes what there is at the end, with patience: the film first, then the pictures with the layers that
-    /// `layers` makes. Returns the first error.
+    /// `layers` makes. Returns the first error, and the layers.
     pub(super) fn write_end(
         &self,
         sink: Option<&FilmSink>,
         outcome: &Outcome,
         picture: &Picture,
         layers: impl FnOnce() -> Vec<Channel>,
-    ) -> Written {
-        let [least, most] = outcome.film.seen_range();
-        let facts = facts(self.identity, &Holding::prefix(self.settings.range(), least, most));
+    ) -> (Written, Vec<Channel>) {
+        let facts = facts(self.identity, &self.settings.holding(outcome.film.seen_range()));
         let (mut patience, say) = (Patience::default(), |line| note(&self.notes, line));
         let mut first_error = Ok(());
         if let Some(sink) = sink {
@@ -131,14 +139,20 @@ impl Pictures<'_> {
             let written = patience.write(path, &say, write);
             first_error = first_error.and(written);
         }
-        first_error
+        (first_error, layers)
     }
 
-    /// Writes the outputs whenever the window asks for it, until it closes; see [`serve_saves`].
-    pub(super) fn save_on_request(&self, requests: &Receiver<Request>, ending: &Receiver<Ended>) {
+    /// Writes the outputs and tells the camera whenever the window asks for it, until it closes; see [`serve_saves`].
+    pub(super) fn save_on_request(
+        &self,
+        requests: &Receiver<Request>,
+        ending: &Receiver<Ended>,
+        events: &Sender<Event>,
+    ) {
+        let say = |camera| tell(events, Event::Viewpoint(camera));
         // How far each pixel is a view does not tell.
         let facts = self.identity.clone().with("samples", "unfinished");
-        serve_saves(requests, ending, |snapshot, view, whole| {
+        serve_saves(requests, ending, say, |snapshot, view, whole| {
             let mut saved = Ok(());
             for path in &self.settings.outputs.pictures {
                 // In the end all files are there, with layers and all; only what people see may look different.
@@ -166,11 +180,8 @@ impl Pictures<'_> {
         if self.settings.outputs.overlay {
             write_owner_overlay(path, &self.owners, picture.width, picture.height)
         } else {
-            let crop = Crop::of(facts);
-            let of_layer = |layer: &Layer| layer.names(self.mattes).filter(|_| !channels.is_empty());
-            let mattes: Vec<&Names> = self.settings.outputs.layers.iter().filter_map(of_layer).collect();
-            let options = PictureOptions { view, facts: Some(facts), channels, mattes: &mattes, crop };
-            write_picture(path, picture, &options)
+            let mattes = mattes_of(&self.settings.outputs.layers, self.mattes);
+            write_saying(path, picture, facts, (channels, &mattes), view)
         }
     }
 }
@@ -216,7 +227,7 @@ mod tests {
         std::thread::scope(|scope| {
             let saves = log_out.clone();
             scope.spawn(move || {
-                serve_saves(&requests, &ending, |snapshot, _, whole| {
+                serve_saves(&requests, &ending, drop, |snapshot, _, whole| {
                     saves.send("save begins").unwrap();
                     go.recv().unwrap();
                     saves.send(if whole { "save of the end" } else { "save" }).unwrap();
@@ -255,7 +266,7 @@ mod tests {
         let (replies_out, replies) = unbounded();
         drop(ending_out);
         std::thread::scope(|scope| {
-            scope.spawn(move || serve_saves(&requests, &ending, |_, _, whole| format!("{whole}")));
+            scope.spawn(move || serve_saves(&requests, &ending, drop, |_, _, whole| format!("{whole}")));
             requests_out.send(request(false, &replies_out)).unwrap();
             drop(requests_out);
         });

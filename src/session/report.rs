@@ -1,10 +1,14 @@
 //! What a render came to.
 
 use super::error::SessionError;
-use crate::film::Picture;
+use super::identity::write_saying;
+use crate::film::cryptomatte::Names;
 use crate::film::noise::{FIRST_MILESTONE, brightness};
+use crate::film::{Channel, Identity, Layer, Picture, ToneMap, ViewTransform};
+use crate::output::OutputError;
 use crate::render::accumulator::{Outcome, Totals};
 use std::fmt;
+use std::path::Path;
 use std::time::Duration;
 
 /// What a render came to.
@@ -30,8 +34,37 @@ pub struct Report {
     pub build: Duration,
     /// The picture.
     pub picture: Picture,
+    /// The layers that were asked for.
+    pub layers: Vec<Channel>,
+    /// What determines the bits of the picture, as its files say.
+    pub facts: Identity,
+    /// How 8-bit files and windows show it.
+    pub view: ViewTransform,
+    /// What those of the layers that are mattes are about.
+    pub mattes: Vec<Names>,
     /// The failure that ended the render, if one did: whatever was rendered by then has been written all the same.
     pub problem: Option<SessionError>,
+}
+
+impl Report {
+    /// Writes the picture in the format of the name's extension, `.png`, `.exr` or `.hdr`, whole or not at all: the file
+    /// that the render writes at its end where it is asked for one. Layers go into EXR files.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
+        let mattes: Vec<&Names> = self.mattes.iter().collect();
+        write_saying(path.as_ref(), &self.picture, &self.facts, (&self.layers, &mattes), self.view)
+    }
+
+    /// The picture in 8-bit sRGB, as a PNG file has it: red, green and blue, row by row from the top left.
+    pub fn srgb(&self) -> Vec<[u8; 3]> {
+        let tone = ToneMap::new(self.view.of_file());
+        self.picture.rgb.iter().map(|&rgb| tone.encode(rgb)).collect()
+    }
+
+    /// The channels of a layer that was asked for; none of another.
+    pub fn layer(&self, layer: Layer) -> Vec<&Channel> {
+        let names = layer.channels();
+        self.layers.iter().filter(|channel| names.contains(&channel.name)).collect()
+    }
 }
 
 /// What became of an error that a render was to end at.

@@ -1,6 +1,6 @@
 //! What a render is asked for.
 
-use crate::film::{Layer, Layout, LightScale, Weights};
+use crate::film::{Holding, Layer, Layout, LightScale, Weights};
 use crate::integrator;
 use crate::math::lanes::Level;
 use crate::sampling::{Rectangle, Region};
@@ -31,6 +31,11 @@ impl Settings {
     /// The indices of each pixel's samples.
     pub fn range(&self) -> Range<u32> {
         self.job.first..self.job.first.saturating_add(self.stopping.spp)
+    }
+
+    /// The samples in a film whose pixels have between so many and so many of them.
+    pub(super) fn holding(&self, [least, most]: [u64; 2]) -> Holding {
+        Holding::prefix(self.range(), least, most)
     }
 }
 
@@ -157,12 +162,21 @@ pub struct Outputs {
     pub layers: Vec<Layer>,
     /// A dump of every sample, if any.
     pub samples: Option<PathBuf>,
+    /// Every sample is sent to the caller: see [`Prepared::sending`](super::Prepared::sending).
+    pub sends_samples: bool,
     /// A film file, for going on and merging, if any.
     pub film: Option<PathBuf>,
     /// How often the film file is written while the render runs.
     pub checkpoint: Duration,
     /// The film file of a run that this one goes on with.
     pub resume: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// Whether samples are wanted one by one.
+    pub fn wants_samples(&self) -> bool {
+        self.samples.is_some() || self.sends_samples
+    }
 }
 
 impl Default for Outputs {
@@ -174,6 +188,7 @@ impl Default for Outputs {
             dump_at: Vec::new(),
             layers: Vec::new(),
             samples: None,
+            sends_samples: false,
             film: None,
             checkpoint: Duration::MAX,
             resume: None,

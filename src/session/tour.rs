@@ -54,7 +54,8 @@ impl Home<'_> {
         let head = identity::head(&settings, &crew.description());
         let film = Film::with_layout(head.layout)?;
         let begun = Begun { film, milestone: None, spent: Duration::ZERO };
-        let task = Task { settings: &settings, crew, head: &head, begun, dump: None, tev: None };
+        let task =
+            Task { settings: &settings, crew, head: &head, begun, dump: None, samples: None, tev: None };
         let view = render(task, Some(window), self.events, self.stop)?;
         if !view.is_aside {
             conclude(&settings, &view, self.events);
@@ -70,8 +71,15 @@ impl Home<'_> {
         own.is_aside = false;
         let milestone = own.outcome.milestone.take();
         let begun = Begun { film, milestone, spent: own.outcome.totals.elapsed };
-        let task =
-            Task { settings: self.settings, crew, head: self.head, begun, dump: None, tev: own.tev.take() };
+        let task = Task {
+            settings: self.settings,
+            crew,
+            head: self.head,
+            begun,
+            dump: None,
+            samples: None,
+            tev: own.tev.take(),
+        };
         let mut further = render(task, Some(window), self.events, self.stop)?;
         further.outcome.follow(&own.outcome);
         *own = further;

@@ -51,6 +51,8 @@ pub(super) struct Task<'a> {
     pub(super) head: &'a Head,
     pub(super) begun: Begun,
     pub(super) dump: Option<SampleDump>,
+    /// Where the caller hears every sample, if it wants that.
+    pub(super) samples: Option<Sender<Vec<Sample>>>,
     pub(super) tev: Option<Tev>,
 }
 
@@ -65,6 +67,7 @@ pub(super) struct Begun {
 pub(super) struct Rendered {
     pub(super) outcome: Outcome,
     pub(super) picture: Picture,
+    pub(super) layers: Vec<Channel>,
     pub(super) tev: Option<Tev>,
     /// Why the window left it, if there is one.
     pub(super) left: Option<Left>,
@@ -95,7 +98,7 @@ pub(super) fn render(
     events: &Sender<Event>,
     stop: &Receiver<Infallible>,
 ) -> Result<Rendered, SessionError> {
-    let Task { settings, crew, head, begun, dump, tev } = task;
+    let Task { settings, crew, head, begun, dump, samples, tev } = task;
     let sink = identity::film_sink(settings, head);
     let layer_integrator = crew.layer_integrator(settings)?;
     let mattes = Mattes::of(&settings.job.scene);
@@ -103,7 +106,7 @@ pub(super) fn render(
 
     std::thread::scope(|scope| {
         let (notes_out, notes) = bounded(16);
-        let (samples_out, dump) = start_dump(scope, dump);
+        let (samples_out, dump) = start_dump(scope, dump, samples);
         let (film_out, keeper) = start_keeper(scope, sink.as_ref(), &notes_out);
         let (remote_out, tev) = start_tev(scope, tev, &notes_out);
         let (barriers_out, barriers) = bounded(1);
@@ -149,7 +152,7 @@ pub(super) fn render(
         let left = match window {
             Some(window) => {
                 scope.spawn(move || narrate_notes(&notes, events));
-                let requests = start_saver(scope, pictures, ending);
+                let requests = start_saver(scope, pictures, ending, events);
                 let layers = start_preview(settings, layer_integrator);
                 let feed = Feed { snapshots, layers, stop: stop.clone() };
                 let left = window.show(&feed, &requests, settings.job.moved.is_some());
@@ -169,12 +172,12 @@ pub(super) fn render(
         let dumped = dump.map_or(Ok(Ok(())), Process::join);
         let painted = painter.join();
         let tev = tev.map_or(Ok(None), Process::join);
-        let Finished { outcome, picture, written, is_aside } = finished?;
+        let Finished { outcome, picture, layers, written, is_aside } = finished?;
         threads.join(|worker| outcome.unanswered.iter().any(|silent| silent.worker == worker));
         let is_written = written.is_ok() && [&dumped, &painted].iter().all(|it| matches!(it, Ok(Ok(()))));
         let abandoned = |silent: &_| finishing::describe_abandoned(silent, &names, gpu, settings.job.region);
         let problem = finishing::problem(&outcome, written, dumped, painted, abandoned);
-        Ok(Rendered { outcome, picture, tev: tev?, left, is_aside, is_written, problem })
+        Ok(Rendered { outcome, picture, layers, tev: tev?, left, is_aside, is_written, problem })
     })
 }
 
@@ -221,16 +224,20 @@ fn start_workers(settings: &Settings, crew: Crew, begun: Begun, outbox: Outbox) 
     Wired { accumulator, batches, changes, threads }
 }
 
-/// Starts the process that writes every sample, if they are wanted.
+/// Starts the process that writes every sample, if they are to be written, and sends them on to the caller.
 fn start_dump<'scope>(
     scope: &'scope Scope<'scope, '_>,
     dump: Option<SampleDump>,
+    caller: Option<Sender<Vec<Sample>>>,
 ) -> (Option<Sender<Vec<Sample>>>, Option<Process<'scope, Written>>) {
-    let Some(mut dump) = dump else { return (None, None) };
+    let Some(mut dump) = dump else { return (caller, None) };
     let (samples_out, samples) = bounded::<Vec<Sample>>(4);
     let keep = move || {
         for samples in samples {
             dump.write(&samples)?;
+            if caller.as_ref().is_some_and(|caller| caller.send(samples).is_err()) {
+                break;
+            }
         }
         dump.finish().map(drop)
     };
@@ -269,9 +276,10 @@ fn start_saver<'scope>(
     scope: &'scope Scope<'scope, '_>,
     pictures: Pictures<'scope>,
     ending: Receiver<Ended>,
+    events: &'scope Sender<Event>,
 ) -> Sender<Request> {
     let (requests_out, requests) = bounded(1);
-    scope.spawn(move || pictures.save_on_request(&requests, &ending));
+    scope.spawn(move || pictures.save_on_request(&requests, &ending, events));
     requests_out
 }
 

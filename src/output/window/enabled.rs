@@ -1,6 +1,5 @@
 //! The window, by minifb: X11 (loaded when it is opened, not linked), Windows, macOS.
 
-use std::io::Write;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError, bounded};
@@ -136,7 +135,7 @@ impl Window {
                     Action::Close => return Left::Closed,
                     Action::Home if self.viewer.is_away() => return Left::Home,
                     Action::Save => self.save(requests, tick),
-                    Action::Print => self.print(tick),
+                    Action::Print => self.tell(requests, tick),
                     other => self.viewer.act(other, tick),
                 }
             }
@@ -171,12 +170,9 @@ impl Window {
         self.viewer.point(Pointer { at, left, other, wheel }, (width as u32, height as u32));
     }
 
-    fn print(&mut self, now: Instant) {
+    fn tell(&mut self, requests: &Sender<Request>, now: Instant) {
         let Some(camera) = self.viewer.camera() else { return };
-        // Standard output may be closed: then the note says more than it should.
-        let mut out = std::io::stdout().lock();
-        let _ = write!(out, "{camera}").and_then(|()| out.flush());
-        self.viewer.note("the camera is on standard output".into(), now);
+        self.request(Request::Tell(camera), "the camera is told", requests, now);
     }
 
     /// Takes in the system's events, after putting the picture on the screen where that is due.
@@ -250,10 +246,15 @@ impl Window {
     fn save(&mut self, requests: &Sender<Request>, now: Instant) {
         let Some(snapshot) = self.viewer.snapshot() else { return };
         let request = Request::Save { snapshot, view: self.viewer.view(), reply: self.replies.0.clone() };
+        self.request(request, "saving", requests, now);
+    }
+
+    /// Sends a request, and says that it is `done` or why it can't be.
+    fn request(&mut self, request: Request, done: &str, requests: &Sender<Request>, now: Instant) {
         let note = match requests.try_send(request) {
-            Ok(()) => "saving",
+            Ok(()) => done,
             Err(TrySendError::Full(_)) => "still busy with the last save",
-            Err(TrySendError::Disconnected(_)) => "nothing can be saved any more",
+            Err(TrySendError::Disconnected(_)) => "the render has ended",
         };
         self.viewer.note(note.into(), now);
     }

@@ -91,6 +91,8 @@ pub enum Request {
         /// Where to send a line for the title bar: what was written, or why not.
         reply: Sender<String>,
     },
+    /// Tell where the camera is, outside the window.
+    Tell(Viewpoint),
 }
 
 /// Why the window left a render.

@@ -140,7 +140,7 @@ fn render_stuck(settings: &Settings, left: Option<Left>) -> Rendered {
     let head = identity::head(settings, &crew.description());
     let film = Film::with_layout(head.layout).unwrap();
     let begun = Begun { film, milestone: None, spent: Duration::ZERO };
-    let task = Task { settings, crew, head: &head, begun, dump: None, tev: None };
+    let task = Task { settings, crew, head: &head, begun, dump: None, samples: None, tev: None };
     let (stop_out, stop) = bounded(0);
     let rendered = match left {
         Some(left) => {

@@ -1,6 +1,32 @@
-//! `stride`: a physically based path tracer.
+//! A physically based path tracer whose pictures are the same to the bit, whatever the threads.
 //!
-//! The rooms, each of which imports only rooms above it:
+//! ```
+//! use stride::{Layer, Render, Scene};
+//!
+//! let scene = Scene::load("scenes/cover.toml")?;
+//! let report = Render::new(&scene).size((64, 48)).samples(4).threads(2).layers([Layer::Depth]).run()?;
+//! let [red, green, blue] = report.picture.rgb[0]; // linear radiance, row by row from the top left
+//! let depth = &report.layer(Layer::Depth)[0].values;
+//! # let folder = tempfile::tempdir().unwrap();
+//! # let path = |name: &str| folder.path().join(name);
+//! # assert!(red >= 0.0 && green >= 0.0 && blue >= 0.0 && depth.len() == 64 * 48);
+//! report.save(path("cover.exr"))?; // or .png, .hdr
+//! # assert!(path("cover.exr").exists());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! - [`Scene`] is plain data: load it, or build it in code and let [`Scene::checked`] say what is wrong.
+//! - [`Render`] is what is asked for: samples, time or error; threads or a GPU; layers and files. [`Render::run`] waits for
+//!   the picture, [`Render::start`] gives a [`RenderHandle`] with events and a way to stop,
+//!   [`Render::run_with_samples`] shows every sample.
+//! - [`Report`] is what comes of it, and [`Error`] why not.
+//!
+//! Nothing is printed, no process is ended, and two renders in one process are independent. `examples/` has three
+//! programs. A package that depends on stride needs the compiler's flag in its `.cargo/config.toml`.
+//!
+//! # The rooms
+//!
+//! Each imports only rooms above it:
 //!
 //! | room | what is in it |
 //! |---|---|
@@ -19,8 +45,10 @@
 //! | [`gpu`] | the GPU worker |
 //! | [`output`] | one sink per file |
 //! | [`session`] | the processes of a render, and the channels between them |
+//! | [`api`] | the interface for programs: what is above, and the rules of settings |
 //! | [`cli`] | one file per subcommand |
 
+pub mod api;
 pub mod camera;
 pub mod cli;
 pub mod film;
@@ -37,3 +65,9 @@ pub mod scene;
 pub mod session;
 pub mod shape;
 pub mod world;
+
+pub use api::{Error, Events, Render, RenderHandle, SettingsError};
+pub use film::{Layer, Picture};
+pub use sampling::Sample;
+pub use scene::Scene;
+pub use session::{Event, Report};

@@ -40,9 +40,9 @@ pub(crate) use report::sample_counts;
 
 use crate::film::ViewTransform;
 use crate::film::cryptomatte::Mattes;
-use crate::integrator::Sample;
 use crate::output::{SampleDump, Tev};
 use crate::render::accumulator::Outcome;
+use crate::sampling::Sample;
 use crew::Crew;
 use crossbeam_channel::{Receiver, Sender, never};
 use finishing::write_aside;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms from top to bottom.
-const ROOMS: [&str; 17] = [
+const ROOMS: [&str; 18] = [
     "math",
     "sampling",
     "parameter",
@@ -21,6 +21,7 @@ const ROOMS: [&str; 17] = [
     "gpu",
     "output",
     "session",
+    "api",
     "cli",
     "main",
 ];

@@ -1,9 +1,8 @@
 //! Arguments that several commands share, and the words they are written in.
 
-use super::failure::{Failure, usage};
+use super::failure::Failure;
 use super::loading::Loading;
-use crate::film::{Film, Layout};
-use crate::sampling::Region;
+use crate::api::check_film;
 use crate::scene::{
     self, Choice, FilmMode, Filter, Integrator, LONGEST_SIDE, MOST_BOUNCES, Sampler, Scene, Sources,
 };
@@ -67,9 +66,6 @@ impl SceneArguments {
         if let Some(mode) = self.film_mode {
             scene.film.mode = Some(mode);
         }
-        if let Some(problem) = scene.film.problem() {
-            return Err(usage(problem));
-        }
         if let Some(seed) = self.seed {
             scene.render.seed = seed;
         }
@@ -82,19 +78,7 @@ impl SceneArguments {
         if let Some(max_depth) = self.max_depth {
             scene.render.max_depth = max_depth;
         }
-        if let Some(problem) = scene::endless(scene.render.integrator, scene.render.max_depth) {
-            return Err(usage(problem));
-        }
-        let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
-        if pixels > MOST_PIXELS {
-            let needed = Film::memory(&Layout::plain(scene.film.width, scene.film.height));
-            return Err(usage(format!(
-                "a film of {}×{} pixels is more than stride can number (2³¹); it would need {:.0} GB of memory",
-                scene.film.width,
-                scene.film.height,
-                needed as f64 / 1e9
-            )));
-        }
+        check_film(&scene)?;
         Ok((scene, loaded.sources))
     }
 
@@ -103,9 +87,6 @@ impl SceneArguments {
         self.scene.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
 }
-
-/// Pixels are numbered in 32 bits, with room for strides that step past the end.
-const MOST_PIXELS: u64 = 1 << 31;
 
 /// "640x480".
 pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
@@ -133,20 +114,6 @@ pub(super) fn crop(text: &str) -> Result<[u32; 4], String> {
     let error = || "a crop is written X,Y,WIDTH,HEIGHT in whole pixels, like 10,20,64,48".to_owned();
     let numbers: Result<Vec<u32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
     numbers.ok().and_then(|numbers| numbers.try_into().ok()).ok_or_else(error)
-}
-
-/// A crop of a film, checked against it.
-pub(super) fn region(crop: Option<[u32; 4]>, width: u32, height: u32) -> Result<Region, Failure> {
-    let Some([x, y, w, h]) = crop else { return Ok(Region::whole(width, height)) };
-    let fits =
-        |from: u32, len: u32, side: u32| len > 0 && from.checked_add(len).is_some_and(|end| end <= side);
-    if fits(x, w, width) && fits(y, h, height) {
-        Ok(Region { film_width: width, x, y, width: w, height: h })
-    } else {
-        Err(usage(format!(
-            "--crop {x},{y},{w},{h} is not a part of the film, which has {width}×{height} pixels"
-        )))
-    }
 }
 
 /// "30s", "1.5m", "250ms", "2h"; a bare number is seconds.
@@ -236,13 +203,5 @@ mod tests {
         assert!(Sampler::names().all(|name| help("sampler").contains(name)));
         assert!(Filter::names().all(|name| help("filter").contains(name)));
         assert!(FilmMode::names().all(|name| help("film_mode").contains(name)));
-    }
-
-    #[test]
-    fn a_crop_lies_within_the_film() {
-        assert!(region(Some([0, 0, 4, 4]), 4, 4).is_ok());
-        for bad in [[0, 0, 5, 4], [1, 0, 4, 4], [0, 0, 0, 1], [u32::MAX, 0, 2, 1]] {
-            assert!(matches!(region(Some(bad), 4, 4), Err(Failure::Usage(_))), "{bad:?}");
-        }
     }
 }

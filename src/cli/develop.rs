@@ -3,6 +3,7 @@
 use super::arguments::{self, range};
 use super::failure::{Failure, usage};
 use super::render::{self, Layers};
+use crate::api::part;
 use crate::film::develop::Developer;
 use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Splatter, ViewTransform, Weights};
 use crate::math::lanes::Level;
@@ -157,7 +158,7 @@ impl Dumped {
         let (width, height) = arguments::size(fact("size")?).map_err(|_| strange())?;
         let part = |text: &str| {
             let crop = arguments::crop(text).map_err(|_| strange())?;
-            arguments::region(Some(crop), width, height).map_err(|_| strange())
+            part(Some(crop), width, height).map_err(|_| strange())
         };
         let (shown, rendered) = (part(fact("crop")?)?, part(fact("rendered")?)?);
         let (filter, mode) = (fact("filter")?, fact("mode")?);

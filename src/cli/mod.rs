@@ -67,12 +67,11 @@ pub fn main() -> ExitCode {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
     };
-    let (error, code) = match result {
-        Ok(()) => return ExitCode::SUCCESS,
-        Err(Failure::Failed(error)) => (error, 1),
-        Err(Failure::Usage(error)) => (error, 2),
-    };
+    let Err(failure) = result else { return ExitCode::SUCCESS };
     // Standard error may be closed: then the exit code has to say it all.
-    let _ = writeln!(std::io::stderr(), "error: {error:#}");
-    ExitCode::from(code)
+    let _ = writeln!(std::io::stderr(), "error: {}", failure.message());
+    ExitCode::from(match failure {
+        Failure::Failed(_) => 1,
+        Failure::Usage(_) => 2,
+    })
 }

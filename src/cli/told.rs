@@ -3,6 +3,7 @@
 //!
 //! Either may be closed: all of it is a courtesy.
 
+use super::failure::with_options;
 use super::reporter::Reporter;
 use crate::session::{Conclusion, Event, sample_counts};
 use crossbeam_channel::{Receiver, Sender, bounded};
@@ -33,7 +34,9 @@ fn print(quiet: bool, events: &Receiver<Event>) {
                 Some(reporter) => reporter.note(&note),
                 None => say(&note),
             },
-            Event::CpuAlone(reason) => say(&format!("warning: {reason}; the CPU renders alone")),
+            Event::CpuAlone(reason) => {
+                say(&format!("warning: {}; the CPU renders alone", with_options(&reason)));
+            }
             Event::Viewpoint(camera) => {
                 let mut out = std::io::stdout().lock();
                 let _ = write!(out, "{camera}").and_then(|()| out.flush());

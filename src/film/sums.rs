@@ -178,7 +178,7 @@ impl FilmPixel {
 /// There is not enough memory for a film.
 #[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
 #[error(
-    "a film of {width}×{height} pixels needs {} of memory, but {}; render a smaller picture (--size) or a part of it (--crop)",
+    "a film of {width}×{height} pixels needs {} of memory, but {}; render a smaller picture (`size`) or a part of it (`crop`)",
     human_bytes(*.needed),
     match .available { Some(bytes) => format!("only {} is free", human_bytes(*bytes)), None => "it could not be had".to_owned() }
 )]

@@ -74,7 +74,7 @@ impl fmt::Display for AdapterKind {
 /// An adapter and what it can do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterInfo {
-    /// The name that `--device gpu:NAME` looks into.
+    /// The name that ``device` gpu:NAME` looks into.
     pub name: String,
     /// What kind of device it is.
     pub kind: AdapterKind,
@@ -100,12 +100,12 @@ impl fmt::Display for AdapterInfo {
 pub enum GpuError {
     /// The program was built without the feature.
     #[error(
-        "this stride was built without GPU support: build it with --features gpu, or render with --device cpu"
+        "this stride was built without GPU support: build it with --features gpu, or render with `device` cpu"
     )]
     NotBuilt,
     /// The system has no adapter that could be used.
     #[error(
-        "no GPU was found: install a Vulkan driver and its loader (on Debian and Ubuntu the packages mesa-vulkan-drivers and libvulkan1, or your vendor's driver), or render with --device cpu"
+        "no GPU was found: install a Vulkan driver and its loader (on Debian and Ubuntu the packages mesa-vulkan-drivers and libvulkan1, or your vendor's driver), or render with `device` cpu"
     )]
     NoAdapter,
     /// No adapter has the name that was asked for.
@@ -117,7 +117,7 @@ pub enum GpuError {
         available: Vec<String>,
     },
     /// The adapter did not give a device, or lacks something without which nothing works.
-    #[error("{adapter} cannot be used: {message}; try another with --device gpu:NAME, or --device cpu")]
+    #[error("{adapter} cannot be used: {message}; try another with `device` gpu:NAME, or `device` cpu")]
     Unusable {
         /// Its name.
         adapter: String,
@@ -125,10 +125,10 @@ pub enum GpuError {
         message: String,
     },
     /// The GPU does not render this.
-    #[error("the GPU does not take {0}; render with --device cpu")]
+    #[error("the GPU does not take {0}; render with `device` cpu")]
     Unsupported(String),
     /// The scene does not fit.
-    #[error("{what} take {needed} bytes, but {adapter} binds {limit} at most; render with --device cpu")]
+    #[error("{what} take {needed} bytes, but {adapter} binds {limit} at most; render with `device` cpu")]
     TooLarge {
         /// What is too large.
         what: &'static str,
@@ -141,7 +141,7 @@ pub enum GpuError {
     },
     /// The driver ends loops before their end, and does so even if an invocation has one path to follow.
     #[error(
-        "{adapter} ends the loops of a shader before one sample is done: one asks too many lights or surfaces for its driver; try another with --device gpu:NAME, or render with --device cpu"
+        "{adapter} ends the loops of a shader before one sample is done: one asks too many lights or surfaces for its driver; try another with `device` gpu:NAME, or render with `device` cpu"
     )]
     CutShort {
         /// The adapter's name.

@@ -26,7 +26,7 @@ pub struct FilmError {
 fn said(reason: &FilmFileError) -> String {
     match reason {
         FilmFileError::Io(error) if error.kind() == ErrorKind::NotFound => {
-            "there is no such file; --film begins one".to_owned()
+            "there is no such file; `film` begins one".to_owned()
         }
         FilmFileError::Io(error) if error.kind() == ErrorKind::IsADirectory => "it is a folder".to_owned(),
         other => other.to_string(),

@@ -33,7 +33,7 @@ const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
 /// There is no tev where it was looked for.
 #[derive(Debug, Error)]
-#[error("tev does not answer at {address} ({error}); start it first, or leave --tev away")]
+#[error("tev does not answer at {address} ({error}); start it first, or leave `tev` away")]
 pub struct TevError {
     /// Where.
     address: String,

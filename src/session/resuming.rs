@@ -26,7 +26,7 @@ pub(super) fn first_film(
     }
     if head.layout.spreads && !file.head().layout.spreads {
         return Err(refuse(
-            "it was begun without --layers variance, and has not the sums that this takes; leave the layer out, or begin another film".to_owned(),
+            "it was begun without `layers` variance, and has not the sums that this takes; leave the layer out, or begin another film".to_owned(),
         ));
     }
     if file.head().layout != head.layout {
@@ -43,7 +43,7 @@ pub(super) fn first_film(
     if !nothing && holding.start() != Some(settings.job.first) {
         let from = settings.job.first;
         return Err(refuse(format!(
-            "it holds the samples {holding}, and a render goes on without a gap from sample {from}; render what is missing with --range, and merge"
+            "it holds the samples {holding}, and a render goes on without a gap from sample {from}; render what is missing with `range`, and merge"
         )));
     }
     let milestone = file.milestone().cloned();
@@ -52,7 +52,7 @@ pub(super) fn first_film(
     if most > u64::from(settings.stopping.spp) {
         let (asked, end) = (settings.range(), u64::from(settings.job.first) + most);
         return Err(refuse(format!(
-            "it has the samples up to {end} already, and {} to {} are asked for; ask for more (--spp), or begin another film",
+            "it has the samples up to {end} already, and {} to {} are asked for; ask for more (`samples`), or begin another film",
             asked.start, asked.end
         )));
     }
@@ -64,7 +64,7 @@ pub(super) fn first_film(
     }
     if let Some(early) = settings.outputs.dump_at.iter().find(|&&at| u64::from(at) <= most) {
         return Err(refuse(format!(
-            "it has {most} samples a pixel already: there is no picture of {early} to be had any more (--dump-at)"
+            "it has {most} samples a pixel already: there is no picture of {early} to be had any more (`dump_at`)"
         )));
     }
     Ok((film, milestone))

@@ -243,7 +243,7 @@ fn a_film_that_is_too_large_says_what_it_needs() {
     let most = Film::new(65_536, 65_535).unwrap_err();
     assert_eq!(most.needed, 65_536 * 65_535 * 80);
     let text = most.to_string();
-    assert!(text.contains("65536×65535") && text.contains("343.6 GB") && text.contains("--size"), "{text}");
+    assert!(text.contains("65536×65535") && text.contains("343.6 GB") && text.contains("`size`"), "{text}");
 }
 
 #[test]

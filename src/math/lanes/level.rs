@@ -50,11 +50,16 @@ impl Level {
         levels
     }
 
-    /// The level that `STRIDE_SIMD` forces, or the widest.
+    /// The widest level that this processor has.
+    pub fn widest() -> Level {
+        Level::available()[0]
+    }
+
+    /// The level that `STRIDE_SIMD` forces, or the widest. Programs may ask for it; nothing in the library does.
     pub fn from_environment() -> Result<Level, UnknownLevel> {
         match env::var("STRIDE_SIMD") {
             Ok(word) if !word.is_empty() => word.parse(),
-            _ => Ok(Level::available()[0]),
+            _ => Ok(Level::widest()),
         }
     }
 

@@ -120,7 +120,7 @@ fn a_driver_that_ends_every_loop_is_an_error() {
     let (batches_out, batches) = unbounded();
     let error = worker.run(&orders_in, &batches_out).unwrap_err();
     assert!(matches!(error, GpuError::CutShort { .. }), "{error}");
-    assert!(error.to_string().contains("--device cpu"), "{error}");
+    assert!(error.to_string().contains("`device` cpu"), "{error}");
     assert!(batches.is_empty());
 }
 
@@ -184,7 +184,7 @@ fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
     let error = GpuError::TooLarge { what: "the scene's tables", needed, adapter: name, limit: 1024 };
     assert_eq!(result, Err(error.clone()));
     assert!(
-        error.to_string().contains(&format!("{needed} bytes")) && error.to_string().contains("--device cpu"),
+        error.to_string().contains(&format!("{needed} bytes")) && error.to_string().contains("`device` cpu"),
         "{error}"
     );
 }

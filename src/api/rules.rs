@@ -1,0 +1,210 @@
+//! The rules of settings: what is impossible, and what is meant where nothing is said.
+
+use super::builder::Render;
+use super::error::{Error, SettingsError};
+use super::places::check_places;
+use crate::film::{Film, Layer, Layout};
+use crate::math::lanes::Level;
+use crate::output::open_film;
+use crate::sampling::Region;
+use crate::scene::{self, FilmMode, Fingerprint, Scene};
+use crate::session::{DeviceChoice, Devices, Job, Outputs, Settings, Stopping};
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How often a film file is written unless it is said.
+const CHECKPOINT: Duration = Duration::from_secs(60);
+
+/// The most threads.
+const MOST_THREADS: usize = 1024;
+
+/// Pixels are numbered in 32 bits, with room for strides that step past the end.
+const MOST_PIXELS: u64 = 1 << 31;
+
+impl Render {
+    /// What the render is to be in full, checked: the scene, the settings, and whether all files can be written. It is
+    /// for callers that run [`crate::session`] themselves. Leaves nothing behind.
+    pub fn settings(&self) -> Result<Settings, Error> {
+        let scene = &self.scene;
+        check_film(scene)?;
+        let problems = scene.problems();
+        if !problems.is_empty() {
+            return Err(Error::Scene(problems));
+        }
+        self.check_numbers()?;
+        let picture = part(self.crop, scene.film.width, scene.film.height)?;
+        let resumed = self.resume.as_deref().map(Resumed::read).transpose()?;
+        let Range { start: first, end } = self.which_samples(resumed.as_ref())?;
+        // What a film has goes on, whatever is written this time.
+        let spreads = self.layers.contains(&Layer::Variance) || resumed.is_some_and(|film| film.spreads);
+        let spp = end - first;
+        self.check_together(first, spp)?;
+        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        let threads = self.threads.and_then(NonZeroUsize::new).unwrap_or_else(cores);
+        let level = self.level.unwrap_or_else(Level::widest);
+        let settings = Settings {
+            job: Job { first, spreads, ..Job::new(Arc::new(scene.clone()), picture) },
+            stopping: Stopping { spp, time: self.time, noise: self.noise, adaptive: scene.render.adaptive },
+            devices: Devices { choice: self.device.clone(), threads, level, finder: self.world },
+            outputs: Outputs {
+                pictures: self.files.clone(),
+                overlay: self.overlay,
+                dump_at: self.dump_at.clone(),
+                layers: self.layers.clone(),
+                samples: self.sample_file.clone(),
+                sends_samples: false,
+                film: self.film.clone().or_else(|| self.resume.clone()),
+                checkpoint: self.checkpoint.unwrap_or(CHECKPOINT),
+                resume: self.resume.clone(),
+            },
+            view: self.view.clone(),
+        };
+        if self.checkpoint.is_some() && settings.outputs.film.is_none() {
+            return Err(SettingsError::CheckpointOfNoFilm.into());
+        }
+        check_places(&settings.outputs, &self.kept, &self.others)?;
+        let fingerprint = Some(Fingerprint::of(scene, &self.sources));
+        Ok(Settings { job: Job { fingerprint, ..settings.job }, ..settings })
+    }
+
+    /// Checks each number against its range.
+    fn check_numbers(&self) -> Result<(), SettingsError> {
+        let wrong = |setting, range, value: String| Err(SettingsError::OutOfRange { setting, range, value });
+        if let Some(error) = self.noise
+            && !(error > 0.0 && error < 1.0)
+        {
+            return wrong("noise", "a number above 0 and below 1, like 0.01", error.to_string());
+        }
+        if let Some(threads) = self.threads
+            && !(1..=MOST_THREADS).contains(&threads)
+        {
+            return wrong("threads", "from 1 to 1024", threads.to_string());
+        }
+        if self.samples == Some(0) {
+            return wrong("samples", "1 or more", "0".to_owned());
+        }
+        if self.dump_at.contains(&0) {
+            return wrong("dump_at", "1 or more", "0".to_owned());
+        }
+        let times = [("time", self.time), ("checkpoint", self.checkpoint)];
+        if let Some((setting, _)) = times.into_iter().find(|(_, time)| *time == Some(Duration::ZERO)) {
+            return wrong(setting, "longer than nothing", "0s".to_owned());
+        }
+        Ok(())
+    }
+
+    /// Checks what settings mean for each other, in a render of so many samples a pixel from the first on.
+    fn check_together(&self, first: u32, spp: u32) -> Result<(), SettingsError> {
+        if self.noise.is_some() && first > 0 {
+            return Err(SettingsError::NoiseOfLaterSamples);
+        }
+        if self.scene.render.adaptive {
+            self.check_adaptive(first)?;
+        }
+        match self.dump_at.iter().find(|&&at| at > spp) {
+            Some(&at) => Err(SettingsError::DumpPastEnd { at, samples: spp }),
+            None => Ok(()),
+        }
+    }
+
+    fn check_adaptive(&self, first: u32) -> Result<(), SettingsError> {
+        if self.range.is_some() || first > 0 {
+            Err(SettingsError::AdaptiveRange)
+        } else if !self.dump_at.is_empty() {
+            Err(SettingsError::AdaptiveDump)
+        } else if self.device != DeviceChoice::Cpu {
+            Err(SettingsError::AdaptiveDevice)
+        } else if self.scene.film.mode() == FilmMode::Continuous {
+            Err(SettingsError::AdaptiveMode)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// The samples that a pixel is to have: the scene's number where nothing says more.
+    fn which_samples(&self, resumed: Option<&Resumed>) -> Result<Range<u32>, SettingsError> {
+        if let Some(range) = &self.range {
+            let others = [("samples", self.samples.is_some()), ("noise", self.noise.is_some())];
+            if let Some((other, _)) = others.into_iter().find(|(_, is_asked)| *is_asked) {
+                return Err(SettingsError::Together("range", other));
+            }
+            if range.is_empty() {
+                return Err(SettingsError::EmptyRange(range.clone()));
+            }
+            return Ok(range.clone());
+        }
+        let (first, begun_for) = resumed.map_or((0, None), |film| (film.first, film.end));
+        let end = match (self.samples, begun_for) {
+            (Some(samples), _) if samples > first => samples,
+            (Some(samples), _) => return Err(SettingsError::BeforeFilm { samples, first }),
+            // With a limit of time or error alone, that decides, whatever the film was begun for.
+            (None, _) if self.time.is_some() || self.noise.is_some() => u32::MAX,
+            (None, Some(end)) => end,
+            (None, None) => first.saturating_add(self.scene.render.samples),
+        };
+        Ok(first..end)
+    }
+}
+
+/// What a film that is gone on with has to say about its samples.
+struct Resumed {
+    /// Its first sample.
+    first: u32,
+    /// The end that it was begun for, where that is known.
+    end: Option<u32>,
+    /// Whether it has what a variance takes where samples are weighed.
+    spreads: bool,
+}
+
+impl Resumed {
+    fn read(path: &Path) -> Result<Resumed, Error> {
+        let film = open_film(path)?;
+        let asked = film.head().asked();
+        let first = film.holding().start().or(asked.as_ref().map(|asked| asked.start)).unwrap_or(0);
+        let end = asked.map(|asked| asked.end).filter(|&end| end > first && end < u32::MAX);
+        Ok(Resumed { first, end, spreads: film.head().layout.spreads })
+    }
+}
+
+/// Checks settings of a scene that a caller may change, in the words of callers.
+pub(crate) fn check_film(scene: &Scene) -> Result<(), SettingsError> {
+    let endless = scene::endless(scene.render.integrator, scene.render.max_depth);
+    if let Some(problem) = scene.film.problem().or(endless) {
+        return Err(SettingsError::Scene(problem));
+    }
+    let (width, height) = (scene.film.width, scene.film.height);
+    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        let gigabytes = Film::memory(&Layout::plain(width, height)) as f64 / 1e9;
+        return Err(SettingsError::TooManyPixels { width, height, gigabytes });
+    }
+    Ok(())
+}
+
+/// A part of a film: column and row of its first pixel, its width and its height; or all of it.
+pub(crate) fn part(crop: Option<[u32; 4]>, width: u32, height: u32) -> Result<Region, SettingsError> {
+    let Some([x, y, w, h]) = crop else { return Ok(Region::whole(width, height)) };
+    let fits =
+        |from: u32, len: u32, side: u32| len > 0 && from.checked_add(len).is_some_and(|end| end <= side);
+    if fits(x, w, width) && fits(y, h, height) {
+        Ok(Region { film_width: width, x, y, width: w, height: h })
+    } else {
+        Err(SettingsError::Crop { crop: [x, y, w, h], film: [width, height] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_lies_within_the_film() {
+        assert!(part(Some([0, 0, 4, 4]), 4, 4).is_ok());
+        for bad in [[0, 0, 5, 4], [1, 0, 4, 4], [0, 0, 0, 1], [u32::MAX, 0, 2, 1]] {
+            let error = part(Some(bad), 4, 4).unwrap_err();
+            assert_eq!(error, SettingsError::Crop { crop: bad, film: [4, 4] });
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Renders that the caller waits for.
+
+use super::builder::Render;
+use super::error::{Error, SettingsError};
+use crate::sampling::Sample;
+use crate::session::{self, Event, Report, SessionError, Settings, WindowChoice};
+use crossbeam_channel::{Receiver, Sender, bounded, never};
+use std::convert::Infallible;
+
+/// Messages of samples that may wait for a caller.
+const MOST_WAITING: usize = 4;
+
+impl Render {
+    /// Renders, and returns the picture, its layers and its figures. A failure after the first sample is an
+    /// [`Error::Incomplete`], which has the picture of what there is.
+    pub fn run(&self) -> Result<Report, Error> {
+        render(&self.settings()?, silent(), None, &never())
+    }
+
+    /// Renders, and gives every sample to `take` on this thread: each (pixel, sample) of this run once, in any order.
+    /// The render waits for it.
+    pub fn run_with_samples(&self, mut take: impl FnMut(&[Sample])) -> Result<Report, Error> {
+        let mut settings = self.elsewhere()?;
+        settings.outputs.sends_samples = true;
+        std::thread::scope(|scope| {
+            // If `take` panics this channel closes, and the render ends.
+            let (samples_out, samples) = bounded::<Vec<Sample>>(MOST_WAITING);
+            let renderer = scope.spawn(|| render(&settings, silent(), Some(samples_out), &never()));
+            samples.iter().for_each(|samples| take(&samples));
+            renderer.join().unwrap_or_else(|_| Err(failed()))
+        })
+    }
+
+    /// The checked settings of a render that is not to run on this thread.
+    pub(super) fn elsewhere(&self) -> Result<Settings, Error> {
+        let settings = self.settings()?;
+        match settings.view.window {
+            WindowChoice::None => Ok(settings),
+            WindowChoice::IfPossible | WindowChoice::Required => Err(SettingsError::WindowElsewhere.into()),
+        }
+    }
+}
+
+/// Runs a render.
+pub(super) fn render(
+    settings: &Settings,
+    events: Sender<Event>,
+    samples: Option<Sender<Vec<Sample>>>,
+    stop: &Receiver<Infallible>,
+) -> Result<Report, Error> {
+    let prepared = session::prepare(settings, events)?;
+    let prepared = match samples {
+        Some(samples) => prepared.sending(samples),
+        None => prepared,
+    };
+    let mut report = prepared.run(stop)?;
+    match report.problem.take() {
+        Some(reason) => Err(Error::Incomplete { reason, report: Box::new(report) }),
+        None => Ok(report),
+    }
+}
+
+/// A channel for events that nothing listens to.
+fn silent() -> Sender<Event> {
+    bounded(0).0
+}
+
+/// The error of a thread that panicked.
+pub(super) fn failed() -> Error {
+    SessionError::Process("renderer").into()
+}

@@ -11,10 +11,9 @@ use stride::{Error, Render, Scene};
 /// A copper ball on a white floor, under a lamp and a blue sky.
 pub fn scene() -> Scene {
     let sphere = |center: [f64; 3], radius| SphereParameters { center: center.into(), radius };
-    let mut scene = Scene::default();
     let camera = CameraSettings::looking_at([0.0, -6.0, 2.5], [0.0, 0.0, 0.9]);
-    scene.camera = CameraSettings { vertical_fov: 40.0_f64.to_radians(), ..camera };
-    scene.environment = [0.15, 0.2, 0.3];
+    let camera = CameraSettings { vertical_fov: 40.0_f64.to_radians(), ..camera };
+    let mut scene = Scene { camera, environment: [0.15, 0.2, 0.3], ..Scene::default() };
     let white = scene.add_material("white", MatteParameters { reflectance: [0.8; 3] });
     let copper = scene.add_material("copper", MirrorParameters { reflectance: [0.9, 0.6, 0.4] });
     scene.add_entity("floor", PlaneParameters { normal: [0.0, 0.0, 1.0].into(), distance: 0.0 }, white);

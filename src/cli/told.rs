@@ -25,10 +25,10 @@ fn print(quiet: bool, events: &Receiver<Event>) {
         match event {
             Event::Progress(_) | Event::Ended(_) | Event::CpuAlone(_) if quiet => {}
             Event::Progress(progress) => {
-                reporter.get_or_insert_with(|| Reporter::stderr()).update(&progress);
+                reporter.get_or_insert_with(Reporter::stderr).update(&progress);
             }
             Event::Ended(progress) => {
-                reporter.take().unwrap_or_else(|| Reporter::stderr()).finish(&progress);
+                reporter.take().unwrap_or_else(Reporter::stderr).finish(&progress);
             }
             Event::Note(note) => match &mut reporter {
                 Some(reporter) => reporter.note(&note),

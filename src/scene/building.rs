@@ -6,7 +6,7 @@ use super::toml::load;
 use std::path::Path;
 
 impl Scene {
-    /// Reads a scene file. What is legal but surely unmeant is not told: [`load`](super::load) tells it.
+    /// Reads a scene file. What is legal but surely unmeant is not told: [`load()`] tells it.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneErrors> {
         load(path.as_ref()).map(|loaded| loaded.scene)
     }
@@ -61,8 +61,8 @@ mod tests {
             material = "white"
             emission = [12, 11, 9]
         "#;
-        let mut scene = Scene::default();
-        scene.camera = CameraSettings::looking_at([0.0, -6.0, 2.5], [0.0, 0.0, 0.9]);
+        let camera = CameraSettings::looking_at([0.0, -6.0, 2.5], [0.0, 0.0, 0.9]);
+        let mut scene = Scene { camera, ..Scene::default() };
         let white = scene.add_material("white", MatteParameters { reflectance: [0.8; 3] });
         let silver = scene.add_material("silver", MirrorParameters { reflectance: [1.0; 3] });
         let ball = SphereParameters { center: [0.0, 0.0, 1.0].into(), radius: 1.0 };

@@ -1,5 +1,6 @@
 //! `stride info --devices`: what there is to render with.
 
+use super::failure::with_options;
 use crate::gpu;
 use crate::math::lanes::Level;
 use std::fmt::Write;
@@ -27,7 +28,7 @@ pub(super) fn list() -> String {
     if adapters.is_empty()
         && let Err(error) = gpu::Device::open(None)
     {
-        let _ = writeln!(text, "{error}");
+        let _ = writeln!(text, "{}", with_options(&error.to_string()));
     }
     text
 }

@@ -1,5 +1,6 @@
 //! `--stats`: the figures of a run as one JSON object.
 
+use super::failure::with_options;
 use crate::session::{DeviceChoice, Report};
 use serde::Serialize;
 use std::time::Duration;
@@ -65,7 +66,7 @@ impl Stats {
             device: report.device.clone(),
             devices: report.devices.iter().cloned().map(|(name, samples)| Device { name, samples }).collect(),
             promise,
-            lost: report.lost.clone(),
+            lost: report.lost.as_deref().map(with_options),
             simd,
             rejected: totals.rejected,
             load_seconds: load.as_secs_f64(),

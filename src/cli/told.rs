@@ -101,7 +101,7 @@ fn conclude(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Resul
     }
     for lost in &conclusion.lost {
         let note = if conclusion.is_whole { ", and nothing is missing" } else { "" };
-        writeln!(out, "warning: {lost}; the CPU went on{note}")?;
+        writeln!(out, "warning: {}; the CPU went on{note}", with_options(lost))?;
     }
     if let Some(noise) = noise.filter(|noise| noise.reached() || !conclusion.is_noise_asked) {
         writeln!(out, "{noise}")?;

@@ -22,8 +22,7 @@
 //! - [`Report`] is what comes of it, and [`Error`] why not.
 //!
 //! Nothing is printed, no process is ended, and two renders in one process are independent. `examples/` has three
-//! programs. A package that depends on stride builds it with the flag in `.cargo/config.toml` here, which turns off a pass
-//! of the compiler that miscompiles lanes.
+//! programs.
 //!
 //! # The rooms
 //!

@@ -1,0 +1,266 @@
+use super::*;
+use std::path::Path;
+
+const SCENE: &str = r#"
+    [film]
+    width = 64
+    [render]
+    seed = 7
+    [materials]
+    white = { type = "matte", reflectance = [0.5, 0.5, 0.5] }
+    red = { type = "matte", reflectance = [0.5, 0, 0] }
+    floor = { type = "checkerboard", even = "white", odd = "red" }
+    [[entities]]
+    name = "ball"
+    shape = { type = "sphere", center = [0, 0.5, 1], radius = 1 }
+    material = "floor"
+    emission = [1, 1, 1]
+    [[entities]]
+    shape = { type = "plane", normal = [0, 0, 1], distance = -3 }
+    material = "white"
+"#;
+
+fn of(text: &str) -> Fingerprint {
+    let loaded = crate::scene::parse(text, Path::new("a.toml")).unwrap_or_else(|error| panic!("{error}"));
+    Fingerprint::of(&loaded.scene, &loaded.sources)
+}
+
+/// The scene with one text in the place of another.
+fn with(from: &str, to: &str) -> Fingerprint {
+    let text = SCENE.replacen(from, to, 1);
+    assert_ne!(text, SCENE, "{from}");
+    of(&text)
+}
+
+#[test]
+fn what_changes_no_sample_changes_no_fingerprint() {
+    for (from, to) in [
+        (
+            "width = 64",
+            "width = 0x40 # pixels\n exposure = 3\n tone = \"filmic\"\n filter = \"tent\"\n height = 480",
+        ),
+        ("seed = 7", "samples = 12\n max_depth = 5\n integrator = \"path\"\n seed = 7.0"),
+        // These a film names itself.
+        ("width = 64", "width = 65\n filter = \"box\""),
+        ("width = 64", "width = 64\n filter = \"mitchell\"\n mode = \"continuous\""),
+        ("seed = 7", "seed = 8\n sampler = \"independent\"\n max_depth = 3"),
+        ("seed = 7", "seed = 7\n ambient = [0, 0, 0]\n [environment]\n radiance = [0, 0, 0]\n [camera]\n"),
+        ("[render]", "[camera]\n vertical_fov = 90\n eye = [0, -0.0, 0]\n forward = [2, 0, 0]\n [render]"),
+        ("center = [0, 0.5, 1], radius = 1", "radius = 1e0, center = [0.0, 5e-1, 1]"),
+        ("odd = \"red\"", "odd = \"red\", checks_per_unit = [1, 1]"),
+        ("name = \"ball\"", "name = \"bowl\"\n flip_normal = false"),
+        ("white = {", "unused = { type = \"mirror\", reflectance = [1, 1, 1] }\n white = {"),
+    ] {
+        let text = SCENE.replacen(from, to, 1).replace("seed = 7.0", "seed = 7");
+        assert_eq!(of(&text).digits(), of(SCENE).digits(), "{to}");
+    }
+}
+
+#[test]
+fn everything_else_does_and_is_named() {
+    let ours = of(SCENE);
+    let mut seen = vec![ours.digits()];
+    for (from, to, named) in [
+        ("[0, 0.5, 1]", "[0, 0.5, 1.0000000000000002]", "the shape of ball"),
+        ("[0, 0.5, 1]", "[0.5, 0, 1]", "the shape of ball"),
+        ("[1, 1, 1]", "[1, 1, 1]\n flip_normal = true", "the shape of ball"),
+        ("[1, 1, 1]", "[1, 1, 2]", "the emission of ball"),
+        ("[0.5, 0, 0]", "[0.5, 0.25, 0]", "the material of ball"),
+        ("even = \"white\", odd = \"red\"", "even = \"red\", odd = \"white\"", "the material of ball"),
+        ("material = \"white\"", "material = \"red\"", "the material of entity 2"),
+        ("distance = -3", "distance = 3", "the shape of entity 2"),
+        ("[render]", "[camera]\n near = 0.1\n [render]", "camera.near"),
+        ("[render]", "[environment]\n radiance = [0, 0, 1]\n [render]", "environment.radiance"),
+        ("seed = 7", "integrator = \"whitted\"\n ambient = [1, 0, 0]", "render.ambient"),
+        (
+            "[render]",
+            "[[lights]]\n type = \"point\"\n position = [0, 0, 0]\n intensity = [1, 1, 1]\n [render]",
+            "light 1",
+        ),
+    ] {
+        let other = with(from, to);
+        let told = |a: &Fingerprint, b: &Fingerprint| {
+            differing(&a.outline().expect("few parts"), &b.outline().expect("few parts"))
+        };
+        assert_eq!(told(&ours, &other), named, "{to}");
+        assert_eq!(told(&other, &ours), named, "{to}");
+        seen.push(other.digits());
+    }
+    let len = seen.len();
+    seen.sort_unstable();
+    seen.dedup();
+    assert_eq!(seen.len(), len);
+}
+
+#[test]
+fn each_number_of_a_disk_a_cylinder_and_a_box_counts() {
+    let sphere = "type = \"sphere\", center = [0, 0.5, 1], radius = 1";
+    let mut seen = vec![of(SCENE).digits()];
+    for shape in [
+        "type = \"disk\", center = [0, 0.5, 1], normal = [0, 0, 1], radius = 1",
+        "type = \"disk\", center = [0, 0.5, 2], normal = [0, 0, 1], radius = 1",
+        "type = \"disk\", center = [0, 0.5, 1], normal = [0, 1, 0], radius = 1",
+        "type = \"disk\", center = [0, 0.5, 1], normal = [0, 0, 1], radius = 2",
+        "type = \"cylinder\", from = [0, 0.5, 1], to = [0, 0, 1], radius = 1",
+        "type = \"cylinder\", from = [0, 0.5, 2], to = [0, 0, 1], radius = 1",
+        "type = \"cylinder\", from = [0, 0.5, 1], to = [0, 0, 2], radius = 1",
+        "type = \"cylinder\", from = [0, 0.5, 1], to = [0, 0, 1], radius = 2",
+        "type = \"cylinder\", to = [0, 0.5, 1], from = [0, 0, 1], radius = 1",
+        "type = \"box\", min = [0, 0.5, 1], max = [1, 2, 3]",
+        "type = \"box\", min = [0, 0.5, 2], max = [1, 2, 3]",
+        "type = \"box\", min = [0, 0.5, 1], max = [1, 2, 4]",
+    ] {
+        let other = with(sphere, shape);
+        let told = differing(&of(SCENE).outline().unwrap(), &other.outline().unwrap());
+        assert_eq!(told, "the shape of ball", "{shape}");
+        seen.push(other.digits());
+    }
+    let len = seen.len();
+    seen.sort_unstable();
+    seen.dedup();
+    assert_eq!(seen.len(), len);
+}
+
+#[test]
+fn the_order_of_entities_counts_and_many_differences_are_counted() {
+    let (ours, other) = (of(SCENE), with("ball", "a;b"));
+    let mut turned = ours.clone();
+    turned.parts.reverse();
+    assert_ne!(ours.digits(), turned.digits());
+    assert_eq!(differing(&ours.outline().unwrap(), &turned.outline().unwrap()), "the order of its entities");
+    assert!(differing(&other.outline().unwrap(), "").ends_with("and 11 more"));
+    assert!(other.outline().unwrap().contains("the shape of a,b;"));
+}
+
+#[test]
+fn an_outline_has_its_limit_of_parts_and_of_bytes() {
+    assert!(with("ball", &"a".repeat(1000)).outline().is_some());
+    // Three of its parts are called so.
+    assert!(with("ball", &"a".repeat(LONGEST_OUTLINE / 2)).outline().is_none());
+    let many = |len: usize| Fingerprint { parts: vec![Part::new("", |_| ()); len] };
+    assert!(many(MOST_LISTED).outline().is_some() && many(MOST_LISTED + 1).outline().is_none());
+}
+
+#[test]
+fn what_is_in_a_mesh_counts_and_not_what_its_file_is_called() {
+    let folder = tempfile::tempdir().unwrap();
+    let ply = |x: f32| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+             element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n{x} 0 0\n0 1 0\n3 0 1 2\n"
+        )
+    };
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("a.ply", &ply(1.0));
+    write("b.ply", &ply(1.0).replace("format ascii 1.0", "format ascii 1.0\ncomment the same"));
+    let scene = folder.path().join("a.toml");
+    let of = |file: &str| {
+        let text = format!(
+            "materials.m = {{ type = \"matte\", reflectance = [1, 1, 1] }}\n\
+             entities = [{{ shape = {{ type = \"mesh\", file = \"{file}\" }}, material = \"m\" }}]"
+        );
+        let loaded = crate::scene::parse(&text, &scene).unwrap_or_else(|error| panic!("{error}"));
+        Fingerprint::of(&loaded.scene, &loaded.sources)
+    };
+    let ours = of("a.ply");
+    assert_eq!(of("b.ply").digits(), ours.digits());
+    write("a.ply", &ply(2.0));
+    let changed = of("a.ply");
+    assert_ne!(changed.digits(), ours.digits());
+    let told = differing(&ours.outline().unwrap(), &changed.outline().unwrap());
+    assert!(told.ends_with("a.ply") && !told.contains("shape"), "{told}");
+}
+
+/// Films of years ago are continued: the digits of a scene with every shape, material and light are what they were.
+#[test]
+fn digits_stay_as_films_have_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    std::fs::write(folder.path().join("a.ply"), ply).unwrap();
+    let text = r#"
+        [materials]
+        white = { type = "matte", reflectance = [0.5, 0.25, 0.125] }
+        board = { type = "checkerboard", even = "water", odd = "inner", checks_per_unit = [2, 3] }
+        steel = { type = "mirror", reflectance = [0.75, 0.5, 0.25] }
+        water = { type = "glass", ior = 1.33, reflectance = [1, 0.5, 0], transmittance = [0.25, 0.5, 1] }
+        inner = { type = "checkerboard", even = "steel", odd = "white" }
+        [[entities]]
+        shape = { type = "plane", normal = [0, 0, 2], distance = -3 }
+        material = "board"
+        [[entities]]
+        shape = { type = "sphere", center = [0, 0.5, 1], radius = 0.25 }
+        material = "white"
+        emission = [1, 2, 3]
+        [[entities]]
+        shape = { type = "quad", corner = [0, 1, 2], u = [3, 4, 5], v = [6, 7, 9] }
+        material = "steel"
+        flip_normal = true
+        [[entities]]
+        shape = { type = "disk", center = [0, 1, 2], normal = [0, 3, 4], radius = 2 }
+        material = "water"
+        [[entities]]
+        shape = { type = "cylinder", from = [0, 1, 2], to = [3, 4, 5], radius = 6 }
+        material = "inner"
+        [[entities]]
+        shape = { type = "box", min = [0, 1, 2], max = [3, 4, 5] }
+        material = "white"
+        [[entities]]
+        shape = { type = "mesh", file = "a.ply", transform = { scale = 2, translate = [1, 2, 3] } }
+        material = "white"
+        [[lights]]
+        type = "point"
+        position = [1, 2, 3]
+        intensity = [4, 5, 6]
+    "#;
+    let loaded = crate::scene::parse(text, &folder.path().join("a.toml"));
+    let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+    let digits = Fingerprint::of(&loaded.scene, &loaded.sources).digits();
+    assert_eq!(digits, "1c9ee8392e7e51b4c26a48b9ddbbb562b7acfb2d20ca45f4760e8233d6aee6b7");
+}
+
+/// Colours in an MTL file and numbers in a buffer are no less of the scene for standing in a third file.
+#[test]
+fn what_mesh_files_name_in_their_turn_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    let of = |shape: &str| {
+        let text = format!(
+            "materials.m = {{ type = \"matte\", reflectance = [1, 1, 1] }}\n\
+             entities = [{{ name = \"house\", shape = {{ type = \"mesh\", {shape} }}, material = \"m\" }}]"
+        );
+        let loaded = crate::scene::parse(&text, &folder.path().join("a.toml"));
+        let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+        Fingerprint::of(&loaded.scene, &loaded.sources)
+    };
+    let told = |a: &Fingerprint, b: &Fingerprint| differing(&a.outline().unwrap(), &b.outline().unwrap());
+
+    let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl blue\nf 2 3 1\n";
+    write("a.obj", obj.as_bytes());
+    let coloured = |red: &str| {
+        write("a.mtl", format!("newmtl red\n{red}\nnewmtl blue\nKd 0 0 1\n").as_bytes());
+        of("file = \"a.obj\", materials = \"file\"")
+    };
+    let ours = coloured("Kd 1 0 0");
+    // Negative controls: how a file says it, and what it says to those who don't ask.
+    assert_eq!(coloured("# scarlet\nKd 1.0 0 0").digits(), ours.digits());
+    let unasked = of("file = \"a.obj\"");
+    assert_eq!(told(&ours, &coloured("Kd 0.5 0 0")), "the material of house: red");
+    assert_eq!(told(&ours, &coloured("Kd 1 0 0\nKe 1 1 1")), "the emission of house: red");
+    assert_eq!(of("file = \"a.obj\"").digits(), unasked.digits());
+
+    let gltf = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "byteLength": 36, "uri": "a.bin" }] }"#;
+    write("a.gltf", gltf.as_bytes());
+    let placed = |x: f32| {
+        let bytes = [0.0_f32, 0.0, 0.0, x, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes);
+        write("a.bin", bytes.as_flattened());
+        of("file = \"a.gltf\"")
+    };
+    let ours = placed(1.0);
+    assert_eq!(placed(1.0).digits(), ours.digits());
+    assert!(told(&ours, &placed(2.0)).ends_with("a.gltf"));
+}

@@ -6,7 +6,8 @@
 //! | file | what is in it |
 //! |---|---|
 //! | `number` | the numbers that are recorded, with all that the traits ask of them |
-//! | `state` | the recording in progress: functions, calls, branches and loops |
+//! | `state` | the recording in progress: values, branches and loops |
+//! | `state::functions` | functions and calls of the recording in progress |
 //! | `graph` | one function: its operations, blocks and controls |
 //! | `fold` | operations whose result is known |
 //! | `kind` | the types of WGSL, and how values are made of them |

@@ -1,10 +1,11 @@
 //! The recording in progress, which operators find without being told: there is one a thread.
 
+mod functions;
+
 use super::graph::{Binary, Block, Form, Graph, Node, Op};
 use super::kind::{Kind, Shape, Structures};
-use super::names;
 use super::registry::{Sources, Table};
-use super::text::{self, Written};
+use super::text::Written;
 use crate::math::lanes::{Function, Layout};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -84,14 +85,6 @@ pub(super) fn record_in<R>(state: State, f: impl FnOnce() -> R) -> (State, R) {
     let state = STATE.take().expect("the recording was installed above");
     drop(ends);
     (state, result)
-}
-
-/// The parameters' layouts: the members of a tuple.
-fn members(layout: Layout) -> Vec<Layout> {
-    match layout {
-        Layout::List(list) => list,
-        one => vec![one],
-    }
 }
 
 impl State {
@@ -353,161 +346,6 @@ impl State {
             }
         }
         self.handles(&numbers)
-    }
-
-    /// Begins a function, unless it is known and trusted. Gives the numbers of its parameters.
-    pub(super) fn enter(&mut self, function: &'static Function, arguments: Layout) -> Option<Vec<Handle>> {
-        match self.stack.iter().rposition(|frame| frame.function.name == function.name) {
-            // The root only lists this function's arguments; this function itself is recorded instead.
-            Some(0) => self.stack[0].stands_for_other = true,
-            Some(_) => panic!("{} > {}: WGSL has no recursion", self.trace(), function.name),
-            None => {}
-        }
-        // Calls within a function that is compared have been compared.
-        let compared =
-            |frame: &Frame| !frame.stands_for_other && self.places.contains_key(frame.function.name);
-        if self.places.contains_key(function.name) && (!self.checks || self.stack.iter().any(compared)) {
-            return None;
-        }
-        let layouts = members(arguments);
-        assert_eq!(layouts.len(), function.parameters.len(), "{}: the number of parameters", function.name);
-        let named = function.parameters.iter().copied().zip(&layouts);
-        let parameters: Vec<_> =
-            named.flat_map(|(name, layout)| self.structures.flat(layout, name)).collect();
-        let mut graph = Graph::new();
-        let mut numbers = Vec::new();
-        for (i, (_, shape)) in parameters.iter().enumerate() {
-            let node = graph.record(Op::Parameter(i), shape.kind());
-            graph.explode(shape, node, &mut numbers);
-        }
-        self.frames += 1;
-        self.stack.push(Frame {
-            number: self.frames,
-            function,
-            parameters,
-            layouts,
-            graph,
-            stands_for_other: false,
-        });
-        Some(self.handles(&numbers))
-    }
-
-    /// Makes the current function no part of the program, but what it calls.
-    pub(super) fn stand_for_others(&mut self) {
-        self.frame().stands_for_other = true;
-    }
-
-    /// Ends the function with its result.
-    pub(super) fn leave(&mut self, layout: Layout, numbers: &[(Handle, Kind)]) {
-        let numbers = self.nodes(numbers);
-        let function = self.frame().function;
-        let name = names::of_function(function.name);
-        let shape = self.structures.shape(&layout, &format!("{}Result", names::camel_case(&name)));
-        let result = shape.map(|shape| self.implode(&shape, &mut numbers.into_iter()));
-        let frame = self.stack.pop().expect("a function is being recorded");
-        let written = text::function(&name, &frame.parameters, result, &frame.graph, &self.structures);
-        if frame.stands_for_other {
-            for done in self.done.iter_mut().filter(|done| written.calls.contains(&done.name)) {
-                done.is_root = true;
-            }
-            return;
-        }
-        let comment = format!("// From `{}`.\n", names::module(function.module));
-        let written = Written { text: comment + &written.text, ..written };
-        if let Some(&place) = self.places.get(function.name) {
-            let first = &self.done[place].written.text;
-            if *first != written.text {
-                let second = &written.text;
-                self.errors.push(format!("two functions are called {name}:\n\n{first}\n{second}"));
-            }
-            return;
-        }
-        self.places.insert(function.name, self.done.len());
-        let parameters = function.parameters.iter().copied().zip(frame.layouts).collect();
-        let parameter_names = frame.parameters.into_iter().map(|(name, _)| name).collect();
-        self.done.push(Done {
-            function,
-            name,
-            parameters,
-            result: layout,
-            written,
-            is_root: false,
-            parameter_names,
-        });
-    }
-
-    /// Records the call of a function that is known.
-    pub(super) fn called(
-        &mut self,
-        function: &'static Function,
-        layouts: (Layout, Layout),
-        arguments: &[(Handle, Kind)],
-    ) -> Vec<Handle> {
-        let done = self.done[self.places[function.name]].clone();
-        let given = members(layouts.0.clone());
-        if done.parameters.iter().map(|(_, layout)| layout).ne(&given) || done.result != layouts.1 {
-            let trace = self.trace();
-            self.errors.push(format!("{trace}: two functions of other parameters are called {}", done.name));
-        }
-        let context = format!("{}Result", names::camel_case(&done.name));
-        self.call(&done.name, &context, &given, layouts.1, arguments, &done.parameter_names)
-    }
-
-    /// Records the call of a function that is written by hand.
-    pub(super) fn device(
-        &mut self,
-        name: &str,
-        layouts: (Layout, Layout),
-        arguments: &[(Handle, Kind)],
-    ) -> Vec<Handle> {
-        let context = format!("{}Result", names::camel_case(name));
-        self.call(name, &context, &members(layouts.0), layouts.1, arguments, &[])
-    }
-
-    fn call(
-        &mut self,
-        name: &str,
-        context: &str,
-        parameters: &[Layout],
-        result: Layout,
-        arguments: &[(Handle, Kind)],
-        parameter_names: &[String],
-    ) -> Vec<Handle> {
-        let mut numbers = self.nodes(arguments).into_iter();
-        let shapes = parameters.iter().flat_map(|layout| self.structures.flat(layout, "argument"));
-        let shapes: Vec<_> = shapes.collect();
-        let Some(result) = self.structures.shape(&result, context) else { return Vec::new() };
-        let arguments: Vec<_> = shapes.iter().map(|(_, shape)| self.implode(shape, &mut numbers)).collect();
-        let graph = self.graph();
-        for (&argument, name) in arguments.iter().zip(parameter_names) {
-            graph.suggest(argument, name);
-        }
-        let node = graph.call(name, arguments, result.kind());
-        let mut numbers = Vec::new();
-        graph.explode(&result, node, &mut numbers);
-        self.handles(&numbers)
-    }
-
-    /// Marks a function as one that is wanted even if no other calls it.
-    pub(super) fn want(&mut self, function: &'static Function) {
-        let place = self.places[function.name];
-        self.done[place].is_root = true;
-    }
-
-    /// The functions that are wanted, and those that they call; callees come first.
-    pub(super) fn wanted(&self) -> Vec<&Done> {
-        let mut wanted = vec![false; self.done.len()];
-        for (i, done) in self.done.iter().enumerate().rev() {
-            wanted[i] |= done.is_root;
-            if wanted[i] {
-                for callee in
-                    (0..i).filter(|&callee| done.written.calls.contains(self.done[callee].name.as_str()))
-                {
-                    wanted[callee] = true;
-                }
-            }
-        }
-        self.done.iter().zip(wanted).filter_map(|(done, wanted)| wanted.then_some(done)).collect()
     }
 }
 

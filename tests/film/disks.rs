@@ -1,0 +1,107 @@
+//! Disks and folders that fail while a film is rendered.
+
+use super::{bytes, cover, folder, render, stride, succeed};
+use crate::common::watched::Watched;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const ENDLESS: [&str; 5] = ["--spp", "4000000000", "--checkpoint", "20ms", "-o"];
+
+/// The film at a path is good, and the picture is that of its samples.
+fn film_shows(dir: &Path, film: &str, picture: &str) {
+    succeed(dir, &["merge", film, "-o", "check.exr"]);
+    assert!(bytes(dir, "check.exr") == bytes(dir, picture), "the picture is not the film's");
+}
+
+#[test]
+fn a_folder_that_vanishes_and_comes_back_loses_nothing() {
+    let dir = folder();
+    let scene = cover();
+    let out = dir.path().join("out");
+    fs::create_dir(&out).unwrap();
+    // The picture on the way is due long after the first film.
+    let files = ["out/a.exr", "--dump-at", "20000", "--film", "out/a.film"];
+    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())), &out);
+    run.wait_for("a.film", Path::exists);
+    fs::rename(&out, dir.path().join("away")).unwrap();
+    run.hear("the film is tried again");
+    run.hear("the picture is tried again");
+    fs::rename(dir.path().join("away"), &out).unwrap();
+    run.hear("is written again");
+    run.interrupt();
+    let (code, said) = run.end();
+    assert_eq!(code, Some(0), "{said}");
+    film_shows(dir.path(), "out/a.film", "out/a.exr");
+    // The picture on the way is there too, and is what it should be.
+    succeed(dir.path(), &render(&scene, &["--spp", "20000", "-o", "b.exr"]));
+    assert!(bytes(dir.path(), "out/a-20000.exr") == bytes(dir.path(), "b.exr"));
+}
+
+#[test]
+fn what_has_no_place_at_the_end_is_put_elsewhere() {
+    let dir = folder();
+    let scene = cover();
+    let out = dir.path().join("out");
+    fs::create_dir(&out).unwrap();
+    let files = ["out/a.exr", "-o", "out/a.png", "--film", "out/a.film"];
+    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())), &out);
+    run.wait_for("a.film", Path::exists);
+    fs::rename(&out, dir.path().join("away")).unwrap();
+    run.hear("the film is tried again");
+    run.interrupt();
+    let (code, said) = run.end();
+    assert_eq!(code, Some(1));
+    for words in
+        ["trying again", "is \"./a.film\" instead", "is \"./a.exr\" instead", "is \"./a.png\" instead"]
+    {
+        assert!(said.contains(words), "{said}");
+    }
+    assert!(dir.path().join("a.png").exists());
+    film_shows(dir.path(), "a.film", "a.exr");
+}
+
+#[test]
+fn a_disk_without_room_for_the_film_still_takes_the_picture() {
+    let dir = folder();
+    // A limit on the size of files stands in for a full disk: the film has 77 kB, a small PNG fewer than 20.
+    let scene = cover();
+    let arguments = render(&scene, &[&ENDLESS[..], &["a.png", "--film", "a.film"]].concat());
+    let mut command = Command::new("bash");
+    command.args(["-c", "trap '' XFSZ; ulimit -f 40; exec \"$@\"", "bash", env!("CARGO_BIN_EXE_stride")]);
+    command.args(arguments).current_dir(dir.path());
+    let mut run = Watched::start(command, dir.path());
+    run.hear("the film is tried again");
+    run.hear("the film is tried again");
+    run.interrupt();
+    let (code, said) = run.end();
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("cannot write \"a.film\""), "{said}");
+    image::open(dir.path().join("a.png")).expect("a picture");
+    let names: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(names, ["a.png"], "nothing half-written is left");
+}
+
+#[test]
+fn a_locked_folder_is_told_of_and_written_when_it_opens() {
+    use std::os::unix::fs::PermissionsExt;
+    let dir = folder();
+    let scene = cover();
+    let out = dir.path().join("out");
+    fs::create_dir(&out).unwrap();
+    let files = ["out/a.exr", "--film", "out/a.film"];
+    let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())), &out);
+    run.wait_for("a.film", Path::exists);
+    fs::set_permissions(&out, fs::Permissions::from_mode(0o555)).unwrap();
+    if fs::write(out.join("probe"), "").is_ok() {
+        println!("skipped: this user may write into a read-only folder");
+    } else {
+        run.hear("no permission");
+        fs::set_permissions(&out, fs::Permissions::from_mode(0o755)).unwrap();
+        run.hear("is written again");
+    }
+    run.interrupt();
+    let (code, said) = run.end();
+    assert_eq!(code, Some(0), "{said}");
+    film_shows(dir.path(), "out/a.film", "out/a.exr");
+}

@@ -1,0 +1,57 @@
+//! Film files as users meet them.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[cfg(unix)]
+mod disks;
+mod info;
+mod interrupted;
+mod merging;
+mod refusals;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn cover() -> String {
+    format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn stride(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    stride(folder, arguments).output().expect("the program starts")
+}
+
+/// Runs and demands success; returns what was said on standard output and standard error.
+fn succeed(folder: &Path, arguments: &[&str]) -> (String, String) {
+    let output = run(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {said}");
+    (String::from_utf8_lossy(&output.stdout).into_owned(), said)
+}
+
+/// Runs and demands a refusal with this exit code; returns what was said.
+fn refused(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    said
+}
+
+/// The arguments of a render of the cover without a window or a word, and more of them.
+fn render<'a>(scene: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["render", scene, "--headless", "-q", "--size", "40x30"][..], more].concat()
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn bytes(folder: &Path, name: &str) -> Vec<u8> {
+    fs::read(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}

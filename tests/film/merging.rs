@@ -1,0 +1,133 @@
+//! Films that are merged, shards of a render among them.
+
+use super::{bytes, cover, folder, refused, render, run, succeed};
+use rand::RngExt;
+use std::fs;
+use stride::sampling::Stream;
+
+#[test]
+fn shards_rendered_and_merged_in_any_order_are_the_whole() {
+    let dir = folder();
+    let scene = cover();
+    let small = |more: &[&str]| -> Vec<String> {
+        let base = ["render", &scene, "--headless", "-q", "--size", "12x9"];
+        base.iter().chain(more).map(|&word| word.to_owned()).collect()
+    };
+    let go = |arguments: Vec<String>| {
+        succeed(dir.path(), &arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    };
+    let outputs = ["whole.film", "whole.exr", "whole.png", "whole.hdr"];
+    go(small(&[
+        "--spp",
+        "128",
+        "--film",
+        "whole.film",
+        "-o",
+        "whole.exr",
+        "-o",
+        "whole.png",
+        "-o",
+        "whole.hdr",
+    ]));
+    let stream = &mut Stream::new(64, 0, 0);
+    let shuffle = |list: &mut Vec<usize>, stream: &mut Stream| {
+        (1..list.len()).rev().for_each(|i| list.swap(i, stream.random_range(0..=i)));
+    };
+    let mut order: Vec<usize> = (0..64).collect();
+    shuffle(&mut order, stream);
+    for &shard in &order {
+        let threads = stream.random_range(1..=3).to_string();
+        let range = format!("{}..{}", 2 * shard, 2 * shard + 2);
+        let film = format!("{shard}.film");
+        go(small(&["--range", &range, "--threads", &threads, "--film", &film, "-o", "shard.exr"]));
+    }
+    let merge = |order: &[usize], outputs: &[&str]| {
+        let films: Vec<String> = order.iter().map(|shard| format!("{shard}.film")).collect();
+        let mut arguments = vec!["merge"];
+        arguments.extend(films.iter().map(String::as_str));
+        outputs.iter().for_each(|output| arguments.extend(["-o", output]));
+        run(dir.path(), &arguments)
+    };
+    for _ in 0..2 {
+        shuffle(&mut order, stream);
+        let output = merge(&order, &["m.film", "m.exr", "m.png", "m.hdr"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        for whole in outputs {
+            let merged = whole.replace("whole", "m");
+            assert!(bytes(dir.path(), &merged) == bytes(dir.path(), whole), "{whole} differs");
+        }
+    }
+    // In two steps.
+    let (a, b) = order.split_at(17);
+    assert!(merge(a, &["a.film"]).status.success() && merge(b, &["b.film"]).status.success());
+    succeed(dir.path(), &["merge", "b.film", "a.film", "-o", "m.film", "-q"]);
+    assert!(bytes(dir.path(), "m.film") == bytes(dir.path(), "whole.film"));
+    // Negative control, and what is missing is told.
+    order.retain(|&shard| shard != 30 && shard != 31);
+    let output = merge(&order, &["m.film", "m.exr"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && said.contains("missing: 60..64"), "{said}");
+    assert!(bytes(dir.path(), "m.exr") != bytes(dir.path(), "whole.exr"));
+    let (told, _) = succeed(dir.path(), &["info", "m.film"]);
+    assert!(told.contains("samples     0..60, 64..128") && told.contains("missing     60..64"), "{told}");
+    // It can't be gone on with; what is missing can be rendered.
+    let gap = small(&["--resume", "m.film", "--spp", "200"]);
+    let said = refused(dir.path(), 1, &gap.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(said.contains("--range"), "{said}");
+    go(small(&["--range", "60..64", "--film", "gap.film", "-o", "shard.exr"]));
+    succeed(dir.path(), &["merge", "m.film", "gap.film", "-o", "n.film", "-o", "m.exr"]);
+    assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "whole.exr"));
+    assert!(bytes(dir.path(), "n.film") == bytes(dir.path(), "whole.film"));
+    // And what is whole can be gone on with.
+    go(small(&["--resume", "n.film", "--spp", "130", "-o", "m.exr"]));
+    go(small(&["--spp", "130", "-o", "longer.exr"]));
+    assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "longer.exr"));
+}
+
+#[test]
+fn merged_films_are_shown_as_they_were_rendered_or_as_asked() {
+    let (dir, scene) = (folder(), cover());
+    let shown = |tone: &str, exposure: &str, name: &str| {
+        let view = ["--tone", tone, "--exposure", exposure, "--spp", "4", "-o", name];
+        succeed(dir.path(), &render(&scene, &[&view[..], &["--film", "last.film"]].concat()));
+        bytes(dir.path(), name)
+    };
+    let (plain, brighter) = (shown("srgb", "1", "plain.png"), shown("filmic", "2", "brighter.png"));
+    let filmic = shown("filmic", "1", "filmic.png");
+    let merged = |film: &str, more: &[&str]| {
+        succeed(dir.path(), &[&["merge", "-q", film, "-o", "m.png", "-o", "m.film"], more].concat());
+        bytes(dir.path(), "m.png")
+    };
+    assert!(merged("last.film", &[]) == filmic);
+    assert!(merged("last.film", &["--exposure", "2"]) == brighter);
+    assert!(merged("last.film", &["--tone", "srgb"]) == plain);
+    // What was asked for last is what the merged film says of itself.
+    fs::rename(dir.path().join("m.film"), dir.path().join("plain.film")).expect("a film");
+    assert!(merged("plain.film", &[]) == plain);
+    assert!(plain != filmic && filmic != brighter, "negative control: tone and exposure show");
+}
+
+#[test]
+fn a_merge_does_not_replace_what_it_merges() {
+    let dir = folder();
+    let scene = cover();
+    for (range, film) in [("0..1", "a.film"), ("1..2", "b.film")] {
+        succeed(dir.path(), &render(&scene, &["--range", range, "--film", film, "-o", "a.exr"]));
+    }
+    let before = [bytes(dir.path(), "a.film"), bytes(dir.path(), "b.film")];
+    let mut others = vec!["b.film", "./b.film"];
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("b.film", dir.path().join("link.film")).unwrap();
+        fs::hard_link(dir.path().join("b.film"), dir.path().join("twin.film")).unwrap();
+        others.extend(["link.film", "twin.film"]);
+    }
+    for other in others {
+        let said = refused(dir.path(), 2, &["merge", "a.film", "b.film", "-o", "m.film", "-o", other]);
+        assert!(said.contains("replace") && said.contains(other) && said.contains("b.film"), "{said}");
+        assert!(!dir.path().join("m.film").exists());
+    }
+    assert!([bytes(dir.path(), "a.film"), bytes(dir.path(), "b.film")] == before);
+    // Negative control.
+    succeed(dir.path(), &["merge", "a.film", "b.film", "-o", "m.film"]);
+}

@@ -1,9 +1,9 @@
 //! Files that cannot be read, or are no scenes.
 
+use super::read;
 use std::fs;
 use std::path::Path;
-
-use super::*;
+use stride::scene::{load, parse};
 
 /// Writes `bytes` to a file in a fresh folder and tells what loading it says, without the folder's name.
 fn load_bytes(bytes: &[u8]) -> String {

@@ -303,5 +303,39 @@ fn nothing_is_printed_and_no_environment_is_read() {
     let is_harness = |line: &&str| {
         line.starts_with("running 1 test") || *line == "." || line.starts_with("test result: ok")
     };
-    assert!(lines.iter().all(|line| is_harness(line)), "{lines:?}");
+    assert!(lines.iter().all(is_harness), "{lines:?}");
+}
+
+/// What a library leaves to programs.
+const FOR_PROGRAMS: [&str; 6] = ["println!", "stdout()", "stderr()", "process::exit", "ctrlc::", "env::var"];
+
+/// The files that ask for the environment all the same: a level, which only programs call, and a window's display.
+const ASKING: [&str; 2] = ["math/lanes/level.rs", "output/window/x11.rs"];
+
+/// What of that is in the sources of a folder, outside tests, with the file.
+fn of_programs(folder: &Path, found: &mut Vec<(String, &'static str)>) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let name = path.to_string_lossy().replace('\\', "/");
+        if path.is_dir() && !name.ends_with("/tests") {
+            of_programs(&path, found);
+        } else if name.ends_with(".rs") && !name.ends_with("/tests.rs") {
+            let source = fs::read_to_string(&path).expect("a source");
+            let code = source.split("#[cfg(test)]").next().unwrap_or_default();
+            let lines = || code.lines().filter(|line| !line.trim_start().starts_with("//"));
+            let words = FOR_PROGRAMS.into_iter().filter(|word| lines().any(|line| line.contains(word)));
+            found.extend(words.map(|word| (name.clone(), word)));
+        }
+    }
+}
+
+#[test]
+fn only_the_command_line_prints_ends_the_process_or_asks_the_environment() {
+    let mut found = Vec::new();
+    of_programs(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut found);
+    let is_program = |name: &str| name.contains("/src/cli/") || name.ends_with("/src/main.rs");
+    let asks = |name: &str| ASKING.iter().any(|file| name.ends_with(file));
+    assert!(found.iter().any(|(name, _)| is_program(name)), "nothing is found: {found:?}");
+    found.retain(|(name, word)| !(is_program(name) || *word == "env::var" && asks(name)));
+    assert_eq!(found, []);
 }

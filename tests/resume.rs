@@ -260,7 +260,6 @@ fn negative_numbers_are_answered_with_what_may_stand_there() {
         ("--spp", "-4", "4294967295"),
         ("--threads", "-2", "1024"),
         ("--max-depth", "-1", "0 to 10000"),
-        ("--noise", "-0.1", "above 0"),
         ("--time", "-1s", "written like"),
         ("--crop", "-1,0,4,4", "written"),
         ("--range", "-1..4", "written"),
@@ -270,4 +269,8 @@ fn negative_numbers_are_answered_with_what_may_stand_there() {
         assert!(text.contains("invalid value") && text.contains(words), "{option} {value}: {text}");
         assert!(!text.contains("use '--"), "{text}");
     }
+    let text = said(dir.path(), 2, &render(&["--noise", "small"]));
+    assert!(text.contains("an error is a number above 0 and below 1, like 0.01"), "{text}");
+    let text = said(dir.path(), 2, &render(&["--noise", "-0.1"]));
+    assert!(text.contains("--noise must be a number above 0 and below 1, like 0.01, not -0.1"), "{text}");
 }

@@ -41,7 +41,7 @@ pub(super) struct RenderArguments {
     /// Stop when the estimated error is this small: 0.05 is a preview, 0.01 is clean; or at --spp (and say so), like
     /// --time. The error is what `stride compare` calls noise, and relative to the picture's own brightness: no unit
     /// of length or radiance matters. It is known from 16 samples a pixel on, and never of a black picture
-    #[arg(long, value_name = "ERROR", allow_negative_numbers = true, conflicts_with = "range")]
+    #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = error, conflicts_with = "range")]
     noise: Option<f64>,
     /// Spend samples where the error is, until it is that of --noise [default: 0.01] on the whole or pixels have --spp,
     /// or the scene's samples without --noise; like adaptive = true in the scene
@@ -157,6 +157,10 @@ fn address(text: &str) -> Result<String, String> {
     let port = parts.and_then(|(_, port)| port.parse::<u16>().ok()).filter(|&port| port > 0);
     let address = port.map(|_| text.to_owned());
     address.ok_or_else(|| "an address is a host and a port, like localhost:14158".to_owned())
+}
+
+fn error(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| "an error is a number above 0 and below 1, like 0.01".to_owned())
 }
 
 pub(super) fn exposure(text: &str) -> Result<f64, String> {

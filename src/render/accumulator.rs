@@ -125,11 +125,21 @@ impl Accumulator {
         self.checkpoints.close();
         let unanswered = self.stop_workers(&inbox.batches);
         let is_overtime = matches!(end, End::Overtime);
-        let failure = match end {
+        let mut failure = match end {
             End::Failure(failure) => Some(failure),
-            // The last worker's failure may lie behind the end of its batches.
-            End::Over | End::Overtime => inbox.changes.try_iter().find_map(failure_of),
+            End::Over | End::Overtime => None,
         };
+        // The last worker's failure may lie behind the end of its batches.
+        for change in inbox.changes.try_iter() {
+            match change {
+                Change::Fails(it) if !self.dealer.is_there(it.index) => {}
+                Change::Fails(it) if self.dealer.can_lose(it.index) => self.lost.push(it),
+                Change::Fails(it) => {
+                    failure.get_or_insert(it);
+                }
+                Change::Joins { .. } | Change::Leaves(_) => {}
+            }
+        }
         self.totals.elapsed = self.started.elapsed();
         self.totals.rejected = self.adder.film.rejected();
         drop(inbox);
@@ -137,8 +147,9 @@ impl Accumulator {
         self.outcome(failure, unanswered, is_overtime)
     }
 
-    /// Listens to whoever has something to say, until the render ends.
+    /// Receives batches, changes and requests to stop, until the render ends.
     fn serve(&mut self, inbox: &Inbox) -> End {
+        let mut changes = inbox.changes.clone();
         let time_is_up = self.overtime.map_or_else(never, at);
         self.pass_gate();
         self.give_orders();
@@ -147,12 +158,14 @@ impl Accumulator {
                 recv(inbox.batches) -> batch => match batch {
                     Ok(batch) => self.take(batch),
                     // All workers have ended.
-                    Err(_) => break,
+                    Err(_) => return self.end_of_workers(inbox),
                 },
-                recv(inbox.changes) -> change => if let Ok(change) = change
-                    && let Some(failure) = self.change(change, &inbox.batches)
-                {
-                    return End::Failure(failure);
+                recv(changes) -> change => match change {
+                    Ok(change) => if let Some(failure) = self.change(change, &inbox.batches) {
+                        return End::Failure(failure);
+                    },
+                    // A closed channel is always ready.
+                    Err(_) => changes = never(),
                 },
                 recv(inbox.stop) -> _ => break,
                 recv(inbox.viewer) -> _ => break,
@@ -160,6 +173,23 @@ impl Accumulator {
             }
         }
         End::Over
+    }
+
+    /// All workers have ended: because all is done, or because they have left or failed, which they said before.
+    fn end_of_workers(&mut self, inbox: &Inbox) -> End {
+        for change in inbox.changes.try_iter() {
+            if let Some(failure) = self.change(change, &inbox.batches) {
+                return End::Failure(failure);
+            }
+        }
+        match self.dealer.deserter(self.pace()) {
+            None => End::Over,
+            Some(index) => End::Failure(WorkerFailure {
+                index,
+                worker: format!("worker {index}"),
+                message: "it left before all was done, and no other worker is there".to_owned(),
+            }),
+        }
     }
 
     /// Adds a batch, and does whatever is due then.
@@ -254,6 +284,7 @@ impl Accumulator {
         match change {
             Change::Joins { worker, port, speed } => self.dealer.join(worker, port, speed),
             Change::Leaves(worker) => self.lose(worker, batches),
+            Change::Fails(failure) if !self.dealer.is_there(failure.index) => return None,
             Change::Fails(failure) if !self.dealer.can_lose(failure.index) => return Some(failure),
             Change::Fails(failure) => {
                 self.lose(failure.index, batches);
@@ -311,14 +342,6 @@ impl Accumulator {
             faint,
             has_warned_of_faint: publisher.has_warned_of_faint,
         }
-    }
-}
-
-/// The failure that a change tells of.
-fn failure_of(change: Change) -> Option<WorkerFailure> {
-    match change {
-        Change::Fails(failure) => Some(failure),
-        Change::Joins { .. } | Change::Leaves(_) => None,
     }
 }
 

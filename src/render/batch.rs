@@ -7,6 +7,9 @@ use crate::sampling::{Contribution, Sample};
 use serde::{Deserialize, Serialize};
 
 /// Samples of some of the pixels of an order: themselves, or exact sums of them.
+///
+/// The accumulator believes workers: each batch must be of the oldest order that the worker has not completed, and bring
+/// what no other batch has brought.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SampleBatch {
     /// The worker that made them.

@@ -61,7 +61,8 @@ pub struct Barrier {
 pub enum Change {
     /// A worker of a new number joins. It is as fast as so many of the first ones.
     Joins {
-        /// Its number, which its batches carry.
+        /// Its number, which its batches carry: the least that no worker has had. One that is known already is refused, by
+        /// closing its channels.
         worker: usize,
         /// Its channels.
         port: Port,
@@ -77,7 +78,8 @@ pub enum Change {
 /// The accumulator's ends of a worker's channels.
 #[derive(Clone, Debug)]
 pub struct Port {
-    /// Work for it. The channel closes when there is no more.
+    /// Work for it. The channel closes when there is no more. It must have room for the two orders that a worker may
+    /// have: the accumulator waits where it has not.
     pub orders: Sender<Assignment>,
     /// Where it is asked to stop, by one message that it leaves there. It has ended when it has dropped its end.
     pub stop: Option<Sender<()>>,

@@ -30,7 +30,7 @@ pub struct Order {
 pub enum Deal {
     /// Do this.
     Order(Order),
-    /// Ask again when somebody has completed something.
+    /// Ask again after the next completed order.
     Later,
     /// There is nothing left to do.
     Done,
@@ -265,6 +265,7 @@ impl Schedule {
         self.workers.insert(worker, speed);
         let workers = self.workers.len() as u32;
         let wanted = workers * shares_each(f64::from(self.pixels) / f64::from(workers));
+        let wanted = wanted.min(self.pixels);
         let there = self.shares.len() as u32;
         if self.shares.iter().any(|share| share.is_to_be_cut) {
             self.cuts = self.cuts.max(wanted.div_ceil(there));
@@ -301,6 +302,8 @@ impl Schedule {
                 1 => cuts,
                 run => cuts.min(run),
             };
+            // Each part has a pixel: more parts than that would have steps beyond the last.
+            let parts = parts.min(share.stride.len(self.pixels).max(1));
             let part =
                 |i| Share { stride: share.stride.split(i, parts), is_to_be_cut: false, ..share.clone() };
             let pixels = self.pixels;
@@ -310,7 +313,7 @@ impl Schedule {
         self.divide();
     }
 
-    /// Gives shares of those who own more than their part, or are no longer there, to those who own the least of theirs.
+    /// Gives shares of workers with more than their part, or that are no longer there, to those with the least of theirs.
     fn divide(&mut self) {
         let speeds: f64 = self.workers.values().sum();
         let part = |speed: f64| f64::from(self.pixels) * speed / speeds;
@@ -346,6 +349,11 @@ impl Schedule {
             }
         }
         layout.places().map(|place| owners[place]).collect()
+    }
+
+    /// Whether all has been carried out.
+    pub fn is_done(&self, pace: Option<Duration>) -> bool {
+        self.is_idle() && self.is_over(pace)
     }
 
     /// Whether no order is under way.

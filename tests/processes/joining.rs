@@ -84,7 +84,8 @@ impl Stage<'_> {
             sends_samples: self.sends_samples,
             splatter: None,
         };
-        let (stop, stays) = (&self.stops[index].1, self.roles[index].fate == Fate::Stays);
+        let fate = self.roles[index].fate;
+        let (stop, stays) = (&self.stops[index].1, fate == Fate::Stays);
         let work = move || {
             let (start, looks) = (Instant::now(), Cell::new(0));
             let slow = || {
@@ -104,7 +105,8 @@ impl Stage<'_> {
             let _ = changes.send(change);
         };
         std::thread::Builder::new().name(format!("worker {index}")).spawn_scoped(scope, work).unwrap();
-        Port { may_be_lost: true, ..Port::new(orders_out) }
+        // Any worker may leave; only those who say so may fail.
+        Port { may_be_lost: matches!(fate, Fate::Fails(_)), ..Port::new(orders_out) }
     }
 }
 
@@ -222,6 +224,111 @@ fn the_last_worker_that_is_there_cannot_be_lost() {
     assert_eq!(outcome.failure.as_ref().map(|failure| failure.index), Some(0));
     assert!(outcome.lost.is_empty() && !outcome.whole);
     is_a_prefix(&outcome);
+}
+
+#[test]
+fn a_render_that_its_last_worker_leaves_says_so() {
+    let roles = [Role { fate: Fate::Leaves(2), joins_after: None }];
+    let (outcome, ..) = render(&roles, false, false);
+    let failure = outcome.failure.as_ref().expect("a failure");
+    assert_eq!(failure.index, 0);
+    assert!(failure.message.contains("it left before all was done"), "{failure}");
+    assert!(outcome.lost.is_empty() && !outcome.whole);
+    is_a_prefix(&outcome);
+}
+
+/// Workers that do nothing but what the test says, with the ends of their channels.
+struct Puppet {
+    orders: Receiver<Assignment>,
+    stop: Receiver<()>,
+    batches: Sender<SampleBatch>,
+}
+
+impl Puppet {
+    fn carry_out(&self, index: usize, order: Order) {
+        let (out, orders) = bounded(1);
+        out.send(order.into()).unwrap();
+        drop(out);
+        let integrator = common::integrator(&scene());
+        let (level, region) = (level(), WHOLE);
+        let integrator = &*integrator;
+        let worker = Worker { index, integrator, level, region, sends_samples: false, splatter: None };
+        worker.run(&orders, &self.batches);
+    }
+}
+
+/// An accumulator of so many puppets that waits for orders of one sample to be carried out.
+fn puppets(count: usize) -> (Configuration, Receiver<SampleBatch>, Vec<Puppet>) {
+    let (batches_out, batches) = bounded(100);
+    let (mut ports, mut puppets) = (Vec::new(), Vec::new());
+    for _ in 0..count {
+        let ((orders_out, orders), (stop_out, stop)) = (bounded(2), bounded(1));
+        let stop_out = Some(stop_out);
+        ports.push(Port { stop: stop_out, patience: PATIENCE, ..Port::new(orders_out) });
+        puppets.push(Puppet { orders, stop, batches: batches_out.clone() });
+    }
+    let schedule = Schedule::new(count, WHOLE.len(), 1, None, Vec::new());
+    let film = Film::new(WIDTH, HEIGHT).unwrap();
+    (Configuration::new(film, WHOLE, schedule, ports), batches, puppets)
+}
+
+#[test]
+fn the_last_order_of_a_worker_that_leaves_is_given_to_one_that_was_done() {
+    let (configuration, batches, mut all) = puppets(2);
+    let (changes_out, changes) = bounded(1);
+    let leaver = all.pop().unwrap();
+    let stays = all.pop().unwrap();
+    let outcome = std::thread::scope(|scope| {
+        scope.spawn(move || {
+            // It keeps the orders that it gets first, and leaves when the other has carried out the rest.
+            let mut held = vec![leaver.orders.recv().unwrap().order, leaver.orders.recv().unwrap().order];
+            let mut left = WHOLE.len() - held.iter().map(|order| order.stride.len(WHOLE.len())).sum::<u32>();
+            let mut changes_out = Some(changes_out);
+            while let Ok(Assignment { order, .. }) = stays.orders.recv() {
+                stays.carry_out(0, order);
+                left = left.saturating_sub(order.stride.len(WHOLE.len()));
+                if left == 0
+                    && let Some(changes_out) = changes_out.take()
+                {
+                    changes_out.send(Change::Leaves(1)).unwrap();
+                    held.clear();
+                }
+            }
+            // It was asked to stop when it was gone, and is not waited for.
+            assert!(leaver.stop.recv_timeout(PATIENCE).is_ok());
+            drop(stays);
+            drop(leaver);
+        });
+        Accumulator::new(configuration).run(Inbox { batches, changes, stop: never(), viewer: never() })
+    });
+    assert!(outcome.failure.is_none() && outcome.whole && outcome.unanswered.is_empty());
+    assert!(outcome.film == plain_film(&*common::integrator(&scene()), WHOLE, |_| 1));
+}
+
+#[test]
+fn a_worker_that_fails_when_it_is_asked_to_stop_and_may_be_lost_is_no_failure() {
+    for may_be_lost in [true, false] {
+        let (mut configuration, batches, mut all) = puppets(2);
+        configuration.workers[1].may_be_lost = may_be_lost;
+        let (changes_out, changes) = bounded(2);
+        let (stop_out, stop) = bounded(0);
+        let fails = all.pop().unwrap();
+        let other = all.pop().unwrap();
+        drop(stop_out);
+        let outcome = std::thread::scope(|scope| {
+            scope.spawn(move || {
+                let Puppet { orders, stop, batches } = fails;
+                stop.recv_timeout(PATIENCE).unwrap();
+                let (worker, message) = ("the device".to_owned(), "it is gone".to_owned());
+                let failure = WorkerFailure { index: 1, worker, message };
+                changes_out.send(Change::Fails(failure)).unwrap();
+                drop((orders, stop, batches));
+                drop(other);
+            });
+            Accumulator::new(configuration).run(Inbox { batches, changes, stop, viewer: never() })
+        });
+        assert_eq!((outcome.failure.is_none(), outcome.lost.len()), (may_be_lost, may_be_lost.into()));
+    }
 }
 
 #[test]

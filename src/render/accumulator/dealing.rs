@@ -20,6 +20,8 @@ pub(super) struct Dealer {
     first: u32,
     /// All workers by their numbers, also those that are gone.
     workers: BTreeMap<usize, Worker>,
+    /// The last of those that are gone.
+    last_gone: Option<usize>,
     /// Whether the film may have samples of an order before it is given.
     has_gaps: bool,
 }
@@ -64,7 +66,8 @@ impl Dealer {
     pub(super) fn new(schedule: Schedule, film: &Film, first: u32, ports: Vec<Port>) -> Dealer {
         let [least, most] = film.seen_range();
         let workers = ports.into_iter().map(Worker::new).enumerate().collect();
-        Dealer { schedule, pixels: film.layout().len() as u32, first, workers, has_gaps: least < most }
+        let pixels = film.layout().len() as u32;
+        Dealer { schedule, pixels, first, workers, last_gone: None, has_gaps: least < most }
     }
 
     /// Gives workers orders until each has as many as it should: two, so that it never waits for the next one, unless a
@@ -81,7 +84,6 @@ impl Dealer {
 
     /// Gives a worker its next order; whether there was one.
     fn give_order(&mut self, index: usize, pace: Option<Duration>, film: &Film, plan: Option<&Plan>) -> bool {
-        let may_lose = self.workers.values().any(|worker| worker.may_be_lost && !worker.is_gone);
         let Some(worker) = self.workers.get_mut(&index) else { return false };
         let Some(orders) = &worker.orders else { return false };
         match self.schedule.next(index, pace) {
@@ -96,8 +98,8 @@ impl Dealer {
                 is_taken
             }
             Deal::Later => false,
-            // A worker may be lost yet, and what it has not completed wants another.
-            Deal::Done if may_lose && !self.schedule.is_idle() => false,
+            // A worker may leave or be lost yet, and what it has not completed wants another.
+            Deal::Done if !self.schedule.is_idle() => false,
             Deal::Done => {
                 worker.orders = None;
                 false
@@ -139,13 +141,24 @@ impl Dealer {
     pub(super) fn can_lose(&self, worker: usize) -> bool {
         let others = self.workers.iter().filter(|(other, _)| **other != worker);
         self.workers.get(&worker).is_some_and(|worker| worker.may_be_lost)
-            && others.into_iter().any(|(_, other)| other.orders.is_some())
+            && others.into_iter().any(|(_, other)| !other.is_gone)
+    }
+
+    /// The worker that left last, if work is left and no worker for it.
+    pub(super) fn deserter(&self, pace: Option<Duration>) -> Option<usize> {
+        let is_there = self.workers.values().any(|worker| !worker.is_gone);
+        self.last_gone.filter(|_| !is_there && !self.schedule.is_done(pace))
     }
 
     /// Takes everything from a worker that is gone: what it has not completed is dealt to others.
     pub(super) fn lose(&mut self, worker: usize) {
         let Some(gone) = self.workers.get_mut(&worker) else { return };
         (gone.orders, gone.is_gone) = (None, true);
+        self.last_gone = Some(worker);
+        // It may be there all the same, and is not waited for in the end.
+        if let Some(stop) = gone.stop.take() {
+            let _ = stop.try_send(());
+        }
         // Of the first of them the film may have a part.
         self.has_gaps |= !gone.outstanding.is_empty();
         gone.outstanding.clear();
@@ -184,7 +197,7 @@ impl Dealer {
         unanswered.collect()
     }
 
-    /// Those whose request to stop lies where they have left it.
+    /// Workers that have not read their request to stop.
     fn silent(&self) -> impl Iterator<Item = (usize, &Worker)> {
         let is_full = |stop: &Sender<()>| matches!(stop.try_send(()), Err(TrySendError::Full(())));
         let workers = self.workers.iter().map(|(&index, worker)| (index, worker));

@@ -224,3 +224,17 @@ fn a_render_may_begin_without_a_worker_and_lose_all_that_it_has() {
     assert_eq!((first, order.first), (Some(0), 0));
     assert_eq!((schedule.completed(), schedule.next(6, None)), (4, Deal::Done));
 }
+
+#[test]
+fn more_workers_may_join_than_there_are_pixels() {
+    for pixels in [1, 4] {
+        let mut schedule = Schedule::new(1, pixels, 3, None, vec![]);
+        (1..51).for_each(|worker| schedule.join(worker, 1.0));
+        let mut dealt = 1;
+        while dealt > 0 {
+            dealt = (0..51).map(|worker| orders(&mut schedule, worker, None).len()).sum();
+        }
+        assert_eq!((schedule.completed(), schedule.next(0, None)), (3, Deal::Done));
+        assert!(schedule.shares() <= pixels as usize);
+    }
+}

@@ -19,7 +19,7 @@ use crate::world::{self, TooLarge, World};
 use crossbeam_channel::{Receiver, Sender};
 use std::convert::Infallible;
 use std::sync::Arc;
-use threads::{Hiring, Mailbox, Terms};
+use threads::{PortSettings, ThreadStarter, WorkerChannels};
 
 pub(crate) use threads::{RunningCrew, Threads};
 
@@ -197,14 +197,14 @@ impl Crew {
         cpu.into_iter().chain(gpu).collect()
     }
 
-    /// A CPU worker's life.
-    fn work(&self, settings: &Settings, index: usize, mail: &Mailbox) {
+    /// Carries out orders on a thread of the CPU until their channel closes.
+    fn work(&self, settings: &Settings, index: usize, channels: &WorkerChannels) {
         let Some(integrator) = self.integrator.as_deref() else { return };
         let (level, region, sends_samples) =
             (settings.devices.level, settings.job.region, settings.outputs.wants_samples());
         let splatter = self.splatter.as_deref();
         let worker = Worker { index, integrator, level, region, sends_samples, splatter };
-        worker.run_until(&mail.orders, &mail.stop, &mail.batches);
+        worker.run_until(&channels.orders, &channels.stop, &channels.batches);
     }
 
     /// Starts a thread for each worker and returns the channels for their orders. A GPU comes back through `returned`
@@ -216,27 +216,27 @@ impl Crew {
         changes: &Sender<Change>,
         returned: Option<Sender<(Gpu, Result<(), gpu::GpuError>)>>,
     ) -> RunningCrew {
-        let mut hiring = Hiring::new(batches, changes);
+        let mut starter = ThreadStarter::new(batches, changes);
         let (threads, gpu) = (self.threads, self.gpu.take());
         let (crew, settings) = (Arc::new(self), Arc::new(settings.clone()));
         for index in 0..threads {
             let (crew, settings) = (Arc::clone(&crew), Arc::clone(&settings));
-            hiring.hire(format!("worker {index}"), Terms::CPU, move |mail| {
-                crew.work(&settings, index, mail);
+            starter.start(format!("worker {index}"), PortSettings::CPU, move |channels| {
+                crew.work(&settings, index, channels);
                 Ok(())
             });
         }
         if let Some(mut gpu) = gpu {
-            let terms = Terms { may_be_lost: threads > 0, ..Terms::GPU };
-            hiring.hire(format!("the GPU worker ({})", gpu.name), terms, move |mail| {
-                let end = gpu.worker.run_until(&mail.orders, &mail.stop, &mail.batches);
+            let port = PortSettings { may_be_lost: threads > 0, ..PortSettings::GPU };
+            starter.start(format!("the GPU worker ({})", gpu.name), port, move |channels| {
+                let end = gpu.worker.run_until(&channels.orders, &channels.stop, &channels.batches);
                 let Some(returned) = returned else { return end };
                 // After too long a wait nothing listens any more.
                 let _ = returned.send((gpu, end));
                 Ok(())
             });
         }
-        hiring.done()
+        starter.done()
     }
 }
 

@@ -50,6 +50,11 @@ pub enum SessionError {
         /// What is there.
         found: String,
     },
+    /// The camera was moved to where no camera can be.
+    #[error(
+        "the camera was moved to where no camera can be; this is a bug in stride: please report it with the scene"
+    )]
+    MovedCamera,
     /// A worker failed.
     #[error("{0}; {1}")]
     Worker(WorkerFailure, String),

@@ -29,7 +29,7 @@ pub(super) fn note(notes: &Sender<String>, line: String) {
 pub(super) type Ended = Receiver<Infallible>;
 
 /// Serves a window's requests: cameras by `tell`, and pictures by `save`, which gets what to save, how to show it, and
-/// whether the end is written already, and says what came of it. Whoever writes the end sends over `ending` first: once
+/// whether the end is written already, and says what came of it. The finisher sends over `ending` first: once
 /// that is received no save is under way, and none is begun before the end is written. From then on nothing unfinished
 /// is saved.
 fn serve_saves(

@@ -98,7 +98,7 @@ pub(super) fn conclude(settings: &Settings, rendered: &Rendered, events: &Sender
 /// else is written.
 fn moved(settings: &Settings, viewpoint: Viewpoint) -> Result<Settings, SessionError> {
     // The window moves it to no place where it can't be.
-    let camera = viewpoint.settings().ok_or(SessionError::Process("moved camera"))?;
+    let camera = viewpoint.settings().ok_or(SessionError::MovedCamera)?;
     let scene = Scene { camera, ..(*settings.job.scene).clone() };
     let names = |view: u32| {
         let name = |path: &PathBuf| suffixed_path(path, &format!("view-{view}"));

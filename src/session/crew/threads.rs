@@ -20,24 +20,24 @@ const _: () = assert!(ANSWERED_WITHIN.as_millis() + GRACE.as_millis() < 2000);
 /// machine takes seconds for one.
 pub(super) const GPU_ANSWERS_WITHIN: Duration = Duration::from_secs(10);
 
-/// What is agreed with a worker.
+/// How the accumulator deals with a worker.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Terms {
+pub(super) struct PortSettings {
     /// How long it may take to answer the request to stop.
     pub(super) patience: Duration,
     /// Whether the others go on without it if it fails.
     pub(super) may_be_lost: bool,
 }
 
-impl Terms {
+impl PortSettings {
     /// Those of a thread of the CPU.
-    pub(super) const CPU: Terms = Terms { patience: ANSWERED_WITHIN, may_be_lost: false };
+    pub(super) const CPU: PortSettings = PortSettings { patience: ANSWERED_WITHIN, may_be_lost: false };
     /// Those of a GPU that renders alone.
-    pub(super) const GPU: Terms = Terms { patience: GPU_ANSWERS_WITHIN, may_be_lost: false };
+    pub(super) const GPU: PortSettings = PortSettings { patience: GPU_ANSWERS_WITHIN, may_be_lost: false };
 }
 
 /// A worker's ends of its channels.
-pub(super) struct Mailbox {
+pub(super) struct WorkerChannels {
     pub(super) orders: Receiver<Assignment>,
     /// A message here is the request to stop.
     pub(super) stop: Receiver<()>,
@@ -45,16 +45,16 @@ pub(super) struct Mailbox {
 }
 
 /// The two ends of a worker's channels.
-fn post(terms: Terms, batches: &Sender<SampleBatch>) -> (Port, Mailbox) {
+fn channels(settings: PortSettings, batches: &Sender<SampleBatch>) -> (Port, WorkerChannels) {
     let (orders_out, orders) = bounded(2);
     let (stop_out, stop) = bounded(1);
     let port = Port {
         orders: orders_out,
         stop: Some(stop_out),
-        patience: terms.patience,
-        may_be_lost: terms.may_be_lost,
+        patience: settings.patience,
+        may_be_lost: settings.may_be_lost,
     };
-    (port, Mailbox { orders, stop, batches: batches.clone() })
+    (port, WorkerChannels { orders, stop, batches: batches.clone() })
 }
 
 /// A crew whose threads run.
@@ -66,32 +66,32 @@ pub(crate) struct RunningCrew {
 }
 
 /// A crew whose threads are being started, one after the other.
-pub(super) struct Hiring<'a> {
+pub(super) struct ThreadStarter<'a> {
     batches: &'a Sender<SampleBatch>,
     changes: &'a Sender<Change>,
     ports: Vec<Port>,
     threads: Vec<(String, JoinHandle<()>)>,
 }
 
-impl<'a> Hiring<'a> {
+impl<'a> ThreadStarter<'a> {
     /// A crew without threads yet, whose workers will send their batches and changes here.
-    pub(super) fn new(batches: &'a Sender<SampleBatch>, changes: &'a Sender<Change>) -> Hiring<'a> {
-        Hiring { batches, changes, ports: Vec::new(), threads: Vec::new() }
+    pub(super) fn new(batches: &'a Sender<SampleBatch>, changes: &'a Sender<Change>) -> ThreadStarter<'a> {
+        ThreadStarter { batches, changes, ports: Vec::new(), threads: Vec::new() }
     }
 
     /// Starts the thread of a worker of this name. If its work fails or panics, that is its failure.
-    pub(super) fn hire(
+    pub(super) fn start(
         &mut self,
         name: String,
-        terms: Terms,
-        work: impl FnOnce(&Mailbox) -> Result<(), gpu::GpuError> + Send + 'static,
+        settings: PortSettings,
+        work: impl FnOnce(&WorkerChannels) -> Result<(), gpu::GpuError> + Send + 'static,
     ) {
         let index = self.ports.len();
-        let (port, mailbox) = post(terms, self.batches);
+        let (port, channels) = channels(settings, self.batches);
         self.ports.push(port);
         let (changes, worker) = (self.changes.clone(), name.clone());
         let thread = std::thread::spawn(move || {
-            let message = match catch_unwind(AssertUnwindSafe(|| work(&mailbox))) {
+            let message = match catch_unwind(AssertUnwindSafe(|| work(&channels))) {
                 Ok(Ok(())) => return,
                 Ok(Err(error)) => error.to_string(),
                 Err(panic) => panic_message(&*panic),
@@ -107,7 +107,7 @@ impl<'a> Hiring<'a> {
     }
 }
 
-/// The threads of workers, which belong to nobody: one that does not end when it is asked to must not hold up anything.
+/// The threads of workers. Those that do not end when they are asked to are abandoned, and never joined.
 pub(crate) struct Threads(Vec<(String, JoinHandle<()>)>);
 
 impl Threads {

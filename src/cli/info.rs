@@ -87,7 +87,7 @@ fn film(path: &Path) -> Result<String, Failure> {
         line("variance", "there are the sums for it".to_owned());
     }
     let [lost, outside] = film.lost_contributions();
-    line("left out", format!("{} samples", film.rejected() - lost));
+    line("left out", format!("{} samples", film.rejected().saturating_sub(lost)));
     if film.has_light_image() {
         line("light image", format!("{lost} contributions left out, {outside} that reach no pixel"));
     }

@@ -98,7 +98,8 @@ impl Film {
     /// Contributions that were left out, and those that reached no pixel of the film.
     pub fn lost_contributions(&self) -> [u64; 2] {
         let counts = self.light.iter().map(|pixel| [pixel.rejected, pixel.outside]);
-        counts.fold([0; 2], |[a, b], [c, d]| [a + c, b + d])
+        // Those of a file may be anything.
+        counts.fold([0; 2], |[a, b]: [u64; 2], [c, d]| [a.saturating_add(c), b.saturating_add(d)])
     }
 }
 

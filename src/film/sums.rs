@@ -366,7 +366,7 @@ impl Film {
     /// Samples and contributions left out, over all pixels.
     pub fn rejected(&self) -> u64 {
         let [contributions, _] = self.lost_contributions();
-        self.pixels.iter().map(|p| u64::from(p.rejected)).sum::<u64>() + contributions
+        self.pixels.iter().map(|p| u64::from(p.rejected)).sum::<u64>().saturating_add(contributions)
     }
 
     /// Whether [`Film::variance`] tells anything. Of a light image nothing is known.

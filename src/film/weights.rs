@@ -80,13 +80,16 @@ impl Weights {
         self.width
     }
 
-    /// The integral of the taps along an axis, in pixels, in multiples of 2⁻³¹: at most one.
+    /// The integral along an axis, in pixels, in multiples of 2⁻³¹: the mean over all positions of the sum of their taps,
+    /// as they are rounded.
     pub fn integral(&self) -> u32 {
-        let row = |i: usize| self.table[i * self.width..][..self.width].iter().map(|&tap| i64::from(tap));
-        // By trapezoids, as taps are interpolated.
-        let doubled: i64 = (1..ROWS).flat_map(|i| row(i - 1).chain(row(i))).sum();
-        const { assert!(TABLE_BITS + CELL_BITS + 1 == 31) };
-        doubled.clamp(0, 1 << 31) as u32
+        const { assert!(TAP_BITS + POSITION_BITS + 1 == 31) };
+        let positions = (0..1_u32 << POSITION_BITS).map(|i| i as f32 / (1_u32 << POSITION_BITS) as f32);
+        let sum: i64 = with_width!(self.width, N => {
+            let rows = self.rows::<N>();
+            positions.flat_map(|at| taps::<N>(rows, 0.0, at).1).map(i64::from).sum()
+        });
+        (2 * sum).clamp(0, u32::MAX.into()) as u32
     }
 
     /// Pixels on each side of a sample's own that it may count in.

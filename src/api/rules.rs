@@ -200,6 +200,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn samples_that_have_no_end_are_no_target() {
+        let target =
+            |range: Range<u32>| Render::new(&Scene::default()).range(range).settings().unwrap().target();
+        assert_eq!((target(16..u32::MAX), target(16..20)), (None, Some(4)));
+    }
+
+    #[test]
     fn a_part_lies_within_the_film() {
         assert!(part(Some([0, 0, 4, 4]), 4, 4).is_ok());
         for bad in [[0, 0, 5, 4], [1, 0, 4, 4], [0, 0, 0, 1], [u32::MAX, 0, 2, 1]] {

@@ -73,7 +73,6 @@ impl Conclusion {
         let (job, stopping, outputs) = (&settings.job, &settings.stopping, &settings.outputs);
         let (totals, film_width) = (outcome.totals, job.region.film_width);
         let may_end_early = stopping.time.is_some() || stopping.goal().is_some();
-        let is_early = !may_end_early && totals.spp < stopping.spp;
         let is_faint_known = outcome.has_warned_of_faint || totals.samples == 0;
         let faint = || outcome.faint.warning(&outcome.film, job.scene.has_light());
         let place = |traced: Traced| [traced.pixel % film_width, traced.pixel / film_width];
@@ -86,7 +85,7 @@ impl Conclusion {
             is_whole: outcome.whole,
             pixels: job.region.len(),
             is_adaptive: stopping.adaptive,
-            stopped_before: is_early.then_some(stopping.spp),
+            stopped_before: settings.target().filter(|&target| !may_end_early && totals.spp < target),
             is_overtime: outcome.overtime,
             unreached: outcome.unreached.iter().map(|end| end - job.first).collect(),
             moved: job.moved.clone(),
@@ -143,7 +142,7 @@ fn progress(settings: &Settings, totals: &Totals) -> Progress {
     Progress {
         spp_done: totals.samples as f64 / len,
         spp_before: totals.before as f64 / len,
-        spp_target: settings.stopping.target(),
+        spp_target: settings.target(),
         seconds: totals.elapsed.as_secs_f64(),
         samples: totals.made(),
         time_limit: settings.stopping.time.map(|time| time.as_secs_f64()),

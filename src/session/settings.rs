@@ -33,6 +33,11 @@ impl Settings {
         self.job.first..self.job.first.saturating_add(self.stopping.spp)
     }
 
+    /// Samples a pixel, if they are limited: a range that goes on to the last number is not.
+    pub fn target(&self) -> Option<u32> {
+        (self.range().end < u32::MAX).then_some(self.stopping.spp)
+    }
+
     /// The samples in a film whose pixels have between so many and so many of them.
     pub(super) fn holding(&self, [least, most]: [u64; 2]) -> Holding {
         Holding::prefix(self.range(), least, most)
@@ -106,11 +111,6 @@ impl Stopping {
     /// The error at which the render ends, if it does at one.
     pub fn goal(&self) -> Option<f64> {
         self.noise.or(self.adaptive.then_some(ADAPTIVE_NOISE))
-    }
-
-    /// Samples a pixel, if they are limited.
-    pub fn target(&self) -> Option<u32> {
-        (self.spp < u32::MAX).then_some(self.spp)
     }
 }
 

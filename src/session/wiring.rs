@@ -217,7 +217,7 @@ fn start_workers(settings: &Settings, crew: Crew, begun: Begun, outbox: Outbox) 
         goal: stopping.goal().map(goal),
         checkpoint: outputs.checkpoint,
         overtime: deadline.and_then(|deadline| deadline.checked_add(GRACE)),
-        target: stopping.target(),
+        target: settings.target(),
         outbox,
         ..Configuration::new(film, region, schedule, ports)
     });

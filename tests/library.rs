@@ -225,11 +225,12 @@ fn impossible_settings_are_values() {
         SettingsError::Crop { crop: [30, 0, 11, 1], film: [40, 30] }
     );
     assert_eq!(refused(ball().dump_at([9])), SettingsError::DumpPastEnd { at: 9, samples: 8 });
-    assert_eq!(refused(ball().range(2..4)), SettingsError::Together("range", "samples"));
+    assert_eq!(refused(ball().range(2..4)), SettingsError::RangeAndSamples);
     let reversed = std::ops::Range { start: 4, end: 4 };
     assert_eq!(refused(ball().samples(None).range(reversed.clone())), SettingsError::EmptyRange(reversed));
     assert_eq!(refused(ball().adaptive(true).device(DeviceChoice::Gpu(None))), SettingsError::AdaptiveDevice);
     assert_eq!(refused(ball().adaptive(true).dump_at([2])), SettingsError::AdaptiveDump);
+    assert_eq!(refused(ball().samples(None).range(1..9).noise(0.1)), SettingsError::NoiseOfLaterSamples);
     assert_eq!(refused(ball().samples(None).range(1..9).adaptive(true)), SettingsError::AdaptiveRange);
     let twice = ball().output(path("a.png")).output(folder.path().join(".").join("a.png"));
     assert!(matches!(refused(twice), SettingsError::Twice(_)));

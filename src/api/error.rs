@@ -86,9 +86,9 @@ pub enum SettingsError {
         /// What it is.
         value: String,
     },
-    /// Two settings contradict each other.
-    #[error("`{0}` and `{1}` can't be had together: both say which samples there are")]
-    Together(&'static str, &'static str),
+    /// Both are given, and may contradict each other.
+    #[error("`range` and `samples` can't be had together: both say which samples there are")]
+    RangeAndSamples,
     /// There is no sample in a range.
     #[error("there is no sample in `range` {}..{}", .0.start, .0.end)]
     EmptyRange(Range<u32>),
@@ -104,11 +104,11 @@ pub enum SettingsError {
         first: u32,
     },
     /// An error is asked for of samples that do not begin with the first.
-    #[error("`noise` tells the error of renders from sample 0 on, and this film begins later")]
+    #[error("`noise` tells the error of renders from sample 0 on, and these samples begin later (`range`, or the film)")]
     NoiseOfLaterSamples,
-    /// Adaptive sampling of some samples only.
+    /// Adaptive sampling of samples that do not begin with the first, or of some only.
     #[error(
-        "adaptive sampling decides where samples go by all from sample 0 on: it can't render a range of them (`range`)"
+        "adaptive sampling decides where samples go by all from sample 0 on: it can't render a range of them (`range`), nor go on with a film that begins later"
     )]
     AdaptiveRange,
     /// Adaptive sampling with pictures of numbers of samples on the way.

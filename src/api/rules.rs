@@ -127,9 +127,8 @@ impl Render {
     /// The samples that a pixel is to have: the scene's number where nothing says more.
     fn which_samples(&self, resumed: Option<&Resumed>) -> Result<Range<u32>, SettingsError> {
         if let Some(range) = &self.range {
-            let others = [("samples", self.samples.is_some()), ("noise", self.noise.is_some())];
-            if let Some((other, _)) = others.into_iter().find(|(_, is_asked)| *is_asked) {
-                return Err(SettingsError::Together("range", other));
+            if self.samples.is_some() {
+                return Err(SettingsError::RangeAndSamples);
             }
             if range.is_empty() {
                 return Err(SettingsError::EmptyRange(range.clone()));

@@ -78,6 +78,33 @@ fn a_scene_in_code_gives_the_files_that_the_command_line_writes_of_its_file() {
 }
 
 #[test]
+fn meshes_are_those_of_the_command_line_and_films_name_their_files() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = |name: &str| folder.path().join(name);
+    let wall = r#"{ name = "wall", shape = { type = "mesh", file = "wall.obj" }, material = "white" },"#;
+    fs::write(path("wall.obj"), "v -2 2 0\nv 2 2 0\nv 2 2 3\nv -2 2 3\nf 1 2 3 4\n")
+        .expect("a writable folder");
+    fs::write(path("wall.toml"), BALL.replacen("entities = [", &format!("entities = [\n    {wall}"), 1))
+        .expect("a writable folder");
+    let status = Command::new(env!("CARGO_BIN_EXE_stride"))
+        .arg("render")
+        .arg(path("wall.toml"))
+        .args(["--headless", "-q", "--size", "40x30", "--spp", "8", "-o", "a.exr", "--film", "a.film"])
+        .current_dir(folder.path())
+        .status();
+    assert!(status.expect("the program starts").success());
+    let loaded = stride::scene::load(&path("wall.toml")).expect("a scene");
+    let render = Render::new(&loaded.scene).size((40, 30)).samples(8);
+    render.clone().film(path("c.film")).run().expect("a picture").save(path("c.exr")).expect("a file");
+    render.sources(loaded.sources).film(path("b.film")).run().expect("a picture");
+    same_files(folder.path(), &[("c.exr", "a.exr"), ("b.film", "a.film")]);
+    // Without the names the film differs in its notes, and is the same film all the same.
+    let head = |name: &str| stride::output::open_film(&path(name)).expect("a film").head().clone();
+    assert_eq!(head("c.film").identity, head("a.film").identity);
+    assert_ne!(head("c.film").notes, head("a.film").notes);
+}
+
+#[test]
 fn settings_mean_what_options_mean() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let options = [

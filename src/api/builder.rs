@@ -78,7 +78,8 @@ impl Render {
         }
     }
 
-    /// The files that the scene's meshes come from, which messages and film files name: [`Loaded::sources`](crate::scene::Loaded::sources).
+    /// The files that the scene's meshes come from: [`Loaded::sources`](crate::scene::Loaded::sources). Film files name them,
+    /// so that messages can say which one has changed; no sample depends on their names.
     pub fn sources(self, sources: Sources) -> Render {
         Render { sources, ..self }
     }

@@ -104,7 +104,9 @@ pub enum SettingsError {
         first: u32,
     },
     /// An error is asked for of samples that do not begin with the first.
-    #[error("`noise` tells the error of renders from sample 0 on, and these samples begin later (`range`, or the film)")]
+    #[error(
+        "`noise` tells the error of renders from sample 0 on, and these samples begin later (`range`, or the film)"
+    )]
     NoiseOfLaterSamples,
     /// Adaptive sampling of samples that do not begin with the first, or of some only.
     #[error(

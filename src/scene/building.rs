@@ -6,7 +6,7 @@ use super::toml::load;
 use std::path::Path;
 
 impl Scene {
-    /// Reads a scene file. What is legal but surely unmeant is not told: [`load()`] tells it.
+    /// Reads a scene file. [`load()`] tells besides what is legal but surely unmeant, and which files its meshes come from.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneErrors> {
         load(path.as_ref()).map(|loaded| loaded.scene)
     }

@@ -35,7 +35,7 @@ pub(super) fn usage(message: impl std::fmt::Display) -> Failure {
 }
 
 /// Settings as messages of the library name them, and their options.
-const OPTIONS: [(&str, &str); 16] = [
+const OPTIONS: [(&str, &str); 18] = [
     ("checkpoint", "--checkpoint"),
     ("crop", "--crop"),
     ("device", "--device"),
@@ -47,11 +47,13 @@ const OPTIONS: [(&str, &str); 16] = [
     ("output", "-o"),
     ("overlay", "--overlay"),
     ("range", "--range"),
+    ("sample_file", "--samples"),
     ("samples", "--spp"),
     ("size", "--size"),
     ("tev", "--tev"),
     ("threads", "--threads"),
     ("time", "--time"),
+    ("view", "--headless"),
 ];
 
 /// A message of the library, whose settings stand in backquotes, with the options of the command line instead.

@@ -20,7 +20,7 @@ pub(super) fn open_window(
     }
     let (job, outputs) = (&settings.job, &settings.outputs);
     let camera = if outputs.wants_samples() || !outputs.dump_at.is_empty() {
-        Err("the camera stays: --samples and --dump-at are of one render".to_owned())
+        Err("the camera stays: samples and numbered pictures that are written are of one render".to_owned())
     } else {
         Ok(Orbit::new(&job.scene.camera, distance(settings, integrator)))
     };

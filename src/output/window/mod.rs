@@ -114,13 +114,13 @@ pub enum Left {
 pub enum WindowError {
     /// The program was built without it.
     #[error(
-        "this stride was built without the feature `window`; build it with `--features window`, or use --headless"
+        "this stride was built without the feature `window`; build it with `--features window`, or open none (`view`)"
     )]
     NotBuilt,
     /// There is nothing to open a window on.
-    #[error("there is no display to open a window on (DISPLAY is not set); use --headless")]
+    #[error("there is no display to open a window on (DISPLAY is not set); open none (`view`)")]
     NoDisplay,
     /// The display, or a library it needs, does not answer.
-    #[error("the window cannot be opened: {0}; check the display, or use --headless")]
+    #[error("the window cannot be opened: {0}; check the display, or open none (`view`)")]
     Failed(String),
 }

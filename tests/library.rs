@@ -183,9 +183,12 @@ fn a_render_tells_of_its_progress_and_its_end() {
     assert!(render.join().expect("a picture").whole);
 }
 
-/// A render that has no end of its own, after its first news.
+/// More samples a pixel than a test waits for.
+const STOPPED: u32 = u32::MAX - 1;
+
+/// A render that has no end of its own that a test would see, after its first news.
 fn endless(render: Render) -> stride::RenderHandle {
-    let handle = render.samples(u32::MAX).start().expect("a render");
+    let handle = render.samples(STOPPED).start().expect("a render");
     let first = handle.events().find(|event| matches!(event, Event::Progress(_)));
     assert!(first.is_some() && !handle.is_finished());
     handle
@@ -195,8 +198,14 @@ fn endless(render: Render) -> stride::RenderHandle {
 fn a_render_that_is_stopped_has_a_picture_of_what_there_is() {
     let mut handle = endless(ball());
     handle.stop();
+    let mut concluded = Vec::new();
+    for event in handle.events() {
+        if let Event::Concluded(conclusion) = event {
+            concluded.push(conclusion.stopped_before);
+        }
+    }
     let report = handle.join().expect("a picture");
-    assert!(report.totals.samples > 0 && report.spp_range[1] < u64::from(u32::MAX));
+    assert!(report.totals.samples > 0 && concluded == [Some(STOPPED)], "{concluded:?}");
     assert!(report.picture.rgb.iter().flatten().any(|&channel| channel > 0.0));
 }
 

@@ -94,7 +94,7 @@ impl Drop for RenderHandle {
     fn drop(&mut self) {
         self.stop();
         if let Some(thread) = self.thread.take() {
-            // What it came to is wanted by nobody.
+            // The report is dropped.
             let _ = thread.join();
         }
     }

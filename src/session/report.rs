@@ -48,7 +48,7 @@ pub struct Report {
 
 impl Report {
     /// Writes the picture in the format of the name's extension, `.png`, `.exr` or `.hdr`, whole or not at all: the file
-    /// that the render writes at its end where it is asked for one. Layers go into EXR files.
+    /// that the render writes at its end where it is asked for one without an overlay. Layers go into EXR files.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
         let mattes: Vec<&Names> = self.mattes.iter().collect();
         write_saying(path.as_ref(), &self.picture, &self.facts, (&self.layers, &mattes), self.view)

@@ -201,9 +201,9 @@ value!(Lit { at, emitted, bsdf, frame, wo, has_non_delta, has_delta, transmits }
 pub(crate) struct Asked<F: Float> {
     /// Radiance that is sent back along the ray, unless something hides the lamp.
     share: Rgb<F>,
-    /// The ray to the lamp,
+    /// The ray to the lamp.
     shadow: Ray<F>,
-    /// and the distance up to which a hit hides it.
+    /// The distance along it up to which a hit hides the lamp.
     end: F,
     /// Whether there is any.
     possible: F::Mask,

@@ -32,7 +32,7 @@ pub use error::SessionError;
 pub use event::{Conclusion, Event};
 pub use report::{Noise, Report};
 pub use settings::{
-    ADAPTIVE_NOISE, DeviceChoice, Devices, Job, Outputs, Settings, Stopping, View, WindowChoice,
+    ADAPTIVE_NOISE, DeviceChoice, Devices, Job, MOST_THREADS, Outputs, Settings, Stopping, View, WindowChoice,
 };
 
 pub(crate) use identity::{NOTES, facts};

@@ -271,11 +271,11 @@ fn impossible_settings_are_values() {
     let twice = ball().output(path("a.png")).output(folder.path().join(".").join("a.png"));
     assert!(matches!(refused(twice), SettingsError::Twice(_)));
     assert!(matches!(refused(ball().output(path("a.exr")).keep(path("a.exr"))), SettingsError::Twice(_)));
+    assert_eq!(refused(ball().threads(0)), SettingsError::Threads(0));
+    assert_eq!(refused(ball().threads(5000)), SettingsError::Threads(5000));
     for (render, setting) in [
         (ball().noise(0.0), "noise"),
         (ball().noise(f64::NAN), "noise"),
-        (ball().threads(0), "threads"),
-        (ball().threads(5000), "threads"),
         (ball().samples(0), "samples"),
         (ball().dump_at([0]), "dump_at"),
         (ball().time(std::time::Duration::ZERO), "time"),

@@ -183,7 +183,7 @@ impl Render {
 
 /// Who renders. On the CPU none of this changes a bit.
 impl Render {
-    /// Threads that render, at least 1; one a core unless it is said.
+    /// Threads that render, 1 to [`MOST_THREADS`](crate::session::MOST_THREADS); one a core unless it is said.
     pub fn threads(self, threads: impl Into<Option<usize>>) -> Render {
         Render { threads: threads.into(), ..self }
     }

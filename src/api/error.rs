@@ -2,7 +2,7 @@
 
 use crate::output::{FilmError, OutputError};
 use crate::scene::{SceneErrors, SceneProblem};
-use crate::session::{Report, SessionError};
+use crate::session::{MOST_THREADS, Report, SessionError};
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -86,6 +86,9 @@ pub enum SettingsError {
         /// What it is.
         value: String,
     },
+    /// There are no threads, or too many.
+    #[error("`threads` must be from 1 to {most}, not {0}", most = MOST_THREADS)]
+    Threads(usize),
     /// Both are given, and may contradict each other.
     #[error("`range` and `samples` can't be had together: both say which samples there are")]
     RangeAndSamples,

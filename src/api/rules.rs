@@ -8,7 +8,7 @@ use crate::math::lanes::Level;
 use crate::output::open_film;
 use crate::sampling::Region;
 use crate::scene::{self, FilmMode, Fingerprint, Scene};
-use crate::session::{DeviceChoice, Devices, Job, Outputs, Settings, Stopping};
+use crate::session::{DeviceChoice, Devices, Job, MOST_THREADS, Outputs, Settings, Stopping};
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::Path;
@@ -17,9 +17,6 @@ use std::time::Duration;
 
 /// How often a film file is written unless it is said.
 const CHECKPOINT: Duration = Duration::from_secs(60);
-
-/// The most threads.
-const MOST_THREADS: usize = 1024;
 
 /// Pixels are numbered in 32 bits, with room for strides that step past the end.
 const MOST_PIXELS: u64 = 1 << 31;
@@ -79,9 +76,9 @@ impl Render {
             return wrong("noise", "a number above 0 and below 1, like 0.01", error.to_string());
         }
         if let Some(threads) = self.threads
-            && !(1..=MOST_THREADS).contains(&threads)
+            && !(1..=usize::from(MOST_THREADS)).contains(&threads)
         {
-            return wrong("threads", "from 1 to 1024", threads.to_string());
+            return Err(SettingsError::Threads(threads));
         }
         if self.samples == Some(0) {
             return wrong("samples", "1 or more", "0".to_owned());

@@ -10,7 +10,7 @@ use crate::film::Layer;
 use crate::math::lanes::Level;
 use crate::output::atomic;
 use crate::scene::{EXPOSURES, Scene, Sources, Tone};
-use crate::session::{self, DeviceChoice, Report, View, WindowChoice};
+use crate::session::{self, DeviceChoice, MOST_THREADS, Report, View, WindowChoice};
 use crate::world::Finder;
 use clap::ValueEnum;
 use std::io::Write;
@@ -47,8 +47,8 @@ pub(super) struct RenderArguments {
     /// or the scene's samples without --noise; like adaptive = true in the scene
     #[arg(long)]
     adaptive: bool,
-    /// Threads that render, 1 to 1024 [default: one a core]
-    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
+        help = format!("Threads that render, 1 to {MOST_THREADS} [default: one a core]"))]
     threads: Option<u16>,
     /// Part of the film to render, in pixels
     #[arg(long, allow_hyphen_values = true, value_name = "X,Y,W,H", value_parser = crop)]

@@ -117,12 +117,15 @@ impl Stopping {
 /// The error that adaptive sampling ends at unless another is asked for.
 pub const ADAPTIVE_NOISE: f64 = 0.01;
 
+/// The most threads that a render may have.
+pub const MOST_THREADS: u16 = 1024;
+
 /// What renders.
 #[derive(Clone, Debug)]
 pub struct Devices {
     /// Which devices.
     pub choice: DeviceChoice,
-    /// CPU workers.
+    /// CPU workers, [`MOST_THREADS`] at most.
     pub threads: NonZeroUsize,
     /// The lanes that they use.
     pub level: Level,

@@ -5,6 +5,7 @@ use super::table::{Cell, Table, significant};
 use crate::cli::failure::{Failure, usage};
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
 use crate::scene::MOST_BOUNCES;
+use crate::session::MOST_THREADS;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct DepthArguments {
@@ -13,8 +14,8 @@ pub(super) struct DepthArguments {
     /// Largest numbers of bounces
     #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', default_value = "2,3,5", value_parser = clap::value_parser!(u32).range(0..=MOST_BOUNCES.into()))]
     depths: Vec<u32>,
-    /// Threads that render, 1 to 1024 [default: one a core]
-    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
+        help = format!("Threads that render, 1 to {MOST_THREADS} [default: one a core]"))]
     threads: Option<u16>,
     /// Runs of each, of which the median counts
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]

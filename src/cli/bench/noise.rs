@@ -12,6 +12,7 @@ use crate::cli::failure::{Failure, usage};
 use crate::film::compare::{mean_without_worst, squared_errors};
 use crate::film::noise::WORST;
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
+use crate::session::MOST_THREADS;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct NoiseArguments {
@@ -20,8 +21,8 @@ pub(super) struct NoiseArguments {
     /// Samples a pixel of the reference [default: 32 times the most that are measured]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
     reference_spp: Option<u32>,
-    /// Threads that render, 1 to 1024 [default: one a core]
-    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
+        help = format!("Threads that render, 1 to {MOST_THREADS} [default: one a core]"))]
     threads: Option<u16>,
     /// Seeds over which squared errors are averaged
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]

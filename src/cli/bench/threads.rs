@@ -4,14 +4,15 @@ use super::measurement::{Bench, CommonArguments, Loudness, Times, counted, repea
 use super::table::{Cell, Table, significant};
 use crate::cli::failure::{Failure, usage};
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
+use crate::session::MOST_THREADS;
 use std::num::NonZeroUsize;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct ThreadsArguments {
     #[command(flatten)]
     common: CommonArguments,
-    /// Numbers of threads, each 1 to 1024
-    #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', default_value = "1,2,4,8", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', default_value = "1,2,4,8", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
+        help = format!("Numbers of threads, each 1 to {MOST_THREADS}"))]
     threads: Vec<u16>,
     /// Runs of each, of which the median counts
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]

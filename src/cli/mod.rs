@@ -6,6 +6,7 @@ mod check;
 mod compare;
 mod develop;
 mod devices;
+mod events;
 mod failure;
 mod holds;
 mod info;
@@ -17,7 +18,6 @@ mod render;
 mod reporter;
 mod stats;
 mod stop;
-mod told;
 mod trace;
 
 use clap::{Parser, Subcommand};

@@ -1,10 +1,10 @@
 //! `stride render`: arguments → a render, which checks them → session → exit code.
 
 use super::arguments::{SceneArguments, crop, duration, range};
+use super::events::print_events;
 use super::failure::{Failure, usage};
 use super::stats::Stats;
 use super::stop;
-use super::told::told;
 use crate::api::Render;
 use crate::film::Layer;
 use crate::math::lanes::Level;
@@ -184,7 +184,7 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
             writeln!(std::io::stderr(), "warning: {film} will be replaced; --resume goes on with it instead");
     }
 
-    let report = told(arguments.quiet, |events| -> Result<Report, Failure> {
+    let report = print_events(arguments.quiet, |events| -> Result<Report, Failure> {
         let prepared = session::prepare(&settings, events)?;
         // Until here Ctrl-C ends the program at once: there is nothing to write.
         let stop =

@@ -2,10 +2,10 @@
 
 use super::table::Table;
 use crate::cli::arguments::SceneArguments;
+use crate::cli::events::print_events;
 use crate::cli::failure::{Failure, usage};
 use crate::cli::print::print;
 use crate::cli::stop;
-use crate::cli::told::told;
 use crate::math::lanes::Level;
 use crate::output::atomic::{check_place, write_atomically};
 use crate::output::plot::Chart;
@@ -92,7 +92,7 @@ impl<'a> Bench<'a> {
             view: View { name: self.arguments.scene.name(), ..View::default() },
         };
         let is_quiet = self.arguments.quiet || loudness == Loudness::Quiet;
-        let report = told(is_quiet, |events| session::run(&settings, events, &self.stop))?;
+        let report = print_events(is_quiet, |events| session::run(&settings, events, &self.stop))?;
         if report.totals.rejected > 0 {
             self.say(&format!("warning: {} samples were left out", report.totals.rejected));
         }

@@ -11,7 +11,7 @@ use std::io::{StderrLock, Write};
 
 /// Runs something that tells events, and prints them meanwhile. If `quiet`, only what makes the files other than those
 /// that were asked for.
-pub(super) fn told<T>(quiet: bool, run: impl FnOnce(Sender<Event>) -> T) -> T {
+pub(super) fn print_events<T>(quiet: bool, run: impl FnOnce(Sender<Event>) -> T) -> T {
     let (events_out, events) = bounded(16);
     std::thread::scope(|scope| {
         scope.spawn(move || print(quiet, &events));

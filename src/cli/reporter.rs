@@ -113,19 +113,7 @@ impl Lines {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn at(spp_done: f64, seconds: f64) -> Progress {
-        let samples = (spp_done * 307_200.0) as u64;
-        Progress {
-            spp_done,
-            spp_before: 0.0,
-            spp_target: Some(500),
-            seconds,
-            samples,
-            time_limit: None,
-            noise: None,
-        }
-    }
+    use crate::output::progress::tests::at;
 
     /// What a run over `seconds` writes when it is updated ten times a second.
     fn log(seconds: f64, progress: impl Fn(f64) -> Progress) -> Vec<String> {

@@ -105,10 +105,11 @@ impl fmt::Display for Progress {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn at(spp_done: f64, seconds: f64) -> Progress {
+    /// 640×480 pixels of 500 samples each, so far.
+    pub(crate) fn at(spp_done: f64, seconds: f64) -> Progress {
         let samples = (spp_done * 307_200.0) as u64;
         Progress {
             spp_done,

@@ -7,7 +7,7 @@ use super::rows::{HeapWord, Rows};
 use super::tree::Tree;
 use crate::film::{self, Splatter};
 use crate::gpu::{GpuError, Job};
-use crate::integrator::Settings;
+use crate::integrator::{self, Settings};
 use crate::light::{self, LightTable};
 use crate::material::MaterialTable;
 use crate::math::ColumnReader;
@@ -65,6 +65,9 @@ impl Tables {
         let CompiledScene { surfaces: table, materials, lights, ambient, .. } = job.scene;
         if job.render.max_depth > MAX_DEPTH && job.render.max_depth != UNLIMITED {
             return Err(GpuError::Unsupported(format!("paths of more than {MAX_DEPTH} bounces")));
+        }
+        if integrator::contributes(job.render.integrator) {
+            return Err(GpuError::Unsupported("samples that contribute to other pixels".to_owned()));
         }
         // Meshes are found by the tree alone.
         let with_meshes;

@@ -77,7 +77,7 @@ fn spp_counts_from_sample_0_wherever_a_film_begins() {
 }
 
 #[test]
-fn a_film_that_lies_otherwise_than_its_facts_say_is_refused() {
+fn a_film_that_differs_from_its_facts_is_refused() {
     let dir = folder();
     let path = dir.path().join("a.film");
     said(dir.path(), 0, &render(&["--spp", "2", "--film", "a.film"]));
@@ -92,7 +92,7 @@ fn a_film_that_lies_otherwise_than_its_facts_say_is_refused() {
     forged[end..].copy_from_slice(&digest);
     fs::write(&path, &forged).expect("a film");
     let text = said(dir.path(), 1, &render(&["--resume", "a.film", "--spp", "3"]));
-    assert!(text.contains("in 18×24 plain pixels, not 24×18"), "{text}");
+    assert!(text.contains("it has 18×24 plain pixels, and its facts say 24×18"), "{text}");
     assert!(fs::read(&path).expect("a film") == forged);
     // Negative control.
     fs::write(&path, &good).expect("a film");

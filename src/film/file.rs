@@ -40,7 +40,7 @@ const PLAN_BYTES: [u64; 2] = [4, 8];
 const DIGEST_BYTES: u64 = 32;
 /// The longest text: far more than any facts need.
 const LONGEST_TEXT: u32 = 1 << 20;
-/// Pixels that are read or written at a time: 1 MiB.
+/// Pixels that are read or written at a time: 1 MiB of plain ones, 3 MiB of those with all sums.
 const PIECE: usize = 1 << 14;
 
 /// What a film file says beside its pixels and their samples.
@@ -116,7 +116,7 @@ pub enum FilmFileError {
     #[error("it is damaged: its bytes are not those that were written")]
     Damaged,
     /// What it says can't be.
-    #[error("it contradicts itself ({0}): whatever wrote it made a mistake")]
+    #[error("it contradicts itself ({0}): the program that wrote it made a mistake")]
     Contradiction(&'static str),
     /// It has not the size of the film that it is to be added to.
     #[error("it has {}×{} pixels, not {}×{}", .found[0], .found[1], .expected[0], .expected[1])]

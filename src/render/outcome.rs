@@ -16,7 +16,7 @@ pub struct Totals {
     pub samples: u64,
     /// How many of them were there before this run.
     pub before: u64,
-    /// Samples left out.
+    /// Samples and contributions left out.
     pub rejected: u64,
     /// Rays traced.
     pub rays: u64,
@@ -61,9 +61,9 @@ pub struct Outcome {
     pub owners: Arc<Vec<u32>>,
     /// The ends of pictures that were asked for and not reached.
     pub unreached: Vec<u32>,
-    /// Some of the samples that were left out.
+    /// Some of the samples that were left out, or whose contributions were.
     pub rejects: Vec<(Traced, Reject)>,
-    /// Numbers of samples that this run left out.
+    /// Numbers of samples and of contributions that this run left out.
     pub reject_counts: RejectCounts,
     /// The counts over the first samples of pixels.
     pub faint: Faint,

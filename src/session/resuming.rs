@@ -32,10 +32,12 @@ pub(super) fn first_film(
     if file.head().layout != head.layout {
         let [theirs, ours] = [file.head().layout, head.layout].map(|layout| {
             let words = if layout.weighted { "weighted" } else { "plain" };
-            format!("{}×{} {words} pixels", layout.width, layout.height)
+            let spreads = if layout.spreads { " with sums for a variance" } else { "" };
+            let light = if layout.light.is_some() { " and a light image" } else { "" };
+            format!("{}×{} {words} pixels{spreads}{light}", layout.width, layout.height)
         });
         return Err(refuse(format!(
-            "it lies otherwise than its facts say, in {theirs}, not {ours}: whatever wrote it made a mistake"
+            "it has {theirs}, and its facts say {ours}: the program that wrote it made a mistake; begin another film"
         )));
     }
     let holding = file.holding().clone();

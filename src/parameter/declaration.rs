@@ -12,8 +12,19 @@ pub struct Parameter {
     pub about: &'static str,
     /// The values that it may have.
     pub kind: ParameterKind,
-    /// The value, in TOML, that its absence means; none if it must be there.
-    pub default: Option<&'static str>,
+    /// What it means that it is absent.
+    pub absence: Absence,
+}
+
+/// What it means that a parameter is absent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Absence {
+    /// It must be there.
+    Wrong,
+    /// The same as this value, in TOML.
+    Means(&'static str),
+    /// No value: the field is an [`Option`].
+    Fine,
 }
 
 /// The names of a shape, a material or a light, and its parameters.
@@ -31,6 +42,8 @@ pub struct Declaration {
     pub is_hidden: bool,
     /// Its parameters.
     pub parameters: &'static [Parameter],
+    /// JSON Schema keywords for what concerns several parameters, as a JSON object.
+    pub rules: &'static str,
 }
 
 /// An error or a warning about the values of several parameters together.
@@ -109,7 +122,8 @@ pub trait Family: Sized + 'static {
 /// Declares the parameters of a shape, a material or a light: a struct with a field for each, and its [`Declared`].
 ///
 /// The documentation of the struct and of its fields are the descriptions in the JSON Schema. After the field's type comes the
-/// [`ParameterKind`] of its values and, if it may be absent, the value that this means, in TOML:
+/// [`ParameterKind`] of its values and, if it may be absent, the value that this means, in TOML, or `nothing` for a
+/// field that is an [`Option`]:
 ///
 /// ```text
 /// parameters! {
@@ -123,17 +137,19 @@ pub trait Family: Sized + 'static {
 /// ```
 ///
 /// After the names may come those of one and of several for `stride info`, which are else the name and the name with
-/// an s. What comes after the fields may be left out: `check`, a function as [`Declared::check`], and `hidden = true`.
+/// an s. What comes after the fields may be left out: `check`, a function as [`Declared::check`], `rules`, its JSON
+/// Schema, and `hidden = true`.
 macro_rules! parameters {
     (
         $(#[doc = $summary:literal])+
         pub struct $type:ident: $name:literal, $what:literal $(, $one:literal, $several:literal)? {
             $(
                 $(#[doc = $about:literal])+
-                $field:ident: $of:ty = $kind:expr $(=> $default:literal)?,
+                $field:ident: $of:ty = $kind:expr $(=> $default:tt)?,
             )*
         }
         $(check = $check:path;)?
+        $(rules = $rules:literal;)?
         $(hidden = $hidden:literal;)?
     ) => {
         $(#[doc = $summary])+
@@ -157,9 +173,10 @@ macro_rules! parameters {
                         name: stringify!($field),
                         about: concat!($($about),+).trim_ascii_start(),
                         kind: $kind,
-                        default: $crate::parameter::parameters!(@default $($default)?),
+                        absence: $crate::parameter::parameters!(@absence $($default)?),
                     },
                 )*],
+                rules: $crate::parameter::parameters!(@rules $($rules)?),
             };
 
             fn of(values: &[$crate::parameter::Value]) -> Self {
@@ -187,8 +204,11 @@ macro_rules! parameters {
     };
     (@counted $name:literal) => { [$name, concat!($name, "s")] };
     (@counted $name:literal, $one:literal, $several:literal) => { [$one, $several] };
-    (@default) => { None };
-    (@default $default:literal) => { Some($default) };
+    (@absence) => { $crate::parameter::Absence::Wrong };
+    (@absence nothing) => { $crate::parameter::Absence::Fine };
+    (@absence $default:literal) => { $crate::parameter::Absence::Means($default) };
+    (@rules) => { "{}" };
+    (@rules $rules:literal) => { $rules };
     (@check $parameters:expr, $warnings:ident) => {{
         let _ = $warnings;
         Ok($parameters)

@@ -94,11 +94,15 @@ pub enum ParameterKind {
     Direction(Number),
     /// The name of another material, which comes before the one that names it.
     Material,
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// Yes or no.
+    Flag,
 }
 
 impl ParameterKind {
     /// Stands for a value that could not be read, so that the others can be checked: NaN, with which no comparison
-    /// holds but `!=`; for a material `usize::MAX`, which is no index.
+    /// holds but `!=`; for a material and a word `usize::MAX`, which is no index; for a flag no.
     pub fn unknown(&self) -> Value {
         match self {
             ParameterKind::Number(_) => Value::Number(f64::NAN),
@@ -108,6 +112,8 @@ impl ParameterKind {
                 Value::Vector(DVec3::NAN)
             }
             ParameterKind::Material => Value::Material(usize::MAX),
+            ParameterKind::Word(_) => Value::Word(usize::MAX),
+            ParameterKind::Flag => Value::Flag(false),
         }
     }
 }

@@ -14,7 +14,7 @@ mod kind;
 pub mod limits;
 mod value;
 
-pub use declaration::{Declaration, Declared, Family, Parameter, Problem};
+pub use declaration::{Absence, Declaration, Declared, Family, Parameter, Problem};
 pub(crate) use declaration::{family, parameters};
 pub use kind::{Number, ParameterKind, unit};
-pub use value::{Colour, Field, Value};
+pub use value::{Colour, Field, Value, Word};

@@ -18,7 +18,17 @@ pub enum Value {
     Vector(DVec3),
     /// The index of a material.
     Material(usize),
+    /// The place of a word in the list of its kind.
+    Word(usize),
+    /// Yes or no.
+    Flag(bool),
+    /// Nothing was given for a parameter that may be absent.
+    Absent,
 }
+
+/// The place of a word in the list of [`ParameterKind::Word`](super::ParameterKind::Word).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Word(pub usize);
 
 /// The type of a field that holds the value of a parameter.
 pub trait Field: Copy {
@@ -59,6 +69,7 @@ field!(f64, Number);
 field!([f64; 2], Pair);
 field!(Colour, Colour);
 field!(DVec3, Vector);
+field!(bool, Flag);
 field!(
     usize,
     Material,
@@ -66,3 +77,30 @@ field!(
         *self = new(*self);
     }
 );
+
+impl Field for Word {
+    fn value(self) -> Value {
+        Value::Word(self.0)
+    }
+
+    fn of(value: Value) -> Self {
+        match value {
+            Value::Word(place) => Word(place),
+            other => unreachable!("{other:?} for a word"),
+        }
+    }
+}
+
+/// Of a parameter that may be absent.
+impl<T: Field> Field for Option<T> {
+    fn value(self) -> Value {
+        self.map_or(Value::Absent, Field::value)
+    }
+
+    fn of(value: Value) -> Self {
+        match value {
+            Value::Absent => None,
+            given => Some(T::of(given)),
+        }
+    }
+}

@@ -216,6 +216,9 @@ fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
             (ParameterKind::Vector(limits) | ParameterKind::NonZero(limits), Value::Vector(vector)) => {
                 found.numbers(name, &vector.to_array(), limits);
             }
+            (ParameterKind::Word(words), Value::Word(place)) if place >= words.len() => {
+                found.add(format!("{name} must be one of {} words, not word {}", words.len(), place + 1));
+            }
             // Of names it matters what they stand for.
             _ => {}
         }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use sha2::{Digest as _, Sha256};
 
 use super::description::{CameraSettings, Entity, Integrator, Material, Scene, Shape};
-use crate::parameter::{Family, Value};
+use crate::parameter::{Family, ParameterKind, Value};
 use crate::shape::Mesh;
 
 /// The meshes that a scene was read from, in any order, each with its file's name and that of its part.
@@ -191,13 +191,21 @@ impl Digest {
 
     /// The name and the values of what is declared. Materials have more to them than their index.
     fn declared(&mut self, declared: &impl Family) {
-        self.tag(declared.declaration().map_or("", |declaration| declaration.name));
-        for value in declared.values() {
+        let declaration = declared.declaration();
+        self.tag(declaration.map_or("", |declaration| declaration.name));
+        let kinds = declaration.into_iter().flat_map(|declaration| declaration.parameters);
+        for (value, parameter) in declared.values().into_iter().zip(kinds) {
             match value {
                 Value::Number(number) => self.numbers(&[number]),
                 Value::Pair(pair) => self.numbers(&pair),
                 Value::Colour(colour) => self.numbers(&colour),
                 Value::Vector(vector) => self.numbers(&vector.to_array()),
+                Value::Word(place) => match parameter.kind {
+                    ParameterKind::Word(words) => self.tag(words.get(place).unwrap_or(&"")),
+                    _ => unreachable!("{} is no word", parameter.name),
+                },
+                Value::Flag(flag) => self.word(u64::from(flag)),
+                Value::Absent => self.tag("absent"),
                 Value::Material(_) => {}
             }
         }

@@ -5,8 +5,8 @@ use serde_json::Value as Json;
 use super::form::{Form, Value};
 use super::report::{Placed, Read, Reports};
 use super::table::{self, AnyKey, Fields, Key};
-use super::value::{Colour, Direction, NonZero, Pair, Vector, Word};
-use crate::parameter::{self, Declaration, Family, Parameter, ParameterKind, Problem};
+use super::value::{Colour, Direction, Flag, NonZero, OneWord, Pair, Vector, Word};
+use crate::parameter::{self, Absence, Declaration, Family, Parameter, ParameterKind, Problem};
 
 /// What a file gives for a parameter.
 pub(super) enum Given {
@@ -30,6 +30,8 @@ impl Form for ParameterKind {
                 Value::Vector(Direction(NonZero(Vector(each))).read(key, value, reports)?)
             }
             ParameterKind::Material => return Word.read(key, value, reports).map(Given::Name),
+            ParameterKind::Word(words) => Value::Word(OneWord(words).read(key, value, reports)?),
+            ParameterKind::Flag => Value::Flag(Flag.read(key, value, reports)?),
         };
         Ok(Given::Value(value))
     }
@@ -43,15 +45,18 @@ impl Form for ParameterKind {
             ParameterKind::NonZero(each) => NonZero(Vector(each)).schema(),
             ParameterKind::Direction(each) => Direction(NonZero(Vector(each))).schema(),
             ParameterKind::Material => Word.schema(),
+            ParameterKind::Word(words) => OneWord(words).schema(),
+            ParameterKind::Flag => Flag.schema(),
         }
     }
 }
 
 fn key(parameter: &Parameter) -> Key<ParameterKind> {
-    let Parameter { name, about, kind, default } = *parameter;
-    match default {
-        Some(default) => Key::default(name, kind, default, about),
-        None => Key::required(name, kind, about),
+    let Parameter { name, about, kind, absence } = *parameter;
+    match absence {
+        Absence::Wrong => Key::required(name, kind, about),
+        Absence::Means(default) => Key::default(name, kind, default, about),
+        Absence::Fine => Key::optional(name, kind, about),
     }
 }
 
@@ -65,6 +70,7 @@ pub(super) fn schema(declaration: &Declaration) -> Json {
     let keys: Vec<_> = declaration.parameters.iter().map(key).collect();
     let mut schema = table::schema(keys.iter().map(|key| key as &dyn AnyKey), Some(declaration.name));
     schema["description"] = declaration.about.into();
+    table::add_rules(&mut schema, declaration.rules);
     schema
 }
 
@@ -88,7 +94,14 @@ impl Values {
     ) -> Values {
         let read = |parameter| {
             let key = key(parameter);
-            (fields.place_of(&key), fields.get(&key, reports))
+            let given = match parameter.absence {
+                Absence::Fine => fields.get_if_there(&key, reports).map(|given| match given {
+                    Some(given) => given,
+                    None => Given::Value(parameter::Value::Absent),
+                }),
+                _ => fields.get(&key, reports),
+            };
+            (fields.place_of(&key), given)
         };
         Values { place, declaration, given: declaration.parameters.iter().map(read).collect() }
     }
@@ -159,7 +172,7 @@ mod tests {
             assert_eq!(built.values().len(), unknown.len(), "{}", declaration.what);
             for parameter in declaration.parameters {
                 assert!(!parameter.about.is_empty() && parameter.about.trim() == parameter.about);
-                let Some(default) = parameter.default else { continue };
+                let Absence::Means(default) = parameter.absence else { continue };
                 let value = DeValue::parse(default).unwrap_or_else(|error| panic!("{default}: {error}"));
                 let mut reports = Reports::alone(default);
                 assert!(parameter.kind.read(parameter.name, &value, &mut reports).is_ok(), "{default}");
@@ -188,6 +201,8 @@ mod tests {
             ParameterKind::NonZero(_) => vectors.to_vec(),
             ParameterKind::Direction(_) => vectors[..2].to_vec(),
             ParameterKind::Material => vec![Value::Material(0), Value::Material(1)],
+            ParameterKind::Word(words) => (0..words.len().min(2)).map(Value::Word).collect(),
+            ParameterKind::Flag => vec![Value::Flag(false), Value::Flag(true)],
         }
     }
 
@@ -204,7 +219,12 @@ mod tests {
         for (place, declaration) in F::DECLARATIONS.iter().enumerate() {
             let mut combinations = vec![Vec::new()];
             for parameter in declaration.parameters {
-                let examples = examples(parameter.kind);
+                let mut examples = examples(parameter.kind);
+                if parameter.absence == Absence::Fine {
+                    // Not all of them, as several such parameters have many combinations.
+                    examples.truncate(2);
+                    examples.push(parameter::Value::Absent);
+                }
                 assert!(!examples.is_empty(), "{} of {}", parameter.name, declaration.what);
                 let longer = |values: &Vec<_>| {
                     let values = values.clone();
@@ -223,6 +243,9 @@ mod tests {
                     found.insert((declaration.name, parameter));
                 }
                 for (i, parameter) in declaration.parameters.iter().enumerate() {
+                    if values[i] == parameter::Value::Absent {
+                        continue;
+                    }
                     let mut unread = values.clone();
                     unread[i] = parameter.kind.unknown();
                     let told = named::<F>(place, &unread);

@@ -119,12 +119,17 @@ impl Table {
     /// The schema of a table with these keys, and with `tag` as its `type` if there is one.
     pub(super) fn schema(&self, tag: Option<&str>) -> Json {
         let mut schema = schema(self.keys.iter().copied(), tag);
-        if let Ok(Json::Object(rules)) = serde_json::from_str(self.rules)
-            && let Json::Object(schema) = &mut schema
-        {
-            schema.extend(rules);
-        }
+        add_rules(&mut schema, self.rules);
         schema
+    }
+}
+
+/// Adds the keywords of a JSON object to a schema.
+pub(super) fn add_rules(schema: &mut Json, rules: &str) {
+    if let Ok(Json::Object(rules)) = serde_json::from_str(rules)
+        && let Json::Object(schema) = schema
+    {
+        schema.extend(rules);
     }
 }
 
@@ -207,6 +212,18 @@ impl<'d, 't> Fields<'d, 't> {
                 Some((_, reported)) => *reported,
                 None => reports.error(self.at, format!("missing key {} in {}", quote(key.name), self.what)),
             }),
+        }
+    }
+
+    /// The value of `key`, or none; an error if the file seems to have misspelt it.
+    pub(super) fn get_if_there<F: Form>(
+        &self,
+        key: &Key<F>,
+        reports: &mut Reports<'_>,
+    ) -> Result<Option<F::Output>, Reported> {
+        match (self.find(key, reports)?, self.misspelt.iter().find(|(name, _)| *name == key.name)) {
+            (None, Some((_, reported))) => Err(*reported),
+            (value, _) => Ok(value),
         }
     }
 

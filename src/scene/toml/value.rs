@@ -401,6 +401,27 @@ impl<T: description::Choice + Sync> Form for Choice<T> {
     }
 }
 
+/// One of a list of words, by its place there.
+pub(super) struct OneWord(pub(super) &'static [&'static str]);
+
+impl Form for OneWord {
+    type Output = usize;
+
+    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<usize, Reported> {
+        let DeValue::String(word) = value.get_ref() else {
+            return Err(wrong_type(key, "a string", value, reports));
+        };
+        match self.0.iter().position(|known| known == word) {
+            Some(place) => Ok(place),
+            None => Err(unknown_word(key, word, self.0.iter().copied(), value.span().start, reports)),
+        }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "enum": self.0 })
+    }
+}
+
 /// Reports a word that is not among those known.
 pub(super) fn unknown_word<'c>(
     what: &str,

@@ -78,7 +78,7 @@ fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
     let goes_on = depth < scene.max_depth;
     var l = lit.emitted;
     if lit.has_non_delta {
-        l += bsdf_albedo(lit.bsdf) * scene.ambient;
+        l += bsdf_albedo(lit.local) * scene.ambient;
         if goes_on {
             l += light_from_all(progress, lit);
         }
@@ -96,7 +96,7 @@ fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
     let v = next_random(&stream, id);
     let choice = next_random(&stream, id);
     (*progress).stream = stream;
-    let sampled = bsdf_sample(lit.bsdf, lit.wo, vec2f(u, v), choice);
+    let sampled = bsdf_sample(lit.local, lit.wo, vec2f(u, v), choice);
     let branch = spawn(lit, sampled.wi);
     // Of a surface with other lobes, too, only the delta ones are followed.
     if !(sampled.delta || !lit.has_non_delta) || !branch.passes {
@@ -141,7 +141,7 @@ fn light_from_all(progress: ptr<function, Progress>, lit: Lit) -> vec3f {
 // Follows the refracted branch and lets the reflected one wait. Where too many wait already, one of the two is
 // drawn by its chance and weighted for it: the mean is the same.
 fn split(progress: ptr<function, Progress>, lane: Lane, lit: Lit) -> bool {
-    let ways = bsdf_branches(lit.bsdf, lit.wo);
+    let ways = bsdf_branches(lit.local, lit.wo);
     var reflected = (*progress).state.beta * ways.first.weight;
     var refracted = (*progress).state.beta * ways.second.weight;
     let back = spawn(lit, ways.first.wi);

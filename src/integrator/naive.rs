@@ -26,7 +26,7 @@ pub(super) fn delta_light<F: Float>(
         let wi = scattering.frame.to_local(light.wi);
         let (shadow, length) = at.shadow(&light);
         let visible = !view.world.occluded(&shadow, length, asks, F::Mask::splat(false));
-        let Scattering { bsdf, wo, .. } = scattering;
+        let (bsdf, wo) = (scattering.bsdf(view.scene), scattering.wo);
         let seen = visible & view.scene.passes(&at, light.wi, wi);
         let added = (bsdf.eval(wo, wi, TransportMode::Radiance) * light.weight() * wi.z.abs()).only(seen);
         observer.event::<F>(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });

@@ -98,7 +98,7 @@ pub(super) fn direct_light<F: Float>(
         let [u, v, choice, _] = view.settings.sampler.draw(state.id, LIGHT.at::<F>(state.depth));
         let (light, chance) = lights.choose(point.p, point.n, choice, asks);
         let sample = lights.sample(light, point.p, [u, v]);
-        let Scattering { bsdf, frame, wo } = scattering;
+        let (bsdf, Scattering { frame, wo, .. }) = (scattering.bsdf(view.scene), scattering);
         let wi = frame.to_local(sample.wi);
         let f = bsdf.eval(wo, wi, TransportMode::Radiance) * wi.z.abs();
         let pdf = sample.pdf * chance;

@@ -223,10 +223,11 @@ fn leave<F: Float>(
         let (mut state, mut going) = (state, going);
         let lights = &view.scene.lights;
         let scattering = Scattering::new(view.scene, &at, &state.ray);
-        let smooth = going & scattering.bsdf.has_non_delta();
+        let bsdf = scattering.bsdf(view.scene);
+        let smooth = going & bsdf.has_non_delta();
         let (asks, has_lights) = match transport {
             // Surfaces that emit are often black.
-            Transport::NextEvent(_) => (smooth & !scattering.bsdf.is_black(), !lights.is_empty()),
+            Transport::NextEvent(_) => (smooth & !bsdf.is_black(), !lights.is_empty()),
             Transport::Naive => (smooth, !lights.delta_lights().is_empty()),
         };
         let mut shadows = F::Mask::splat(false);
@@ -248,7 +249,7 @@ fn leave<F: Float>(
         }
 
         let [u, v, lobe, survival] = view.settings.sampler.draw(state.id, SCATTER.at::<F>(state.depth));
-        let scattered = scattering.bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
+        let scattered = bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
         going = going & !go_on(view.scene, &mut state, &at, &scattering, &scattered, observer);
 
         let pdf = if transport.competes() { scattered.pdf.only(!scattered.delta) } else { F::zero() };

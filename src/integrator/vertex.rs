@@ -2,7 +2,7 @@
 
 use super::observe::{Event, Observer, rgb, vec3};
 use super::paths::Settings;
-use crate::material::{Bsdf, BxdfSample};
+use crate::material::{Bsdf, BxdfSample, Local};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, value};
 use crate::sampling::PathId;
 use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
@@ -73,7 +73,7 @@ pub(super) struct Vertex<F: Float> {
 }
 
 value!(Vertex { met, hit, at, emitted });
-value!(Scattering { bsdf, frame, wo });
+value!(Scattering { local, frame, wo });
 
 impl<F: Float> Vertex<F> {
     /// The vertices at the hits of rays, in the lanes of `met`.
@@ -130,7 +130,8 @@ pub(super) fn escape<F: Float>(
 /// The BSDF at a vertex, and its frame.
 #[derive(Clone, Copy)]
 pub(super) struct Scattering<F: Float> {
-    pub bsdf: Bsdf<F>,
+    /// What the BSDF is made of.
+    local: Local<F>,
     pub frame: Frame<F>,
     /// Towards the last vertex, in the frame.
     pub wo: Vec3<F>,
@@ -140,7 +141,13 @@ impl<F: Float> Scattering<F> {
     #[inline(always)]
     pub(super) fn new(scene: &CompiledScene, at: &Interaction<F>, ray: &Ray<F>) -> Self {
         let frame = at.frame();
-        Scattering { bsdf: scene.bsdf(at), wo: frame.to_local(-ray.d), frame }
+        Scattering { local: scene.bsdf(at).local(), wo: frame.to_local(-ray.d), frame }
+    }
+
+    /// The BSDF.
+    #[inline(always)]
+    pub(super) fn bsdf(&self, scene: &CompiledScene) -> Bsdf<F> {
+        scene.materials.bsdf_of(self.local)
     }
 }
 

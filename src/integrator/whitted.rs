@@ -6,7 +6,7 @@ use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::paths::{Finished, Found, Paths, Settings, camera_ray};
 use super::vertex::View;
 use crate::camera::Camera;
-use crate::material::{self, Bsdf, Bxdf, TransportMode};
+use crate::material::{self, Bxdf, Local, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Level, dispatch};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3, value};
@@ -123,7 +123,8 @@ impl Whitted {
             return beta * radiance;
         }
         let lit = Lit::new(scene, &ray, &hit);
-        let Lit { at, emitted, bsdf, wo, .. } = lit;
+        let Lit { at, emitted, local, wo, .. } = lit;
+        let bsdf = scene.materials.bsdf_of(local);
         let point = &at.point;
         observer.event::<f32>(|| Event::Hit {
             distance: hit.t,
@@ -185,7 +186,8 @@ pub(crate) struct Lit<F: Float> {
     pub(crate) at: Interaction<F>,
     /// Radiance emitted back along the ray.
     emitted: Rgb<F>,
-    pub(crate) bsdf: Bsdf<F>,
+    /// What the BSDF is made of.
+    pub(crate) local: Local<F>,
     pub(crate) frame: Frame<F>,
     /// The way back along the ray, in the frame.
     pub(crate) wo: Vec3<F>,
@@ -194,7 +196,7 @@ pub(crate) struct Lit<F: Float> {
     transmits: F::Mask,
 }
 
-value!(Lit { at, emitted, bsdf, frame, wo, has_non_delta, has_delta, transmits });
+value!(Lit { at, emitted, local, frame, wo, has_non_delta, has_delta, transmits });
 
 /// The light of one lamp.
 #[derive(Clone, Copy)]
@@ -229,7 +231,7 @@ impl<F: Float> Lit<F> {
         Lit {
             at,
             emitted: scene.emitted(&at),
-            bsdf,
+            local: bsdf.local(),
             frame,
             wo: frame.to_local(-ray.d),
             has_non_delta: bsdf.has_non_delta(),
@@ -242,7 +244,7 @@ impl<F: Float> Lit<F> {
     pub(crate) fn share_of(&self, scene: &CompiledScene, light: F::Uint, chance: F, u: [F; 2]) -> Asked<F> {
         let sample = scene.lights.sample(light, self.at.point.p, u);
         let wi = self.frame.to_local(sample.wi);
-        let f = self.bsdf.eval(self.wo, wi, TransportMode::Radiance);
+        let f = scene.materials.bsdf_of(self.local).eval(self.wo, wi, TransportMode::Radiance);
         let share = f * sample.weight() * (wi.z.abs() / chance);
         let possible = share.max_channel().gt(F::zero()) & scene.passes(&self.at, sample.wi, wi);
         let (shadow, end) = self.at.shadow(&sample);

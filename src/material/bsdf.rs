@@ -1,20 +1,28 @@
 //! The scattering function of a hit: the lobe of its material there, which may be of another kind in each lane.
 
 use super::bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
-use super::kind::{Kind, materials};
+use super::kind::{Kind, Kinds, materials};
 use super::program::Leaf;
 use super::row::{Numbers, Site};
 use crate::math::{Float, Mask, Rgb, Uint, Vec3, function, value};
 
-/// The scattering functions of hits. Integrators know materials by this type alone.
+/// What the scattering functions of hits are made of.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf<F: Float> {
+pub struct Local<F: Float> {
     pub(super) kind: F::Uint,
     pub(super) numbers: Numbers<F>,
     pub(super) site: Site<F>,
 }
 
-value!(Bsdf { kind, numbers, site });
+value!(Local { kind, numbers, site });
+
+/// The scattering functions of hits. Integrators know materials by this type alone.
+#[derive(Clone, Copy)]
+pub struct Bsdf<F: Float> {
+    pub(super) local: Local<F>,
+    /// The kinds that there are in the scene: no lane has another.
+    pub(super) kinds: Kinds,
+}
 
 /// Whether the lobe of a leaf has a flag of [`Bxdf`]; every lobe is in `ALL`.
 macro_rules! has {
@@ -35,27 +43,28 @@ macro_rules! of_leaf {
 
 /// Evaluates each lane's lobe, if it has a flag; other lanes are unspecified. `$function` names what is evaluated.
 ///
-/// The first leaf's lobe is evaluated in all lanes, each other one only if there is a lane that has it.
+/// The first leaf's lobe is evaluated in all lanes, each other one only if there is a lane that has it. Of kinds that
+/// the scene lacks there is no code in recorded programs, and lanes do not ask for them.
 macro_rules! answer {
     (
-        { $bsdf:ident, $flag:ident, $function:literal, $arguments:tt, $bxdf:ident => $answer:expr }
+        { $kinds:ident, $local:ident, $flag:ident, $function:literal, $arguments:tt, $bxdf:ident => $answer:expr }
         leaves {
             $first_module:ident::$First:ident($first_parameters:ident),
-            $($(#[$cfg:meta])* $module:ident::$Leaf:ident($parameters:ident),)*
+            $($(#[$cfg:meta])* $module:ident::$Leaf:ident $(($parameters:ident))?,)*
         }
         choosers $choosers:tt
     ) => {{
-        let $bxdf = $bsdf.lobe::<super::$first_module::$First>();
+        let $bxdf = $local.lobe::<super::$first_module::$First>();
         let answer = of_leaf!($First, $function, $bxdf, $arguments, $answer);
         $(
             $(#[$cfg])*
-            let answer = if has!($flag, super::$module::$Leaf) {
+            let answer = if has!($flag, super::$module::$Leaf) && $kinds.has(Kind::$Leaf) {
                 F::branch(
-                    $bsdf.is(Kind::$Leaf),
+                    $local.is(Kind::$Leaf),
                     answer,
                     #[inline(always)]
                     || {
-                        let $bxdf = $bsdf.lobe::<super::$module::$Leaf>();
+                        let $bxdf = $local.lobe::<super::$module::$Leaf>();
                         of_leaf!($Leaf, $function, $bxdf, $arguments, $answer)
                     },
                 )
@@ -71,15 +80,15 @@ macro_rules! answer {
 macro_rules! lanes_with {
     (
         { $bsdf:ident, $flag:ident }
-        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident($parameters:ident),)* }
+        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident $(($parameters:ident))?,)* }
         choosers $choosers:tt
     ) => {{
         let mut lanes = F::Mask::splat(false);
         $(
             $(#[$cfg])*
             {
-                if has!($flag, super::$module::$Leaf) {
-                    lanes = lanes | $bsdf.is(Kind::$Leaf);
+                if has!($flag, super::$module::$Leaf) && $bsdf.kinds.has(Kind::$Leaf) {
+                    lanes = lanes | $bsdf.local.is(Kind::$Leaf);
                 }
             }
         )*
@@ -87,7 +96,7 @@ macro_rules! lanes_with {
     }};
 }
 
-impl<F: Float> Bsdf<F> {
+impl<F: Float> Local<F> {
     /// The lanes whose material is of a kind.
     #[inline(always)]
     fn is(&self, kind: Kind) -> F::Mask {
@@ -99,11 +108,19 @@ impl<F: Float> Bsdf<F> {
     fn lobe<L: Leaf>(&self) -> L::Lobe<F> {
         L::lobe(&self.numbers, &self.site)
     }
+}
+
+impl<F: Float> Bsdf<F> {
+    /// What it is made of, for structures of numbers: see [`MaterialTable::bsdf_of`](super::MaterialTable::bsdf_of).
+    #[inline(always)]
+    pub fn local(&self) -> Local<F> {
+        self.local
+    }
 
     /// The lanes whose lobes are black, except for delta lobes.
     #[inline(always)]
     pub fn is_black(&self) -> F::Mask {
-        self.numbers.colour.max_channel().le(F::zero())
+        self.local.numbers.colour.max_channel().le(F::zero())
     }
 }
 
@@ -113,34 +130,34 @@ impl<F: Float> Bxdf<F> for Bsdf<F> {
 
     #[inline(always)]
     fn eval(&self, wo: Vec3<F>, wi: Vec3<F>, mode: TransportMode) -> Rgb<F> {
-        let bsdf = *self;
-        function!(F, bsdf_eval(bsdf, wo, wi), {
-            materials!(answer bsdf, HAS_NON_DELTA, "eval", (wo, wi), lobe => lobe.eval(wo, wi, mode))
-                .only(bsdf.has_non_delta())
+        let Bsdf { local, kinds } = *self;
+        function!(F, bsdf_eval(local, wo, wi), {
+            materials!(answer kinds, local, HAS_NON_DELTA, "eval", (wo, wi), lobe => lobe.eval(wo, wi, mode))
+                .only(Bsdf { local, kinds }.has_non_delta())
         })
     }
 
     #[inline(always)]
     fn sample(&self, wo: Vec3<F>, u: [F; 2], choice: F, mode: TransportMode) -> BxdfSample<F> {
-        let bsdf = *self;
-        function!(F, bsdf_sample(bsdf, wo, u, choice), {
-            materials!(answer bsdf, ALL, "sample", (wo, u, choice), lobe => lobe.sample(wo, u, choice, mode))
+        let Bsdf { local, kinds } = *self;
+        function!(F, bsdf_sample(local, wo, u, choice), {
+            materials!(answer kinds, local, ALL, "sample", (wo, u, choice), lobe => lobe.sample(wo, u, choice, mode))
         })
     }
 
     #[inline(always)]
     fn pdf(&self, wo: Vec3<F>, wi: Vec3<F>) -> F {
-        let bsdf = *self;
-        function!(F, bsdf_pdf(bsdf, wo, wi), {
-            materials!(answer bsdf, HAS_NON_DELTA, "pdf", (wo, wi), lobe => lobe.pdf(wo, wi))
-                .only(bsdf.has_non_delta())
+        let Bsdf { local, kinds } = *self;
+        function!(F, bsdf_pdf(local, wo, wi), {
+            materials!(answer kinds, local, HAS_NON_DELTA, "pdf", (wo, wi), lobe => lobe.pdf(wo, wi))
+                .only(Bsdf { local, kinds }.has_non_delta())
         })
     }
 
     #[inline(always)]
     fn albedo(&self) -> Rgb<F> {
-        let bsdf = *self;
-        function!(F, bsdf_albedo(bsdf), { materials!(answer bsdf, ALL, "albedo", (), lobe => lobe.albedo()) })
+        let Bsdf { local, kinds } = *self;
+        function!(F, bsdf_albedo(local), { materials!(answer kinds, local, ALL, "albedo", (), lobe => lobe.albedo()) })
     }
 
     #[inline(always)]
@@ -160,9 +177,9 @@ impl<F: Float> Bxdf<F> for Bsdf<F> {
 
     #[inline(always)]
     fn branches(&self, wo: Vec3<F>, mode: TransportMode) -> [Branch<F>; 2] {
-        let bsdf = *self;
-        function!(F, bsdf_branches(bsdf, wo), {
-            materials!(answer bsdf, TRANSMITS, "branches", (wo), lobe => lobe.branches(wo, mode))
+        let Bsdf { local, kinds } = *self;
+        function!(F, bsdf_branches(local, wo), {
+            materials!(answer kinds, local, TRANSMITS, "branches", (wo), lobe => lobe.branches(wo, mode))
         })
     }
 }
@@ -177,7 +194,7 @@ mod tests {
     macro_rules! kinds_of_leaves {
         (
             {}
-            leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident($parameters:ident),)* }
+            leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident $(($parameters:ident))?,)* }
             choosers $choosers:tt
         ) => {
             [$($(#[$cfg])* Kind::$Leaf,)*]
@@ -194,7 +211,8 @@ mod tests {
                 let numbers =
                     Numbers { colour: Rgb::splat([colour; 3]), further: [0.5_f32; super::super::NUMBERS] };
                 let site = Site { p: Vec3::zero(), uv: [0.5; 2] };
-                let bsdf = Bsdf { kind: Wrapping(kind as u32), numbers, site };
+                let local = Local { kind: Wrapping(kind as u32), numbers, site };
+                let bsdf = Bsdf { local, kinds: Kinds::ALL };
                 assert_eq!(bsdf.is_black(), is_black);
                 for _ in 0..100 {
                     let [wo, wi] =

@@ -2,6 +2,8 @@
 
 /// The list of materials, each by its file, its program and its parameters: calls a macro with it, behind tokens for that macro.
 ///
+/// A program without parameters in the list is a further one of a material that has another: its parameters choose.
+///
 /// Leaves scatter light ([`super::Leaf`]); choosers have it scattered by another row ([`super::Chooser`]). Lobes of the
 /// first leaf are computed in all lanes, those of the others only where a lane has one: the most frequent comes first.
 macro_rules! materials {
@@ -23,10 +25,27 @@ macro_rules! materials {
 }
 pub(super) use materials;
 
+/// A set of kinds: those that a scene has. Programs and lanes leave out what others would do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kinds(u32);
+
+impl Kinds {
+    /// The set with one more.
+    pub(super) const fn with(self, kind: Kind) -> Kinds {
+        Kinds(self.0 | 1 << kind as u32)
+    }
+
+    /// Whether a kind is in it.
+    #[inline(always)]
+    pub(super) const fn has(self, kind: Kind) -> bool {
+        self.0 >> kind as u32 & 1 != 0
+    }
+}
+
 macro_rules! kinds {
     (
         {}
-        leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident($leaf_parameters:ident),)* }
+        leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident $(($leaf_parameters:ident))?,)* }
         choosers { $($(#[$chooser_cfg:meta])* $chooser_module:ident::$Chooser:ident($chooser_parameters:ident),)* }
     ) => {
         /// The kinds of materials, by their programs. The GPU has them by these numbers.
@@ -43,6 +62,26 @@ macro_rules! kinds {
                 $(#[$chooser_cfg])*
                 $Chooser,
             )*
+        }
+
+        impl Kinds {
+            /// Every kind.
+            pub const ALL: Kinds = {
+                let mut all = Kinds(0);
+                $(
+                    $(#[$leaf_cfg])*
+                    {
+                        all = all.with(Kind::$Leaf);
+                    }
+                )*
+                $(
+                    $(#[$chooser_cfg])*
+                    {
+                        all = all.with(Kind::$Chooser);
+                    }
+                )*
+                all
+            };
         }
 
         impl Kind {

@@ -5,19 +5,25 @@ use super::program::MaterialParameters;
 use super::row::Row;
 use crate::parameter::family;
 
+/// Takes the programs that have parameters, one after the other, then lists these.
 macro_rules! described {
+    ({} leaves { $($leaves:tt)* } choosers { $($choosers:tt)* }) => {
+        described! { {} $($leaves)* $($choosers)* }
+    };
     (
-        {}
-        leaves { $($(#[cfg($leaf_cfg:meta)])? $leaf_module:ident::$Leaf:ident($leaf_parameters:ident),)* }
-        choosers {
-            $($(#[cfg($chooser_cfg:meta)])? $chooser_module:ident::$Chooser:ident($chooser_parameters:ident),)*
-        }
+        { $($described:tt)* }
+        $(#[cfg($cfg:meta)])? $module:ident::$Program:ident($parameters:ident), $($rest:tt)*
     ) => {
+        described! { { $($described)* $(#[cfg($cfg)])? $Program($module::$parameters), } $($rest)* }
+    };
+    ({ $($described:tt)* } $(#[cfg($cfg:meta)])? $module:ident::$Program:ident, $($rest:tt)*) => {
+        described! { { $($described)* } $($rest)* }
+    };
+    ({ $($described:tt)* }) => {
         family! {
             /// What a material does with light, as a scene describes it.
             pub enum MaterialKind {
-                $($(#[cfg($leaf_cfg)])? $Leaf($leaf_module::$leaf_parameters),)*
-                $($(#[cfg($chooser_cfg)])? $Chooser($chooser_module::$chooser_parameters),)*
+                $($described)*
             }
 
             /// The row in which the material's program finds its parameters.

@@ -1,9 +1,8 @@
 //! Materials, and the scattering functions that they give a point.
 //!
 //! A material is a program with a file of its own. A [`Leaf`] makes a lobe of its row's numbers, a [`Chooser`] leads to
-//! another row. A new material is a new file, a `mod` line here, a line in `list.rs`, which lists the parameters of
-//! materials for scenes, and a line in `kind.rs`, which lists their programs. `lobes/` has a file for each scattering
-//! function. [`Bxdf`] is the interface that integrators use; [`MaterialTable`] finds the [`Bsdf`] of a hit.
+//! another row. A new material is a new file, a `mod` line here, and a line in `kind.rs`, which lists all of them.
+//! `lobes/` has a file for each scattering function. [`Bxdf`] is the interface that integrators use; [`MaterialTable`] finds the [`Bsdf`] of a hit.
 
 #[cfg(feature = "broken-material")]
 mod broken;
@@ -20,9 +19,9 @@ mod program;
 mod row;
 mod table;
 
-pub use bsdf::Bsdf;
+pub use bsdf::{Bsdf, Local};
 pub use bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
-pub use kind::Kind;
+pub use kind::{Kind, Kinds};
 pub use list::*;
 pub use lobes::{Dielectric, Lambertian, SpecularReflection, Sum, fresnel_dielectric};
 pub use program::{Chooser, Leaf, MaterialParameters};
@@ -32,7 +31,7 @@ pub use table::MaterialTable;
 macro_rules! export {
     (
         {}
-        leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident($leaf_parameters:ident),)* }
+        leaves { $($(#[$leaf_cfg:meta])* $leaf_module:ident::$Leaf:ident $(($leaf_parameters:ident))?,)* }
         choosers { $($(#[$chooser_cfg:meta])* $chooser_module:ident::$Chooser:ident($chooser_parameters:ident),)* }
     ) => {
         $($(#[$leaf_cfg])* pub use $leaf_module::$Leaf;)*

@@ -1,7 +1,7 @@
 //! A scene's materials as a table, in which lanes look up their BSDFs.
 
-use super::bsdf::Bsdf;
-use super::kind::{Kind, materials};
+use super::bsdf::{Bsdf, Local};
+use super::kind::{Kind, Kinds, materials};
 use super::program::{Chooser, Leaf};
 use super::row::{Columns, Row, Site};
 use crate::math::lanes::scalar::Wrapping;
@@ -14,6 +14,7 @@ pub struct MaterialTable {
     /// The greatest depth of choosers inside choosers.
     nesting: u32,
     uses_uv: bool,
+    kinds: Kinds,
     rows: Vec<Row>,
 }
 
@@ -39,7 +40,7 @@ macro_rules! lanes_that_choose {
 macro_rules! leaves_that_look {
     (
         { $kind:ident }
-        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident($parameters:ident),)* }
+        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident $(($parameters:ident))?,)* }
         choosers $choosers:tt
     ) => {{
         let mut lanes = F::Mask::splat(false);
@@ -96,7 +97,8 @@ impl MaterialTable {
             });
         }
         let nesting = depths.into_iter().max().unwrap_or(0);
-        let mut table = MaterialTable { columns, nesting, uses_uv: false, rows };
+        let kinds = rows.iter().fold(Kinds::default(), |kinds, row| kinds.with(row.kind));
+        let mut table = MaterialTable { columns, nesting, uses_uv: false, kinds, rows };
         table.uses_uv = (0..table.rows.len() as u32).any(|row| table.looks_at_uv::<f32>(Wrapping(row)));
         table
     }
@@ -137,7 +139,14 @@ impl MaterialTable {
     /// The BSDFs of resolved materials at a point.
     #[inline(always)]
     pub fn bsdf<F: Float>(&self, material: F::Uint, site: Site<F>) -> Bsdf<F> {
-        Bsdf { kind: self.columns.kind(material), numbers: self.columns.numbers(material), site }
+        let (kind, numbers) = (self.columns.kind(material), self.columns.numbers(material));
+        self.bsdf_of(Local { kind, numbers, site })
+    }
+
+    /// The BSDFs that are made of this.
+    #[inline(always)]
+    pub fn bsdf_of<F: Float>(&self, local: Local<F>) -> Bsdf<F> {
+        Bsdf { local, kinds: self.kinds }
     }
 }
 

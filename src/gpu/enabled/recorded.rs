@@ -9,7 +9,7 @@ use crate::integrator::{
     Asked, Lit, Observer, Settings, Spawned, State, Stepped, Transport, View, camera_ray, step,
 };
 use crate::light::{Groups, LightChoice};
-use crate::material::{Branch, Bsdf, Bxdf, BxdfSample, TransportMode};
+use crate::material::{Branch, Bxdf, BxdfSample, Local, TransportMode};
 use crate::math::lanes::Function;
 use crate::math::{ColumnReader, Float, Mask, Ray, Rgb, Vec3};
 use crate::sampling::warp::FilmOffset;
@@ -209,15 +209,16 @@ pub(super) fn record(source: &Source<'_>, checks: bool) -> Result<super::record:
 /// The functions that `whitted` calls: its branches wait in memory, so that it is written by hand.
 fn whitted(recording: &mut Recording<'_>, scene: &CompiledScene) {
     const MODE: TransportMode = TransportMode::Radiance;
+    let bsdf = |local| scene.materials.bsdf_of::<F>(local);
     record!(recording.function, escaped_radiance(d: Vec3<F>) -> Rgb<F> {
         scene.lights.escaped(d, |_| F::splat(1.0))
     });
     record!(recording.function, lit_point(ray: Ray<F>, hit: Hit<F>) -> Lit<F> { Lit::new(scene, &ray, &hit) });
-    record!(recording.callees, calls_bsdf_albedo(bsdf: Bsdf<F>) -> Rgb<F> { bsdf.albedo() });
-    record!(recording.callees, calls_bsdf_sample(bsdf: Bsdf<F>, wo: Vec3<F>, u: [F; 2], choice: F) -> BxdfSample<F> {
-        bsdf.sample(wo, u, choice, MODE)
+    record!(recording.callees, calls_bsdf_albedo(local: Local<F>) -> Rgb<F> { bsdf(local).albedo() });
+    record!(recording.callees, calls_bsdf_sample(local: Local<F>, wo: Vec3<F>, u: [F; 2], choice: F) -> BxdfSample<F> {
+        bsdf(local).sample(wo, u, choice, MODE)
     });
-    record!(recording.callees, calls_bsdf_branches(bsdf: Bsdf<F>, wo: Vec3<F>) -> [Branch<F>; 2] { bsdf.branches(wo, MODE) });
+    record!(recording.callees, calls_bsdf_branches(local: Local<F>, wo: Vec3<F>) -> [Branch<F>; 2] { bsdf(local).branches(wo, MODE) });
     record!(recording.function, spawn(lit: Lit<F>, wi: Vec3<F>) -> Spawned<F> { lit.spawn(scene, wi) });
     record!(recording.function, light_share(lit: Lit<F>, light: RecordedUint, chance: F, u: [F; 2]) -> Asked<F> {
         lit.share_of(scene, light, chance, u)

@@ -90,7 +90,8 @@ fn follow_branch(source: &Source<'_>, state: State<F>) {
             return;
         }
         let lit = root!(lit_point(ray, hit) { Lit::new(scene, &ray, &hit) });
-        let Lit { bsdf, wo, .. } = lit;
+        let Lit { local, wo, .. } = lit;
+        let bsdf = scene.materials.bsdf_of(local);
         let [a, b, choice, _] = source.settings.sampler.draw(state.id, LIGHT.at::<F>(uint(depth)));
         let u = [a, b];
         bsdf.albedo();

@@ -4,17 +4,20 @@
 
 mod common;
 
-use common::chi_square::{Outcome, Polar, compare, draw, narrow, wide};
+use common::chi_square::{Outcome, Polar, compare_some, draw, narrow, wide};
 use common::statistics::{check_against_tables, normal_tails, sidak};
 use glam::DVec3;
+use rand::RngExt;
 use std::f64::consts::TAU;
 use stride::material::{
-    Branch, Bsdf, Bxdf, BxdfSample, Dielectric, GlassParameters, Lambertian, MaterialParameters,
-    MaterialTable, MatteParameters, MirrorParameters, Site, SpecularReflection, TransportMode,
+    Branch, Bsdf, Bxdf, BxdfSample, Dielectric, Ggx, GlassParameters, Lambertian, MaterialParameters,
+    MaterialTable, MatteParameters, Metal, MirrorParameters, RoughMetal, Row, Site, SpecularReflection,
+    TransportMode,
 };
 use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Rgb, Vec3};
-use stride::sampling::warp;
+use stride::sampling::{Stream, warp};
+use stride::scene::ConductorParameters;
 
 /// The probability that any of the frequencies in a test is judged wrongly.
 const LEVEL: f64 = 0.01;
@@ -41,14 +44,40 @@ fn uniform(u: [f32; 4]) -> Vec3<f32> {
 /// What paths from the camera carry.
 const MODE: TransportMode = TransportMode::Radiance;
 
+/// Of a metal between copper and gold.
+fn conductor(roughness: [f64; 2]) -> Row {
+    let (eta, k) = (Some([0.2, 0.9, 1.1]), Some([3.9, 2.4, 2.2]));
+    ConductorParameters { metal: None, eta, k, roughness }.row()
+}
+
+/// Rough surfaces, by names.
+fn rough() -> Vec<(&'static str, Row)> {
+    vec![
+        ("a conductor", conductor([0.5; 2])),
+        ("a very rough conductor", conductor([1.0; 2])),
+        ("a brushed conductor", conductor([0.35, 0.8])),
+    ]
+}
+
 fn materials() -> MaterialTable {
     let reflectance = [0.7, 0.4, 0.2];
-    MaterialTable::new(vec![
+    let smooth = vec![
         MatteParameters { reflectance }.row(),
         MirrorParameters { reflectance }.row(),
         GlassParameters { ior: 1.5, reflectance: [1.0; 3], transmittance: [1.0; 3] }.row(),
         GlassParameters { ior: 0.75, reflectance: [0.8; 3], transmittance: [0.9; 3] }.row(),
-    ])
+        conductor([0.0; 2]),
+    ];
+    MaterialTable::new(smooth.into_iter().chain(rough().into_iter().map(|(_, row)| row)).collect())
+}
+
+/// The BSDFs of all materials.
+fn bsdfs() -> Vec<Bsdf<f32>> {
+    (0..materials().rows().len() as u32).map(bsdf).collect()
+}
+
+fn of(row: Row) -> Bsdf<f32> {
+    MaterialTable::new(vec![row]).bsdf(Wrapping(0), Site { p: Vec3::zero(), uv: [0.0; 2] })
 }
 
 fn bsdf(index: u32) -> Bsdf<f32> {
@@ -57,8 +86,12 @@ fn bsdf(index: u32) -> Bsdf<f32> {
 
 fn follows(bxdf: &impl Bxdf<f32>, wo: Vec3<f32>, seed: u32) -> Outcome {
     let normal = DVec3::Z * f64::from(wo.z.signum());
-    let sample = |u: [f32; 4]| bxdf.sample(wo, [u[0], u[1]], u[2], MODE).wi;
-    compare(Polar::new(normal, DVec3::X), seed, sample, |wi| bxdf.pdf(wo, wi))
+    let sample = |u: [f32; 4]| {
+        let sample = bxdf.sample(wo, [u[0], u[1]], u[2], MODE);
+        // Rough surfaces may lose light between their microfacets.
+        (sample.pdf > 0.0).then_some(sample.wi)
+    };
+    compare_some(Polar::new(normal, DVec3::X), seed, sample, |wi| bxdf.pdf(wo, wi))
 }
 
 #[test]
@@ -90,6 +123,192 @@ fn a_sample_carries_the_density_and_the_weight_of_its_direction() {
             for (weight, f) in sample.weight.lane(0).into_iter().zip(f.lane(0)) {
                 let expected = f * sample.wi.z.abs() / pdf;
                 assert!((weight - expected).abs() < 1e-5, "{sample:?}: {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn directions_of_rough_surfaces_follow_their_density() {
+    let wos = directions();
+    let rough = rough();
+    let tests = rough.len() * wos.len();
+    for (i, (name, row)) in rough.into_iter().enumerate() {
+        let bsdf = of(row);
+        for (j, &wo) in wos.iter().enumerate() {
+            let outcome = follows(&bsdf, wo, 300 + (10 * i + j) as u32);
+            assert!(outcome.agrees(tests), "{name}, {wo:?}: {outcome:?}");
+        }
+    }
+}
+
+/// A rough metal that draws normals of one width and states the density of another, and one that drops the masking of
+/// the normals that it draws.
+#[derive(Clone, Copy)]
+enum WrongMetal {
+    Narrow,
+    Unmasked,
+}
+
+impl WrongMetal {
+    fn metal(width: f32) -> RoughMetal<f32> {
+        let metal = Metal { eta: rgb([0.2; 3]), k: rgb([3.0; 3]), facing: rgb([0.9; 3]) };
+        RoughMetal { metal, normals: Ggx { alpha: [width, width] } }
+    }
+}
+
+impl Bxdf<f32> for WrongMetal {
+    fn albedo(&self) -> Rgb<f32> {
+        rgb([0.9; 3])
+    }
+    fn eval(&self, wo: Vec3<f32>, wi: Vec3<f32>, mode: TransportMode) -> Rgb<f32> {
+        WrongMetal::metal(0.5).eval(wo, wi, mode)
+    }
+    fn sample(&self, wo: Vec3<f32>, u: [f32; 2], lobe: f32, mode: TransportMode) -> BxdfSample<f32> {
+        WrongMetal::metal(0.5).sample(wo, u, lobe, mode)
+    }
+    fn pdf(&self, wo: Vec3<f32>, wi: Vec3<f32>) -> f32 {
+        match self {
+            WrongMetal::Narrow => WrongMetal::metal(0.49).pdf(wo, wi),
+            WrongMetal::Unmasked => {
+                let h = (wo + wi).normalized();
+                let pdf = Ggx { alpha: [0.5; 2] }.density(h) * h.z.abs() / (4.0 * wo.dot(h).abs());
+                if wo.z * wi.z > 0.0 { pdf } else { 0.0 }
+            }
+        }
+    }
+}
+
+#[test]
+fn normals_of_another_width_and_normals_that_are_not_seen_are_noticed() {
+    for wrong in [WrongMetal::Narrow, WrongMetal::Unmasked] {
+        let outcome = follows(&wrong, direction(0.4, 0.3), 95);
+        assert!(!outcome.agrees(1_000_000), "{}: {outcome:?}", wrong as u32);
+    }
+}
+
+/// How far f·|cos|/pdf and the density are from those of samples, relative to them, at most.
+fn worst_sample(bsdf: &impl Bxdf<f32>, wo: Vec3<f32>, mode: TransportMode) -> f64 {
+    let mut worst = 0.0_f64;
+    for i in 0..20_000 {
+        let [u, v, lobe, _] = draw(9, i);
+        let sample = bsdf.sample(wo, [u, v], lobe, mode);
+        if sample.pdf <= 0.0 {
+            assert_eq!(sample.weight, Rgb::black(), "{sample:?}");
+            continue;
+        }
+        let f = match mode {
+            TransportMode::Radiance => bsdf.eval(wo, sample.wi, mode),
+            TransportMode::Importance => bsdf.eval(sample.wi, wo, mode),
+        };
+        let pdf = bsdf.pdf(wo, sample.wi);
+        worst = worst.max(f64::from((pdf / sample.pdf - 1.0).abs()));
+        for (weight, f) in sample.weight.lane(0).into_iter().zip(f.lane(0)) {
+            let expected = f * sample.wi.z.abs() / pdf;
+            worst = worst.max(f64::from((weight - expected).abs() / expected.max(1e-3)));
+        }
+    }
+    worst
+}
+
+#[test]
+fn samples_of_rough_surfaces_carry_their_density_and_weight() {
+    for (name, row) in rough() {
+        for wo in directions() {
+            for mode in [MODE, TransportMode::Importance] {
+                let worst = worst_sample(&of(row), wo, mode);
+                assert!(worst < 2e-3, "{name}, {wo:?}: {worst:e}");
+            }
+        }
+    }
+    // Negative control: the density of normals 2% narrower.
+    assert!(worst_sample(&WrongMetal::Narrow, direction(0.4, 0.3), MODE) > 2e-3);
+}
+
+/// What rough surfaces scatter by their directions is what they scatter by their function.
+#[test]
+fn sampling_rough_surfaces_loses_nothing() {
+    for (name, row) in rough() {
+        let bsdf = of(row);
+        for wo in directions() {
+            // Along the surface lobes are narrow for the midpoint rule.
+            if wo.z.abs() < 0.1 {
+                continue;
+            }
+            let (mean, error) = albedo(&bsdf, wo, MODE, |_| 1.0);
+            let integral = integral(&bsdf, wo);
+            assert!((mean - integral).abs() < 5.0 * error + 1e-3, "{name}, {wo:?}: {mean} and {integral}");
+            assert!(mean > 0.3, "{name}, {wo:?}: {mean}");
+        }
+    }
+}
+
+/// Directions from along the normal to along the surface, with some at its very edge.
+fn anywhere(stream: &mut Stream) -> Vec3<f32> {
+    let w = uniform([stream.random(), stream.random(), 0.0, 0.0]);
+    match stream.random_range(0..8) {
+        0 => Vec3::new(w.x, w.y, w.z * 1e-6).normalized(),
+        1 => Vec3::new(w.x * 1e-6, w.y * 1e-6, w.z).normalized(),
+        2 => Vec3::new(0.0, 0.0, 1.0_f32.copysign(w.z)),
+        _ => w,
+    }
+}
+
+/// Numbers in [0, 1), with some at the ends.
+fn anything(stream: &mut Stream) -> f32 {
+    match stream.random_range(0..16) {
+        0 => 0.0,
+        1 => 0.999_999_94,
+        _ => stream.random(),
+    }
+}
+
+/// A row of parameters that are drawn from all that there may be.
+type Draw = fn(&mut Stream) -> Row;
+
+/// A roughness in [0, 1], as often small as large.
+fn any_roughness(stream: &mut Stream) -> f64 {
+    if stream.random_bool(0.1) {
+        f64::from(stream.random_bool(0.5))
+    } else {
+        10_f64.powf(stream.random_range(-3.0..0.0))
+    }
+}
+
+fn any_conductor(stream: &mut Stream) -> Row {
+    let eta = [(); 3].map(|()| 10_f64.powf(stream.random_range(-3.0..3.0)));
+    let k = [(); 3]
+        .map(|()| if stream.random_bool(0.1) { 0.0 } else { 10_f64.powf(stream.random_range(-3.0..3.0)) });
+    let roughness = [(); 2].map(|()| any_roughness(stream));
+    ConductorParameters { metal: None, eta: Some(eta), k: Some(k), roughness }.row()
+}
+
+/// With any parameters, from any direction and by any numbers, samples are directions, weights are no more than one,
+/// and nothing is infinite or no number.
+#[test]
+fn no_parameters_and_no_directions_give_what_is_no_number() {
+    let kinds: [(&str, Draw); 1] = [("conductor", any_conductor)];
+    let stream = &mut Stream::new(12, 0, 0);
+    for (name, draw) in kinds {
+        for i in 0..300_000 {
+            let row = draw(stream);
+            let bsdf = of(row);
+            let (wo, other) = (anywhere(stream), anywhere(stream));
+            let u = [(); 3].map(|()| anything(stream));
+            let sample = bsdf.sample(wo, [u[0], u[1]], u[2], MODE);
+            let about = || format!("{name} {i}: {row:?}, {wo:?}, {u:?}: {sample:?}");
+            assert!((sample.wi.length() - 1.0).abs() < 1e-5, "{}", about());
+            assert!(sample.pdf >= 0.0 && sample.pdf.is_finite() && sample.eta > 0.0, "{}", about());
+            let most = 1.0 / (sample.eta * sample.eta) * 1.0001;
+            for weight in sample.weight.lane(0) {
+                assert!((0.0..=most).contains(&weight), "{}", about());
+            }
+            for wi in [sample.wi, other, Vec3::new(-wo.x, -wo.y, wo.z), -wo] {
+                let (f, pdf) = (bsdf.eval(wo, wi, MODE), bsdf.pdf(wo, wi));
+                assert!(pdf >= 0.0 && pdf.is_finite(), "{}, {wi:?}: pdf {pdf}", about());
+                for f in f.lane(0) {
+                    assert!(f >= 0.0 && f.is_finite(), "{}, {wi:?}: {f}", about());
+                }
             }
         }
     }
@@ -295,8 +514,7 @@ fn no_bxdf_makes_energy() {
     let none = |_: f32| 1.0;
     assert!(conserves(&Lambertian { reflectance: rgb([1.0; 3]) }, MODE, none));
     assert!(conserves(&SpecularReflection { reflectance: rgb([1.0; 3]) }, MODE, none));
-    for index in 0..4 {
-        let bsdf = bsdf(index);
+    for (index, bsdf) in bsdfs().into_iter().enumerate() {
         assert!(conserves(&bsdf, MODE, |eta| eta * eta), "material {index}");
         // Power is not squeezed.
         assert!(conserves(&bsdf, TransportMode::Importance, none), "material {index}");
@@ -313,8 +531,8 @@ fn what_a_matte_surface_keeps_is_its_reflectance() {
 
 #[test]
 fn every_bxdf_is_reciprocal() {
-    for index in 0..4 {
-        assert!(reciprocal(&bsdf(index)), "material {index}");
+    for (index, bsdf) in bsdfs().iter().enumerate() {
+        assert!(reciprocal(bsdf), "material {index}");
     }
     assert!(reciprocal(&Lambertian { reflectance: rgb([0.7, 0.4, 0.2]) }));
 }

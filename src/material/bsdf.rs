@@ -157,7 +157,9 @@ impl<F: Float> Bxdf<F> for Bsdf<F> {
     #[inline(always)]
     fn albedo(&self) -> Rgb<F> {
         let Bsdf { local, kinds } = *self;
-        function!(F, bsdf_albedo(local), { materials!(answer kinds, local, ALL, "albedo", (), lobe => lobe.albedo()) })
+        function!(F, bsdf_albedo(local), {
+            materials!(answer kinds, local, ALL, "albedo", (), lobe => lobe.albedo())
+        })
     }
 
     #[inline(always)]

@@ -14,6 +14,8 @@ macro_rules! materials {
                 matte::Matte(MatteParameters),
                 mirror::Mirror(MirrorParameters),
                 glass::Glass(GlassParameters),
+                conductor::Conductor(ConductorParameters),
+                conductor::SmoothConductor,
                 #[cfg(feature = "broken-material")]
                 broken::Broken(BrokenParameters),
             }

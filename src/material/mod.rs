@@ -9,11 +9,13 @@ mod broken;
 mod bsdf;
 mod bxdf;
 mod checkerboard;
+mod conductor;
 mod glass;
 mod kind;
 pub(crate) mod list;
 mod lobes;
 mod matte;
+mod metals;
 mod mirror;
 mod program;
 mod row;
@@ -23,7 +25,10 @@ pub use bsdf::{Bsdf, Local};
 pub use bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 pub use kind::{Kind, Kinds};
 pub use list::*;
-pub use lobes::{Dielectric, Lambertian, SpecularReflection, Sum, fresnel_dielectric};
+pub use lobes::{
+    Dielectric, Ggx, LEAST_ALPHA, Lambertian, Metal, RoughMetal, SmoothMetal, SpecularReflection, Sum,
+    fresnel_conductor, fresnel_dielectric,
+};
 pub use program::{Chooser, Leaf, MaterialParameters};
 pub use row::{CHOICES, Columns, NUMBERS, Numbers, Row, Site};
 pub use table::MaterialTable;

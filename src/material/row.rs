@@ -27,12 +27,14 @@ pub struct Row {
     pub numbers: [f32; NUMBERS],
     /// The rows that a chooser chooses among, all of them before this one.
     pub choices: [u32; CHOICES],
+    /// Whether it scatters differently along u and along v, so that frames have to follow uv.
+    pub has_grain: bool,
 }
 
 impl Row {
     /// A row that has no more than a colour.
     pub(super) fn new(kind: Kind, colour: [f32; 3]) -> Row {
-        Row { kind, colour, numbers: [0.0; NUMBERS], choices: [0; CHOICES] }
+        Row { kind, colour, numbers: [0.0; NUMBERS], choices: [0; CHOICES], has_grain: false }
     }
 }
 

@@ -91,15 +91,19 @@ pub struct Pearson {
 pub struct Outcome {
     pub fine: Pearson,
     pub coarse: Pearson,
-    /// The integral of the density over the box that the directions fill.
+    /// The integral of the density over the box that the directions fill, and the share of draws that gave none.
     pub mass: f64,
+    /// The noise of that share, as a standard deviation.
+    pub noise: f64,
 }
 
 impl Outcome {
     /// Whether the directions may follow the density, as one of `tests` comparisons.
     pub fn agrees(&self, tests: usize) -> bool {
         let level = sidak(LEVEL, 2 * tests);
-        self.fine.p > level && self.coarse.p > level && (self.mass - 1.0).abs() < MASS_TOLERANCE
+        self.fine.p > level
+            && self.coarse.p > level
+            && (self.mass - 1.0).abs() < MASS_TOLERANCE + 5.0 * self.noise
     }
 }
 
@@ -110,13 +114,24 @@ pub fn compare(
     sample: impl Fn([f32; 4]) -> Vec3<f32>,
     pdf: impl Fn(Vec3<f32>) -> f32,
 ) -> Outcome {
+    compare_some(polar, seed, |u| Some(sample(u)), pdf)
+}
+
+/// The same of directions that are not always there.
+pub fn compare_some(
+    polar: Polar,
+    seed: u32,
+    sample: impl Fn([f32; 4]) -> Option<Vec3<f32>>,
+    pdf: impl Fn(Vec3<f32>) -> f32,
+) -> Outcome {
     let places: Vec<[f64; 2]> = (0..DRAWS)
-        .map(|i| {
-            let w = wide(sample(draw(seed, i)));
+        .filter_map(|i| {
+            let w = wide(sample(draw(seed, i))?);
             assert!((w.length() - 1.0).abs() < 1e-5, "{w} is no direction");
-            polar.of(w.normalize())
+            Some(polar.of(w.normalize()))
         })
         .collect();
+    let lost = 1.0 - places.len() as f64 / f64::from(DRAWS);
     let extent = |axis: usize, most: f64| {
         let range =
             places.iter().fold([f64::INFINITY, 0.0], |[lo, hi], p| [p[axis].min(lo), p[axis].max(hi)]);
@@ -149,8 +164,10 @@ pub fn compare(
             f64::from(DRAWS) * sum / f64::from(STRATA * STRATA) * step[0] * step[1]
         })
         .collect();
-    let mass = expected.iter().sum::<f64>() / f64::from(DRAWS);
-    Outcome { fine: pearson(&seen, &expected), coarse: pearson(&coarse(&seen), &coarse(&expected)), mass }
+    let mass = expected.iter().sum::<f64>() / f64::from(DRAWS) + lost;
+    let noise = (lost * (1.0 - lost) / f64::from(DRAWS)).sqrt();
+    let (fine, coarse) = (pearson(&seen, &expected), pearson(&coarse(&seen), &coarse(&expected)));
+    Outcome { fine, coarse, mass, noise }
 }
 
 /// The same counts in bins ten times as large each way.

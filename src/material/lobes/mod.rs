@@ -1,11 +1,15 @@
 //! The lobes that materials are made of, one file for each, and their combinations.
 
+mod conductor;
 mod dielectric;
+mod ggx;
 mod lambertian;
 mod specular_reflection;
 mod sum;
 
+pub use conductor::{Metal, RoughMetal, SmoothMetal, fresnel_conductor};
 pub use dielectric::{Dielectric, fresnel_dielectric};
+pub use ggx::{Ggx, LEAST_ALPHA};
 pub use lambertian::Lambertian;
 pub use specular_reflection::SpecularReflection;
 pub use sum::Sum;

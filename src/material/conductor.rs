@@ -1,0 +1,175 @@
+//! Metals, smooth and rough.
+
+use super::kind::Kind;
+use super::lobes::{Ggx, LEAST_ALPHA, Metal, RoughMetal, SmoothMetal, fresnel_conductor};
+use super::metals::{INDICES, Index, NAMES};
+use super::program::{Leaf, MaterialParameters};
+use super::row::{Numbers, Row, Site, padded};
+use crate::math::{Float, Rgb, narrow};
+use crate::parameter::{Colour, Number, ParameterKind, Problem, Word, parameters};
+
+parameters! {
+    /// A metal: reflects on both sides, by Fresnel's equations for conductors. It has either a metal's name, or eta and k.
+    pub struct ConductorParameters: "conductor", "a conductor" {
+        /// The name of a metal whose index of refraction is known, instead of eta and k.
+        metal: Option<Word> = ParameterKind::Word(NAMES) => nothing,
+        /// The index of refraction η relative to the outside: red, green, blue.
+        eta: Option<Colour> = ParameterKind::Colour(Number::positive(1e-3, 1e3)) => nothing,
+        /// The extinction coefficient k: red, green, blue.
+        k: Option<Colour> = ParameterKind::Colour(Number::between(0.0, 1e3)) => nothing,
+        /// Roughness, 0 to 1, whose square is α of a GGX distribution of microfacets: one number, or one along u and one
+        /// along v. Below 0.01 it is perfectly smooth.
+        roughness: [f64; 2] = ParameterKind::Pair(Number::between(0.0, 1.0)) => "0",
+    }
+    check = check;
+    rules = r#"{
+        "oneOf": [
+            { "required": ["metal"], "not": { "anyOf": [{ "required": ["eta"] }, { "required": ["k"] }] } },
+            { "required": ["eta", "k"], "not": { "required": ["metal"] } }
+        ]
+    }"#;
+}
+
+/// The index of refraction is one or the other; a name becomes what it stands for.
+fn check(
+    parameters: ConductorParameters,
+    _warnings: &mut Vec<Problem>,
+) -> Result<ConductorParameters, Problem> {
+    let problem = |parameter, message: &str, help: Option<&str>| {
+        Err(Problem { parameter, message: message.into(), help: help.map(Into::into) })
+    };
+    match parameters {
+        ConductorParameters { metal: None, eta: None, k: None, .. } => problem(
+            "metal",
+            "a conductor needs either metal or both eta and k",
+            Some("metal = \"gold\" would do"),
+        ),
+        ConductorParameters { metal: Some(_), eta: Some(_), .. } => {
+            problem("eta", "the conductor has both metal and eta", Some("keep one of them"))
+        }
+        ConductorParameters { metal: Some(_), k: Some(_), .. } => {
+            problem("k", "the conductor has both metal and k", Some("keep one of them"))
+        }
+        ConductorParameters { eta: Some(_), k: None, .. } => {
+            problem("eta", "the conductor has eta but no k", Some("give both"))
+        }
+        ConductorParameters { eta: None, k: Some(_), .. } => {
+            problem("k", "the conductor has k but no eta", Some("give both"))
+        }
+        ConductorParameters { metal: Some(Word(place)), .. } => Ok(match INDICES.get(place) {
+            Some(&Index { eta, k }) => {
+                ConductorParameters { metal: None, eta: Some(eta), k: Some(k), ..parameters }
+            }
+            None => parameters,
+        }),
+        both => Ok(both),
+    }
+}
+
+impl ConductorParameters {
+    /// The index of refraction; that of the outside if none is given, which reflects nothing.
+    fn index(&self) -> [Colour; 2] {
+        let named = self.metal.and_then(|Word(place)| INDICES.get(place));
+        let (eta, k) = named.map_or((self.eta, self.k), |named| (Some(named.eta), Some(named.k)));
+        [eta.unwrap_or([1.0; 3]), k.unwrap_or([0.0; 3])]
+    }
+}
+
+/// α along u and along v; `None` if the surface is smooth.
+pub(super) fn alpha(roughness: [f64; 2]) -> Option<[f32; 2]> {
+    let [along_u, along_v] = roughness.map(|roughness| (roughness * roughness) as f32);
+    let is_smooth = along_u < LEAST_ALPHA && along_v < LEAST_ALPHA;
+    (!is_smooth).then(|| [along_u.max(LEAST_ALPHA), along_v.max(LEAST_ALPHA)])
+}
+
+impl MaterialParameters for ConductorParameters {
+    fn row(&self) -> Row {
+        let [eta, k] = self.index().map(narrow);
+        let facing = std::array::from_fn(|i| fresnel_conductor(1.0_f32, eta[i], k[i]).max(0.0));
+        let ([er, eg, eb], [kr, kg, kb]) = (eta, k);
+        match alpha(self.roughness) {
+            None => {
+                Row { numbers: padded([er, eg, eb, kr, kg, kb]), ..Row::new(Kind::SmoothConductor, facing) }
+            }
+            Some([along_u, along_v]) => Row {
+                numbers: [er, eg, eb, kr, kg, kb, along_u, along_v],
+                has_grain: along_u != along_v,
+                ..Row::new(Kind::Conductor, facing)
+            },
+        }
+    }
+}
+
+/// The metal of a row.
+#[inline(always)]
+fn metal<F: Float>(numbers: &Numbers<F>) -> Metal<F> {
+    let [er, eg, eb, kr, kg, kb, ..] = numbers.further;
+    Metal { eta: Rgb::new(er, eg, eb), k: Rgb::new(kr, kg, kb), facing: numbers.colour }
+}
+
+/// A rough metal.
+#[derive(Clone, Copy, Debug)]
+pub struct Conductor;
+
+impl Leaf for Conductor {
+    type Lobe<F: Float> = RoughMetal<F>;
+
+    #[inline(always)]
+    fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> RoughMetal<F> {
+        let [.., along_u, along_v] = numbers.further;
+        RoughMetal { metal: metal(numbers), normals: Ggx { alpha: [along_u, along_v] } }
+    }
+}
+
+/// A smooth metal.
+#[derive(Clone, Copy, Debug)]
+pub struct SmoothConductor;
+
+impl Leaf for SmoothConductor {
+    type Lobe<F: Float> = SmoothMetal<F>;
+
+    #[inline(always)]
+    fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> SmoothMetal<F> {
+        SmoothMetal { metal: metal(numbers) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stand_for_their_indices() {
+        let named = |name| {
+            let place = NAMES.iter().position(|known| *known == name).unwrap();
+            ConductorParameters { metal: Some(Word(place)), eta: None, k: None, roughness: [0.0; 2] }
+        };
+        let gold = check(named("gold"), &mut Vec::new()).unwrap();
+        assert_eq!((gold.metal, gold.eta.is_some(), gold.k.is_some()), (None, true, true));
+        assert_eq!(gold.row(), named("gold").row());
+        // Reflectances at normal incidence of spectra under D65, in linear Rec. 709.
+        for (name, expected) in [
+            ("silver", [0.989, 0.984, 0.978]),
+            ("copper", [0.932, 0.623, 0.522]),
+            ("aluminium", [0.907, 0.916, 0.922]),
+            ("brass", [0.910, 0.778, 0.423]),
+        ] {
+            for (ours, expected) in named(name).row().colour.into_iter().zip(expected) {
+                assert!((ours - expected).abs() < 0.02, "{name}: {ours}, not {expected}");
+            }
+        }
+        assert!(NAMES.is_sorted(), "one finds a name sooner");
+    }
+
+    #[test]
+    fn smooth_and_rough_metals_are_programs_of_their_own() {
+        let row =
+            |roughness| ConductorParameters { metal: Some(Word(0)), eta: None, k: None, roughness }.row();
+        assert_eq!(row([0.0; 2]).kind, Kind::SmoothConductor);
+        assert_eq!(row([0.0099; 2]).kind, Kind::SmoothConductor);
+        let brushed = row([0.0, 0.5]);
+        assert_eq!((brushed.kind, brushed.has_grain), (Kind::Conductor, true));
+        assert_eq!(brushed.numbers[6..], [LEAST_ALPHA, 0.25]);
+        assert!(!row([0.5; 2]).has_grain);
+    }
+}

@@ -1,0 +1,145 @@
+//! The GGX distribution of microfacets' normals.
+
+use crate::math::{Float, Vec3, trig, value};
+use std::f32::consts::FRAC_1_PI;
+
+/// The least α. Below it single precision does not tell the normals of microfacets apart.
+pub const LEAST_ALPHA: f32 = 1e-4;
+
+/// Cosines whose product is below about this scatter nothing: it keeps quotients finite.
+const LEAST_PRODUCT: f32 = 1e-12;
+
+/// Slopes of microfacets as GGX has them (Trowbridge and Reitz 1975; Walter et al. 2007), with a width of its own along
+/// each tangent, and height-correlated masking by Smith's function (Heitz 2014, "Understanding the Masking-Shadowing
+/// Function in Microfacet-Based BRDFs", §5).
+///
+/// Directions and normals are those above the surface, with z ≥ 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Ggx<F> {
+    /// The widths along the tangents, [`LEAST_ALPHA`] to 1.
+    pub alpha: [F; 2],
+}
+
+value!(Ggx { alpha });
+
+impl<F: Float> Ggx<F> {
+    /// The direction with its slopes multiplied by α.
+    #[inline(always)]
+    fn stretched(&self, w: Vec3<F>) -> Vec3<F> {
+        let [along_s, along_t] = self.alpha;
+        Vec3::new(w.x * along_s, w.y * along_t, w.z)
+    }
+
+    /// D(h), the area of the microfacets of this normal per area of the surface and per steradian.
+    #[inline(always)]
+    pub fn density(&self, h: Vec3<F>) -> F {
+        let [along_s, along_t] = self.alpha;
+        let (x, y) = (h.x / along_s, h.y / along_t);
+        let spread = x * x + y * y + h.z * h.z;
+        F::splat(FRAC_1_PI) / (along_s * along_t * spread * spread)
+    }
+
+    /// G₂(wo, wi)/(4 cos θₒ cos θᵢ), where G₂ = 1/(1 + Λ(wo) + Λ(wi)).
+    #[inline(always)]
+    pub fn visibility(&self, wo: Vec3<F>, wi: Vec3<F>) -> F {
+        let (o, i) = (self.stretched(wo).length(), self.stretched(wi).length());
+        F::splat(0.5) / (o * wi.z + i * wo.z).max(F::splat(LEAST_PRODUCT))
+    }
+
+    /// G₁(wo)/cos θₒ, which is twice the visible area of a surface of normals over its area seen along `wo`.
+    #[inline(always)]
+    pub fn masking(&self, wo: Vec3<F>) -> F {
+        F::splat(2.0) / (wo.z + self.stretched(wo).length())
+    }
+
+    /// The normal of a microfacet that is seen along `wo`, by its share of what is seen, with `u` in [0, 1)² (Dupuy and
+    /// Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps").
+    ///
+    /// Its density by solid angle is [`Ggx::masking`]·(wo·h)·[`Ggx::density`].
+    #[inline(always)]
+    pub fn sample(&self, wo: Vec3<F>, u: [F; 2]) -> Vec3<F> {
+        let seen = self.stretched(wo).normalized();
+        // On the hemisphere of slopes, a direction of the cap that mirrors see: z = 1 − a, without its cancellation.
+        let a = u[0] * (seen.z + 1.0);
+        let sin = (a * (-a + 2.0)).max(F::zero()).sqrt();
+        let (s, c) = trig::sin_cos_turns(u[1]);
+        let z = (-u[0] + 1.0) * (seen.z + 1.0);
+        self.stretched(Vec3::new(sin * c + seen.x, sin * s + seen.y, z)).normalized()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::{Stream, warp};
+    use rand::RngExt;
+    use std::f64::consts::TAU;
+
+    fn above(stream: &mut Stream) -> Vec3<f32> {
+        let w = warp::uniform_sphere([stream.random::<f32>(), stream.random()]);
+        Vec3::new(w.x, w.y, w.z.abs())
+    }
+
+    /// ∫ f over the normals above, in slopes that are stretched as the distribution is.
+    fn integral(ggx: &Ggx<f32>, f: impl Fn(Vec3<f32>) -> f32) -> f64 {
+        let n = 1000;
+        let mut sum = 0.0;
+        for i in 0..n * n {
+            let [b, turns] = [i / n, i % n].map(|i| (f64::from(i) + 0.5) / f64::from(n));
+            // tan²θ of a distribution of width one is a/(1 − a) of its share a of the normals. By b = √(1 − a) the
+            // steepest ones have a bounded part in the integral.
+            let tan = (1.0 - b * b).sqrt() / b;
+            let (x, y) = (tan * (TAU * turns).cos(), tan * (TAU * turns).sin());
+            let slope = Vec3::splat([x as f32, y as f32, 1.0]);
+            let h = ggx.stretched(slope).normalized();
+            sum += 2.0 * b * f64::from(f(h) / (ggx.density(h) * h.z));
+        }
+        sum / f64::from(n * n)
+    }
+
+    /// The projected area of all normals is that of the surface, seen from above and from anywhere else (Heitz 2014,
+    /// equations 2 and 14).
+    #[test]
+    fn normals_have_the_area_of_the_surface() {
+        let stream = &mut Stream::new(70, 0, 0);
+        for alpha in [[1.0, 1.0], [0.3, 0.3], [0.01, 0.01], [0.05, 0.6], [1.0, 0.002]] {
+            let ggx = Ggx { alpha };
+            let area = integral(&ggx, |h| ggx.density(h) * h.z);
+            assert!((area - 1.0).abs() < 1e-4, "{alpha:?}: {area}");
+            for _ in 0..10 {
+                let wo = above(stream);
+                let seen = integral(&ggx, |h| ggx.density(h) * wo.dot(h).max(0.0) * ggx.masking(wo));
+                assert!((seen - 1.0).abs() < 2e-3, "{alpha:?}, {wo:?}: {seen}");
+                // Negative control: the masking of another width, where it matters.
+                let other = Ggx { alpha: alpha.map(|alpha| alpha * 0.9) };
+                let wrong = integral(&ggx, |h| ggx.density(h) * wo.dot(h).max(0.0) * other.masking(wo));
+                assert!((wrong - 1.0).abs() > 5e-3 || wo.z > 0.7 || alpha != [1.0; 2], "{wo:?}: {wrong}");
+            }
+        }
+    }
+
+    #[test]
+    fn normals_that_are_drawn_face_the_direction_and_have_length_one() {
+        let stream = &mut Stream::new(71, 0, 0);
+        for _ in 0..200_000 {
+            let alpha = [(); 2].map(|()| LEAST_ALPHA.powf(stream.random::<f32>()));
+            let mut wo = above(stream);
+            if stream.random_bool(0.1) {
+                wo = Vec3::new(wo.x, wo.y, wo.z * 1e-6).normalized();
+            }
+            let ends = |u: f32| {
+                if u < 0.02 {
+                    0.0
+                } else if u > 0.98 {
+                    0.999_999_94
+                } else {
+                    u
+                }
+            };
+            let u = [(); 2].map(|()| ends(stream.random()));
+            let h = Ggx { alpha }.sample(wo, u);
+            assert!((h.length() - 1.0).abs() < 1e-6 && h.z >= 0.0, "{alpha:?}, {wo:?}, {u:?}: {h:?}");
+            assert!(h.dot(wo) > -1e-6, "{alpha:?}, {wo:?}, {u:?}: {h:?}");
+        }
+    }
+}

@@ -134,7 +134,7 @@ fn a_lamp_two_percent_brighter_is_noticed() {
     }
     for light in &mut brighter.lights {
         let stride::scene::Light::Point(point) = light else { panic!("a light of another kind") };
-        point.intensity = point.intensity.map(|e| e * 1.02);
+        point.intensity = point.intensity.map(|rgb| rgb.map(|e| e * 1.02));
     }
     brighter.environment = brighter.environment.map(|e| e * 1.02);
     let verdict = verdict(many_lights(), brighter, [4096, 1024]);

@@ -311,7 +311,11 @@ const SILENT: &str = "STRIDE_TEST_SILENT";
 fn render_silently() {
     let mut bright = buffer::scene();
     let position = [1.0, -1.0, 3.0].into();
-    bright.add_light(stride::scene::PointLightParameters { position, intensity: [1e20; 3] });
+    bright.add_light(stride::scene::PointLightParameters {
+        position,
+        intensity: Some([1e20; 3]),
+        power: None,
+    });
     Render::new(&bright).size((8, 6)).samples(2).run().expect("a picture");
     let dark = Render::new(&Scene::default()).size((8, 6)).samples(32).noise(0.5).run().expect("a picture");
     assert!(dark.noise.is_some_and(|noise| !noise.reached()));

@@ -12,6 +12,7 @@ use stride::output::read_picture;
 use stride::scene::{
     BoxParameters, CheckerboardParameters, CylinderParameters, DiskParameters, Integrator, Light,
     MaterialKind, PlaneParameters, PointLightParameters, QuadParameters, Scene, Shape, SphereParameters,
+    SpotLightParameters,
 };
 use stride::world::Finder;
 
@@ -48,11 +49,14 @@ fn scaled(scene: &Scene, s: f64) -> Scene {
         }
     }
     for light in &mut scene.lights {
-        let Light::Point(PointLightParameters { position, intensity }) = light else {
-            panic!("a light of unknown lengths")
+        let (position, intensity) = match light {
+            Light::Point(PointLightParameters { position, intensity, .. }) => (position, intensity),
+            Light::Spot(SpotLightParameters { position, intensity, .. }) => (position, intensity),
+            Light::Directional(_) => continue,
+            _ => panic!("a light of unknown lengths"),
         };
         *position *= s;
-        *intensity = intensity.map(|c| c * s * s);
+        *intensity = intensity.map(|intensity| intensity.map(|c| c * s * s));
     }
     for material in &mut scene.materials {
         if let MaterialKind::Checkerboard(CheckerboardParameters { checks_per_unit, .. }) = &mut material.kind

@@ -1,8 +1,8 @@
-//! Lights at infinity, which no scene has yet: what integrators find of them, against radiance by formula.
+//! Lights at infinity: what integrators find of them, against radiance by formula.
 
 use super::{Paths, build};
-use crate::light::LightTable;
-use crate::light::made_up::{Sky, Sun};
+use crate::light::made_up::Sky;
+use crate::light::{Distant, LightTable};
 use crate::math::lanes::Level;
 use crate::sampling::Pixel;
 use crate::sampling::warp::FilmOffset;
@@ -65,7 +65,7 @@ fn seen(
 const MATTE: &str = "type = \"matte\"\nreflectance = [0.5, 0.5, 0.5]";
 const MIRROR: &str = "type = \"mirror\"\nreflectance = [0.5, 0.5, 0.5]";
 const SKY: Sky = Sky { radiance: [2.0; 3] };
-const SUN: Sun = Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] };
+const SUN: Distant = Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] };
 
 #[track_caller]
 fn agrees((mean, error): (f64, f64), expected: f64) {
@@ -107,7 +107,7 @@ fn a_sun_lights_a_floor_by_its_cosine() {
             let (mean, _) = seen(integrator, MIRROR, 0.0, level, |lights| _ = lights.push(SUN));
             assert_eq!(mean, 0.0);
             // What stands before it takes all of it, however near that is.
-            let behind = Sun { towards: [0.0, 0.0, 1.0], ..SUN };
+            let behind = Distant { towards: [0.0, 0.0, 1.0], ..SUN };
             let (mean, _) = seen(integrator, MATTE, 0.0, level, |lights| _ = lights.push(behind));
             assert_eq!(mean, 0.0);
         }

@@ -13,9 +13,10 @@ pub struct LightRow {
     pub edge_u: [f32; 3],
     /// Second edge; the radius at a right angle; a cylinder's axis from end to end.
     pub edge_v: [f32; 3],
-    /// Normal of the side of a quad, triangle or disk that emits; direction of a cylinder's axis.
+    /// Normal of the side of a quad, triangle or disk that emits; direction of a cylinder's axis, or of a spot's; the
+    /// direction to the middle of a light at infinity.
     pub normal: [f32; 3],
-    /// Radius of a sphere or cylinder.
+    /// Radius of a sphere or cylinder; 1 − cos of the half angle of a spot's cone, or of a disk at infinity.
     pub radius: f32,
     /// Area of a surface.
     pub area: f32,
@@ -25,7 +26,13 @@ pub struct LightRow {
     pub inward: bool,
     /// Whether a quad's sides meet at right angles.
     pub square: bool,
-    /// Radiance; intensity of a point.
+    /// Of a spot: the cosine or the angle of darkness,
+    pub ramp_from: f32,
+    /// the slope of intensity by cosine or angle,
+    pub ramp_slope: f32,
+    /// and the number of its [`Falloff`](super::Falloff).
+    pub ramp_form: f32,
+    /// Radiance; intensity of a point; irradiance by a light at infinity without a size.
     pub emission: [f32; 3],
 }
 
@@ -45,6 +52,9 @@ pub(super) struct Columns {
     inward: Vec<f32>,
     /// 1 for yes.
     square: Vec<f32>,
+    ramp_from: Vec<f32>,
+    ramp_slope: Vec<f32>,
+    ramp_form: Vec<f32>,
     emission: [Vec<f32>; 3],
     /// Bit `k` is set if some light is of kind `k`.
     kinds: u32,
@@ -55,7 +65,21 @@ pub(super) struct Columns {
 impl Columns {
     /// Adds a light of a kind.
     pub(super) fn push(&mut self, kind: u32, row: &LightRow) {
-        let LightRow { origin, edge_u, edge_v, normal, radius, area, error, inward, square, emission } = *row;
+        let LightRow {
+            origin,
+            edge_u,
+            edge_v,
+            normal,
+            radius,
+            area,
+            error,
+            inward,
+            square,
+            ramp_from,
+            ramp_slope,
+            ramp_form,
+            emission,
+        } = *row;
         self.kind.push(kind);
         push3(&mut self.origin, origin);
         push3(&mut self.edge_u, edge_u);
@@ -66,6 +90,9 @@ impl Columns {
         self.error.push(error);
         self.inward.push(f32::from(u8::from(inward)));
         self.square.push(f32::from(u8::from(square)));
+        self.ramp_from.push(ramp_from);
+        self.ramp_slope.push(ramp_slope);
+        self.ramp_form.push(ramp_form);
         push3(&mut self.emission, emission);
         self.kinds |= 1 << kind;
     }
@@ -83,6 +110,9 @@ impl Columns {
             error,
             inward,
             square,
+            ramp_from,
+            ramp_slope,
+            ramp_form,
             emission,
             kinds: _,
             extent: _,
@@ -97,6 +127,9 @@ impl Columns {
         reader.floats("error", error);
         reader.floats("inward", inward);
         reader.floats("square", square);
+        reader.floats("ramp_from", ramp_from);
+        reader.floats("ramp_slope", ramp_slope);
+        reader.floats("ramp_form", ramp_form);
         reader.vectors("emission", emission);
     }
 
@@ -237,6 +270,16 @@ impl<'a, F: Float> LaneLights<'a, F> {
     #[inline(always)]
     pub fn square(&self) -> F::Mask {
         F::gather(&self.columns.square, self.light).gt(F::zero())
+    }
+
+    /// See [`LightRow::ramp_from`], [`LightRow::ramp_slope`] and [`LightRow::ramp_form`].
+    #[inline(always)]
+    pub fn ramp(&self) -> [F; 3] {
+        [
+            F::gather(&self.columns.ramp_from, self.light),
+            F::gather(&self.columns.ramp_slope, self.light),
+            F::gather(&self.columns.ramp_form, self.light),
+        ]
     }
 
     /// See [`LightRow::emission`].

@@ -7,10 +7,20 @@ use crate::math::{Float, Rgb, Vec3};
 
 /// The parameters of a light that is not a surface, as a scene describes it.
 pub trait LightParameters {
-    /// The light that lanes look up.
-    type Light: Light;
-    /// The light.
-    fn light(&self) -> Self::Light;
+    /// Adds the light that lanes look up, whose kind may depend on the parameters, and returns its index.
+    fn add_to(&self, lights: &mut impl LightList) -> u32;
+}
+
+/// A list of lights of any kind.
+pub trait LightList {
+    /// Adds a light and returns its index.
+    fn add<L: Listed>(&mut self, light: L) -> u32;
+}
+
+/// A light whose kind is in the list of `kinds.rs`.
+pub trait Listed: Light {
+    /// Its [`LightKind`](super::LightKind).
+    const KIND: u32;
 }
 
 /// A kind of light. A value is one light of a scene. The functions without `self` run on paths, where each lane looks up

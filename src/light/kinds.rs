@@ -2,18 +2,14 @@
 
 use super::area::AreaLight;
 use super::columns::{Columns, LaneLights};
-use super::contract::Light;
+use super::contract::{Light, Listed};
+use super::directional::{Distant, DistantDisk};
 use super::point::PointLight;
 use super::sample::{EmittedRay, Escaped, LightSample};
+use super::spot::SpotLight;
 use super::triangle::Triangle;
 use crate::math::{Float, Mask, Rgb, Vec3, function};
 use crate::shape::{Cylinder, Disk, Quad, Sphere};
-
-/// A light whose kind is in the list.
-pub trait Listed: Light {
-    /// Its [`LightKind`].
-    const KIND: u32;
-}
 
 /// A function of a kind, which is a function of recorded programs too: its lights and further arguments are those of the
 /// call in parentheses.
@@ -206,8 +202,9 @@ kinds! {
     Triangle: AreaLight<Triangle>,
     Disk: AreaLight<Disk>,
     Cylinder: AreaLight<Cylinder>,
+    Distant: Distant,
+    DistantDisk: DistantDisk,
+    Spot: SpotLight,
     #[cfg(test)]
     Sky: super::made_up::Sky,
-    #[cfg(test)]
-    Sun: super::made_up::Sun,
 }

@@ -1,4 +1,4 @@
-//! Two lights at infinity for tests of the table; no scene has them.
+//! A light at infinity for tests of the table; no scene has it.
 
 use super::bounds::LightBounds;
 use super::columns::{LaneLights, LightRow};
@@ -53,49 +53,5 @@ impl Light for Sky {
             pdf_direction: warp::uniform_sphere_pdf(),
             ..EmittedRay::from_beyond(lights.extent(), d, emission, [a, b])
         }
-    }
-}
-
-/// A sun without a size: a delta light at infinity.
-#[derive(Clone, Copy)]
-pub(crate) struct Sun {
-    /// The direction to it, of length one.
-    pub(crate) towards: [f32; 3],
-    /// On a surface that faces it, in W/m².
-    pub(crate) irradiance: [f32; 3],
-}
-
-impl Light for Sun {
-    const DELTA: bool = true;
-    const INFINITE: bool = true;
-
-    fn row(&self) -> LightRow {
-        LightRow { normal: self.towards, emission: self.irradiance, ..LightRow::default() }
-    }
-
-    fn bounds(&self) -> Option<LightBounds> {
-        None
-    }
-
-    #[inline(always)]
-    fn sample<F: Float>(
-        lights: &LaneLights<'_, F>,
-        _p: Vec3<F>,
-        emission: Rgb<F>,
-        _u: [F; 2],
-    ) -> LightSample<F> {
-        LightSample {
-            wi: lights.normal(),
-            target: Vec3::zero(),
-            radiance: emission,
-            pdf: F::splat(1.0),
-            delta: F::Mask::splat(true),
-            infinite: F::Mask::splat(true),
-        }
-    }
-
-    #[inline(always)]
-    fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, [a, b, _, _]: [F; 4]) -> EmittedRay<F> {
-        EmittedRay::from_beyond(lights.extent(), -lights.normal(), emission, [a, b])
     }
 }

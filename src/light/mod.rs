@@ -11,7 +11,8 @@
 //! | `lamps` | the lights as `whitted` samples them: a mesh of many triangles is one |
 //! | `sample` | the results of sampling |
 //! | `area`, `flat`, `rectangle` | code that kinds share |
-//! | `point`, `sphere`, `quad`, `triangle`, `disk`, `cylinder` | the kinds |
+//! | `point`, `spot`, `directional`, `sphere`, `quad`, `triangle`, `disk`, `cylinder` | the kinds |
+//! | `power` | intensities that are given as power |
 //! | `environment` | the constant environment |
 //!
 //! No integrator names a kind, nor does the GPU.
@@ -21,6 +22,7 @@ mod bounds;
 mod columns;
 mod contract;
 mod cylinder;
+mod directional;
 mod disk;
 mod environment;
 mod flat;
@@ -30,10 +32,12 @@ pub(crate) mod list;
 #[cfg(test)]
 pub(crate) mod made_up;
 mod point;
+mod power;
 mod quad;
 mod rectangle;
 mod sample;
 mod sphere;
+mod spot;
 mod table;
 mod tree;
 mod triangle;
@@ -41,14 +45,16 @@ mod triangle;
 pub use area::AreaLight;
 pub use bounds::LightBounds;
 pub use columns::{LaneLights, LightRow};
-pub use contract::{Light, LightParameters};
+pub use contract::{Light, LightList, LightParameters, Listed};
+pub use directional::{Distant, DistantDisk};
 pub use environment::Environment;
-pub use kinds::{LightKind, Listed};
+pub use kinds::LightKind;
 pub use lamps::{LEAST_TRIANGLES, Lamp, MeshLamp};
 pub use list::*;
 pub use point::PointLight;
 pub use quad::LEAST_SOLID_ANGLE;
 pub use sample::{EmittedRay, Escaped, LightSample, SHADOW_LENGTH};
+pub use spot::{Falloff, Ramp, SpotLight};
 pub use table::{Groups, LightTable, NO_LIGHT};
 pub use tree::{
     COUNT_FROM, FACING, GREATEST, LEAF, LEAST_SHARE, LightChoice, LightNode, LightTree, NARROW, NEARNESS,

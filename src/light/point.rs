@@ -2,11 +2,12 @@
 
 use super::bounds::{LightBounds, grey};
 use super::columns::{LaneLights, LightRow};
-use super::contract::{Light, LightParameters};
+use super::contract::{Light, LightList, LightParameters};
+use super::power;
 use super::sample::{EmittedRay, LightSample};
 use crate::math::{Float, Mask, Ray, Rgb, Vec3, narrow};
 use crate::parameter::limits::{INTENSITY, POINT};
-use crate::parameter::{Colour, ParameterKind, parameters};
+use crate::parameter::{Colour, ParameterKind, Problem, parameters};
 use crate::sampling::warp;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -16,9 +17,23 @@ parameters! {
     pub struct PointLightParameters: "point", "a point light" {
         /// Where the light is.
         position: DVec3 = POINT,
-        /// Radiant intensity in W/sr, the same in every direction.
-        intensity: Colour = ParameterKind::Colour(INTENSITY),
+        /// Radiant intensity in W/sr, the same in every direction; or give power.
+        intensity: Option<Colour> = ParameterKind::Colour(INTENSITY) => nothing,
+        /// The flux in W that leaves the light in all, instead of intensity.
+        power: Option<Colour> = ParameterKind::Colour(INTENSITY) => nothing,
     }
+    check = check;
+    rules = r#"{ "oneOf": [{ "required": ["intensity"] }, { "required": ["power"] }] }"#;
+}
+
+/// Power becomes intensity.
+fn check(
+    parameters: PointLightParameters,
+    _warnings: &mut Vec<Problem>,
+) -> Result<PointLightParameters, Problem> {
+    let PointLightParameters { intensity, power, .. } = parameters;
+    let intensity = power::intensity("a point light", intensity, power, 4.0 * PI)?;
+    Ok(PointLightParameters { intensity: Some(intensity), power: None, ..parameters })
 }
 
 /// Sends the same intensity in every direction. No path can hit it.
@@ -31,10 +46,9 @@ pub struct PointLight {
 }
 
 impl LightParameters for PointLightParameters {
-    type Light = PointLight;
-
-    fn light(&self) -> PointLight {
-        PointLight { position: narrow(self.position.to_array()), intensity: narrow(self.intensity) }
+    fn add_to(&self, lights: &mut impl LightList) -> u32 {
+        let intensity = power::given(self.intensity, self.power, 4.0 * PI);
+        lights.add(PointLight { position: narrow(self.position.to_array()), intensity: narrow(intensity) })
     }
 }
 

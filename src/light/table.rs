@@ -3,8 +3,9 @@
 use super::area::AreaLight;
 use super::bounds::LightBounds;
 use super::columns::{Columns, LaneLights};
+use super::contract::{LightList, Listed};
 use super::environment::Environment;
-use super::kinds::{self, LightKind, Listed};
+use super::kinds::{self, LightKind};
 use super::lamps::{self, Lamp, MeshLamp};
 use super::sample::{EmittedRay, LightSample};
 use super::tree::LightTree;
@@ -54,6 +55,12 @@ impl Groups {
     fn new(infinite: u32, lights: u32) -> Groups {
         let count = infinite + u32::from(infinite < lights);
         Groups { infinite, count, share: 1.0 / count as f32 }
+    }
+}
+
+impl LightList for LightTable {
+    fn add<L: Listed>(&mut self, light: L) -> u32 {
+        self.push(light)
     }
 }
 

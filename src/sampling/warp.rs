@@ -71,6 +71,24 @@ pub fn uniform_sphere_pdf<F: Float>() -> F {
     F::splat(FRAC_1_PI * 0.25)
 }
 
+/// A direction around +z, uniform by solid angle in a cone, given by 1 − cos of its half angle.
+#[inline(always)]
+pub fn cone<F: Float>(u: [F; 2], versine: F) -> Vec3<F> {
+    function!(F, cone(u, versine), {
+        // In terms of 1 − cos nothing cancels in a narrow cone.
+        let own = u[0] * versine;
+        let r = (own * (-own + 2.0)).max(F::zero()).sqrt();
+        let (sin, cos) = trig::sin_cos_turns(u[1]);
+        Vec3::new(r * cos, r * sin, -own + 1.0)
+    })
+}
+
+/// Density of [`cone`] by solid angle, within the cone.
+#[inline(always)]
+pub fn cone_pdf<F: Float>(versine: F) -> F {
+    F::splat(0.5 * FRAC_1_PI) / versine
+}
+
 /// How samples are spread around a pixel's centre, so that their plain mean is the filtered picture. The
 /// film chooses it; integrators only draw from it.
 #[derive(Clone, Copy, Debug, PartialEq)]

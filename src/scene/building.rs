@@ -69,8 +69,11 @@ mod tests {
         scene.add_entity("ball", ball, silver);
         let lamp = SphereParameters { center: [2.0, -2.0, 4.0].into(), radius: 0.7 };
         scene.add_entity("lamp", lamp, white).emission = [12.0, 11.0, 9.0];
-        scene
-            .add_light(PointLightParameters { position: [0.0, 0.0, 9.0].into(), intensity: [1.0, 2.0, 3.0] });
+        scene.add_light(PointLightParameters {
+            position: [0.0, 0.0, 9.0].into(),
+            intensity: Some([1.0, 2.0, 3.0]),
+            power: None,
+        });
         let mut read = parse(text, Path::new("a.toml")).unwrap().scene;
         // A file's materials are in the order of their names, or of what they name.
         let place = |scene: &Scene, name: &str| scene.materials.iter().position(|m| m.name == name).unwrap();

@@ -96,7 +96,7 @@ pub fn flipped(entity: Entity) -> Entity {
 
 /// A point light of the same intensity in all channels.
 pub fn point_light(position: DVec3, intensity: f64) -> Light {
-    Light::Point(PointLightParameters { position, intensity: [intensity; 3] })
+    Light::Point(PointLightParameters { position, intensity: Some([intensity; 3]), power: None })
 }
 
 /// A camera at the origin that looks along x with z up, 90° high, on a film of 16 × 16 pixels that are

@@ -13,6 +13,7 @@ macro_rules! broken {
 
 mod entities;
 mod keys;
+mod lights;
 mod materials;
 mod syntax;
 mod view;

@@ -6,7 +6,7 @@ broken!(
     material_without_type,
     "[materials.a]\nreflectance = [1, 1, 1]\n",
     [
-        r#"1:1: missing key "type" in materials.a; a material is one of "matte", "mirror", "glass", "checkerboard""#
+        r#"1:1: missing key "type" in materials.a; a material is one of "matte", "mirror", "glass", "conductor", "checkerboard""#
     ]
 );
 broken!(
@@ -15,7 +15,9 @@ broken!(
 [materials.a]
 type = "plastic"
 "#,
-    [r#"2:8: unknown material type "plastic"; valid here: "matte", "mirror", "glass", "checkerboard""#]
+    [
+        r#"2:8: unknown material type "plastic"; valid here: "matte", "mirror", "glass", "conductor", "checkerboard""#
+    ]
 );
 broken!(
     material_type_misspelt,
@@ -182,4 +184,110 @@ checks_per_unit = [1, 1, 1]
     [
         "8:19: checks_per_unit must be a number, or an array of 2 numbers (along u, along v), not an array of 3"
     ]
+);
+
+broken!(
+    conductor_of_nothing,
+    r#"
+[materials.a]
+type = "conductor"
+"#,
+    ["1:1: a conductor needs either metal or both eta and k; metal = \"gold\" would do"]
+);
+broken!(
+    conductor_of_an_unknown_metal,
+    r#"
+[materials.a]
+type = "conductor"
+metal = "golld"
+"#,
+    [r#"3:9: unknown metal "golld"; did you mean "gold"?"#]
+);
+broken!(
+    conductor_of_a_metal_that_is_a_number,
+    r#"
+[materials.a]
+type = "conductor"
+metal = 79
+"#,
+    ["3:9: metal must be a string, not an integer"]
+);
+broken!(
+    conductor_of_two_kinds,
+    r#"
+[materials.a]
+type = "conductor"
+metal = "gold"
+eta = [1, 1, 1]
+k = [1, 1, 1]
+"#,
+    ["4:7: the conductor has both metal and eta; keep one of them"]
+);
+broken!(
+    conductor_with_a_metal_and_k,
+    r#"
+[materials.a]
+type = "conductor"
+metal = "gold"
+k = [1, 1, 1]
+"#,
+    ["4:5: the conductor has both metal and k; keep one of them"]
+);
+broken!(
+    conductor_without_k,
+    r#"
+[materials.a]
+type = "conductor"
+eta = [1, 1, 1]
+"#,
+    ["3:7: the conductor has eta but no k; give both"]
+);
+broken!(
+    conductor_without_eta,
+    r#"
+[materials.a]
+type = "conductor"
+k = [1, 1, 1]
+"#,
+    ["3:5: the conductor has k but no eta; give both"]
+);
+broken!(
+    conductor_with_eta_of_zero,
+    r#"
+[materials.a]
+type = "conductor"
+eta = [0, 1, 1]
+k = [1, 1, -1]
+"#,
+    ["3:8: red of eta must be above 0, not 0", "4:12: blue of k must be from 0 to 1000, not -1"]
+);
+broken!(
+    conductor_with_k_misspelt,
+    r#"
+[materials.a]
+type = "conductor"
+eta = [1, 1, 1]
+kk = [1, 1, 1]
+"#,
+    [r#"4:1: unknown key "kk" in a conductor; did you mean "k"?"#]
+);
+broken!(
+    conductor_that_is_too_rough,
+    r#"
+[materials.a]
+type = "conductor"
+metal = "gold"
+roughness = 1.5
+"#,
+    ["4:13: roughness must be from 0 to 1, not 1.5"]
+);
+broken!(
+    conductor_with_a_negative_roughness_along_v,
+    r#"
+[materials.a]
+type = "conductor"
+metal = "gold"
+roughness = [0.5, -0.5]
+"#,
+    ["4:19: v of roughness must be from 0 to 1, not -0.5"]
 );

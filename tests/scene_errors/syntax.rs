@@ -141,6 +141,6 @@ type = "point"
         r#"25:12: no material "wite"; did you mean "white"?"#,
         "26:13: red of emission must be a finite number, not nan",
         r#"28:1: missing key "position" in a point light"#,
-        r#"28:1: missing key "intensity" in a point light"#
+        "28:1: a point light needs either intensity or power; intensity = [1, 1, 1] would do"
     ]
 );

@@ -193,7 +193,7 @@ fn every_key_reaches_the_scene() {
     let position = DVec3::new(1.0, 2.0, 3.0);
     assert_eq!(
         scene.lights,
-        [Light::Point(PointLightParameters { position, intensity: [10.0, 20.0, 30.0] })]
+        [Light::Point(PointLightParameters { position, intensity: Some([10.0, 20.0, 30.0]), power: None })]
     );
     assert_eq!(scene.environment, [0.5, 0.25, 0.125]);
 }

@@ -1,11 +1,16 @@
 //! What lights give, against irradiance by formula; densities against what is met.
 
 use super::*;
-use crate::light::PointLight;
-use crate::light::made_up::{Sky, Sun};
+use crate::light::made_up::Sky;
+use crate::light::{
+    DirectionalLightParameters, Distant, DistantDisk, Falloff, LightParameters, PointLight,
+    PointLightParameters, Ramp, SpotLight, SpotLightParameters,
+};
 use crate::math::Ray;
 use crate::math::lanes::scalar::Wrapping;
+use crate::parameter::Word;
 use crate::sampling::Stream;
+use crate::sampling::warp;
 use crate::shape::{Cylinder, Disk, Quad, Shape, Shears, Sphere};
 use glam::DVec3;
 use rand::RngExt;
@@ -194,12 +199,14 @@ fn wide(v: Vec3<f32>) -> DVec3 {
 /// have the light's area and the solid angle of its directions for their means.
 #[test]
 fn emitted_rays_carry_the_power_of_their_light() {
-    fn check<L: Listed + Copy>(name: &str, light: L) {
+    fn check<L: Listed + Copy>(name: &str, light: L, power: Option<f64>) {
         let mut table = LightTable::default();
         table.push(light);
         let bounds = light.bounds().unwrap();
+        let power = power.unwrap_or(bounds.power);
         let stream = &mut Stream::new(48, 0, 0);
         let draws = 200_000;
+        let row = light.row();
         let (mut flux, mut cos, mut mean, mut spread) = (0.0, 0.0, DVec3::ZERO, 0.0);
         // The solid angle that the directions fill, and the area of the origins.
         let (mut angle, mut area) = (0.0, 0.0);
@@ -219,21 +226,29 @@ fn emitted_rays_carry_the_power_of_their_light() {
         }
         let n = f64::from(draws);
         let extent = bounds.spread.sqrt();
-        assert!((flux / n / bounds.power - 1.0).abs() < 1e-4, "{name}: {} is not {}", flux / n, bounds.power);
+        // A spot's rays differ.
+        let room = if row.ramp_slope == 0.0 { 1e-4 } else { 5e-3 };
+        assert!((flux / n / power - 1.0).abs() < room, "{name}: {} is not {power}", flux / n);
         assert!(
             (mean / n).distance(DVec3::from(bounds.mean)) <= 1e-2 * extent + 1e-5,
             "{name}: {}",
             mean / n
         );
         assert!((spread / n - bounds.spread).abs() <= 1e-2 * bounds.spread, "{name}: {}", spread / n);
-        let row = light.row();
         let on_surface = row.area > 0.0;
         let (mean_cos, whole) = if on_surface { (2.0 / 3.0, f64::from(row.area)) } else { (1.0, 1.0) };
         assert!((cos / n - mean_cos).abs() < 5e-3, "{name}: cosines of {} on average", cos / n);
         assert!((area / n / whole - 1.0).abs() < 1e-4, "{name}: {} is not the area", area / n);
         // 1/pdf has a mean of the solid angle, though near the horizon it has no variance that is finite.
         let half = 2.0 * std::f64::consts::PI;
-        let filled = if on_surface { half } else { 2.0 * half };
+        let cone = half * f64::from(row.radius);
+        let filled = if on_surface {
+            half
+        } else if row.radius > 0.0 {
+            cone
+        } else {
+            2.0 * half
+        };
         assert!((angle / n / filled - 1.0).abs() < 0.05, "{name}: {} is not the solid angle", angle / n);
     }
     fn both<S: Copy>(name: &str, shape: S)
@@ -241,10 +256,14 @@ fn emitted_rays_carry_the_power_of_their_light() {
         AreaLight<S>: Listed,
     {
         for flipped in [false, true] {
-            check(name, AreaLight { shape, flipped, emission: [2.0; 3] });
+            check(name, AreaLight { shape, flipped, emission: [2.0; 3] }, None);
         }
     }
-    check("point", PointLight { position: [1.0, 2.0, -3.0], intensity: [5.0; 3] });
+    check("point", PointLight { position: [1.0, 2.0, -3.0], intensity: [5.0; 3] }, None);
+    for falloff in FALLOFFS {
+        let light = spot(40.0, 25.0, falloff);
+        check("spot", light, Some(light.power()));
+    }
     both("sphere", Sphere::new(DVec3::new(1.0, 2.0, 5.0), 1.5));
     both("quad", Quad::new(DVec3::new(-1.0, -1.0, 3.0), DVec3::new(0.3, 1.0, 0.2), DVec3::X * 2.0));
     both("triangle", Triangle([[-1.0, -1.0, 3.0], [-1.0, 2.0, 3.5], [1.5, -1.0, 2.5]]));
@@ -275,12 +294,14 @@ fn emitted_rays_leave_the_side_that_shines() {
 fn rays_from_infinity_show_the_whole_scene_their_light() {
     let mut table = LightTable::default();
     table.push(Sky { radiance: [2.0; 3] });
-    table.push(Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
+    table.push(Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
+    table.push(DistantDisk { towards: [0.0, 0.6, 0.8], versine: 0.2, radiance: [2.0; 3] });
     table.set_extent(Bounds { low: [1.0, -2.0, 3.0], high: [5.0, 4.0, 7.0] });
     let (middle, reach) = (DVec3::new(3.0, 1.0, 5.0), 17_f64.sqrt());
     let (centre, radius, pi) = (DVec3::new(1.5, -1.5, 6.5), 0.5, std::f64::consts::PI);
     let stream = &mut Stream::new(50, 0, 0);
-    for (light, irradiance) in [(0, 4.0 * pi * 2.0), (1, 3.0)] {
+    // By a ball light from everywhere within a disk is met, whatever its direction.
+    for (light, irradiance) in [(0, 4.0 * pi * 2.0), (1, 3.0), (2, 2.0 * pi * 0.2 * 2.0)] {
         let (mut flux, draws) = (0.0, 400_000);
         for _ in 0..draws {
             let u = [stream.random(), stream.random(), stream.random(), stream.random()];
@@ -297,10 +318,173 @@ fn rays_from_infinity_show_the_whole_scene_their_light() {
     }
 }
 
+fn spot(cone: f64, penumbra: f64, falloff: Falloff) -> SpotLight {
+    let [outer, inner] = [cone, cone - penumbra].map(f64::to_radians);
+    let ramp = Ramp { outer, inner, falloff };
+    SpotLight { position: [1.0, 2.0, -3.0], axis: [0.0, 0.6, 0.8], intensity: [5.0; 3], ramp }
+}
+
+const FALLOFFS: [Falloff; 3] = [Falloff::Smoothstep, Falloff::Angle, Falloff::Squared];
+
+/// From every side, what a spot gives is its intensity by the formula of its falloff, over the distance squared.
+#[test]
+fn a_spot_gives_what_its_falloff_says() {
+    let stream = &mut Stream::new(51, 0, 0);
+    for falloff in FALLOFFS {
+        for (cone, penumbra) in [(30.0, 5.0), (60.0, 60.0), (10.0, 0.0), (150.0, 120.0), (180.0, 10.0)] {
+            let light = spot(cone, penumbra, falloff);
+            let mut table = LightTable::default();
+            table.push(light);
+            let mut lit = 0;
+            for _ in 0..20_000 {
+                let d = DVec3::from(
+                    warp::uniform_sphere([stream.random::<f32>(), stream.random()]).lane(0).map(f64::from),
+                );
+                let distance = stream.random_range(0.1..10.0);
+                let p = DVec3::from(light.position.map(f64::from)) + d * distance;
+                let sample = table.sample(Wrapping(0), Vec3::splat(p.to_array().map(|x| x as f32)), [0.0; 2]);
+                let angle = libm::acos(d.dot(DVec3::new(0.0, 0.6, 0.8)).clamp(-1.0, 1.0)).to_degrees();
+                let share = |angle: f64| {
+                    let fall = |x: fn(f64) -> f64| {
+                        let [x, outer, inner] = [angle, cone, cone - penumbra].map(|a| x(a.to_radians()));
+                        ((x - outer) / (inner - outer)).clamp(0.0, 1.0)
+                    };
+                    match falloff {
+                        _ if angle >= cone => 0.0,
+                        _ if angle <= cone - penumbra => 1.0,
+                        Falloff::Smoothstep => fall(libm::cos).powi(2) * (3.0 - 2.0 * fall(libm::cos)),
+                        Falloff::Angle => fall(|angle| angle),
+                        Falloff::Squared => fall(libm::cos).powi(2),
+                    }
+                };
+                // At a sharp edge either side is right.
+                if penumbra == 0.0 && (angle - cone).abs() < 1e-3 {
+                    continue;
+                }
+                let expected = 5.0 * share(angle) / (distance * distance);
+                let got = f64::from(sample.weight().r);
+                let room = 5.0 / (distance * distance) * 2e-4;
+                assert!((got - expected).abs() < room, "{falloff:?}, {cone}, {angle}: {got}, not {expected}");
+                lit += u32::from(got > 0.0);
+            }
+            // The choice leaves out no place that is lit.
+            assert!(lit > 100, "{lit} places are lit");
+        }
+    }
+}
+
+/// No place within the cone of a spot is without its light, whatever else there is.
+#[test]
+fn spots_are_chosen_wherever_they_shine() {
+    let stream = &mut Stream::new(52, 0, 0);
+    for falloff in FALLOFFS {
+        for (cone, penumbra) in [(30.0, 5.0), (60.0, 60.0), (3.0, 0.0), (150.0, 120.0), (180.0, 10.0)] {
+            let mut table = LightTable::default();
+            table.push(spot(cone, penumbra, falloff));
+            for x in 0..7_u8 {
+                table.push(PointLight { position: [f32::from(x), 0.0, 1.0], intensity: [1.0; 3] });
+            }
+            table.build_tree();
+            let (mut lit, mut dark) = (0, 0);
+            for _ in 0..20_000 {
+                let [d, n] =
+                    [(); 2].map(|()| warp::uniform_sphere([stream.random::<f32>(), stream.random()]));
+                let p = Vec3::splat([1.0, 2.0, -3.0]) + d * stream.random_range(0.1..10.0_f32);
+                let gives = table.sample(Wrapping(0), p, [0.0; 2]).weight().r > 0.0;
+                let chance = table.chance(p, n, Wrapping(0), true);
+                assert!(chance > 0.0 || !gives, "{falloff:?}, {cone}, {penumbra}: {p:?}");
+                lit += u32::from(gives);
+                dark += u32::from(chance == 0.0);
+            }
+            assert!(lit > 10 && (dark > 1000 || cone > 100.0), "{cone}: {lit} lit, {dark} without chance");
+        }
+    }
+}
+
+/// A disk at infinity gives the irradiance that is asked for, has a density of one in all, and is seen by rays where it
+/// is sampled.
+#[test]
+fn a_distant_disk_gives_its_irradiance() {
+    for diameter in [0.01, 0.53, 20.0, 120.0, 180.0] {
+        let parameters = DirectionalLightParameters {
+            direction: DVec3::new(0.0, 0.0, -2.0),
+            irradiance: [3.0; 3],
+            angular_diameter: diameter,
+        };
+        let mut table = LightTable::default();
+        parameters.add_to(&mut table);
+        table.build_tree();
+        assert_eq!(table.kinds().collect::<Vec<_>>(), [LightKind::DistantDisk]);
+        let got = irradiance(&table, 300);
+        assert!((got / 3.0 - 1.0).abs() < 2e-4, "{diameter}: {got} is not 3");
+        let stream = &mut Stream::new(53, 0, 0);
+        let mut missed = 0;
+        for _ in 0..10_000 {
+            let u = [stream.random::<f32>(), stream.random()];
+            let sample = table.sample(Wrapping(0), Vec3::zero(), u);
+            let pdf = std::cell::Cell::new(0.0);
+            let seen = table.escaped(sample.wi, |given| {
+                pdf.set(given);
+                1.0
+            });
+            // Along the rim a rounded direction may miss.
+            missed += u32::from(seen.r == 0.0);
+            assert!(seen.r == 0.0 || (seen.r, pdf.get()) == (sample.radiance.r, sample.pdf));
+        }
+        assert!(missed < 20, "{diameter}: {missed} are missed");
+        // Twice as far from the middle as the rim there is nothing.
+        let beyond = (diameter.to_radians()).min(3.0);
+        let d = Vec3::splat([libm::sin(beyond) as f32, 0.0, libm::cos(beyond) as f32]);
+        assert_eq!(table.escaped(d, |_| 1.0), Rgb::black());
+    }
+    // Too small to be a disk.
+    let direction = DVec3::new(0.0, 0.6, -0.8);
+    let mut table = LightTable::default();
+    DirectionalLightParameters { direction, irradiance: [3.0; 3], angular_diameter: 0.009 }
+        .add_to(&mut table);
+    assert_eq!(table.delta_lights(), [0]);
+    let sample = table.sample(Wrapping(0), Vec3::<f32>::zero(), [0.0; 2]);
+    assert_eq!((sample.wi.lane(0), sample.weight().r), ([0.0, -0.6, 0.8], 3.0));
+}
+
+/// Power and intensity are the same by the solid angle over which a light shines.
+#[test]
+fn power_is_what_is_emitted() {
+    let stream = &mut Stream::new(54, 0, 0);
+    let position = DVec3::new(1.0, 2.0, 3.0);
+    let mut power_of = |add: &dyn Fn(&mut LightTable) -> u32| {
+        let mut table = LightTable::default();
+        add(&mut table);
+        let (mut flux, draws) = (0.0, 200_000);
+        for _ in 0..draws {
+            let u = [stream.random(), stream.random(), stream.random(), stream.random()];
+            flux += f64::from(table.emit::<f32>(Wrapping(0), u).flux().r);
+        }
+        flux / f64::from(draws)
+    };
+    let point = PointLightParameters { position, intensity: None, power: Some([7.0; 3]) };
+    assert!((power_of(&|table| point.add_to(table)) / 7.0 - 1.0).abs() < 1e-5);
+    for falloff in 0..3 {
+        for (cone_angle, penumbra_angle) in [(30.0, 5.0), (60.0, 60.0), (10.0, 0.0), (180.0, 90.0)] {
+            let spot = SpotLightParameters {
+                position,
+                direction: DVec3::new(0.0, 3.0, 4.0),
+                intensity: None,
+                power: Some([7.0; 3]),
+                cone_angle,
+                penumbra_angle,
+                falloff: Word(falloff),
+            };
+            let power = power_of(&|table| spot.add_to(table));
+            assert!((power / 7.0 - 1.0).abs() < 5e-3, "{cone_angle}, {penumbra_angle}, {falloff}: {power}");
+        }
+    }
+}
+
 #[test]
 fn without_an_extent_nothing_is_sent_from_infinity() {
     let mut table = LightTable::default();
-    table.push(Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
+    table.push(Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
     for around in [Bounds::NOTHING, Bounds::EVERYTHING] {
         table.set_extent(around);
         let emitted = table.emit::<f32>(Wrapping(0), [0.3, 0.6, 0.0, 0.0]);
@@ -312,7 +496,7 @@ fn without_an_extent_nothing_is_sent_from_infinity() {
 fn lights_at_infinity_are_chosen_beside_the_tree() {
     let point = |x: f32| PointLight { position: [x, 0.0, 1.0], intensity: [1.0; 3] };
     let sky = Sky { radiance: [1.0; 3] };
-    let sun = Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] };
+    let sun = Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] };
     let (p, n) = (Vec3::<f32>::zero(), Vec3::splat([0.0_f32, 0.0, 1.0]));
     for (points, infinite) in [(0, 1), (0, 2), (1, 1), (3, 2), (20, 1)] {
         let mut table = LightTable::default();
@@ -358,7 +542,7 @@ fn lights_at_infinity_are_infinitely_far_away() {
     let mut table = LightTable::default();
     table.push(PointLight { position: [0.0, 0.0, 2.0], intensity: [8.0; 3] });
     table.push(Sky { radiance: [1.0; 3] });
-    table.push(Sun { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
+    table.push(Distant { towards: [0.0, 0.6, 0.8], irradiance: [3.0; 3] });
     table.build_tree();
     let o = Vec3::splat([1.0_f32, -2.0, 0.5]);
     let samples = [0, 1, 2].map(|light| table.sample(Wrapping(light), o, [0.3, 0.6]));
@@ -381,7 +565,7 @@ fn what_escapes_is_weighed_by_the_density_of_its_light() {
     let d = Vec3::splat([0.0_f32, 0.0, 1.0]);
     let mut table = LightTable::default();
     table.set_environment(Environment { radiance: [1.0, 2.0, 3.0] });
-    table.push(Sun { towards: [0.0, 0.0, 1.0], irradiance: [3.0; 3] });
+    table.push(Distant { towards: [0.0, 0.0, 1.0], irradiance: [3.0; 3] });
     // The environment is never sampled, and the sun has no size.
     assert_eq!(table.escaped(d, |_| 0.0).lane(0), [1.0, 2.0, 3.0]);
     table.push(Sky { radiance: [8.0; 3] });

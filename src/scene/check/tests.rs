@@ -128,7 +128,8 @@ fn every_kind_of_problem_is_found_alone() {
         (
             |s| {
                 let (position, intensity) = (DVec3::NAN, [1.0; 3]);
-                s.lights.push(PointLightParameters { position, intensity }.into());
+                s.lights
+                    .push(PointLightParameters { position, intensity: Some(intensity), power: None }.into());
             },
             "light 1: position must be a finite number",
         ),

@@ -159,7 +159,11 @@ pub(super) fn bazaar(width: u32, height: u32) -> Scene {
     };
     scene.environment = [0.2, 0.3, 0.5];
     let point = |position: [f64; 3], intensity| {
-        Light::Point(PointLightParameters { position: DVec3::from_array(position), intensity })
+        Light::Point(PointLightParameters {
+            position: DVec3::from_array(position),
+            intensity: Some(intensity),
+            power: None,
+        })
     };
     scene.lights = vec![point([2.0, 3.0, 2.0], [4.0, 5.0, 6.0]), point([7.0, -3.0, 3.0], [9.0, 3.0, 3.0])];
     scene
@@ -212,7 +216,11 @@ pub(super) fn lamps(width: u32, height: u32) -> Scene {
     }
     let mut scene = scene(width, height, materials, entities);
     let point = |position: [f64; 3], intensity| {
-        Light::Point(PointLightParameters { position: DVec3::from_array(position), intensity })
+        Light::Point(PointLightParameters {
+            position: DVec3::from_array(position),
+            intensity: Some(intensity),
+            power: None,
+        })
     };
     scene.lights = vec![point([4.0, 2.5, 1.0], [2.0; 3]), point([6.0, -2.0, 1.5], [0.5, 1.0, 2.0])];
     scene.environment = [0.1, 0.1, 0.2];
@@ -417,8 +425,11 @@ pub(super) fn lamps_of_triangles(width: u32, height: u32) -> Scene {
     ];
     let mut scene =
         scene(width, height, vec![matte([0.8, 0.7, 0.6]), matte([0.0; 3]), mirror([0.9; 3])], entities);
-    scene.lights =
-        vec![Light::Point(PointLightParameters { position: DVec3::new(3.0, 0.0, 2.0), intensity: [1.0; 3] })];
+    scene.lights = vec![Light::Point(PointLightParameters {
+        position: DVec3::new(3.0, 0.0, 2.0),
+        intensity: Some([1.0; 3]),
+        power: None,
+    })];
     scene
 }
 

@@ -1,0 +1,46 @@
+//! Intensities that are given as power.
+
+use crate::parameter::limits::INTENSITY;
+use crate::parameter::{Colour, Problem};
+
+/// The intensity in W/sr of a light that is given either that or a power in W, with the solid angle over which its
+/// intensity on the axis would give the power.
+///
+/// # Errors
+/// If it has both or neither, or an intensity that no light may have.
+pub(super) fn intensity(
+    what: &'static str,
+    intensity: Option<Colour>,
+    power: Option<Colour>,
+    solid_angle: f64,
+) -> Result<Colour, Problem> {
+    let problem =
+        |parameter, message, help: &str| Err(Problem { parameter, message, help: Some(help.into()) });
+    match (intensity, power) {
+        (Some(intensity), None) => Ok(intensity),
+        (None, Some(power)) => {
+            let intensity = power.map(|power| power / solid_angle);
+            match intensity.iter().copied().find(|&channel| channel > INTENSITY.most) {
+                Some(most) => {
+                    let message =
+                        format!("power gives an intensity of {most:.2e} W/sr, above {:e}", INTENSITY.most);
+                    problem("power", message, "give less power, or a wider cone")
+                }
+                None => Ok(intensity),
+            }
+        }
+        (Some(_), Some(_)) => {
+            problem("power", format!("{what} has both intensity and power"), "keep one of them")
+        }
+        (None, None) => problem(
+            "intensity",
+            format!("{what} needs either intensity or power"),
+            "intensity = [1, 1, 1] would do",
+        ),
+    }
+}
+
+/// The intensity of a light that has been checked, or of one that a program has made: black without any.
+pub(super) fn given(intensity: Option<Colour>, power: Option<Colour>, solid_angle: f64) -> Colour {
+    self::intensity("the light", intensity, power, solid_angle).unwrap_or_default()
+}

@@ -1,0 +1,239 @@
+//! The spot light.
+
+use super::bounds::{LightBounds, grey};
+use super::columns::{LaneLights, LightRow};
+use super::contract::{Light, LightList, LightParameters};
+use super::power;
+use super::sample::{EmittedRay, LightSample};
+use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, narrow, trig};
+use crate::parameter::limits::{DIRECTION, INTENSITY, POINT};
+use crate::parameter::{Colour, Number, ParameterKind, Problem, Word, parameters};
+use crate::sampling::warp;
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
+/// The ways in which intensity falls from the middle to the edge, in the order of [`Falloff`].
+const FALLOFFS: &[&str] = &["smoothstep", "angle", "squared"];
+
+parameters! {
+    /// A point that shines into a cone.
+    pub struct SpotLightParameters: "spot", "a spot light" {
+        /// Where the light is.
+        position: DVec3 = POINT,
+        /// The direction of the cone's axis, of any length.
+        direction: DVec3 = DIRECTION,
+        /// Radiant intensity in W/sr on the axis; or give power.
+        intensity: Option<Colour> = ParameterKind::Colour(INTENSITY) => nothing,
+        /// The flux in W that leaves the light in all, instead of intensity.
+        power: Option<Colour> = ParameterKind::Colour(INTENSITY) => nothing,
+        /// The angle in degrees from the axis to darkness.
+        cone_angle: f64 = ParameterKind::Number(Number::between(0.01, 180.0)) => "30",
+        /// The angle in degrees, within the cone, over which intensity falls to nothing; 0 is a sharp edge.
+        penumbra_angle: f64 = ParameterKind::Number(Number::between(0.0, 180.0)) => "5",
+        /// How intensity falls in the penumbra: smoothstep, 3t² − 2t³ of the share t of the cosine's fall; angle,
+        /// linear in the angle; squared, t².
+        falloff: Word = ParameterKind::Word(FALLOFFS) => "\"smoothstep\"",
+    }
+    check = check;
+    rules = r#"{ "oneOf": [{ "required": ["intensity"] }, { "required": ["power"] }] }"#;
+}
+
+/// The penumbra is within the cone; power becomes intensity.
+fn check(
+    parameters: SpotLightParameters,
+    _warnings: &mut Vec<Problem>,
+) -> Result<SpotLightParameters, Problem> {
+    let SpotLightParameters { intensity, power, cone_angle, penumbra_angle, .. } = parameters;
+    if penumbra_angle > cone_angle {
+        return Err(Problem {
+            parameter: "penumbra_angle",
+            message: format!("penumbra_angle, {penumbra_angle}, is above cone_angle, {cone_angle}"),
+            help: Some("penumbra_angle is 5 unless the file says otherwise, and lies within the cone".into()),
+        });
+    }
+    let solid_angle = Ramp::of(&parameters).solid_angle();
+    let intensity = power::intensity("a spot light", intensity, power, solid_angle)?;
+    Ok(SpotLightParameters { intensity: Some(intensity), power: None, ..parameters })
+}
+
+/// How intensity falls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Falloff {
+    /// 3t² − 2t³ of the share t of the cosine's fall, as in pbrt.
+    Smoothstep,
+    /// The share of the angle's fall, as in Mitsuba.
+    Angle,
+    /// t² of the share t of the cosine's fall, as in glTF.
+    Squared,
+}
+
+impl Falloff {
+    const ALL: [Falloff; 3] = [Falloff::Smoothstep, Falloff::Angle, Falloff::Squared];
+}
+
+/// The cone, its penumbra, and the fall of intensity there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ramp {
+    /// From the axis to darkness, in radians.
+    pub outer: f64,
+    /// From the axis to where intensity begins to fall, in radians.
+    pub inner: f64,
+    /// How it falls.
+    pub falloff: Falloff,
+}
+
+/// No ramp is steeper, so that the product with a difference is a number.
+const STEEPEST: f64 = 1e30;
+
+impl Ramp {
+    fn of(parameters: &SpotLightParameters) -> Ramp {
+        let outer = parameters.cone_angle.to_radians();
+        let inner = (parameters.cone_angle - parameters.penumbra_angle).to_radians();
+        let falloff = Falloff::ALL.get(parameters.falloff.0).copied().unwrap_or(Falloff::Smoothstep);
+        Ramp { outer, inner, falloff }
+    }
+
+    /// ∫ of the share of the intensity over all directions.
+    fn solid_angle(&self) -> f64 {
+        let [outer, inner] = [self.outer, self.inner].map(libm::cos);
+        let fall = inner - outer;
+        TAU * match self.falloff {
+            // Of the cosine's fall, ½ on average, and ⅓.
+            Falloff::Smoothstep => 1.0 - inner + fall / 2.0,
+            Falloff::Squared => 1.0 - inner + fall / 3.0,
+            // 1 − cos θᵢ + ∫ (θₒ − θ)/(θₒ − θᵢ)·sin θ dθ, by parts.
+            Falloff::Angle if self.outer > self.inner => {
+                1.0 - (libm::sin(self.outer) - libm::sin(self.inner)) / (self.outer - self.inner)
+            }
+            Falloff::Angle => 1.0 - outer,
+        }
+    }
+
+    /// Where the fall ends and its slope, in the cosine or, for [`Falloff::Angle`], in radians.
+    fn line(&self) -> [f64; 2] {
+        let [from, to] = match self.falloff {
+            Falloff::Angle => [self.outer, self.inner],
+            Falloff::Smoothstep | Falloff::Squared => [self.outer, self.inner].map(libm::cos),
+        };
+        let slope = 1.0 / (to - from);
+        let steepest = if self.falloff == Falloff::Angle { -STEEPEST } else { STEEPEST };
+        [from, if slope.abs() < STEEPEST { slope } else { steepest }]
+    }
+}
+
+/// Shines into a cone from a point. No path can hit it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpotLight {
+    /// The position.
+    pub position: [f32; 3],
+    /// The axis, of length one.
+    pub axis: [f32; 3],
+    /// Radiant intensity in W/sr on the axis.
+    pub intensity: [f32; 3],
+    /// The cone.
+    pub ramp: Ramp,
+}
+
+impl LightParameters for SpotLightParameters {
+    fn add_to(&self, lights: &mut impl LightList) -> u32 {
+        let ramp = Ramp::of(self);
+        lights.add(SpotLight {
+            position: narrow(self.position.to_array()),
+            axis: narrow(self.direction.normalize().to_array()),
+            intensity: narrow(power::given(self.intensity, self.power, ramp.solid_angle())),
+            ramp,
+        })
+    }
+}
+
+impl SpotLight {
+    /// The flux in W that leaves it, the mean of the channels.
+    pub fn power(&self) -> f64 {
+        self.ramp.solid_angle() * grey(self.intensity)
+    }
+
+    /// The share of the intensity in a direction.
+    #[inline(always)]
+    fn share<F: Float>(lights: &LaneLights<'_, F>, d: Vec3<F>) -> F {
+        let (axis, [from, slope, form]) = (lights.normal(), lights.ramp());
+        let cos = d.dot(axis);
+        let is = |falloff: Falloff| form.to_uint().eq(F::Uint::splat(falloff as u32));
+        let x = F::branch(
+            is(Falloff::Angle),
+            cos,
+            #[inline(always)]
+            || trig::angle_turns(d.cross(axis).length(), cos) * std::f32::consts::TAU,
+        );
+        let t = ((x - from) * slope).max(F::zero()).min(F::splat(1.0));
+        let smooth = t * t * (t * -2.0 + 3.0);
+        F::select(is(Falloff::Angle), t, F::select(is(Falloff::Squared), t * t, smooth))
+    }
+}
+
+impl Light for SpotLight {
+    const DELTA: bool = true;
+
+    fn row(&self) -> LightRow {
+        LightRow {
+            origin: self.position,
+            normal: self.axis,
+            radius: (2.0 * libm::sin(self.ramp.outer / 2.0).powi(2)) as f32,
+            ramp_from: self.ramp.line()[0] as f32,
+            ramp_slope: self.ramp.line()[1] as f32,
+            ramp_form: self.ramp.falloff as u32 as f32,
+            emission: self.intensity,
+            ..LightRow::default()
+        }
+    }
+
+    /// Within its cone a spot gives what a point of the same intensity does: the power is that of such a point.
+    fn bounds(&self) -> Option<LightBounds> {
+        // What is estimated falls to nothing a right angle beyond the normals.
+        let inner = self.ramp.inner.max(self.ramp.outer - 0.8 * PI / 2.0).max(0.0);
+        // Rounding must not leave out what is just within the cone.
+        let beyond = (self.ramp.outer - inner + 0.01).min(PI / 2.0);
+        Some(LightBounds {
+            lo: self.position,
+            hi: self.position,
+            mean: self.position.map(f64::from),
+            power: 4.0 * PI * grey(self.intensity),
+            axis: self.axis,
+            cos_o: libm::cos(inner) as f32,
+            cos_e: libm::cos(beyond) as f32,
+            ..LightBounds::default()
+        })
+    }
+
+    #[inline(always)]
+    fn sample<F: Float>(
+        lights: &LaneLights<'_, F>,
+        p: Vec3<F>,
+        emission: Rgb<F>,
+        _u: [F; 2],
+    ) -> LightSample<F> {
+        let to_light = lights.origin - p;
+        let distance2 = to_light.dot(to_light);
+        let wi = to_light * (F::splat(1.0) / distance2.sqrt());
+        LightSample {
+            wi,
+            target: lights.origin,
+            radiance: emission * (SpotLight::share(lights, -wi) / distance2),
+            pdf: F::splat(1.0),
+            delta: F::Mask::splat(true),
+            infinite: F::Mask::splat(false),
+        }
+    }
+
+    #[inline(always)]
+    fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, [_, _, c, d]: [F; 4]) -> EmittedRay<F> {
+        let versine = lights.radius();
+        let d = Frame::around(lights.normal()).to_world(warp::cone([c, d], versine));
+        EmittedRay {
+            ray: Ray::new(lights.origin, d),
+            cos: F::splat(1.0),
+            radiance: emission * SpotLight::share(lights, d),
+            pdf_position: F::splat(1.0),
+            pdf_direction: warp::cone_pdf(versine),
+        }
+    }
+}

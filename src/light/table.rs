@@ -245,45 +245,52 @@ impl LightTable {
     /// and Humphreys 2023, §12.6.3).
     #[inline(always)]
     pub fn choose<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, u: F, asks: F::Mask) -> (F::Uint, F) {
-        if !self.has_infinite() {
-            return self.tree.choose(p, n, u, asks);
+        let (mut in_tree, mut rest, mut infinite) = (asks, u, F::Uint::splat(0));
+        let has_infinite = self.has_infinite();
+        if has_infinite {
+            let count = F::Uint::given(&self.groups.count);
+            let scaled = u * count.to_float();
+            // A product that rounds up to the number of groups still means the last one. Adding all bits subtracts one.
+            let last = count + F::Uint::splat(u32::MAX);
+            let group = scaled.to_uint();
+            let group = F::Uint::select(group.lt(last), group, last);
+            rest = (scaled - group.to_float()).min(F::splat(BELOW_ONE));
+            in_tree = asks & !group.lt(F::Uint::given(&self.groups.infinite));
+            infinite = F::Uint::gather(&self.infinite, group);
         }
-        let count = F::Uint::given(&self.groups.count);
-        let scaled = u * count.to_float();
-        // A product that rounds up to the number of groups still means the last one. Adding all bits subtracts one.
-        let last = count + F::Uint::splat(u32::MAX);
-        let group = scaled.to_uint();
-        let group = F::Uint::select(group.lt(last), group, last);
-        let rest = (scaled - group.to_float()).min(F::splat(BELOW_ONE));
-        let in_tree = asks & !group.lt(F::Uint::given(&self.groups.infinite));
-        let share = F::given(&self.groups.share);
-        let infinite = (F::Uint::gather(&self.infinite, group), share);
-        // A tree without lights has no root, which the GPU would look for in any case.
-        F::branch(
+        // Once in the code, as it is long. A tree without lights has no root, which the GPU would look for in any case.
+        let (light, chance) = F::guard(
             in_tree,
-            infinite,
+            (F::Uint::splat(0), F::zero()),
             #[inline(always)]
-            || {
-                let (light, chance) = self.tree.choose(p, n, rest, in_tree);
-                (light, chance * share)
-            },
-        )
+            || self.tree.choose(p, n, rest, in_tree),
+        );
+        if !has_infinite {
+            return (light, chance);
+        }
+        let share = F::given(&self.groups.share);
+        (F::Uint::select(in_tree, light, infinite), F::select(in_tree, chance * share, share))
     }
 
     /// The probability with which [`LightTable::choose`] chooses a light. Lanes outside `asks` are unspecified.
     #[inline(always)]
     pub fn chance<F: Float>(&self, p: Vec3<F>, n: Vec3<F>, light: F::Uint, asks: F::Mask) -> F {
-        if !self.has_infinite() {
-            return self.tree.chance(p, n, light, asks);
+        let has_infinite = self.has_infinite();
+        let mut in_tree = asks;
+        if has_infinite {
+            in_tree = asks & !kinds::are_infinite::<F>(&self.columns, light);
         }
-        let in_tree = asks & !kinds::are_infinite::<F>(&self.columns, light);
-        let share = F::given(&self.groups.share);
-        F::branch(
+        let chance = F::guard(
             in_tree,
-            share,
+            F::zero(),
             #[inline(always)]
-            || self.tree.chance(p, n, light, in_tree) * share,
-        )
+            || self.tree.chance(p, n, light, in_tree),
+        );
+        if !has_infinite {
+            return chance;
+        }
+        let share = F::given(&self.groups.share);
+        F::select(in_tree, chance * share, share)
     }
 
     /// A direction from `p` to a light, drawn with `u` in [0, 1)².

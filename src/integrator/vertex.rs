@@ -140,7 +140,7 @@ pub(super) struct Scattering<F: Float> {
 impl<F: Float> Scattering<F> {
     #[inline(always)]
     pub(super) fn new(scene: &CompiledScene, at: &Interaction<F>, ray: &Ray<F>) -> Self {
-        let frame = at.frame();
+        let frame = scene.frame(at);
         Scattering { local: scene.bsdf(at).local(), wo: frame.to_local(-ray.d), frame }
     }
 

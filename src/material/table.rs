@@ -14,6 +14,7 @@ pub struct MaterialTable {
     /// The greatest depth of choosers inside choosers.
     nesting: u32,
     uses_uv: bool,
+    has_grain: bool,
     kinds: Kinds,
     rows: Vec<Row>,
 }
@@ -98,7 +99,8 @@ impl MaterialTable {
         }
         let nesting = depths.into_iter().max().unwrap_or(0);
         let kinds = rows.iter().fold(Kinds::default(), |kinds, row| kinds.with(row.kind));
-        let mut table = MaterialTable { columns, nesting, uses_uv: false, kinds, rows };
+        let has_grain = rows.iter().any(|row| row.has_grain);
+        let mut table = MaterialTable { columns, nesting, uses_uv: false, has_grain, kinds, rows };
         table.uses_uv = (0..table.rows.len() as u32).any(|row| table.looks_at_uv::<f32>(Wrapping(row)));
         table
     }
@@ -117,6 +119,12 @@ impl MaterialTable {
     #[inline(always)]
     pub fn uses_uv(&self) -> bool {
         self.uses_uv
+    }
+
+    /// Whether any material scatters differently along u and along v.
+    #[inline(always)]
+    pub fn has_grain(&self) -> bool {
+        self.has_grain
     }
 
     /// The lanes whose material uses uv.

@@ -31,6 +31,24 @@ impl<F: Float> Frame<F> {
             }
         })
     }
+    /// The frame around a unit normal whose first tangent is nearest to a direction, of any length; [`Frame::around`] the
+    /// normal where that has no part across it.
+    #[inline(always)]
+    pub fn along(n: Vec3<F>, direction: Vec3<F>) -> Self {
+        function!(F, frame_along(n, direction), {
+            let around = Frame::around(n);
+            // Scaled first: squares of the parts may not fit.
+            let unit = direction * (F::splat(1.0) / direction.max_abs().max(F::splat(f32::MIN_POSITIVE)));
+            let across = unit - n * unit.dot(n);
+            let length2 = across.dot(across);
+            // Below this the tangent would be rounding errors.
+            let has_one = length2.gt(F::splat(1e-8));
+            let s = across * (F::splat(1.0) / F::select(has_one, length2, F::splat(1.0)).sqrt());
+            let s = Vec3::select(has_one, s, around.s);
+            Frame { s, t: n.cross(s), n }
+        })
+    }
+
     /// World coordinates of a vector given in the frame's.
     #[inline(always)]
     pub fn to_world(&self, v: Vec3<F>) -> Vec3<F> {
@@ -66,6 +84,31 @@ mod tests {
             close(f.s.dot(f.n), 0.0);
             close(f.t.dot(f.n), 0.0);
             close(f.s.cross(f.t).dot(f.n), 1.0);
+        }
+    }
+
+    #[test]
+    fn frames_along_a_direction_keep_it_as_far_as_they_can() {
+        for i in 0..1000 {
+            let of = |i: f32| {
+                let z = 1.0 - 2.0 * (i * 0.618_034).fract();
+                let r = (1.0 - z * z).sqrt();
+                Vec3::splat([r * (i * 2.4).cos(), r * (i * 2.4).sin(), z])
+            };
+            let (n, direction) = (of(i as f32), of(i as f32 + 0.5));
+            for scale in [1.0, 1e-20, 1e20] {
+                let f = Frame::<f32>::along(n, direction * scale);
+                let close = |a: f32, b: f32| assert!((a - b).abs() < 2e-6, "{i}: {a} is not {b}");
+                close(f.s.length(), 1.0);
+                close(f.t.length(), 1.0);
+                close(f.s.dot(f.n), 0.0);
+                close(f.s.cross(f.t).dot(f.n), 1.0);
+                close(f.t.dot(direction), 0.0);
+                assert!(f.s.dot(direction) > 0.0);
+            }
+            for none in [Vec3::zero(), n, -n * 3.0] {
+                assert_eq!(Frame::along(n, none).s, Frame::around(n).s);
+            }
         }
     }
 

@@ -165,6 +165,12 @@ impl RareShape for Cylinder {
         (across * (F::splat(1.0) / length), length - form.constant)
     }
 
+    /// Around the axis.
+    #[inline(always)]
+    fn tangent<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> Vec3<F> {
+        form.axis.cross(p - form.anchor)
+    }
+
     /// φ/2π about the axis, and the height above its first end with the length for its unit.
     #[inline(always)]
     fn uv<F: Float>(form: &RareForm<F>, p: Vec3<F>, n: Vec3<F>) -> [F; 2] {

@@ -113,6 +113,14 @@ impl RareShape for Disk {
         (form.axis, p.dot(form.axis) - form.constant)
     }
 
+    /// Around the centre.
+    #[inline(always)]
+    fn tangent<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> Vec3<F> {
+        let x = p.dot(form.u_axis) + form.u_offset;
+        let y = p.dot(form.v_axis) + form.v_offset;
+        form.v_axis * x - form.u_axis * y
+    }
+
     /// Polar coordinates: φ/2π, and the distance from the centre with the radius for its unit.
     #[inline(always)]
     fn uv<F: Float>(form: &RareForm<F>, p: Vec3<F>, _n: Vec3<F>) -> [F; 2] {

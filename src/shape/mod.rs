@@ -67,6 +67,9 @@ trait RareShape: Shape {
     /// that normal. `p` is a computed hit: off by rounding alone.
     fn point<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> (Vec3<F>, F);
 
+    /// The direction at a point on the surface in which u grows and v does not change, of any length.
+    fn tangent<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> Vec3<F>;
+
     /// uv at a point on the surface, where the outward unit normal is `n`.
     fn uv<F: Float>(form: &RareForm<F>, p: Vec3<F>, n: Vec3<F>) -> [F; 2];
 }

@@ -116,6 +116,21 @@ macro_rules! rare {
                 point
             }
 
+            /// The direction at a point on the surface in which u grows and v does not change, of any length.
+            #[inline(always)]
+            pub fn tangent(&self, kind: F::Uint, p: Vec3<F>) -> Vec3<F> {
+                let mut tangent = self.axis;
+                $(
+                    tangent = F::branch(
+                        kind.eq(F::Uint::splat(RareKind::$shape.number())),
+                        tangent,
+                        #[inline(always)]
+                        || $shape::tangent(self, p),
+                    );
+                )+
+                tangent
+            }
+
             /// uv at a point on the surface, where the outward unit normal is `n`.
             #[inline(always)]
             pub fn uv(&self, kind: F::Uint, p: Vec3<F>, n: Vec3<F>) -> [F; 2] {

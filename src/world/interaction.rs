@@ -86,6 +86,17 @@ impl CompiledScene {
         self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv })
     }
 
+    /// The shading frame: the shading normal and two tangents, of which the first follows u where any material of the
+    /// scene scatters differently along u and along v.
+    #[inline(always)]
+    pub fn frame<F: Float>(&self, at: &Interaction<F>) -> Frame<F> {
+        if self.materials.has_grain() {
+            Frame::along(at.point.shading, self.surfaces.tangent(&at.point, at.instance))
+        } else {
+            Frame::around(at.point.shading)
+        }
+    }
+
     /// The lanes in which a direction, given in the world and in the frame, is on the same side by the true normal and
     /// by the shading normal. No light passes where they differ: it would leak through the surface.
     #[inline(always)]
@@ -104,12 +115,6 @@ impl CompiledScene {
 }
 
 impl<F: Float> Interaction<F> {
-    /// The shading frame: the shading normal and two tangents.
-    #[inline(always)]
-    pub fn frame(&self) -> Frame<F> {
-        Frame::around(self.point.shading)
-    }
-
     #[inline(always)]
     fn is_on_one_side(&self, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
         (d.dot(self.point.n) * wi.z).gt(F::zero())

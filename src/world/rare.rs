@@ -59,6 +59,13 @@ impl<'a, Look> Rares<'a, Look> {
         (Vec3::new(F::load(x), F::load(y), F::load(z)), F::load(off))
     }
 
+    /// See [`RareForm::tangent`].
+    #[inline(always)]
+    pub(super) fn tangents<F: LaneFloat>(self) -> Vec3<F> {
+        let [x, y, z] = &F::outlined(Tangents(self));
+        Vec3::new(F::load(x), F::load(y), F::load(z))
+    }
+
     /// See [`RareForm::uv`].
     #[inline(always)]
     pub(super) fn uv<F: LaneFloat>(self, n: Vec3<F>) -> [F; 2] {
@@ -84,6 +91,28 @@ impl<Look> Kernel for Points<'_, Look> {
                 out[1][lane] = n.y;
                 out[2][lane] = n.z;
                 out[3][lane] = off;
+            },
+        );
+        out
+    }
+}
+
+/// Directions along u.
+struct Tangents<'a, Look>(Rares<'a, Look>);
+
+impl<Look> Kernel for Tangents<'_, Look> {
+    type Output = [[f32; MAX_LANES]; 3];
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(self) -> Self::Output {
+        let mut out = [[0.0; MAX_LANES]; 3];
+        self.0.for_each(
+            #[inline(always)]
+            |lane, kind, form, p| {
+                let tangent = form.tangent(kind, p);
+                out[0][lane] = tangent.x;
+                out[1][lane] = tangent.y;
+                out[2][lane] = tangent.z;
             },
         );
         out

@@ -342,6 +342,51 @@ impl SurfaceTable {
         uv
     }
 
+    /// Directions on surfaces in which u grows and v does not change, of any length; zero where there is none.
+    /// `instance` is that of the hits. Lanes without a hit are unspecified.
+    #[inline(always)]
+    pub fn tangent<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> Vec3<F> {
+        let point = *point;
+        function!(F, surface_tangent(point, instance), {
+            match &self.triangles {
+                None => self.smooth_tangent(&point),
+                Some(triangles) => {
+                    let on_mesh = !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
+                    F::fork(
+                        on_mesh,
+                        #[inline(always)]
+                        || triangles.tangent(self.instances(), point.surface, instance, on_mesh),
+                        #[inline(always)]
+                        || self.smooth_tangent(&point),
+                    )
+                }
+            }
+        })
+    }
+
+    /// Tangents on all but meshes.
+    #[inline(always)]
+    fn smooth_tangent<F: Float>(&self, point: &SurfacePoint<F>) -> Vec3<F> {
+        let (p, row) = (point.p, point.row);
+        let outward = point.n * F::gather(&self.orientation, row);
+        // Of flat surfaces, along which v does not change; u, v and the normal are right-handed.
+        let mut tangent = Vec3::gather(&self.v_axis, row).cross(outward);
+        if self.has_round {
+            let round = F::gather(&self.radius, row).gt(F::zero());
+            tangent = Vec3::select(round, Vec3::new(-outward.y, outward.x, F::zero()), tangent);
+        }
+        if self.has_rare {
+            let rare = F::gather(&self.radius, row).lt(F::zero());
+            tangent = F::branch(
+                rare,
+                tangent,
+                #[inline(always)]
+                || F::device(&RareTangent(self), (row, p, rare)),
+            );
+        }
+        tangent
+    }
+
     /// The kinds and the forms of rows of rare shapes.
     #[inline(always)]
     fn rare<F: Float>(&self, row: F::Uint) -> (F::Uint, RareForm<F>) {
@@ -437,5 +482,24 @@ impl Device for RareUv<'_> {
     fn recorded<F: Float>(&self, (row, p, n, _): Self::Arguments<F>) -> Option<[F; 2]> {
         let (kind, form) = self.0.rare::<F>(row);
         Some(form.uv(kind, p, n))
+    }
+}
+
+/// Their tangents: [`RareForm::tangent`].
+struct RareTangent<'a>(&'a SurfaceTable);
+
+impl Device for RareTangent<'_> {
+    const NAME: &'static str = "rare_tangent";
+    type Arguments<F: Float> = (F::Uint, Vec3<F>, F::Mask);
+    type Output<F: Float> = Vec3<F>;
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, (row, p, lanes): Self::Arguments<F>) -> Vec3<F> {
+        Rares::new(&self.0.rows, lanes, row, p).tangents()
+    }
+
+    fn recorded<F: Float>(&self, (row, p, _): Self::Arguments<F>) -> Option<Vec3<F>> {
+        let (kind, form) = self.0.rare::<F>(row);
+        Some(form.tangent(kind, p))
     }
 }

@@ -177,7 +177,7 @@ impl Triangles {
         match instances {
             None => row,
             Some(instances) => F::branch(
-                on_mesh & is_shared(hit),
+                on_mesh & is_shared::<F>(hit.instance),
                 row,
                 #[inline(always)]
                 || instances.row::<F>(hit.instance),
@@ -212,7 +212,7 @@ impl Triangles {
         let mut of_place = F::zero();
         if let Some(instances) = instances {
             (corners, normals, of_place) = F::branch(
-                on_mesh & is_shared(hit),
+                on_mesh & is_shared::<F>(hit.instance),
                 (corners, normals, of_place),
                 #[inline(always)]
                 || {
@@ -270,12 +270,43 @@ impl Triangles {
             corner_mean(&self.uv[1], vertices, [0.0, 0.0, 1.0], weights),
         ]
     }
+
+    /// The direction on triangles in which u grows and v does not change, of any length; zero where uv are the same in all
+    /// corners. `instance` is that of the hits. Lanes outside `on_mesh` are unspecified.
+    #[inline(always)]
+    pub(super) fn tangent<F: Float>(
+        &self,
+        instances: Option<&Instances>,
+        surface: F::Uint,
+        instance: F::Uint,
+        on_mesh: F::Mask,
+    ) -> Vec3<F> {
+        let Corners { a, b, c, vertices } = self.corners_of::<F>(surface);
+        let mut sides = (b - a, c - a);
+        if let Some(instances) = instances {
+            sides = F::branch(
+                on_mesh & is_shared::<F>(instance),
+                sides,
+                #[inline(always)]
+                || {
+                    let place = instances.gather::<F>(instance);
+                    let corner = place.point(a);
+                    (place.point(b) - corner, place.point(c) - corner)
+                },
+            );
+        }
+        let [ua, ub, uc] = values_of::<F>(&self.uv[0], vertices, [0.0, 1.0, 1.0]);
+        let [va, vb, vc] = values_of::<F>(&self.uv[1], vertices, [0.0, 0.0, 1.0]);
+        let ((ab, ac), (ub, uc), (vb, vc)) = (sides, (ub - ua, uc - ua), (vb - va, vc - va));
+        let along = ab * vc - ac * vb;
+        along * F::splat(1.0).copysign(ub * vc - uc * vb)
+    }
 }
 
 /// Hits on instances.
 #[inline(always)]
-fn is_shared<F: Float>(hit: &Hit<F>) -> F::Mask {
-    !hit.instance.eq(F::Uint::splat(NO_INSTANCE))
+fn is_shared<F: Float>(instance: F::Uint) -> F::Mask {
+    !instance.eq(F::Uint::splat(NO_INSTANCE))
 }
 
 /// The corners of a triangle, in order.
@@ -332,13 +363,19 @@ pub(super) fn triangle_of<F: Float>(surface: F::Uint) -> F::Uint {
 /// The weighted mean of a column's values at three vertices; `without` stands for values that are NaN.
 #[inline(always)]
 fn corner_mean<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3], weights: [F; 2]) -> F {
-    let mut corners = [F::zero(); 3];
-    for (i, corner) in corners.iter_mut().enumerate() {
+    let [a, b, c] = values_of::<F>(column, vertices, without);
+    a + (b - a) * weights[0] + (c - a) * weights[1]
+}
+
+/// A column's values at three vertices; `without` stands for values that are NaN.
+#[inline(always)]
+fn values_of<F: Float>(column: &[f32], vertices: [F::Uint; 3], without: [f32; 3]) -> [F; 3] {
+    let mut values = [F::zero(); 3];
+    for (i, value) in values.iter_mut().enumerate() {
         let given = F::gather(column, vertices[i]);
         let magnitude = given.to_bits() & F::Uint::splat(i32::MAX as u32);
         let is_nan = F::Uint::splat(f32::INFINITY.to_bits()).lt(magnitude);
-        *corner = F::select(is_nan, F::splat(without[i]), given);
+        *value = F::select(is_nan, F::splat(without[i]), given);
     }
-    let [a, b, c] = corners;
-    a + (b - a) * weights[0] + (c - a) * weights[1]
+    values
 }

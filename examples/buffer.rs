@@ -14,7 +14,7 @@ pub fn scene() -> Scene {
     let camera = CameraSettings::looking_at([0.0, -6.0, 2.5], [0.0, 0.0, 0.9]);
     let camera = CameraSettings { vertical_fov: 40.0_f64.to_radians(), ..camera };
     let mut scene = Scene { camera, environment: [0.15, 0.2, 0.3], ..Scene::default() };
-    let white = scene.add_material("white", MatteParameters { reflectance: [0.8; 3] });
+    let white = scene.add_material("white", MatteParameters { reflectance: [0.8; 3], roughness: 0.0 });
     let copper = scene.add_material("copper", MirrorParameters { reflectance: [0.9, 0.6, 0.4] });
     scene.add_entity("floor", PlaneParameters { normal: [0.0, 0.0, 1.0].into(), distance: 0.0 }, white);
     scene.add_entity("ball", sphere([0.0, 0.0, 1.0], 1.0), copper);

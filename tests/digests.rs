@@ -62,7 +62,7 @@ fn mesh_room(width: u32, height: u32) -> Scene {
     ];
     let red = Material {
         name: "red".into(),
-        kind: MaterialKind::Matte(MatteParameters { reflectance: [0.8, 0.2, 0.1] }),
+        kind: MaterialKind::Matte(MatteParameters { reflectance: [0.8, 0.2, 0.1], roughness: 0.0 }),
     };
     let materials =
         vec![matte([0.7, 0.6, 0.5]), mirror([0.9, 0.8, 0.7]), glass(1.5), red, checkerboard(0, 3, 2.0)];

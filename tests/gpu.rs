@@ -38,7 +38,7 @@ fn scene(width: u32, height: u32) -> Scene {
             ..RenderSettings::default()
         },
         materials: vec![
-            material(MaterialKind::Matte(MatteParameters { reflectance: [0.7, 0.6, 0.5] })),
+            material(MaterialKind::Matte(MatteParameters { reflectance: [0.7, 0.6, 0.5], roughness: 0.0 })),
             material(MaterialKind::Mirror(MirrorParameters { reflectance: [0.9, 0.9, 0.8] })),
         ],
         entities: vec![

@@ -187,7 +187,7 @@ law!(scattering_is_the_same_at_every_level, F, x, {
     let [wo, wi] = directions::<F>(x);
     let [a, b, c, ..] = unit::<F>(x);
     let table = MaterialTable::new(vec![
-        MatteParameters { reflectance: [0.75, 0.5, 0.25] }.row(),
+        MatteParameters { reflectance: [0.75, 0.5, 0.25], roughness: 0.0 }.row(),
         MirrorParameters { reflectance: [0.6, 0.4, 0.2] }.row(),
         GlassParameters { ior: 1.5, reflectance: [0.5; 3], transmittance: [0.9, 0.8, 0.7] }.row(),
         CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [3.0, 7.0] }.row(),

@@ -62,7 +62,7 @@ fn rough() -> Vec<(&'static str, Row)> {
 fn materials() -> MaterialTable {
     let reflectance = [0.7, 0.4, 0.2];
     let smooth = vec![
-        MatteParameters { reflectance }.row(),
+        MatteParameters { reflectance, roughness: 0.0 }.row(),
         MirrorParameters { reflectance }.row(),
         GlassParameters { ior: 1.5, reflectance: [1.0; 3], transmittance: [1.0; 3] }.row(),
         GlassParameters { ior: 0.75, reflectance: [0.8; 3], transmittance: [0.9; 3] }.row(),

@@ -16,6 +16,7 @@ macro_rules! materials {
                 glass::Glass(GlassParameters),
                 conductor::Conductor(ConductorParameters),
                 conductor::SmoothConductor,
+                matte::RoughMatte,
                 #[cfg(feature = "broken-material")]
                 broken::Broken(BrokenParameters),
             }

@@ -1,18 +1,21 @@
 //! The matte material, of the same radiance in all directions.
 
 use super::kind::Kind;
-use super::lobes::Lambertian;
+use super::lobes::{Lambertian, OrenNayar};
 use super::program::{Leaf, MaterialParameters};
-use super::row::{Numbers, Row, Site};
+use super::row::{Numbers, Row, Site, padded};
 use crate::math::{Float, narrow};
 use crate::parameter::limits::FRACTION;
-use crate::parameter::{Colour, parameters};
+use crate::parameter::{Colour, Number, ParameterKind, parameters};
 
 parameters! {
-    /// Scatters evenly, on both sides.
+    /// Scatters evenly, or by grooves, on both sides.
     pub struct MatteParameters: "matte", "a matte material" {
         /// The fraction of light that is reflected: red, green, blue, each 0 to 1.
         reflectance: Colour = FRACTION,
+        /// Roughness, 0 to 1: grooves that shine towards the light and keep its energy, by the model of Oren and Nayar as
+        /// Portsmouth, Kutz and Hill (2025) have it. At 0 light is scattered evenly.
+        roughness: f64 = ParameterKind::Number(Number::between(0.0, 1.0)) => "0",
     }
 }
 
@@ -22,7 +25,12 @@ pub struct Matte;
 
 impl MaterialParameters for MatteParameters {
     fn row(&self) -> Row {
-        Row::new(Kind::Matte, narrow(self.reflectance))
+        let (colour, roughness) = (narrow(self.reflectance), self.roughness as f32);
+        if roughness > 0.0 {
+            Row { numbers: padded([roughness]), ..Row::new(Kind::RoughMatte, colour) }
+        } else {
+            Row::new(Kind::Matte, colour)
+        }
     }
 }
 
@@ -32,5 +40,19 @@ impl Leaf for Matte {
     #[inline(always)]
     fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> Lambertian<F> {
         Lambertian { reflectance: numbers.colour }
+    }
+}
+
+/// Scatters by grooves, on both sides.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughMatte;
+
+impl Leaf for RoughMatte {
+    type Lobe<F: Float> = OrenNayar<F>;
+
+    #[inline(always)]
+    fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> OrenNayar<F> {
+        let [roughness, ..] = numbers.further;
+        OrenNayar { reflectance: numbers.colour, roughness }
     }
 }

@@ -26,8 +26,8 @@ pub use bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 pub use kind::{Kind, Kinds};
 pub use list::*;
 pub use lobes::{
-    Dielectric, Ggx, LEAST_ALPHA, Lambertian, Metal, RoughMetal, SmoothMetal, SpecularReflection, Sum,
-    fresnel_conductor, fresnel_dielectric,
+    Dielectric, Ggx, LEAST_ALPHA, Lambertian, Metal, OrenNayar, RoughMetal, SmoothMetal, SpecularReflection,
+    Sum, fresnel_conductor, fresnel_dielectric,
 };
 pub use program::{Chooser, Leaf, MaterialParameters};
 pub use row::{CHOICES, Columns, NUMBERS, Numbers, Row, Site};

@@ -169,7 +169,7 @@ mod tests {
 
     fn checkers() -> MaterialTable {
         MaterialTable::new(vec![
-            MatteParameters { reflectance: [0.1; 3] }.row(),
+            MatteParameters { reflectance: [0.1; 3], roughness: 0.0 }.row(),
             MirrorParameters { reflectance: [0.2; 3] }.row(),
             CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [10.0, 10.0] }.row(),
             CheckerboardParameters { even: 2, odd: 1, checks_per_unit: [1.0, 2.0] }.row(),
@@ -204,7 +204,7 @@ mod tests {
         let glass =
             GlassParameters { ior: 1.5, reflectance: [0.5; 3], transmittance: [0.75, 0.5, 0.25] }.row();
         let table = MaterialTable::new(vec![
-            MatteParameters { reflectance: [0.1; 3] }.row(),
+            MatteParameters { reflectance: [0.1; 3], roughness: 0.0 }.row(),
             glass,
             CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [3.0, 4.0] }.row(),
         ]);

@@ -63,7 +63,7 @@ mod tests {
         "#;
         let camera = CameraSettings::looking_at([0.0, -6.0, 2.5], [0.0, 0.0, 0.9]);
         let mut scene = Scene { camera, ..Scene::default() };
-        let white = scene.add_material("white", MatteParameters { reflectance: [0.8; 3] });
+        let white = scene.add_material("white", MatteParameters { reflectance: [0.8; 3], roughness: 0.0 });
         let silver = scene.add_material("silver", MirrorParameters { reflectance: [1.0; 3] });
         let ball = SphereParameters { center: [0.0, 0.0, 1.0].into(), radius: 1.0 };
         scene.add_entity("ball", ball, silver);

@@ -35,7 +35,10 @@ pub fn direction(stream: &mut Stream) -> DVec3 {
 }
 
 pub fn matte(reflectance: [f64; 3]) -> Material {
-    Material { name: "matte".into(), kind: MaterialKind::Matte(MatteParameters { reflectance }) }
+    Material {
+        name: "matte".into(),
+        kind: MaterialKind::Matte(MatteParameters { reflectance, roughness: 0.0 }),
+    }
 }
 
 pub fn mirror(reflectance: [f64; 3]) -> Material {

@@ -51,7 +51,10 @@ fn parts_of_meshes_have_materials_of_their_own() {
     }
     let of_file = parts(", materials = \"file\"");
     assert_eq!(names(&of_file), ["house: brick of house.obj: brick", "house: pane of house.obj: pane"]);
-    assert_eq!(of_file[0].1.kind, MaterialKind::Matte(MatteParameters { reflectance: [0.5, 0.25, 0.125] }));
+    assert_eq!(
+        of_file[0].1.kind,
+        MaterialKind::Matte(MatteParameters { reflectance: [0.5, 0.25, 0.125], roughness: 0.0 })
+    );
     let pane =
         MaterialKind::Glass(GlassParameters { ior: 1.25, reflectance: [1.0; 3], transmittance: [1.0; 3] });
     assert_eq!(of_file[1].1.kind, pane);

@@ -70,7 +70,7 @@ fn the_cover_is_the_reports_program() {
     assert_eq!((lights, environment), (vec![], [0.0; 3]));
 
     let kind = |entity: &Entity| materials[entity.material].kind.clone();
-    let matte = |r, g, b| MaterialKind::Matte(MatteParameters { reflectance: [r, g, b] });
+    let matte = |r, g, b| MaterialKind::Matte(MatteParameters { reflectance: [r, g, b], roughness: 0.0 });
     let mirror = |r, g, b| MaterialKind::Mirror(MirrorParameters { reflectance: [r, g, b] });
     let plane = |x, y, z, distance| Shape::Plane(PlaneParameters { normal: DVec3::new(x, y, z), distance });
     let sphere = |x, y, z, radius| Shape::Sphere(SphereParameters { center: DVec3::new(x, y, z), radius });

@@ -1,12 +1,9 @@
 //! Reflection at a metal, smooth and rough.
 
-use super::ggx::Ggx;
-use super::{reflect, same_side};
+use super::ggx::{Ggx, halfway};
+use super::{raised, reflect, same_side};
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
 use crate::math::{Float, Mask, Rgb, Vec3, function, value};
-
-/// Below this a sum of two directions has no direction of its own.
-const LEAST_LENGTH: f32 = 1e-18;
 
 /// Fresnel reflectance of unpolarised light at a conductor with the index of refraction η + i·k, relative to the outside.
 ///
@@ -104,21 +101,6 @@ pub struct RoughMetal<F> {
 }
 
 value!(RoughMetal { metal, normals });
-
-/// A direction as if it were above the surface.
-#[inline(always)]
-fn raised<F: Float>(w: Vec3<F>) -> Vec3<F> {
-    Vec3::new(w.x, w.y, w.z.abs())
-}
-
-/// The normal of the microfacets that reflect one direction into the other, both above the surface, and the cosine
-/// between it and each of them: half the length of their sum, which is the same both ways.
-#[inline(always)]
-fn halfway<F: Float>(wo: Vec3<F>, wi: Vec3<F>) -> (Vec3<F>, F) {
-    let sum = wo + wi;
-    let length = sum.length();
-    (sum * (F::splat(1.0) / length.max(F::splat(LEAST_LENGTH))), (length * 0.5).min(F::splat(1.0)))
-}
 
 impl<F: Float> Bxdf<F> for RoughMetal<F> {
     #[inline(always)]

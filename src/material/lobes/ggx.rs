@@ -9,6 +9,9 @@ pub const LEAST_ALPHA: f32 = 1e-4;
 /// Cosines whose product is below about this scatter nothing: it keeps quotients finite.
 const LEAST_PRODUCT: f32 = 1e-12;
 
+/// Below this a sum of two directions has no direction of its own.
+pub(super) const LEAST_LENGTH: f32 = 1e-18;
+
 /// Slopes of microfacets as GGX has them (Trowbridge and Reitz 1975; Walter et al. 2007), with a width of its own along
 /// each tangent, and height-correlated masking by Smith's function (Heitz 2014, "Understanding the Masking-Shadowing
 /// Function in Microfacet-Based BRDFs", §5).
@@ -66,6 +69,15 @@ impl<F: Float> Ggx<F> {
         let z = (-u[0] + 1.0) * (seen.z + 1.0);
         self.stretched(Vec3::new(sin * c + seen.x, sin * s + seen.y, z)).normalized()
     }
+}
+
+/// The normal of the microfacets that reflect one direction into the other, both above the surface, and the cosine
+/// between it and each of them: half the length of their sum, which is the same both ways.
+#[inline(always)]
+pub(super) fn halfway<F: Float>(wo: Vec3<F>, wi: Vec3<F>) -> (Vec3<F>, F) {
+    let sum = wo + wi;
+    let length = sum.length();
+    (sum * (F::splat(1.0) / length.max(F::splat(LEAST_LENGTH))), (length * 0.5).min(F::splat(1.0)))
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod conductor;
 mod dielectric;
 mod ggx;
 mod lambertian;
+mod oren_nayar;
 mod specular_reflection;
 mod sum;
 
@@ -11,6 +12,7 @@ pub use conductor::{Metal, RoughMetal, SmoothMetal, fresnel_conductor};
 pub use dielectric::{Dielectric, fresnel_dielectric};
 pub use ggx::{Ggx, LEAST_ALPHA};
 pub use lambertian::Lambertian;
+pub use oren_nayar::OrenNayar;
 pub use specular_reflection::SpecularReflection;
 pub use sum::Sum;
 
@@ -26,4 +28,10 @@ fn same_side<F: Float>(wo: Vec3<F>, wi: Vec3<F>) -> F::Mask {
 #[inline(always)]
 fn reflect<F: Float>(w: Vec3<F>) -> Vec3<F> {
     Vec3::new(-w.x, -w.y, w.z)
+}
+
+/// A direction as if it were above the surface.
+#[inline(always)]
+fn raised<F: Float>(w: Vec3<F>) -> Vec3<F> {
+    Vec3::new(w.x, w.y, w.z.abs())
 }

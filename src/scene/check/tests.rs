@@ -7,7 +7,7 @@ use glam::DMat3;
 
 /// A scene of two materials, the second of them a checkerboard of the first, and of a sphere and a triangle.
 fn good() -> Scene {
-    let matte = MaterialKind::Matte(MatteParameters { reflectance: [0.5; 3] });
+    let matte = MaterialKind::Matte(MatteParameters { reflectance: [0.5; 3], roughness: 0.0 });
     let mesh = Mesh {
         positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
         triangles: vec![[0, 1, 2]],
@@ -94,7 +94,7 @@ fn every_kind_of_problem_is_found_alone() {
         (|s| s.entities[0].material = 2, "entity 1 (\"entity\"): there is no material 3, only 2"),
         (|s| s.entities[0].emission[0] = 2e9, "entity 1 (\"entity\"): emission must be"),
         (
-            |s| s.materials[0].kind = MatteParameters { reflectance: [0.5, 1.5, 0.5] }.into(),
+            |s| s.materials[0].kind = MatteParameters { reflectance: [0.5, 1.5, 0.5], roughness: 0.0 }.into(),
             "material 1 (\"white\"): reflectance must be from 0 to 1, not 1.5e0",
         ),
         (

@@ -91,7 +91,10 @@ impl Raw {
                 if matches!(self.model, 4 | 6 | 7 | 9) {
                     note("materials of a transparent illum (4, 6, 7, 9) that let no light through are matte");
                 }
-                MaterialKind::Matte(MatteParameters { reflectance: self.diffuse.unwrap_or([0.8; 3]) })
+                MaterialKind::Matte(MatteParameters {
+                    reflectance: self.diffuse.unwrap_or([0.8; 3]),
+                    roughness: 0.0,
+                })
             }
         };
         if (0.5..1.0).contains(&opacity) && !matches!(kind, MaterialKind::Glass(_)) {

@@ -160,7 +160,7 @@ fn columns_of_another_length_are_refused() {
 #[test]
 fn materials_are_read_back_and_need_no_row_for_their_wgsl() {
     let table = MaterialTable::new(vec![
-        MatteParameters { reflectance: [0.1, 0.2, 0.3] }.row(),
+        MatteParameters { reflectance: [0.1, 0.2, 0.3], roughness: 0.0 }.row(),
         GlassParameters { ior: 1.5, reflectance: [0.9, 0.8, 0.7], transmittance: [0.4, 0.5, 0.6] }.row(),
         CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [2.0, 3.0] }.row(),
     ]);

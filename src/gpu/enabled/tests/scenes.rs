@@ -15,7 +15,7 @@ fn material(kind: MaterialKind) -> Material {
 }
 
 pub(super) fn matte(reflectance: [f64; 3]) -> Material {
-    material(MaterialKind::Matte(MatteParameters { reflectance }))
+    material(MaterialKind::Matte(MatteParameters { reflectance, roughness: 0.0 }))
 }
 
 fn mirror(reflectance: [f64; 3]) -> Material {

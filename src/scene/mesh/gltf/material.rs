@@ -197,7 +197,7 @@ impl Material {
         } else if self.is_metal() {
             MaterialKind::Mirror(MirrorParameters { reflectance: base })
         } else {
-            MaterialKind::Matte(MatteParameters { reflectance: base })
+            MaterialKind::Matte(MatteParameters { reflectance: base, roughness: 0.0 })
         };
         // An emissive texture is often black nearly everywhere: without it, no emission is closer than all of it.
         let emission = if self.emissive_texture.is_some() { [0.0; 3] } else { radiance(self.emission()) };

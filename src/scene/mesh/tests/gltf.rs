@@ -344,7 +344,7 @@ fn materials_of_one_name_stay_apart() {
         let reflectance = [i as f64 / 10.0, 0.0, 0.0];
         assert_eq!(
             (material.name.as_str(), &material.kind),
-            (unique[i], &MaterialKind::Matte(MatteParameters { reflectance }))
+            (unique[i], &MaterialKind::Matte(MatteParameters { reflectance, roughness: 0.0 }))
         );
     }
 }

@@ -52,7 +52,8 @@ fn colours_are_matte_mirror_and_glass() {
         let file = materials(&format!("newmtl Clear\n{text}\n")).unwrap();
         (file.materials[0].kind.clone(), file.materials[0].emission)
     };
-    let matte = |reflectance| (MaterialKind::Matte(MatteParameters { reflectance }), [0.0; 3]);
+    let matte =
+        |reflectance| (MaterialKind::Matte(MatteParameters { reflectance, roughness: 0.0 }), [0.0; 3]);
     let mirror = |reflectance| (MaterialKind::Mirror(MirrorParameters { reflectance }), [0.0; 3]);
     let glass = |ior, transmittance| {
         (MaterialKind::Glass(GlassParameters { ior, reflectance: [1.0; 3], transmittance }), [0.0; 3])
@@ -270,7 +271,7 @@ fn spoiled_libraries_are_errors_or_materials_and_never_panics() {
         if mtl::read(&mut source, &mut parts, &mut materials).is_ok() {
             for FileMaterial { kind, emission, .. } in &materials {
                 assert!(emission.iter().all(|e| (0.0..=f64::from(1_u32 << 30)).contains(e)));
-                let (MaterialKind::Matte(MatteParameters { reflectance })
+                let (MaterialKind::Matte(MatteParameters { reflectance, .. })
                 | MaterialKind::Mirror(MirrorParameters { reflectance })) = kind
                 else {
                     continue;

@@ -75,7 +75,7 @@ fn comments_behind_names_are_no_part_of_them() {
     std::fs::write(folder.path().join("a#1.mtl"), "newmtl red # C:\\a\\\nKd 0.5 0.25 0.125\n").unwrap();
     let file = read(&path, &Split::Materials, &mut |_, _| {}).unwrap();
     assert_eq!((file.parts[0].0.as_str(), &file.notes[..]), ("red", &[][..]));
-    let kind = MaterialKind::Matte(MatteParameters { reflectance: [0.5, 0.25, 0.125] });
+    let kind = MaterialKind::Matte(MatteParameters { reflectance: [0.5, 0.25, 0.125], roughness: 0.0 });
     assert_eq!((file.materials[0].name.as_str(), &file.materials[0].kind), ("red", &kind));
 }
 

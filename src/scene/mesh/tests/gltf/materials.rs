@@ -28,7 +28,7 @@ fn metallic(metal: f64, rough: f64) -> Value {
 #[test]
 fn metal_is_a_mirror_and_the_rest_is_matte_with_a_note() {
     let mirror = MaterialKind::Mirror(MirrorParameters { reflectance: RED });
-    let matte = MaterialKind::Matte(MatteParameters { reflectance: RED });
+    let matte = MaterialKind::Matte(MatteParameters { reflectance: RED, roughness: 0.0 });
     let between = "metalness between 0 and 1 is rounded to all or none";
     let rough_metal = "rough metals become perfect mirrors";
     let dielectric = "dielectric materials become matte, without their specular reflection";
@@ -141,7 +141,7 @@ fn glass_is_smooth_and_solid_with_notes() {
     } });
     assert_eq!(glass(0.0, 1.0, absorbing).2, ["absorption inside glass is left out"]);
     let (kind, _, notes) = glass(0.0, 0.25, solid.clone());
-    assert_eq!(kind, MaterialKind::Matte(MatteParameters { reflectance: RED }));
+    assert_eq!(kind, MaterialKind::Matte(MatteParameters { reflectance: RED, roughness: 0.0 }));
     assert_eq!(notes[0], partial);
     let mut air = solid;
     air["KHR_materials_ior"] = json!({ "ior": 1 });
@@ -156,14 +156,14 @@ fn specular_glossiness_and_unlit_materials_are_approximated_with_notes() {
     };
     let note = "specular-glossiness materials become matte or perfect mirrors";
     let (kind, _, notes) = glossy(json!([0.25, 0.5, 0.75, 1]));
-    assert_eq!(kind, MaterialKind::Matte(MatteParameters { reflectance: [0.25, 0.5, 0.75] }));
+    assert_eq!(kind, MaterialKind::Matte(MatteParameters { reflectance: [0.25, 0.5, 0.75], roughness: 0.0 }));
     assert_eq!(notes, [note]);
     let (kind, _, notes) = glossy(json!([0, 0, 0, 1]));
     assert_eq!(kind, MaterialKind::Mirror(MirrorParameters { reflectance: RED }));
     assert_eq!(notes, [note]);
     let unlit = json!({ "KHR_materials_unlit": {} });
     let (kind, _, notes) = read(json!({ "pbrMetallicRoughness": metallic(1.0, 1.0), "extensions": unlit }));
-    assert_eq!(kind, MaterialKind::Matte(MatteParameters { reflectance: RED }));
+    assert_eq!(kind, MaterialKind::Matte(MatteParameters { reflectance: RED, roughness: 0.0 }));
     assert_eq!(notes, ["unlit materials become matte, and are lit"]);
 }
 

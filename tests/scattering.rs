@@ -10,8 +10,8 @@ use glam::DVec3;
 use rand::RngExt;
 use std::f64::consts::TAU;
 use stride::material::{
-    Branch, Bsdf, Bxdf, BxdfSample, Dielectric, Ggx, GlassParameters, Lambertian, MaterialParameters,
-    MaterialTable, MatteParameters, Metal, MirrorParameters, RoughMetal, Row, Site, SpecularReflection,
+    Branch, Bsdf, Bxdf, BxdfSample, Ggx, GlassParameters, Lambertian, MaterialParameters, MaterialTable,
+    MatteParameters, Metal, MirrorParameters, RoughMetal, Row, Site, SmoothDielectric, SpecularReflection,
     TransportMode,
 };
 use stride::math::lanes::scalar::Wrapping;
@@ -539,7 +539,7 @@ fn every_bxdf_is_reciprocal() {
 
 /// How far the passage through glass from `wo` and the one back are from reciprocity: |1 − there/back| of
 /// f·|cos|·η², which flux, unlike radiance, has in common (Veach 1997, §5.2), and where the way back leads.
-fn passage(glass: &Dielectric<f32>, wo: Vec3<f32>, scale: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
+fn passage(glass: &SmoothDielectric<f32>, wo: Vec3<f32>, scale: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     let ior = f64::from(glass.ior);
     let eta = |w: Vec3<f32>| if w.z > 0.0 { ior } else { 1.0 / ior };
     let [_, Branch { wi, weight: there, chance }] = glass.branches(wo, MODE);
@@ -555,7 +555,7 @@ fn passage(glass: &Dielectric<f32>, wo: Vec3<f32>, scale: impl Fn(f64) -> f64) -
 fn glass_is_reciprocal_but_for_the_squeeze_of_radiance() {
     let (mut passages, mut caught) = (0, 0);
     for ior in [1.5, 0.75, 2.4] {
-        let glass = Dielectric { ior, reflectance: rgb([1.0; 3]), transmittance: rgb([0.9; 3]) };
+        let glass = SmoothDielectric { ior, reflectance: rgb([1.0; 3]), transmittance: rgb([0.9; 3]) };
         for i in 0..20_000 {
             let wo = uniform(draw(8, i));
             // Reflection comes back the same way with the same share.

@@ -1,7 +1,7 @@
 //! Smooth glass.
 
 use super::kind::Kind;
-use super::lobes::Dielectric;
+use super::lobes::SmoothDielectric;
 use super::program::{Leaf, MaterialParameters};
 use super::row::{Numbers, Row, Site, padded};
 use crate::math::{Float, Rgb, narrow};
@@ -32,11 +32,11 @@ impl MaterialParameters for GlassParameters {
 }
 
 impl Leaf for Glass {
-    type Lobe<F: Float> = Dielectric<F>;
+    type Lobe<F: Float> = SmoothDielectric<F>;
 
     #[inline(always)]
-    fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> Dielectric<F> {
+    fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> SmoothDielectric<F> {
         let [r, g, b, ior, ..] = numbers.further;
-        Dielectric { ior, reflectance: numbers.colour, transmittance: Rgb::new(r, g, b) }
+        SmoothDielectric { ior, reflectance: numbers.colour, transmittance: Rgb::new(r, g, b) }
     }
 }

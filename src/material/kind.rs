@@ -16,6 +16,9 @@ macro_rules! materials {
                 glass::Glass(GlassParameters),
                 conductor::Conductor(ConductorParameters),
                 conductor::SmoothConductor,
+                dielectric::Dielectric(DielectricParameters),
+                dielectric::ThinDielectric,
+                dielectric::RoughThinDielectric,
                 matte::RoughMatte,
                 #[cfg(feature = "broken-material")]
                 broken::Broken(BrokenParameters),

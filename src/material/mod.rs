@@ -10,6 +10,7 @@ mod bsdf;
 mod bxdf;
 mod checkerboard;
 mod conductor;
+mod dielectric;
 mod glass;
 mod kind;
 pub(crate) mod list;
@@ -26,8 +27,9 @@ pub use bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 pub use kind::{Kind, Kinds};
 pub use list::*;
 pub use lobes::{
-    Dielectric, Ggx, LEAST_ALPHA, Lambertian, Metal, OrenNayar, RoughMetal, SmoothMetal, SpecularReflection,
-    Sum, fresnel_conductor, fresnel_dielectric,
+    Ggx, LEAST_ALPHA, Lambertian, Metal, OrenNayar, RoughDielectric, RoughMetal, RoughSheet, Sheet,
+    SmoothDielectric, SmoothMetal, SmoothSheet, SpecularReflection, Sum, fresnel_conductor,
+    fresnel_dielectric,
 };
 pub use program::{Chooser, Leaf, MaterialParameters};
 pub use row::{CHOICES, Columns, NUMBERS, Numbers, Row, Site};

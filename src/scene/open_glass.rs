@@ -9,7 +9,8 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::description::{
-    CylinderParameters, DiskParameters, Entity, Material, MaterialKind, Mesh, QuadParameters, Scene, Shape,
+    CylinderParameters, DielectricParameters, DiskParameters, Entity, Material, MaterialKind, Mesh,
+    QuadParameters, Scene, Shape,
 };
 use crate::math::narrow;
 use crate::parameter::Family;
@@ -114,7 +115,11 @@ fn glass(materials: &[Material]) -> Vec<bool> {
     let mut glass = Vec::with_capacity(materials.len());
     for material in materials {
         // Materials come after those that they name.
-        let is_glass = matches!(material.kind, MaterialKind::Glass(_));
+        let is_glass = match material.kind {
+            MaterialKind::Glass(_) => true,
+            MaterialKind::Dielectric(DielectricParameters { thin_walled, .. }) => !thin_walled,
+            _ => false,
+        };
         glass.push(is_glass || material.kind.materials().any(|named| glass[named]));
     }
     glass

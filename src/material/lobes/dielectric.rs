@@ -6,7 +6,7 @@ use crate::math::{Float, Mask, Rgb, Vec3, function, value};
 
 /// A smooth dielectric interface: Fresnel reflection and Snell refraction.
 #[derive(Clone, Copy, Debug)]
-pub struct Dielectric<F> {
+pub struct SmoothDielectric<F> {
     /// Index of refraction below the surface over that above it.
     pub ior: F,
     /// Tint of what is reflected.
@@ -15,7 +15,7 @@ pub struct Dielectric<F> {
     pub transmittance: Rgb<F>,
 }
 
-value!(Dielectric { ior, reflectance, transmittance });
+value!(SmoothDielectric { ior, reflectance, transmittance });
 
 /// Fresnel reflectance of unpolarised light at a smooth dielectric, and the cosine of refraction.
 ///
@@ -34,7 +34,7 @@ pub fn fresnel_dielectric<F: Float>(cos_i: F, eta: F) -> (F, F) {
     })
 }
 
-impl<F: Float> Dielectric<F> {
+impl<F: Float> SmoothDielectric<F> {
     /// The index of refraction on the far side of the surface over that on the side of `wo`.
     #[inline(always)]
     fn eta(&self, wo: Vec3<F>) -> F {
@@ -42,7 +42,7 @@ impl<F: Float> Dielectric<F> {
     }
 }
 
-impl<F: Float> Bxdf<F> for Dielectric<F> {
+impl<F: Float> Bxdf<F> for SmoothDielectric<F> {
     const HAS_NON_DELTA: bool = false;
     const HAS_DELTA: bool = true;
     const TRANSMITS: bool = true;
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn glass_obeys_snell_and_loses_nothing() {
-        let glass = Dielectric { ior: 1.5_f32, reflectance: rgb(1.0), transmittance: rgb(1.0) };
+        let glass = SmoothDielectric { ior: 1.5_f32, reflectance: rgb(1.0), transmittance: rgb(1.0) };
         for cos in [0.9, 0.3, 0.05, -0.9, -0.8] {
             let wo = direction(cos, 0.2);
             let eta = if cos > 0.0 { 1.5 } else { 1.0 / 1.5 };

@@ -5,16 +5,20 @@ mod dielectric;
 mod ggx;
 mod lambertian;
 mod oren_nayar;
+mod rough_dielectric;
 mod specular_reflection;
 mod sum;
+mod thin_dielectric;
 
 pub use conductor::{Metal, RoughMetal, SmoothMetal, fresnel_conductor};
-pub use dielectric::{Dielectric, fresnel_dielectric};
+pub use dielectric::{SmoothDielectric, fresnel_dielectric};
 pub use ggx::{Ggx, LEAST_ALPHA};
 pub use lambertian::Lambertian;
 pub use oren_nayar::OrenNayar;
+pub use rough_dielectric::RoughDielectric;
 pub use specular_reflection::SpecularReflection;
 pub use sum::Sum;
+pub use thin_dielectric::{RoughSheet, Sheet, SmoothSheet};
 
 use crate::math::{Float, Vec3};
 

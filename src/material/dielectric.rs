@@ -1,0 +1,110 @@
+//! Glass and its like, smooth and rough, solid and in thin sheets.
+
+use super::conductor::alpha;
+use super::kind::Kind;
+use super::lobes::{Ggx, RoughDielectric, RoughSheet, Sheet, SmoothSheet};
+use super::program::{Leaf, MaterialParameters};
+use super::row::{Numbers, Row, Site, padded};
+use crate::math::{Float, Rgb, narrow};
+use crate::parameter::limits::FRACTION;
+use crate::parameter::{Colour, Number, ParameterKind, parameters};
+
+parameters! {
+    /// A dielectric interface, smooth or rough; the inside is where the normal does not point.
+    pub struct DielectricParameters: "dielectric", "a dielectric" {
+        /// Index of refraction of the inside over the outside: 1.5 for glass in air, 1.33 for water. Within 0.001 of 1
+        /// nothing is refracted.
+        ior: f64 = ParameterKind::Number(Number::positive(1e-3, 1e3)),
+        /// Roughness, 0 to 1, whose square is α of a GGX distribution of microfacets: one number, or one along u and one
+        /// along v. Below 0.01 it is perfectly smooth.
+        roughness: [f64; 2] = ParameterKind::Pair(Number::between(0.0, 1.0)) => "0",
+        /// Whether the surface is a thin sheet with the same medium on both sides, through which light goes straight.
+        thin_walled: bool = ParameterKind::Flag => "false",
+        /// Tint of what is reflected.
+        reflectance: Colour = FRACTION => "[1, 1, 1]",
+        /// Tint of what is transmitted.
+        transmittance: Colour = FRACTION => "[1, 1, 1]",
+    }
+}
+
+/// An index nearer to one than this has no direction of refraction in single precision.
+const LEAST_REFRACTION: f64 = 1e-3;
+
+impl MaterialParameters for DielectricParameters {
+    fn row(&self) -> Row {
+        let ([r, g, b], ior) = (narrow(self.transmittance), self.ior as f32);
+        let refracts = (self.ior - 1.0).abs() >= LEAST_REFRACTION;
+        let rough = alpha(self.roughness).filter(|_| refracts);
+        let kind = match (rough.is_some(), self.thin_walled) {
+            (false, false) => Kind::Glass,
+            (false, true) => Kind::ThinDielectric,
+            (true, false) => Kind::Dielectric,
+            (true, true) => Kind::RoughThinDielectric,
+        };
+        // Paths ask no lights where the colour is black, though light may be transmitted.
+        let least = if rough.is_some() { f32::MIN_POSITIVE } else { 0.0 };
+        let row = Row::new(kind, narrow(self.reflectance).map(|channel: f32| channel.max(least)));
+        match rough {
+            None => Row { numbers: padded([r, g, b, ior]), ..row },
+            Some([along_u, along_v]) => Row {
+                numbers: padded([r, g, b, ior, along_u, along_v]),
+                has_grain: along_u != along_v,
+                ..row
+            },
+        }
+    }
+}
+
+/// The sheet of a row.
+#[inline(always)]
+fn sheet<F: Float>(numbers: &Numbers<F>) -> Sheet<F> {
+    let [r, g, b, ior, ..] = numbers.further;
+    Sheet { ior, reflectance: numbers.colour, transmittance: Rgb::new(r, g, b) }
+}
+
+/// The microfacets of a row.
+#[inline(always)]
+fn normals<F: Float>(numbers: &Numbers<F>) -> Ggx<F> {
+    let [_, _, _, _, along_u, along_v, ..] = numbers.further;
+    Ggx { alpha: [along_u, along_v] }
+}
+
+/// A rough dielectric interface. A smooth one is a [`Glass`](super::Glass).
+#[derive(Clone, Copy, Debug)]
+pub struct Dielectric;
+
+impl Leaf for Dielectric {
+    type Lobe<F: Float> = RoughDielectric<F>;
+
+    #[inline(always)]
+    fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> RoughDielectric<F> {
+        let Sheet { ior, reflectance, transmittance } = sheet(numbers);
+        RoughDielectric { ior, reflectance, transmittance, normals: normals(numbers) }
+    }
+}
+
+/// A smooth thin sheet.
+#[derive(Clone, Copy, Debug)]
+pub struct ThinDielectric;
+
+impl Leaf for ThinDielectric {
+    type Lobe<F: Float> = SmoothSheet<F>;
+
+    #[inline(always)]
+    fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> SmoothSheet<F> {
+        SmoothSheet { sheet: sheet(numbers) }
+    }
+}
+
+/// A rough thin sheet.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughThinDielectric;
+
+impl Leaf for RoughThinDielectric {
+    type Lobe<F: Float> = RoughSheet<F>;
+
+    #[inline(always)]
+    fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> RoughSheet<F> {
+        RoughSheet { sheet: sheet(numbers), normals: normals(numbers) }
+    }
+}

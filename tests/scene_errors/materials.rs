@@ -6,7 +6,7 @@ broken!(
     material_without_type,
     "[materials.a]\nreflectance = [1, 1, 1]\n",
     [
-        r#"1:1: missing key "type" in materials.a; a material is one of "matte", "mirror", "glass", "conductor", "checkerboard""#
+        r#"1:1: missing key "type" in materials.a; a material is one of "matte", "mirror", "glass", "conductor", "dielectric", "checkerboard""#
     ]
 );
 broken!(
@@ -16,7 +16,7 @@ broken!(
 type = "plastic"
 "#,
     [
-        r#"2:8: unknown material type "plastic"; valid here: "matte", "mirror", "glass", "conductor", "checkerboard""#
+        r#"2:8: unknown material type "plastic"; valid here: "matte", "mirror", "glass", "conductor", "dielectric", "checkerboard""#
     ]
 );
 broken!(
@@ -290,4 +290,73 @@ metal = "gold"
 roughness = [0.5, -0.5]
 "#,
     ["4:19: v of roughness must be from 0 to 1, not -0.5"]
+);
+
+broken!(
+    matte_that_is_too_rough,
+    r#"
+[materials.a]
+type = "matte"
+reflectance = [0.5, 0.5, 0.5]
+roughness = 2
+"#,
+    ["4:13: roughness must be from 0 to 1, not 2"]
+);
+broken!(
+    matte_that_is_rough_along_two_axes,
+    r#"
+[materials.a]
+type = "matte"
+reflectance = [0.5, 0.5, 0.5]
+roughness = [0.1, 0.2]
+"#,
+    ["4:13: roughness must be a number, not an array"]
+);
+broken!(
+    dielectric_without_ior,
+    r#"
+[materials.a]
+type = "dielectric"
+roughness = 0.3
+"#,
+    [r#"1:1: missing key "ior" in a dielectric"#]
+);
+broken!(
+    dielectric_with_an_ior_of_zero,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 0
+"#,
+    ["3:7: ior must be above 0, not 0"]
+);
+broken!(
+    dielectric_that_is_thin_by_a_number,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+thin_walled = 1
+"#,
+    ["4:15: thin_walled must be true or false, not an integer"]
+);
+broken!(
+    dielectric_with_a_negative_roughness,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+roughness = -0.1
+"#,
+    ["4:13: roughness must be from 0 to 1, not -0.1"]
+);
+broken!(
+    dielectric_with_a_tint_above_one,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+transmittance = [1, 1, 1.5]
+"#,
+    ["4:24: blue of transmittance must be from 0 to 1, not 1.5"]
 );

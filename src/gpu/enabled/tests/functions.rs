@@ -10,6 +10,7 @@ mod compare;
 use super::super::record::{Program, Signature};
 use super::super::recorded::{self, Source};
 use super::super::tables::Tables;
+use super::pictures::shipped;
 use super::probe::library_for;
 use super::watched::Calls;
 use super::{Device, Prepared, device, scenes};
@@ -18,7 +19,14 @@ use crate::scene::{FilmMode, Filter, Integrator, Sampler, Scene};
 use compare::{Change, Compared, Rows};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-/// Runs that together come by all there is: every kind of light, material and shape is in one scene.
+/// The scene that comes with the program and has rough surfaces, spots and suns.
+fn surfaces() -> Scene {
+    let mut shipped = shipped().into_iter();
+    let (_, scene) = shipped.find(|(name, _)| name == "surfaces").expect("it comes with the program");
+    scene
+}
+
+/// Runs that together come by all there is: every kind of shape, and of the older lights and materials, is in one scene.
 fn runs() -> Vec<Scene> {
     let run = |integrator, sampler, filter| {
         let mut scene = scenes::with(scenes::everything(48, 32), integrator, sampler);
@@ -32,6 +40,9 @@ fn runs() -> Vec<Scene> {
         run(Integrator::Whitted, Sampler::Sobol, Filter::Box { radius: 0.5 }),
         scenes::with(scenes::cover(48, 32), Integrator::Path, Sampler::Independent),
         scenes::with(scenes::lamps(48, 32), Integrator::Path, Sampler::Sobol),
+        scenes::with(surfaces(), Integrator::Path, Sampler::Sobol),
+        scenes::with(surfaces(), Integrator::PathNaive, Sampler::Independent),
+        scenes::with(surfaces(), Integrator::Whitted, Sampler::Independent),
     ]
 }
 

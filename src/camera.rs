@@ -15,8 +15,12 @@ pub struct CameraSettings {
     pub forward: DVec3,
     /// The world's up direction, of length one and not parallel to `forward`.
     pub up: DVec3,
-    /// The angle between the top and the bottom of the picture, in radians, within (0, π).
+    /// The angle between the top and the bottom of the picture, in radians, within (0, π). An orthographic camera has
+    /// none.
     pub vertical_fov: f64,
+    /// The height of the picture in the scene, above zero, if the camera is orthographic: all rays are parallel to
+    /// `forward`.
+    pub orthographic_height: Option<f64>,
     /// The distance of the focal plane from the eye along `forward` (report §2.1.2), above zero. A
     /// pinhole's picture does not depend on it.
     pub focal_length: f64,
@@ -36,6 +40,7 @@ impl Default for CameraSettings {
             forward: DVec3::X,
             up: DVec3::Z,
             vertical_fov: std::f64::consts::FRAC_PI_2,
+            orthographic_height: None,
             focal_length: 1.0,
             near: 0.0,
             aperture_radius: 0.0,
@@ -68,8 +73,10 @@ pub struct Camera {
     pub forward: [f32; 3],
     /// The film's centre in pixels.
     pub centre: [f32; 2],
-    /// The side of a pixel on a focal plane at distance one.
+    /// The side of a pixel on a focal plane at distance one; of an orthographic camera the side of a pixel.
     pub pixel_side: f32,
+    /// Whether all rays are parallel to `forward`.
+    pub is_orthographic: bool,
     /// Nothing nearer than this distance along `forward` is seen.
     pub near: f32,
     /// The radius of the lens.
@@ -87,7 +94,9 @@ impl Camera {
         // The focal plane of the report, whose length cancels once its pixels are seen from the eye.
         let l = settings.focal_length;
         let half_height = l * libm::tan(settings.vertical_fov / 2.0);
-        let pixel_side = 2.0 * half_height / f64::from(height) / l;
+        let of_perspective = 2.0 * half_height / f64::from(height) / l;
+        let of_height = |own: f64| own / f64::from(height);
+        let pixel_side = settings.orthographic_height.map_or(of_perspective, of_height);
         Camera {
             eye: narrow(settings.eye.to_array()),
             left: narrow(left.to_array()),
@@ -95,6 +104,7 @@ impl Camera {
             forward: narrow(forward.to_array()),
             centre: [width as f32 * 0.5, height as f32 * 0.5],
             pixel_side: pixel_side as f32,
+            is_orthographic: settings.orthographic_height.is_some(),
             near: settings.near as f32,
             aperture_radius: settings.aperture_radius as f32,
             focus_distance: settings.focus_distance as f32,
@@ -111,8 +121,12 @@ impl Camera {
             // Distances from the film's centre are exact in f32, and small where the picture is looked at.
             let leftward = (-x + F::given(&self.centre[0])) * F::given(&self.pixel_side);
             let upward = (-y + F::given(&self.centre[1])) * F::given(&self.pixel_side);
-            let pinhole = forward + left * leftward + up * upward;
-            let mut o = Vec3::given(&self.eye);
+            let across = left * leftward + up * upward;
+            let (mut o, pinhole) = if self.is_orthographic {
+                (Vec3::given(&self.eye) + across, forward)
+            } else {
+                (Vec3::given(&self.eye), forward + across)
+            };
             let mut to_plane = pinhole;
             if self.aperture_radius > 0.0 {
                 let (lens_x, lens_y) = warp::disk(lens);
@@ -167,6 +181,28 @@ mod tests {
         for (x, y) in [(0.0, 0.0), (32.0, 24.0), (64.0, 10.0)] {
             let ray = camera.ray(x, y, [0.0; 2]);
             assert!((ray.o.x - 6.0_f32).abs() < 1e-5, "starts at {:?}", ray.o);
+        }
+    }
+
+    #[test]
+    fn an_orthographic_camera_sees_its_height_by_parallel_rays() {
+        let camera = CameraSettings { orthographic_height: Some(6.0), ..settings() };
+        let film = Camera::new(&camera, 64, 48);
+        for (x, y, left, up) in [(32.0, 24.0, 0.0, 0.0), (0.0, 0.0, 4.0, 3.0), (64.0, 48.0, -4.0, -3.0)] {
+            let ray = film.ray(x, y, [0.0; 2]);
+            close(ray.d, [1.0, 0.0, 0.0]);
+            close(ray.o, [1.0, 2.0 + left, 3.0 + up]);
+        }
+        let near = Camera::new(&CameraSettings { near: 5.0, ..camera.clone() }, 64, 48);
+        close(near.ray(0.0, 0.0, [0.0; 2]).o, [6.0, 6.0, 6.0]);
+        // A lens renders sharp what is at its distance.
+        let lens = CameraSettings { aperture_radius: 0.5, focus_distance: 7.0, ..camera };
+        let lens = Camera::new(&lens, 64, 48);
+        for u in [[0.1, 0.2], [0.9, 0.7]] {
+            let ray = lens.ray(10.0_f32, 5.0, u);
+            let sharp = ray.o + ray.d * ((8.0 - ray.o.x) / ray.d.x);
+            close(sharp - film.ray(10.0_f32, 5.0, [0.0; 2]).o, [7.0, 0.0, 0.0]);
+            assert!((ray.d.x - 1.0).abs() > 1e-4);
         }
     }
 

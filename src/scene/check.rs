@@ -160,6 +160,9 @@ fn check_camera(camera: &CameraSettings, found: &mut Findings<'_>) {
     if !has_view {
         found.add(format!("vertical_fov must be above 0 and below π, not {:e}", camera.vertical_fov));
     }
+    if let Some(height) = camera.orthographic_height {
+        found.number("orthographic_height", height, LENGTH);
+    }
     found.number("focal_length", camera.focal_length, LENGTH);
     found.number("near", camera.near, DISTANCE);
     found.number("aperture_radius", camera.aperture_radius, DISTANCE);

@@ -125,6 +125,7 @@ fn camera_parts(camera: &CameraSettings) -> Vec<Part> {
         forward,
         up,
         vertical_fov,
+        orthographic_height,
         focal_length,
         near,
         aperture_radius,
@@ -142,7 +143,8 @@ fn camera_parts(camera: &CameraSettings) -> Vec<Part> {
         Part::new(&format!("camera.{name}"), |digest| digest.numbers(&v.to_array()))
     };
     let number = |(name, &x): (&str, &f64)| Part::new(&format!("camera.{name}"), |d| d.numbers(&[x]));
-    vectors.map(vector).into_iter().chain(numbers.map(number)).collect()
+    let height = orthographic_height.map(|height| number(("height", &height)));
+    vectors.map(vector).into_iter().chain(numbers.map(number)).chain(height).collect()
 }
 
 impl Part {

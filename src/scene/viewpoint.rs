@@ -16,8 +16,10 @@ pub struct Viewpoint {
     pub look_at: [f64; 3],
     /// The world's up direction, of any length.
     pub up: [f64; 3],
-    /// The angle between the top and the bottom of the picture, in degrees.
+    /// The angle between the top and the bottom of the picture, in degrees. An orthographic camera has none.
     pub vertical_fov: f64,
+    /// The height of an orthographic camera's picture.
+    pub orthographic_height: Option<f64>,
     /// Nothing nearer than this distance along the direction of view is seen.
     pub near: f64,
     /// The radius of a thin lens; zero for a pinhole.
@@ -30,13 +32,17 @@ impl Viewpoint {
     /// The camera, if it can be one: a camera that is too far away cannot.
     pub fn settings(&self) -> Option<CameraSettings> {
         let eye = DVec3::from_array(self.eye);
-        let pinhole = CameraSettings {
+        let of_any = CameraSettings {
             eye,
             forward: unit(DVec3::from_array(self.look_at) - eye),
             up: unit(DVec3::from_array(self.up)),
-            vertical_fov: self.vertical_fov.to_radians(),
             near: self.near,
+            orthographic_height: self.orthographic_height,
             ..CameraSettings::default()
+        };
+        let pinhole = match self.orthographic_height {
+            Some(_) => of_any,
+            None => CameraSettings { vertical_fov: self.vertical_fov.to_radians(), ..of_any },
         };
         let (aperture_radius, focus_distance) = (self.aperture_radius, self.focus_distance);
         let camera = match aperture_radius > 0.0 {
@@ -54,7 +60,10 @@ impl fmt::Display for Viewpoint {
         let [eye, look_at, up] =
             [self.eye, self.look_at, self.up].map(|vector| vector.map(number).join(", "));
         writeln!(f, "[camera]\neye = [{eye}]\nlook_at = [{look_at}]\nup = [{up}]")?;
-        writeln!(f, "vertical_fov = {}", number(self.vertical_fov))?;
+        match self.orthographic_height {
+            Some(height) => writeln!(f, "type = \"orthographic\"\nheight = {}", number(height))?,
+            None => writeln!(f, "vertical_fov = {}", number(self.vertical_fov))?,
+        }
         if self.near > 0.0 {
             writeln!(f, "near = {}", number(self.near))?;
         }
@@ -87,12 +96,14 @@ mod tests {
             look_at: [1e-7, 1e9 / 3.0, 0.9],
             up: [0.3, -0.1, 12.0],
             vertical_fov: 40.0,
+            orthographic_height: None,
             near: 0.0,
             aperture_radius: 0.0,
             focus_distance: 3.0,
         };
         let lens = Viewpoint { near: 0.5, aperture_radius: 1e-3, focus_distance: 5.5, ..pinhole.clone() };
-        for viewpoint in [pinhole.clone(), lens] {
+        let parallel = Viewpoint { orthographic_height: Some(0.3), ..lens.clone() };
+        for viewpoint in [pinhole.clone(), lens, parallel.clone()] {
             assert_eq!(Some(read(&viewpoint)), viewpoint.settings());
         }
         // Negative control, and cameras that are none.
@@ -104,5 +115,6 @@ mod tests {
         }
         assert_eq!(Viewpoint { look_at: pinhole.eye, ..pinhole.clone() }.settings(), None);
         assert_eq!(Viewpoint { up: [0.0; 3], ..pinhole }.settings(), None);
+        assert_eq!(Viewpoint { orthographic_height: Some(0.0), ..parallel }.settings(), None);
     }
 }

@@ -287,3 +287,30 @@ ambient = [0, -0.5, 0]
 "#,
     ["3:15: green of ambient must be from 0 to 1073741824, not -0.5"]
 );
+broken!(
+    camera_of_an_unknown_type,
+    "[camera]\ntype = \"ortographic\"\nheight = 4\n",
+    [r#"2:8: unknown type "ortographic"; did you mean "orthographic"?"#]
+);
+broken!(
+    orthographic_without_height,
+    "[camera]\ntype = \"orthographic\"\n",
+    [r#"2:8: missing key "height" in the camera: an orthographic one needs it"#]
+);
+broken!(
+    orthographic_of_no_height,
+    "[camera]\ntype = \"orthographic\"\nheight = 0\n",
+    ["3:10: height must be above 0, not 0"]
+);
+broken!(
+    orthographic_with_a_field_of_view,
+    "[camera]\ntype = \"orthographic\"\nheight = 4\nvertical_fov = 40\n",
+    ["4:16: an orthographic camera has a height, and no vertical_fov; take vertical_fov away"]
+);
+broken!(
+    perspective_with_a_height,
+    "[camera]\nheight = 4\n",
+    [
+        "2:10: height is a key of an orthographic camera; type = \"orthographic\" has one; vertical_fov is what a perspective camera has"
+    ]
+);

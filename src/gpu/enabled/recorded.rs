@@ -85,7 +85,18 @@ impl<'a> NumberReader<'a> for Scene {
 /// The numbers of a scene that its program looks up.
 fn read_numbers<'a>(scene: &'a CompiledScene, settings: &'a Settings, reader: &mut impl NumberReader<'a>) {
     let CompiledScene { camera, lights, .. } = scene;
-    let Camera { eye, left, up, forward, centre, pixel_side, near, aperture_radius, focus_distance } = camera;
+    let Camera {
+        eye,
+        left,
+        up,
+        forward,
+        centre,
+        pixel_side,
+        is_orthographic: _,
+        near,
+        aperture_radius,
+        focus_distance,
+    } = camera;
     reader.vector("eye", eye);
     reader.vector("left", left);
     reader.vector("up", up);

@@ -51,7 +51,8 @@ impl Orbit {
     /// Moves the camera along its own axes, so that its point follows a mouse that moves right and down by these
     /// fractions of the picture's height.
     pub fn pan(&mut self, right: f64, down: f64) {
-        let height = 2.0 * self.distance * (self.camera.vertical_fov / 2.0).tan();
+        let of_perspective = 2.0 * self.distance * (self.camera.vertical_fov / 2.0).tan();
+        let height = self.camera.orthographic_height.unwrap_or(of_perspective);
         let left = self.left();
         let up = self.camera.forward.cross(left);
         self.camera.eye += (left * right + up * down) * height;
@@ -60,9 +61,12 @@ impl Orbit {
     /// Comes nearer to the point: by a tenth of the way each step, or back.
     pub fn dolly(&mut self, steps: f64) {
         let target = self.target();
-        let nearest = self.first_distance / REACH;
+        let (nearest, before) = (self.first_distance / REACH, self.distance);
         self.distance = (self.distance * 0.9_f64.powf(steps)).clamp(nearest, self.first_distance * REACH);
         self.camera.eye = target - self.camera.forward * self.distance;
+        // Without perspective what is nearer is no larger: there is less in the picture instead.
+        let scaled = |height: f64| height * self.distance / before;
+        self.camera.orthographic_height = self.camera.orthographic_height.map(scaled);
     }
 
     /// What is rendered of it: the camera, its points to about six digits.
@@ -78,6 +82,7 @@ impl Orbit {
             look_at: self.target().to_array().map(short),
             up: camera.up.to_array(),
             vertical_fov,
+            orthographic_height: camera.orthographic_height,
             near: camera.near,
             aperture_radius: camera.aperture_radius,
             focus_distance: camera.focus_distance,
@@ -176,5 +181,23 @@ mod tests {
         );
         // Negative control: it moved.
         assert!((said.eye - camera(&text).eye).length() > 0.1);
+    }
+
+    #[test]
+    fn an_orthographic_camera_that_comes_nearer_sees_less() {
+        let text =
+            "[camera]\neye = [0, -6, 2.5]\nlook_at = [0, 0, 2.5]\ntype = \"orthographic\"\nheight = 4\n";
+        let mut orbit = Orbit::new(&camera(text), 6.0);
+        assert_eq!(orbit.viewpoint().settings().as_ref(), Some(&orbit.camera), "a camera that did not move");
+        let target = orbit.target();
+        orbit.pan(0.25, -0.5);
+        assert!(
+            (orbit.target() - target - DVec3::new(-1.0, 0.0, -2.0)).length() < 1e-9,
+            "{}",
+            orbit.target()
+        );
+        orbit.dolly(1.0);
+        let height = orbit.viewpoint().settings().and_then(|camera| camera.orthographic_height);
+        assert!(height.is_some_and(|height| (height - 3.6).abs() < 1e-9), "{height:?}");
     }
 }

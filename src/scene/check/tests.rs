@@ -72,6 +72,7 @@ fn every_kind_of_problem_is_found_alone() {
         (|s| s.camera.forward = DVec3::X * 2.0, "the camera: forward must have a length of 1, not 2e0"),
         (|s| s.camera.up = DVec3::new(f64::NAN, 0.0, 1.0), "the camera: up must have a length of 1"),
         (|s| s.camera.up = -s.camera.forward, "the camera: up is parallel"),
+        (|s| s.camera.orthographic_height = Some(0.0), "the camera: orthographic_height must be"),
         (|s| s.camera.vertical_fov = PI, "the camera: vertical_fov must be"),
         (|s| s.camera.vertical_fov = 0.0, "the camera: vertical_fov must be"),
         (|s| s.camera.focal_length = 0.0, "the camera: focal_length must be"),

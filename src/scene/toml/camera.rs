@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::common::{DIRECTION, POINT};
 use super::report::{Read, Reports};
 use super::table::{Fields, Key, Table};
-use super::value::{Direction, Vector};
+use super::value::{Direction, OneWord, Vector};
 use crate::parameter::limits::{DISTANCE, LENGTH, PARALLEL};
 use crate::parameter::{Number, unit};
 use crate::scene::description::CameraSettings;
@@ -17,7 +17,9 @@ pub(super) static CAMERA_TABLE: Table = Table {
         &FORWARD,
         &LOOK_AT,
         &UP,
+        &TYPE,
         &VERTICAL_FOV,
+        &HEIGHT,
         &NEAR,
         &FOCAL_LENGTH,
         &APERTURE_RADIUS,
@@ -25,7 +27,10 @@ pub(super) static CAMERA_TABLE: Table = Table {
     ],
     rules: r#"{
         "not": { "required": ["forward", "look_at"] },
-        "dependentRequired": { "aperture_radius": ["focus_distance"] }
+        "dependentRequired": { "aperture_radius": ["focus_distance"] },
+        "if": { "properties": { "type": { "const": "orthographic" } }, "required": ["type"] },
+        "then": { "required": ["height"], "not": { "required": ["vertical_fov"] } },
+        "else": { "not": { "required": ["height"] } }
     }"#,
 };
 
@@ -39,6 +44,17 @@ static UP: Key<Direction> = Key::default(
     DIRECTION,
     "[0, 0, 1]",
     "The world's up direction, of any length, not parallel to the direction of view.",
+);
+static TYPE: Key<OneWord> = Key::default(
+    "type",
+    OneWord(&["perspective", ORTHOGRAPHIC]),
+    "\"perspective\"",
+    "Whether rays meet in the eye, or are all parallel to the direction of view.",
+);
+static HEIGHT: Key<Number> = Key::optional(
+    "height",
+    LENGTH,
+    "The height of the picture in the scene, for an orthographic camera, instead of vertical_fov.",
 );
 static VERTICAL_FOV: Key<Number> = Key::default(
     "vertical_fov",
@@ -63,10 +79,13 @@ static APERTURE_RADIUS: Key<Number> = Key::default(
 static FOCUS_DISTANCE: Key<Number> =
     Key::optional("focus_distance", LENGTH, "The distance along forward that a thin lens renders sharp.");
 
+const ORTHOGRAPHIC: &str = "orthographic";
+
 pub(super) fn camera(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<CameraSettings> {
     let eye = fields.get(&EYE, reports);
     let forward = view_direction(fields, eye, reports);
     let up = fields.get(&UP, reports);
+    let orthographic_height = orthographic_height(fields, reports);
     let vertical_fov = fields.get(&VERTICAL_FOV, reports);
     let near = fields.get(&NEAR, reports);
     let focal_length = fields.get(&FOCAL_LENGTH, reports);
@@ -103,12 +122,36 @@ pub(super) fn camera(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
         forward: forward?.0,
         up: up?,
         vertical_fov: vertical_fov?.to_radians(),
+        orthographic_height: orthographic_height?,
         focal_length,
         near: near?,
         aperture_radius: aperture_radius?,
         // A pinhole renders every distance sharp.
         focus_distance: focus_distance?.unwrap_or(focal_length),
     })
+}
+
+/// The height of an orthographic camera's picture; none of another camera.
+fn orthographic_height(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Option<f64>> {
+    let is_orthographic = fields.get(&TYPE, reports)? == 1;
+    let height = fields.get_if_there(&HEIGHT, reports)?;
+    match height {
+        None if is_orthographic => {
+            let message = "missing key \"height\" in the camera: an orthographic one needs it";
+            Err(reports.error(fields.place_of(&TYPE), message))
+        }
+        Some(_) if !is_orthographic => {
+            let help = "type = \"orthographic\" has one; vertical_fov is what a perspective camera has";
+            let message = "height is a key of an orthographic camera";
+            Err(reports.error_with(fields.place_of(&HEIGHT), message, |_| Some(help.into())))
+        }
+        Some(_) if fields.has(&VERTICAL_FOV) => {
+            let message = "an orthographic camera has a height, and no vertical_fov";
+            let at = fields.place_of(&VERTICAL_FOV);
+            Err(reports.error_with(at, message, |_| Some("take vertical_fov away".into())))
+        }
+        height => Ok(height),
+    }
 }
 
 /// The direction of view, of length one, and where the file says so.

@@ -263,3 +263,26 @@ broken!(
     "[environment]\nradiance = [-1, 0, 0]\n",
     ["2:13: red of radiance must be from 0 to 1073741824, not -1"]
 );
+
+// Power.
+const BALL: &str = r#"{ type = "sphere", center = [0, 0, 0], radius = 1 }"#;
+broken!(
+    emission_and_power,
+    entity(BALL, "emission = [1, 1, 1]\npower = [1, 1, 1]"),
+    ["8:9: the entity has both emission and power; keep one of them"]
+);
+broken!(
+    power_of_a_plane,
+    entity(r#"{ type = "plane", normal = [0, 0, 1], distance = 0 }"#, "power = [1, 1, 1]"),
+    ["7:9: power needs a surface that is bounded and has an area; give emission instead"]
+);
+broken!(
+    power_of_a_speck,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = 1e-9 }"#, "power = [1, 0, 0]"),
+    ["7:9: power gives a radiance of 2.53e16, above 1073741824"]
+);
+broken!(
+    power_that_is_negative,
+    entity(BALL, "power = [1, 1, -1]"),
+    ["7:16: blue of power must be from 0 to 1e36, not -1"]
+);

@@ -250,3 +250,25 @@ fn the_broken_material_is_there_for_tests() {
     let text = "[materials.bad]\ntype = \"broken\"\n";
     assert_eq!(read(text).scene.materials[0].kind, MaterialKind::Broken(BrokenParameters {}));
 }
+
+/// Power is radiance by area: Φ = π·A·L, whatever the shape.
+#[test]
+fn power_of_entities_is_their_radiance_by_their_area() {
+    let pi = std::f64::consts::PI;
+    for (shape, area) in [
+        (r#"{ type = "sphere", center = [1, 2, 3], radius = 2 }"#, 16.0 * pi),
+        (r#"{ type = "quad", corner = [0, 0, 0], u = [2, 0, 0], v = [1, 3, 0] }"#, 6.0),
+        (r#"{ type = "box", min = [0, 0, 0], max = [1, 2, 3] }"#, 22.0),
+        (r#"{ type = "disk", center = [0, 0, 0], normal = [0, 0, 1], radius = 3 }"#, 9.0 * pi),
+        (r#"{ type = "cylinder", from = [0, 0, 0], to = [0, 0, 4], radius = 1 }"#, 8.0 * pi),
+    ] {
+        let text = format!(
+            "[materials.a]\ntype = \"matte\"\nreflectance = [0, 0, 0]\n[[entities]]\nshape = {shape}\n\
+             material = \"a\"\npower = [1, 2, 0]\n"
+        );
+        let scene = read(&text).scene;
+        for (emission, power) in scene.entities[0].emission.into_iter().zip([1.0, 2.0, 0.0]) {
+            assert!((emission * pi * area - power).abs() < 1e-5, "{shape}: {emission}");
+        }
+    }
+}

@@ -1,6 +1,9 @@
 //! The keys of entities, and what is made of them: parts of meshes become entities of their own.
 
 use std::collections::HashMap;
+use std::f64::consts::PI;
+
+use glam::DVec3;
 
 use super::common::RADIANCE;
 use super::materials::find;
@@ -9,10 +12,12 @@ use super::report::{Placed, Read, Reports};
 use super::shape::{RawMaterial, RawPart, RawShape, SHAPES};
 use super::table::{At, Fields, Key, Table};
 use super::value::{self, Flag, Word};
-use crate::scene::description::{Colour, Entity, Material};
+use crate::parameter::limits::INTENSITY;
+use crate::scene::description::{Colour, Entity, Material, Shape};
 use crate::scene::mesh::FileMaterial;
 use crate::scene::names::Names;
 use crate::scene::spelling::quote;
+use crate::shape::{Piece, Shape as _};
 
 /// An entity whose material is still a name. Its parts are kept apart, so that a wrong shape does not hide a
 /// wrong material.
@@ -20,12 +25,22 @@ pub(super) struct RawEntity {
     name: Read<Option<Placed<String>>>,
     shape: Read<RawShape>,
     material: Read<Placed<String>>,
-    emission: Read<Colour>,
+    emission: Read<Emission>,
     flip_normal: Read<bool>,
 }
 
-pub(super) static ENTITY_TABLE: Table =
-    Table::new("an entity", &[&NAME, &SHAPE, &ENTITY_MATERIAL, &EMISSION, &FLIP_NORMAL]);
+/// What an entity emits.
+enum Emission {
+    Radiance(Colour),
+    /// In all, in W.
+    Power(Placed<Colour>),
+}
+
+pub(super) static ENTITY_TABLE: Table = Table {
+    what: "an entity",
+    keys: &[&NAME, &SHAPE, &ENTITY_MATERIAL, &EMISSION, &POWER, &FLIP_NORMAL],
+    rules: r#"{ "not": { "required": ["emission", "power"] } }"#,
+};
 
 static NAME: Key<At<Word>> = Key::optional("name", At(Word), "What messages call the entity.");
 static SHAPE: Key<OneOf<RawShape>> = Key::required("shape", SHAPES, "The entity's form and place.");
@@ -40,6 +55,11 @@ static EMISSION: Key<value::Colour> = Key::default(
     "[0, 0, 0]",
     "Radiance that leaves the outward side, in W/(m² sr): red, green, blue.",
 );
+static POWER: Key<At<value::Colour>> = Key::optional(
+    "power",
+    At(value::Colour(INTENSITY)),
+    "The flux that leaves the outward side in all, in W, instead of emission: red, green, blue.",
+);
 static FLIP_NORMAL: Key<Flag> = Key::default(
     "flip_normal",
     Flag,
@@ -52,9 +72,59 @@ pub(super) fn entity(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
         name: fields.find(&NAME, reports),
         shape: fields.get(&SHAPE, reports),
         material: fields.get(&ENTITY_MATERIAL, reports),
-        emission: fields.get(&EMISSION, reports),
+        emission: emission(fields, reports),
         flip_normal: fields.get(&FLIP_NORMAL, reports),
     })
+}
+
+fn emission(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Emission> {
+    let (radiance, power) = (fields.get(&EMISSION, reports), fields.get_if_there(&POWER, reports)?);
+    match power {
+        Some(power) if fields.has(&EMISSION) => {
+            let message = "the entity has both emission and power";
+            Err(reports.error_with(power.at, message, |_| Some("keep one of them".into())))
+        }
+        Some(power) => Ok(Emission::Power(power)),
+        None => radiance.map(Emission::Radiance),
+    }
+}
+
+/// The area of a shape's surface.
+fn area(shape: &Shape) -> f64 {
+    if let Shape::Mesh { mesh, transform } = shape {
+        let corner = |index: u32| {
+            let p = DVec3::from(mesh.positions[index as usize].map(f64::from));
+            transform.transform_point3(p)
+        };
+        let of_triangle = |[a, b, c]: [u32; 3]| {
+            let a = corner(a);
+            (corner(b) - a).cross(corner(c) - a).length() / 2.0
+        };
+        return mesh.triangles.iter().map(|&triangle| of_triangle(triangle)).sum();
+    }
+    let of_piece = |piece: &Piece| match piece {
+        Piece::Plane(plane) => plane.surface().area,
+        Piece::Sphere(sphere) => sphere.surface().area,
+        Piece::Quad(quad) => quad.surface().area,
+        Piece::Rare(rare) => rare.surface().area,
+    };
+    shape.pieces().iter().map(|piece| f64::from(of_piece(piece))).sum()
+}
+
+/// The radiance of a matte emitter of so much power and area: Φ = π·A·L.
+fn radiance(power: &Placed<Colour>, area: f64, reports: &mut Reports<'_>) -> Read<Colour> {
+    if !(area > 0.0 && area.is_finite()) {
+        let message = "power needs a surface that is bounded and has an area";
+        return Err(reports.error_with(power.at, message, |_| Some("give emission instead".into())));
+    }
+    let radiance = power.value.map(|power| power / (area * PI));
+    match radiance.iter().copied().find(|&channel| channel > RADIANCE.0.most) {
+        Some(most) => {
+            let message = format!("power gives a radiance of {most:.2e}, above {}", RADIANCE.0.most);
+            Err(reports.error(power.at, message))
+        }
+        None => Ok(radiance),
+    }
 }
 
 /// Entities whose materials are indices.
@@ -120,6 +190,17 @@ pub(super) fn link_entities(
                     vec![RawPart { name: String::new(), shape, material: RawMaterial::Entity }]
                 }
                 RawShape::Parts(parts) => parts,
+            };
+            let emission = match emission {
+                Emission::Radiance(radiance) => radiance,
+                Emission::Power(power) => {
+                    let is_own = |part: &&RawPart| match &part.material {
+                        RawMaterial::OfFile(_, material) => material.emission == [0.0; 3],
+                        RawMaterial::Entity | RawMaterial::Named(_) => true,
+                    };
+                    let area = parts.iter().filter(is_own).map(|part| area(&part.shape)).sum();
+                    radiance(&power, area, reports)?
+                }
             };
             used.push(material);
             let mut linked = Ok(());

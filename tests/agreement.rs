@@ -11,7 +11,11 @@ use common::scenes::{
     quad, scene, sized, smallpt, sphere, v,
 };
 use common::{blocks::Estimate, blocks::Verdict, estimate, for_each_sample};
-use stride::scene::{Integrator, Sampler, Scene};
+use stride::parameter::Word;
+use stride::scene::{
+    ConductorParameters, DielectricParameters, DirectionalLightParameters, Integrator, Material,
+    MaterialKind, MatteParameters, Sampler, Scene, SpotLightParameters,
+};
 
 fn with(mut scene: Scene, integrator: Integrator, spp: u32, seed: u32) -> Scene {
     scene.render.integrator = integrator;
@@ -102,6 +106,66 @@ fn shop() -> Scene {
 #[test]
 fn with_disks_cylinders_and_boxes() {
     agree(shop(), [8192, 512]);
+}
+
+/// Rough metals, rough glass, a rough sheet and rough matte under a wide sun, a lamp and spots.
+fn rough_surfaces() -> Scene {
+    let material = |kind: MaterialKind| Material { name: "rough".into(), kind };
+    let metal = |roughness| {
+        let (eta, k) = (Some([0.2, 0.9, 1.1]), Some([3.9, 2.4, 2.2]));
+        material(ConductorParameters { metal: None, eta, k, roughness }.into())
+    };
+    let dielectric = |roughness, thin_walled| {
+        let (reflectance, transmittance) = ([1.0; 3], [0.9; 3]);
+        let parameters =
+            DielectricParameters { ior: 1.5, roughness, thin_walled, reflectance, transmittance };
+        material(parameters.into())
+    };
+    let materials = vec![
+        material(MatteParameters { reflectance: [0.6, 0.5, 0.4], roughness: 0.9 }.into()),
+        metal([0.5; 2]),
+        metal([0.3, 0.7]),
+        dielectric([0.5; 2], false),
+        dielectric([0.5; 2], true),
+        metal([0.0; 2]),
+        dielectric([0.0; 2], true),
+    ];
+    let entities = vec![
+        plane(v(0.0, 0.0, 1.0), 0.0, 0),
+        sphere(v(4.0, 1.4, 0.8), 0.8, 1),
+        sphere(v(5.0, -0.2, 0.9), 0.9, 2),
+        sphere(v(3.6, -1.5, 0.7), 0.7, 3),
+        quad(v(3.0, -0.4, 0.1), v(0.2, 0.7, 0.0), v(0.0, 0.0, 0.8), 4),
+        sphere(v(6.5, 2.2, 0.8), 0.8, 5),
+        quad(v(3.2, 2.4, 0.1), v(0.4, 0.6, 0.0), v(0.0, 0.0, 0.8), 6),
+        emitting(quad(v(3.0, -1.0, 4.0), v(0.0, 2.5, 0.0), v(2.5, 0.0, 0.0), 0), 2.0),
+    ];
+    let mut scene = sized(scene(materials, entities), 64, 48);
+    scene.camera.eye = v(0.0, 0.0, 1.5);
+    let spot = |falloff| SpotLightParameters {
+        position: v(2.0, 3.0 - 2.0 * falloff as f64, 3.0),
+        direction: v(2.5, -1.0, -2.5),
+        intensity: Some([4.0, 3.0, 2.0]),
+        power: None,
+        cone_angle: 40.0,
+        penumbra_angle: 25.0,
+        falloff: Word(falloff),
+    };
+    let sun = DirectionalLightParameters {
+        direction: v(0.4, 0.5, -1.0),
+        irradiance: [0.8, 0.7, 0.6],
+        angular_diameter: 50.0,
+    };
+    scene.lights = vec![sun.into(), spot(0).into(), spot(1).into(), spot(2).into()];
+    scene.lights.push(DirectionalLightParameters { angular_diameter: 0.0, ..sun }.into());
+    scene.environment = [0.1, 0.12, 0.15];
+    scene.render.max_depth = 5;
+    scene
+}
+
+#[test]
+fn with_rough_surfaces_and_a_sun() {
+    agree(rough_surfaces(), [4096, 512]);
 }
 
 #[test]

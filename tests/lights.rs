@@ -9,7 +9,9 @@ use common::scenes::{cylinder, disk, emitting, flipped, matte, mesh, quad, scene
 use common::statistics::sidak;
 use glam::DVec3;
 use rand::RngExt;
-use stride::light::{AreaLight, LightSample, LightTable, PointLight};
+use stride::light::{
+    AreaLight, DirectionalLightParameters, LightParameters, LightSample, LightTable, PointLight,
+};
 use stride::math::lanes::scalar::Wrapping;
 use stride::math::{Ray, Vec3};
 use stride::sampling::Stream;
@@ -192,6 +194,34 @@ fn directions_to_a_light_follow_the_density_of_meeting_it() {
     for (i, (name, (seen, polar))) in all.iter().enumerate() {
         let outcome = seen.compare(*polar, 100 + 2 * i as u32);
         assert!(outcome.agrees(all.len()), "{name}: {outcome:?}");
+    }
+}
+
+/// Of a disk at infinity the density is that of the rays that leave the scene.
+#[test]
+fn directions_to_a_sun_follow_the_density_of_seeing_it() {
+    let towards = v(0.48, 0.6, 0.64);
+    let diameters = [0.0101, 0.53, 20.0, 180.0];
+    for (i, angular_diameter) in diameters.into_iter().enumerate() {
+        let mut table = LightTable::default();
+        let irradiance = [1.0; 3];
+        DirectionalLightParameters { direction: -towards, irradiance, angular_diameter }.add_to(&mut table);
+        table.build_tree();
+        let pdf = |d: Vec3<f32>, scale: f32| {
+            let found = std::cell::Cell::new(0.0);
+            table.escaped(d, |pdf| {
+                found.set(pdf * scale);
+                1.0
+            });
+            found.get()
+        };
+        let sample = |u: [f32; 4]| table.sample(Wrapping(0), Vec3::zero(), [u[0], u[1]]).wi;
+        let polar = Polar::new(towards, DVec3::X);
+        let outcome = compare(polar, 400 + 2 * i as u32, sample, |d| pdf(d, 1.0));
+        assert!(outcome.agrees(diameters.len()), "{angular_diameter}: {outcome:?}");
+        // Negative control: a density 2% too high.
+        let outcome = compare(polar, 400 + 2 * i as u32, sample, |d| pdf(d, 1.02));
+        assert!(!outcome.agrees(1_000_000), "{angular_diameter}: {outcome:?}");
     }
 }
 

@@ -8,7 +8,7 @@ use common::chi_square::{Outcome, Polar, compare_some, draw, narrow, wide};
 use common::statistics::{check_against_tables, normal_tails, sidak};
 use glam::DVec3;
 use rand::RngExt;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use stride::material::{
     Branch, Bsdf, Bxdf, BxdfSample, Ggx, GlassParameters, Lambertian, MaterialParameters, MaterialTable,
     MatteParameters, Metal, MirrorParameters, RoughMetal, Row, Site, SmoothDielectric, SpecularReflection,
@@ -71,9 +71,9 @@ fn rough() -> Vec<Rough> {
         same("a rough matte", MatteParameters { reflectance: [0.9, 0.5, 0.2], roughness: 0.8 }.row()),
         same("a thin dielectric", dielectric(1.5, [0.5; 2], true)),
         same("a brushed thin dielectric", dielectric(2.0, [0.8, 0.4], true)),
-        Rough { name: "a dielectric", row: dielectric(1.5, [0.5; 2], false), ior: 1.5 },
-        Rough { name: "a brushed dielectric", row: dielectric(1.3, [0.9, 0.45], false), ior: 1.3 },
-        Rough { name: "a bubble", row: dielectric(0.7, [0.6; 2], false), ior: 0.7 },
+        Rough { name: "a dielectric", row: dielectric(1.5, [0.75; 2], false), ior: 1.5 },
+        Rough { name: "a brushed dielectric", row: dielectric(2.0, [0.9, 0.65], false), ior: 2.0 },
+        Rough { name: "a bubble", row: dielectric(0.7, [0.75; 2], false), ior: 0.7 },
     ]
 }
 
@@ -569,13 +569,15 @@ fn scaled_integral<B: Bxdf<f32>>(bxdf: &B, wo: Vec3<f32>, scale: impl Fn(Vec3<f3
     const N: u32 = 256;
     let mut sum = 0.0;
     for i in 0..N {
-        let cos = (f64::from(i) + 0.5) / f64::from(N) * 2.0 - 1.0;
+        // By angles, as lobes may be narrow around the normal.
+        let theta = (f64::from(i) + 0.5) / f64::from(N) * PI;
+        let (cos, sin) = (theta.cos(), theta.sin());
         for k in 0..N {
             let wi = direction(cos, (f64::from(k) + 0.5) / f64::from(N) * TAU);
-            sum += f64::from(bxdf.eval(wo, wi, MODE).max_channel()) * cos.abs() * scale(wi);
+            sum += f64::from(bxdf.eval(wo, wi, MODE).max_channel()) * cos.abs() * sin * scale(wi);
         }
     }
-    sum * 2.0 * TAU / f64::from(N * N)
+    sum * PI * TAU / f64::from(N * N)
 }
 
 /// Whether no more light leaves than arrives: exactly, and by the BxDF's own directions at five standard

@@ -1,0 +1,140 @@
+//! The grain of brushed surfaces: tangents along which u grows and v does not change, on every shape.
+
+mod common;
+
+use common::scenes::*;
+use glam::{DAffine3, DQuat, DVec3};
+use std::sync::Arc;
+use stride::math::{Ray, Vec3};
+use stride::sampling::Stream;
+use stride::scene::{ConductorParameters, Entity, Material, MaterialKind, Mesh, Shape};
+use stride::world::{Finder, World, compile_sharing};
+
+fn brushed() -> Material {
+    let (eta, k) = (Some([0.2; 3]), Some([3.0; 3]));
+    let parameters = ConductorParameters { metal: None, eta, k, roughness: [0.2, 0.6] };
+    Material { name: "brushed".into(), kind: MaterialKind::Conductor(parameters) }
+}
+
+/// A curved sheet of triangles, whose uv are skewed and run the other way round if it is turned.
+fn sheet(turned: bool) -> Mesh {
+    let n = 12;
+    let mut mesh = Mesh::default();
+    for i in 0..=n {
+        for j in 0..=n {
+            let [a, b] = [i, j].map(|x| x as f32 / n as f32 * 2.0 - 1.0);
+            mesh.positions.push([a, b, 0.3 * a * a - 0.2 * a * b]);
+            let uv = [0.7 * a + 0.2 * b, 0.9 * b - 0.1 * a];
+            mesh.uv.push(if turned { [uv[1], uv[0]] } else { uv });
+        }
+    }
+    let at = |i: u32, j: u32| i * (n + 1) + j;
+    for i in 0..n {
+        for j in 0..n {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    mesh
+}
+
+fn place() -> DAffine3 {
+    DAffine3::from_scale_rotation_translation(
+        v(1.5, -0.8, 1.1),
+        DQuat::from_axis_angle(v(0.3, 0.4, 0.866).normalize(), 0.8),
+        v(0.2, -0.1, 0.3),
+    )
+}
+
+fn everything() -> Vec<(&'static str, Vec<Entity>)> {
+    let placed = |turned| Entity {
+        shape: Shape::Mesh { mesh: Arc::new(sheet(turned)), transform: place() },
+        ..Entity::default()
+    };
+    // Twice, far away the second time, so that they are shared.
+    let one = Arc::new(sheet(false));
+    let copy = |at: DVec3| Entity {
+        shape: Shape::Mesh { mesh: Arc::clone(&one), transform: DAffine3::from_translation(at) * place() },
+        ..Entity::default()
+    };
+    vec![
+        ("plane", vec![plane(v(0.36, 0.48, 0.8), 0.2, 0)]),
+        ("sphere", vec![sphere(v(0.2, 0.1, -0.3), 1.3, 0)]),
+        ("hollow sphere", vec![flipped(sphere(v(0.2, 0.1, -0.3), 1.3, 0))]),
+        ("quad", vec![quad(v(-1.0, -1.0, 0.2), v(2.0, 0.3, 0.1), v(0.7, 1.8, -0.2), 0)]),
+        ("flipped quad", vec![flipped(quad(v(-1.0, -1.0, 0.2), v(2.0, 0.3, 0.1), v(0.7, 1.8, -0.2), 0))]),
+        ("disk", vec![disk(v(0.1, 0.2, 0.0), v(0.6, 0.0, 0.8), 1.4, 0)]),
+        ("cylinder", vec![cylinder(v(-1.0, 0.2, -0.3), v(1.2, 0.1, 0.4), 0.8, 0)]),
+        ("box", vec![cuboid(v(-0.8, -0.7, -0.6), v(0.9, 0.8, 0.7), 0)]),
+        ("mesh", vec![placed(false)]),
+        ("mesh with uv turned round", vec![placed(true)]),
+        ("instances", vec![copy(DVec3::ZERO), copy(v(50.0, 0.0, 0.0))]),
+    ]
+}
+
+/// Of a surface and a point a little further along its tangent the uv differ along u alone.
+#[test]
+fn along_a_tangent_u_grows_and_v_stays() {
+    let stream = &mut Stream::new(1, 0, 0);
+    for (name, entities) in everything() {
+        let scene = scene(vec![brushed()], entities);
+        let (tables, surfaces) = compile_sharing(&scene, 16, 16, 1).unwrap();
+        let world = World::new(&surfaces, Finder::Simple);
+        let (mut seen, mut wrong) = (0, 0);
+        for _ in 0..2000 {
+            let o = direction(stream) * 4.0;
+            let d = (direction(stream) * 0.9 - o).normalize();
+            let ray = Ray::new(narrow(o), narrow(d));
+            let hit = world.intersect(&ray, true);
+            if !hit.is_some() {
+                continue;
+            }
+            let point = tables.surfaces.point(&ray, &hit);
+            let tangent = wide(tables.surfaces.tangent(&point, hit.instance));
+            let n = wide(point.n);
+            // Near the middle of a disk and the poles of a sphere u turns fast; along the surface a step is long.
+            if d.dot(n).abs() < 0.2 || tangent.length() < 0.2 * 1e-2 {
+                continue;
+            }
+            assert!(tangent.normalize().dot(n).abs() < 1e-4, "{name}: {tangent} is not along the surface");
+            let step = 2e-3;
+            let moved = Ray::new(narrow(o + tangent.normalize() * step), narrow(d));
+            let next = world.intersect(&moved, true);
+            let beyond = next.is_some() && next.surface == hit.surface;
+            if !beyond {
+                continue;
+            }
+            let uv = |point| tables.surfaces.uv(&point, true).map(f64::from);
+            let ([u, v], [next_u, next_v]) = (uv(point), uv(tables.surfaces.point(&moved, &next)));
+            // u may go round.
+            let (du, dv) = (next_u - u, next_v - v);
+            if du.abs() > 0.5 {
+                continue;
+            }
+            seen += 1;
+            // Over a step curved surfaces bend away, by the step over their radius.
+            wrong += u32::from(!(du > 0.0 && dv.abs() < 0.03 * du.abs().max(1e-4)));
+        }
+        assert!(seen > 150, "{name}: {seen}");
+        assert!(wrong * 50 <= seen, "{name}: {wrong} of {seen} tangents");
+    }
+}
+
+/// A frame follows the grain where there is one, and is the usual one in scenes without any.
+#[test]
+fn frames_follow_the_grain() {
+    let ball = || vec![sphere(DVec3::ZERO, 1.0, 0)];
+    let ray = Ray::new(Vec3::splat([3.0, 0.5, 0.25]), Vec3::splat([-1.0, 0.0, 0.0]));
+    let frame = |material| {
+        let scene = scene(vec![material], ball());
+        let (tables, surfaces) = compile_sharing(&scene, 16, 16, 1 << 20).unwrap();
+        let hit = World::new(&surfaces, Finder::Simple).intersect(&ray, true);
+        let at = tables.interaction(&ray, &hit, true, stride::world::Uv::WherePatterned);
+        (tables.frame(&at), at.point.n)
+    };
+    let (brushed, n) = frame(brushed());
+    let expected = DVec3::Z.cross(wide(n)).normalize();
+    assert!((wide(brushed.s) - expected).length() < 1e-5);
+    let (usual, n) = frame(matte([0.5; 3]));
+    assert_eq!(usual.s, stride::math::Frame::around(n).s);
+}

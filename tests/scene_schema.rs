@@ -98,6 +98,19 @@ checks_per_unit = [1, 2]
 [materials.glass]
 type = "glass"
 ior = 1.5
+[materials.metal]
+type = "conductor"
+metal = "gold"
+roughness = [0.1, 0.5]
+[materials.index]
+type = "conductor"
+eta = [0.2, 0.9, 1.1]
+k = [3.9, 2.4, 2.2]
+[materials.frosted]
+type = "dielectric"
+ior = 1.3
+roughness = 0.3
+thin_walled = true
 [[entities]]
 name = "ball"
 shape = { type = "sphere", center = [0, 0, 0], radius = 1 }
@@ -110,6 +123,16 @@ material = "board"
 type = "point"
 position = [1, 2, 3]
 intensity = [1, 1, 1]
+[[lights]]
+type = "spot"
+position = [1, 2, 3]
+direction = [0, 0, -2]
+power = [5, 5, 5]
+falloff = "angle"
+[[lights]]
+type = "directional"
+direction = [0, 0, -1]
+irradiance = [3, 3, 3]
 [environment]
 radiance = [0, 0, 0]
 "#;
@@ -157,7 +180,25 @@ const WRONG: &[(&str, &str)] = &[
     ("flip_normal = false", "flip_normal = 0"),
     ("normal = [0, 0, 1]", "normal = [0, 0, 0]"),
     ("distance = 1 }", "distance = 2e18 }"),
-    ("[[lights]]", "[lights]"),
+    ("metal = \"gold\"", ""),
+    ("metal = \"gold\"", "metal = \"golld\""),
+    ("metal = \"gold\"", "metal = \"gold\"\nk = [1, 1, 1]"),
+    ("metal = \"gold\"", "eta = [1, 1, 1]"),
+    ("roughness = [0.1, 0.5]", "roughness = [0.1, 1.5]"),
+    ("k = [3.9, 2.4, 2.2]", ""),
+    ("k = [3.9, 2.4, 2.2]", "k = [3.9, 2.4, -2.2]"),
+    ("ior = 1.3", ""),
+    ("thin_walled = true", "thin_walled = 1"),
+    ("power = [5, 5, 5]", ""),
+    ("power = [5, 5, 5]", "power = [5, 5, 5]\nintensity = [1, 1, 1]"),
+    ("falloff = \"angle\"", "falloff = \"linear\""),
+    ("irradiance = [3, 3, 3]", ""),
+    ("intensity = [1, 1, 1]", ""),
+    ("flip_normal = false", "emission = [1, 1, 1]\npower = [1, 1, 1]"),
+    ("vertical_fov = 60.5", "type = \"orthographic\""),
+    ("vertical_fov = 60.5", "vertical_fov = 60.5\nheight = 4"),
+    ("vertical_fov = 60.5", "type = \"orthographic\"\nheight = 4\nvertical_fov = 60.5"),
+    ("[environment]", "[[environment]]"),
     ("type = \"point\"", "type = \"spot\""),
     ("intensity = [1, 1, 1]", "intensity = [1, 1, -1]"),
     ("radiance = [0, 0, 0]", "radiance = [0, 0, 2e9]"),

@@ -262,14 +262,37 @@ k = [1, 1, -1]
     ["3:8: red of eta must be above 0, not 0", "4:12: blue of k must be from 0 to 1000, not -1"]
 );
 broken!(
-    conductor_with_k_misspelt,
+    conductor_with_metal_misspelt,
     r#"
 [materials.a]
 type = "conductor"
-eta = [1, 1, 1]
-kk = [1, 1, 1]
+metl = "gold"
 "#,
-    [r#"4:1: unknown key "kk" in a conductor; did you mean "k"?"#]
+    [r#"3:1: unknown key "metl" in a conductor; did you mean "metal"?"#]
+);
+broken!(
+    conductor_with_a_key_that_there_is_not,
+    r#"
+[materials.a]
+type = "conductor"
+metal = "gold"
+reflectance = [1, 1, 1]
+"#,
+    [
+        r#"4:1: unknown key "reflectance" in a conductor; valid here: "type", "metal", "eta", "k", "roughness""#
+    ]
+);
+broken!(
+    dielectric_with_absorption,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+absorption = [1, 1, 1]
+"#,
+    [
+        r#"4:1: unknown key "absorption" in a dielectric; valid here: "type", "ior", "roughness", "thin_walled", "reflectance", "transmittance""#
+    ]
 );
 broken!(
     conductor_that_is_too_rough,

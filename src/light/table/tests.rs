@@ -1,17 +1,15 @@
 //! What lights give, against irradiance by formula; densities against what is met.
 
+mod declared;
+
 use super::*;
 use crate::light::made_up::Sky;
-use crate::light::{
-    DirectionalLightParameters, Distant, DistantDisk, Falloff, LightParameters, PointLight,
-    PointLightParameters, Ramp, SpotLight, SpotLightParameters,
-};
+use crate::light::{Distant, DistantDisk, PointLight};
 use crate::math::Ray;
 use crate::math::lanes::scalar::Wrapping;
-use crate::parameter::Word;
 use crate::sampling::Stream;
-use crate::sampling::warp;
 use crate::shape::{Cylinder, Disk, Quad, Shape, Shears, Sphere};
+use declared::{FALLOFFS, spot};
 use glam::DVec3;
 use rand::RngExt;
 
@@ -315,169 +313,6 @@ fn rays_from_infinity_show_the_whole_scene_their_light() {
         }
         let (got, expected) = (flux / f64::from(draws), irradiance * pi * radius * radius);
         assert!((got / expected - 1.0).abs() < 0.06, "{got} is not {expected}");
-    }
-}
-
-fn spot(cone: f64, penumbra: f64, falloff: Falloff) -> SpotLight {
-    let [outer, inner] = [cone, cone - penumbra].map(f64::to_radians);
-    let ramp = Ramp { outer, inner, falloff };
-    SpotLight { position: [1.0, 2.0, -3.0], axis: [0.0, 0.6, 0.8], intensity: [5.0; 3], ramp }
-}
-
-const FALLOFFS: [Falloff; 3] = [Falloff::Smoothstep, Falloff::Angle, Falloff::Squared];
-
-/// From every side, what a spot gives is its intensity by the formula of its falloff, over the distance squared.
-#[test]
-fn a_spot_gives_what_its_falloff_says() {
-    let stream = &mut Stream::new(51, 0, 0);
-    for falloff in FALLOFFS {
-        for (cone, penumbra) in [(30.0, 5.0), (60.0, 60.0), (10.0, 0.0), (150.0, 120.0), (180.0, 10.0)] {
-            let light = spot(cone, penumbra, falloff);
-            let mut table = LightTable::default();
-            table.push(light);
-            let mut lit = 0;
-            for _ in 0..20_000 {
-                let d = DVec3::from(
-                    warp::uniform_sphere([stream.random::<f32>(), stream.random()]).lane(0).map(f64::from),
-                );
-                let distance = stream.random_range(0.1..10.0);
-                let p = DVec3::from(light.position.map(f64::from)) + d * distance;
-                let sample = table.sample(Wrapping(0), Vec3::splat(p.to_array().map(|x| x as f32)), [0.0; 2]);
-                let angle = libm::acos(d.dot(DVec3::new(0.0, 0.6, 0.8)).clamp(-1.0, 1.0)).to_degrees();
-                let share = |angle: f64| {
-                    let fall = |x: fn(f64) -> f64| {
-                        let [x, outer, inner] = [angle, cone, cone - penumbra].map(|a| x(a.to_radians()));
-                        ((x - outer) / (inner - outer)).clamp(0.0, 1.0)
-                    };
-                    match falloff {
-                        _ if angle >= cone => 0.0,
-                        _ if angle <= cone - penumbra => 1.0,
-                        Falloff::Smoothstep => fall(libm::cos).powi(2) * (3.0 - 2.0 * fall(libm::cos)),
-                        Falloff::Angle => fall(|angle| angle),
-                        Falloff::Squared => fall(libm::cos).powi(2),
-                    }
-                };
-                // At a sharp edge either side is right.
-                if penumbra == 0.0 && (angle - cone).abs() < 1e-3 {
-                    continue;
-                }
-                let expected = 5.0 * share(angle) / (distance * distance);
-                let got = f64::from(sample.weight().r);
-                let room = 5.0 / (distance * distance) * 2e-4;
-                assert!((got - expected).abs() < room, "{falloff:?}, {cone}, {angle}: {got}, not {expected}");
-                lit += u32::from(got > 0.0);
-            }
-            // The choice leaves out no place that is lit.
-            assert!(lit > 100, "{lit} places are lit");
-        }
-    }
-}
-
-/// No place within the cone of a spot is without its light, whatever else there is.
-#[test]
-fn spots_are_chosen_wherever_they_shine() {
-    let stream = &mut Stream::new(52, 0, 0);
-    for falloff in FALLOFFS {
-        for (cone, penumbra) in [(30.0, 5.0), (60.0, 60.0), (3.0, 0.0), (150.0, 120.0), (180.0, 10.0)] {
-            let mut table = LightTable::default();
-            table.push(spot(cone, penumbra, falloff));
-            for x in 0..7_u8 {
-                table.push(PointLight { position: [f32::from(x), 0.0, 1.0], intensity: [1.0; 3] });
-            }
-            table.build_tree();
-            let (mut lit, mut dark) = (0, 0);
-            for _ in 0..20_000 {
-                let [d, n] =
-                    [(); 2].map(|()| warp::uniform_sphere([stream.random::<f32>(), stream.random()]));
-                let p = Vec3::splat([1.0, 2.0, -3.0]) + d * stream.random_range(0.1..10.0_f32);
-                let gives = table.sample(Wrapping(0), p, [0.0; 2]).weight().r > 0.0;
-                let chance = table.chance(p, n, Wrapping(0), true);
-                assert!(chance > 0.0 || !gives, "{falloff:?}, {cone}, {penumbra}: {p:?}");
-                lit += u32::from(gives);
-                dark += u32::from(chance == 0.0);
-            }
-            assert!(lit > 10 && (dark > 1000 || cone > 100.0), "{cone}: {lit} lit, {dark} without chance");
-        }
-    }
-}
-
-/// A disk at infinity gives the irradiance that is asked for, has a density of one in all, and is seen by rays where it
-/// is sampled.
-#[test]
-fn a_distant_disk_gives_its_irradiance() {
-    for diameter in [0.01, 0.53, 20.0, 120.0, 180.0] {
-        let parameters = DirectionalLightParameters {
-            direction: DVec3::new(0.0, 0.0, -2.0),
-            irradiance: [3.0; 3],
-            angular_diameter: diameter,
-        };
-        let mut table = LightTable::default();
-        parameters.add_to(&mut table);
-        table.build_tree();
-        assert_eq!(table.kinds().collect::<Vec<_>>(), [LightKind::DistantDisk]);
-        let got = irradiance(&table, 300);
-        assert!((got / 3.0 - 1.0).abs() < 2e-4, "{diameter}: {got} is not 3");
-        let stream = &mut Stream::new(53, 0, 0);
-        let mut missed = 0;
-        for _ in 0..10_000 {
-            let u = [stream.random::<f32>(), stream.random()];
-            let sample = table.sample(Wrapping(0), Vec3::zero(), u);
-            let pdf = std::cell::Cell::new(0.0);
-            let seen = table.escaped(sample.wi, |given| {
-                pdf.set(given);
-                1.0
-            });
-            // Along the rim a rounded direction may miss.
-            missed += u32::from(seen.r == 0.0);
-            assert!(seen.r == 0.0 || (seen.r, pdf.get()) == (sample.radiance.r, sample.pdf));
-        }
-        assert!(missed < 20, "{diameter}: {missed} are missed");
-        // Twice as far from the middle as the rim there is nothing.
-        let beyond = (diameter.to_radians()).min(3.0);
-        let d = Vec3::splat([libm::sin(beyond) as f32, 0.0, libm::cos(beyond) as f32]);
-        assert_eq!(table.escaped(d, |_| 1.0), Rgb::black());
-    }
-    // Too small to be a disk.
-    let direction = DVec3::new(0.0, 0.6, -0.8);
-    let mut table = LightTable::default();
-    DirectionalLightParameters { direction, irradiance: [3.0; 3], angular_diameter: 0.009 }
-        .add_to(&mut table);
-    assert_eq!(table.delta_lights(), [0]);
-    let sample = table.sample(Wrapping(0), Vec3::<f32>::zero(), [0.0; 2]);
-    assert_eq!((sample.wi.lane(0), sample.weight().r), ([0.0, -0.6, 0.8], 3.0));
-}
-
-/// Power and intensity are the same by the solid angle over which a light shines.
-#[test]
-fn power_is_what_is_emitted() {
-    let stream = &mut Stream::new(54, 0, 0);
-    let position = DVec3::new(1.0, 2.0, 3.0);
-    let mut power_of = |add: &dyn Fn(&mut LightTable) -> u32| {
-        let mut table = LightTable::default();
-        add(&mut table);
-        let (mut flux, draws) = (0.0, 200_000);
-        for _ in 0..draws {
-            let u = [stream.random(), stream.random(), stream.random(), stream.random()];
-            flux += f64::from(table.emit::<f32>(Wrapping(0), u).flux().r);
-        }
-        flux / f64::from(draws)
-    };
-    let point = PointLightParameters { position, intensity: None, power: Some([7.0; 3]) };
-    assert!((power_of(&|table| point.add_to(table)) / 7.0 - 1.0).abs() < 1e-5);
-    for falloff in 0..3 {
-        for (cone_angle, penumbra_angle) in [(30.0, 5.0), (60.0, 60.0), (10.0, 0.0), (180.0, 90.0)] {
-            let spot = SpotLightParameters {
-                position,
-                direction: DVec3::new(0.0, 3.0, 4.0),
-                intensity: None,
-                power: Some([7.0; 3]),
-                cone_angle,
-                penumbra_angle,
-                falloff: Word(falloff),
-            };
-            let power = power_of(&|table| spot.add_to(table));
-            assert!((power / 7.0 - 1.0).abs() < 5e-3, "{cone_angle}, {penumbra_angle}, {falloff}: {power}");
-        }
     }
 }
 

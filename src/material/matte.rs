@@ -6,7 +6,7 @@ use super::program::{Leaf, MaterialParameters};
 use super::row::{Numbers, Row, Site, padded};
 use crate::math::{Float, narrow};
 use crate::parameter::limits::FRACTION;
-use crate::parameter::{Colour, Number, ParameterKind, parameters};
+use crate::parameter::{Colour, Number, ParameterKind, Value, parameters};
 
 parameters! {
     /// Scatters evenly, or by grooves, on both sides.
@@ -15,7 +15,7 @@ parameters! {
         reflectance: Colour = FRACTION,
         /// Roughness, 0 to 1: grooves that shine towards the light and keep its energy, by the model of Oren and Nayar as
         /// Portsmouth, Kutz and Hill (2025) have it. At 0 light is scattered evenly.
-        roughness: f64 = ParameterKind::Number(Number::between(0.0, 1.0)) => "0",
+        roughness: f64 = ParameterKind::Number(Number::between(0.0, 1.0)) => "0" uncounted Value::Number(0.0),
     }
 }
 

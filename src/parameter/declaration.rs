@@ -14,6 +14,9 @@ pub struct Parameter {
     pub kind: ParameterKind,
     /// What it means that it is absent.
     pub absence: Absence,
+    /// The value that does not count in a scene's fingerprint: the default of a parameter that came after films which
+    /// are continued.
+    pub uncounted: Option<Value>,
 }
 
 /// What it means that a parameter is absent.
@@ -123,7 +126,8 @@ pub trait Family: Sized + 'static {
 ///
 /// The documentation of the struct and of its fields are the descriptions in the JSON Schema. After the field's type comes the
 /// [`ParameterKind`] of its values and, if it may be absent, the value that this means, in TOML, or `nothing` for a
-/// field that is an [`Option`]:
+/// field that is an [`Option`]. A parameter that is added to others later has that value as `uncounted` as well, or films
+/// of scenes without it could not be continued:
 ///
 /// ```text
 /// parameters! {
@@ -145,7 +149,7 @@ macro_rules! parameters {
         pub struct $type:ident: $name:literal, $what:literal $(, $one:literal, $several:literal)? {
             $(
                 $(#[doc = $about:literal])+
-                $field:ident: $of:ty = $kind:expr $(=> $default:tt)?,
+                $field:ident: $of:ty = $kind:expr $(=> $default:tt $(uncounted $uncounted:expr)?)?,
             )*
         }
         $(check = $check:path;)?
@@ -174,6 +178,7 @@ macro_rules! parameters {
                         about: concat!($($about),+).trim_ascii_start(),
                         kind: $kind,
                         absence: $crate::parameter::parameters!(@absence $($default)?),
+                        uncounted: $crate::parameter::parameters!(@uncounted $($($uncounted)?)?),
                     },
                 )*],
                 rules: $crate::parameter::parameters!(@rules $($rules)?),
@@ -207,6 +212,8 @@ macro_rules! parameters {
     (@absence) => { $crate::parameter::Absence::Wrong };
     (@absence nothing) => { $crate::parameter::Absence::Fine };
     (@absence $default:literal) => { $crate::parameter::Absence::Means($default) };
+    (@uncounted) => { None };
+    (@uncounted $value:expr) => { Some($value) };
     (@rules) => { "{}" };
     (@rules $rules:literal) => { $rules };
     (@check $parameters:expr, $warnings:ident) => {{

@@ -191,12 +191,21 @@ impl Digest {
         }
     }
 
-    /// The name and the values of what is declared. Materials have more to them than their index.
+    /// The name and the values of what is declared, but for those that do not count: what follows one of them goes by its
+    /// name. Materials have more to them than their index.
     fn declared(&mut self, declared: &impl Family) {
         let declaration = declared.declaration();
         self.tag(declaration.map_or("", |declaration| declaration.name));
         let kinds = declaration.into_iter().flat_map(|declaration| declaration.parameters);
+        let mut is_named = false;
         for (value, parameter) in declared.values().into_iter().zip(kinds) {
+            if value == Value::Absent || Some(value) == parameter.uncounted {
+                is_named = true;
+                continue;
+            }
+            if is_named {
+                self.tag(parameter.name);
+            }
             match value {
                 Value::Number(number) => self.numbers(&[number]),
                 Value::Pair(pair) => self.numbers(&pair),
@@ -207,8 +216,7 @@ impl Digest {
                     _ => unreachable!("{} is no word", parameter.name),
                 },
                 Value::Flag(flag) => self.word(u64::from(flag)),
-                Value::Absent => self.tag("absent"),
-                Value::Material(_) => {}
+                Value::Absent | Value::Material(_) => {}
             }
         }
     }

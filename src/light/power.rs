@@ -16,8 +16,10 @@ pub(super) fn intensity(
 ) -> Result<Colour, Problem> {
     let problem =
         |parameter, message, help: &str| Err(Problem { parameter, message, help: Some(help.into()) });
+    let is_unknown = |colour: Colour| colour.iter().any(|channel| channel.is_nan());
     match (intensity, power) {
         (Some(intensity), None) => Ok(intensity),
+        (Some(intensity), Some(power)) if is_unknown(intensity) || is_unknown(power) => Ok(intensity),
         (None, Some(power)) => {
             let intensity = power.map(|power| power / solid_angle);
             match intensity.iter().copied().find(|&channel| channel > INTENSITY.most) {

@@ -38,7 +38,10 @@ fn check(
     let problem = |parameter, message: &str, help: Option<&str>| {
         Err(Problem { parameter, message: message.into(), help: help.map(Into::into) })
     };
+    let is_unknown = |colour: Option<Colour>| colour.into_iter().flatten().any(f64::is_nan);
     match parameters {
+        ConductorParameters { metal: Some(Word(place)), .. } if place >= NAMES.len() => Ok(parameters),
+        ConductorParameters { eta, k, .. } if is_unknown(eta) || is_unknown(k) => Ok(parameters),
         ConductorParameters { metal: None, eta: None, k: None, .. } => problem(
             "metal",
             "a conductor needs either metal or both eta and k",
@@ -85,7 +88,7 @@ pub(super) fn alpha(roughness: [f64; 2]) -> Option<[f32; 2]> {
 impl MaterialParameters for ConductorParameters {
     fn row(&self) -> Row {
         let [eta, k] = self.index().map(narrow);
-        let facing = std::array::from_fn(|i| fresnel_conductor(1.0_f32, eta[i], k[i]).max(0.0));
+        let facing = std::array::from_fn(|i| fresnel_conductor(1.0_f32, eta[i], k[i]));
         let ([er, eg, eb], [kr, kg, kb]) = (eta, k);
         match alpha(self.roughness) {
             None => {
@@ -94,7 +97,8 @@ impl MaterialParameters for ConductorParameters {
             Some([along_u, along_v]) => Row {
                 numbers: [er, eg, eb, kr, kg, kb, along_u, along_v],
                 has_grain: along_u != along_v,
-                ..Row::new(Kind::Conductor, facing)
+                // Paths ask no lights where the colour is black, though light may be reflected aslant.
+                ..Row::new(Kind::Conductor, facing.map(|channel: f32| channel.max(f32::MIN_POSITIVE)))
             },
         }
     }

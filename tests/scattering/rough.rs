@@ -215,7 +215,7 @@ fn no_parameters_and_no_directions_give_what_is_no_number() {
         [("conductor", any_conductor, 1.0), ("matte", any_matte, 1e6), ("dielectric", any_dielectric, 1.0)];
     let stream = &mut Stream::new(12, 0, 0);
     for (name, draw, most) in kinds {
-        for i in 0..300_000 {
+        for i in 0..1_000_000 {
             let row = draw(stream);
             let bsdf = of(row);
             let (wo, other) = (anywhere(stream), anywhere(stream));

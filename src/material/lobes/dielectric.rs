@@ -26,12 +26,18 @@ pub fn fresnel_dielectric<F: Float>(cos_i: F, eta: F) -> (F, F) {
     function!(F, fresnel_dielectric(cos_i, eta), {
         let sin2_t = (-cos_i * cos_i + 1.0) / (eta * eta);
         let cos_t = (-sin2_t + 1.0).max(F::zero()).sqrt();
-        let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-        let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-        let reflectance = (parallel * parallel + perpendicular * perpendicular) * 0.5;
+        let reflectance = fresnel_by_cosines(cos_i, cos_t, eta);
         let total = F::splat(1.0).le(sin2_t);
         (F::select(total, F::splat(1.0), reflectance), cos_t.only(!total))
     })
+}
+
+/// The same by the cosines of incidence and refraction, both ≥ 0 and not both zero.
+#[inline(always)]
+pub(super) fn fresnel_by_cosines<F: Float>(cos_i: F, cos_t: F, eta: F) -> F {
+    let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    (parallel * parallel + perpendicular * perpendicular) * 0.5
 }
 
 impl<F: Float> SmoothDielectric<F> {

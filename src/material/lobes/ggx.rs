@@ -62,11 +62,12 @@ impl<F: Float> Ggx<F> {
     #[inline(always)]
     pub fn sample(&self, wo: Vec3<F>, u: [F; 2]) -> Vec3<F> {
         let seen = self.stretched(wo).normalized();
-        // On the hemisphere of slopes, a direction of the cap that mirrors see: z = 1 − a, without its cancellation.
-        let a = u[0] * (seen.z + 1.0);
-        let sin = (a * (-a + 2.0)).max(F::zero()).sqrt();
+        // On the hemisphere of slopes, a direction of the cap that mirrors see: its height is 1 − a, and 1 + (1 − a) is what
+        // 1 − seen.z and z are together. So nothing cancels.
+        let above = seen.z + 1.0;
+        let (a, z) = (u[0] * above, (-u[0] + 1.0) * above);
+        let sin = (a * ((seen.x * seen.x + seen.y * seen.y) / above + z)).sqrt();
         let (s, c) = trig::sin_cos_turns(u[1]);
-        let z = (-u[0] + 1.0) * (seen.z + 1.0);
         self.stretched(Vec3::new(sin * c + seen.x, sin * s + seen.y, z)).normalized()
     }
 }

@@ -1,6 +1,6 @@
 //! Reflection and refraction at a rough surface.
 
-use super::dielectric::fresnel_dielectric;
+use super::dielectric::{fresnel_by_cosines, fresnel_dielectric};
 use super::ggx::{Ggx, LEAST_LENGTH};
 use super::{raised, same_side};
 use crate::material::bxdf::{Bxdf, BxdfSample, TransportMode};
@@ -67,7 +67,10 @@ impl<F: Float> RoughDielectric<F> {
         let (cos_o, cos_i) = (o.dot(h), i.dot(h));
         let zero = F::zero();
         let faces = cos_o.gt(zero) & ((reflects & cos_i.gt(zero)) | (!reflects & cos_i.lt(zero)));
-        let (fresnel, _) = fresnel_dielectric(cos_o.max(zero).min(one), eta);
+        let (reflected, _) = fresnel_dielectric(cos_o.max(zero).min(one), eta);
+        // Near the critical angle the cosine of refraction is better known by the direction than by that of incidence.
+        let refracted = fresnel_by_cosines(cos_o, cos_i.abs(), eta);
+        let fresnel = F::select(reflects, reflected, refracted);
         let per_normal = RoughDielectric::per_normal(cos_o, cos_i, eta);
         Facet { o, i, reflects, h, faces, fresnel, per_normal, eta }
     }

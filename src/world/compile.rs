@@ -1,9 +1,10 @@
 //! From the description of a scene to its tables.
 
 use super::extent::extent;
+use super::look::Look;
 use super::sharing::{SHARING_PAYS_FROM, shared};
 use super::size::{Size, TooLarge};
-use super::surfaces::{Look, SurfaceTable};
+use super::surfaces::SurfaceTable;
 use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
 use crate::light::{Environment, LightTable, NO_LIGHT};

@@ -13,8 +13,9 @@
 //! | `triangles` | the triangles of all meshes |
 //! | `sharing` | the choice of meshes that are kept once |
 //! | `instances` | the places where these stand, and rays in their own space |
-//! | `surfaces` | the rows that hits look up: material, emission, normals, uv |
-//! | `rare` | normals and uv of hits on shapes of which most scenes have none |
+//! | `surfaces` | the rows that hits look up: material, emission, normals, tangents, uv |
+//! | `look` | what such a row says besides the form |
+//! | `rare` | normals, tangents and uv of hits on shapes of which most scenes have none |
 //! | `interaction` | a hit with all that scattering depends on, and the rays that leave it |
 //! | `pages` | memory in large pages, and prefetching |
 
@@ -23,6 +24,7 @@ mod compile;
 mod extent;
 mod instances;
 mod interaction;
+mod look;
 mod pages;
 mod rare;
 mod sharing;
@@ -36,10 +38,11 @@ pub use compile::{CompiledScene, compile, compile_sharing};
 pub use extent::extent;
 pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
 pub use interaction::{Interaction, Uv};
+pub use look::Look;
 pub use sharing::SHARING_PAYS_FROM;
 pub use simple::Simple;
 pub use size::{MOST_PRIMITIVES, MOST_VERTICES, Size, TooLarge};
-pub use surfaces::{Look, SurfacePoint, SurfaceTable};
+pub use surfaces::{SurfacePoint, SurfaceTable};
 pub use triangles::{Corners, FIRST_TRIANGLE, Triangles};
 
 use crate::math::lanes::Device;

@@ -1,13 +1,14 @@
 //! Hits on shapes of which most scenes have none, completed one by one in functions of their own: scenes without such
 //! shapes have no code for them in their paths.
 
+use super::look::Look;
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{LaneFloat, LaneMask, LaneUint, Vec3};
 use crate::shape::{Form, RareForm, Surface};
 
 /// The lanes that met a rare shape, and where.
-pub(super) struct Rares<'a, Look> {
+pub(super) struct Rares<'a> {
     rows: &'a [(Surface, Look)],
     /// Bit `i` is set if lane `i` is one of them.
     lanes: u32,
@@ -24,14 +25,14 @@ fn columns<F: LaneFloat>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
     columns
 }
 
-impl<'a, Look> Rares<'a, Look> {
+impl<'a> Rares<'a> {
     #[inline(always)]
     pub(super) fn new<F: LaneFloat>(
         rows: &'a [(Surface, Look)],
         lanes: F::Mask,
         row: F::Uint,
         p: Vec3<F>,
-    ) -> Rares<'a, Look> {
+    ) -> Rares<'a> {
         let mut row_of = [0; MAX_LANES];
         row.store(&mut row_of);
         Rares { rows, lanes: lanes.bits(), row: row_of, p: columns(p) }
@@ -75,9 +76,9 @@ impl<'a, Look> Rares<'a, Look> {
 }
 
 /// Normals and distances off the surfaces.
-struct Points<'a, Look>(Rares<'a, Look>);
+struct Points<'a>(Rares<'a>);
 
-impl<Look> Kernel for Points<'_, Look> {
+impl Kernel for Points<'_> {
     type Output = [[f32; MAX_LANES]; 4];
 
     #[inline(always)]
@@ -98,9 +99,9 @@ impl<Look> Kernel for Points<'_, Look> {
 }
 
 /// Directions along u.
-struct Tangents<'a, Look>(Rares<'a, Look>);
+struct Tangents<'a>(Rares<'a>);
 
-impl<Look> Kernel for Tangents<'_, Look> {
+impl Kernel for Tangents<'_> {
     type Output = [[f32; MAX_LANES]; 3];
 
     #[inline(always)]
@@ -120,12 +121,12 @@ impl<Look> Kernel for Tangents<'_, Look> {
 }
 
 /// uv where the normals are known.
-struct Uvs<'a, Look> {
-    at: Rares<'a, Look>,
+struct Uvs<'a> {
+    at: Rares<'a>,
     n: [[f32; MAX_LANES]; 3],
 }
 
-impl<Look> Kernel for Uvs<'_, Look> {
+impl Kernel for Uvs<'_> {
     type Output = [[f32; MAX_LANES]; 2];
 
     #[inline(always)]

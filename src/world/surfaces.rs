@@ -1,5 +1,6 @@
 //! The table that hits look up: one row for each surface, one column for each property.
 
+use super::look::Look;
 use super::rare::Rares;
 use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
 use super::{Hit, Instances};
@@ -8,21 +9,6 @@ use crate::math::lanes::Device;
 use crate::math::{ColumnReader, Float, LaneFloat, Ray, Rgb, Uint, Vec3, function, push3, trig, value};
 use crate::shape::{Form, POSITION_ERROR, RareForm, Surface};
 use std::sync::Arc;
-
-/// The properties of a surface other than its form.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
-    /// Row in the material table.
-    pub material: u32,
-    /// Radiance that leaves the outward side.
-    pub emission: [f32; 3],
-    /// Whether outward is the other side.
-    pub flip_normal: bool,
-    /// Index of the entity in the scene.
-    pub entity: u32,
-    /// Index in the light table, or [`NO_LIGHT`].
-    pub light: u32,
-}
 
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]

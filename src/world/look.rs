@@ -1,0 +1,16 @@
+//! What a surface is but for its form.
+
+/// The properties of a surface other than its form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Row in the material table.
+    pub material: u32,
+    /// Radiance that leaves the outward side.
+    pub emission: [f32; 3],
+    /// Whether outward is the other side.
+    pub flip_normal: bool,
+    /// Index of the entity in the scene.
+    pub entity: u32,
+    /// Index in the light table, or [`NO_LIGHT`](crate::light::NO_LIGHT).
+    pub light: u32,
+}

@@ -221,8 +221,8 @@ fn one_changed_constant_is_noticed() {
         (&large, PathNaive, Sobol, 4, "copysign(at.point.error, dot(at.point.n, d))", "0.0f"),
         (&cover, Whitted, Sobol, 4, "lobe.reflectance * 0.31830987f", "lobe.reflectance * 0.3f"),
         (&bazaar, Whitted, Independent, 16, "1.0f / light_sample.pdf", "0.9f / light_sample.pdf"),
-        // A light is asked with one density and weighed with another.
-        (&cover, Path, Sobol, 16, "light_sample.pdf * light_choice.chance", "light_sample.pdf * 0.9f"),
+        // A light is asked with one chance and weighed with another.
+        (&cover, Path, Sobol, 16, "= light_choice.chance;", "= 0.9f * light_choice.chance;"),
         (&lamps, Path, Independent, 16, "row.place, false)", "0u, false)"),
         (&lamps, Path, Sobol, 4, "1.0f / roulette_2.chance", "0.8f / roulette_2.chance"),
         (&cover, Path, Independent, 16, "* 5.9604645e-8f", "* 4.8e-8f"),

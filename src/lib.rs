@@ -32,8 +32,9 @@
 //! |---|---|
 //! | [`math`] | vectors, lanes, rays, frames |
 //! | [`sampling`] | pixels, regions and samples; random streams; warps, each beside its density |
-//! | [`parameter`] | how shapes, materials and lights are declared |
+//! | [`parameter`] | how shapes, textures, materials and lights are declared |
 //! | [`shape`] | plane, sphere, quad, disk, cylinder, box, triangle mesh |
+//! | [`texture`] | textures, pictures |
 //! | [`material`] | materials, BxDFs and their interface |
 //! | [`light`] | the interface of lights, area and point lights, and the choice among them |
 //! | [`camera`] | film positions to rays |
@@ -64,6 +65,7 @@ pub mod sampling;
 pub mod scene;
 pub mod session;
 pub mod shape;
+pub mod texture;
 pub mod world;
 
 pub use api::{Error, Events, Render, RenderHandle, SettingsError};

@@ -41,11 +41,15 @@ fn scene_files() -> BTreeMap<String, PathBuf> {
     files.map(|path| (path.file_stem().unwrap().to_string_lossy().into_owned(), path)).collect()
 }
 
-/// Every scene of the repository, and scenes that have what those lack: crowds, shared meshes, lamps of triangles.
+/// Every scene of the repository, and scenes that have what those lack: crowds, textures, shared meshes, lamps of triangles.
 fn scenes() -> Vec<(String, Scene)> {
     let [width, height] = SIZE;
     let files = scene_files().into_iter().map(|(name, path)| (name, load(&path).expect("a scene").scene));
-    let built = [("built: bazaar", bazaar(width, height)), ("built: meshes", mesh_room(width, height))];
+    let built = [
+        ("built: bazaar", bazaar(width, height)),
+        ("built: gallery", gallery(width, height)),
+        ("built: meshes", mesh_room(width, height)),
+    ];
     files.chain(built.map(|(name, scene)| (name.to_owned(), scene))).collect()
 }
 
@@ -63,6 +67,7 @@ fn mesh_room(width: u32, height: u32) -> Scene {
     let red = Material {
         name: "red".into(),
         kind: MaterialKind::Matte(MatteParameters { reflectance: [0.8, 0.2, 0.1], roughness: 0.0 }),
+        textures: Vec::new(),
     };
     let materials =
         vec![matte([0.7, 0.6, 0.5]), mirror([0.9, 0.8, 0.7]), glass(1.5), red, checkerboard(0, 3, 2.0)];

@@ -13,7 +13,7 @@ use stride::world::{Finder, World, compile_sharing};
 fn brushed() -> Material {
     let (eta, k) = (Some([0.2; 3]), Some([3.0; 3]));
     let parameters = ConductorParameters { metal: None, eta, k, roughness: [0.2, 0.6] };
-    Material { name: "brushed".into(), kind: MaterialKind::Conductor(parameters) }
+    Material { name: "brushed".into(), kind: MaterialKind::Conductor(parameters), textures: Vec::new() }
 }
 
 /// A curved sheet of triangles, whose uv are skewed and run the other way round if it is turned.

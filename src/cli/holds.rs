@@ -5,8 +5,9 @@ use super::loading::Loading;
 use crate::math::Bounds;
 use crate::parameter::Family;
 use crate::scene::mesh::{self, MeshFile, Split};
-use crate::scene::{self, MaterialKind, Scene};
-use crate::world::{Finder, Simple, Triangles, World, compile, extent};
+use crate::scene::{self, MaterialKind, Scene, Texture};
+use crate::texture::Tile;
+use crate::world::{CompiledScene, Finder, Simple, Triangles, World, compile, extent};
 use glam::{DAffine3, DVec3};
 use std::fmt::Write;
 use std::path::Path;
@@ -79,14 +80,45 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
         "materials",
         or_none(list(scene.materials.iter().map(|m| format!("{} ({})", m.name, kind(&m.kind))))),
     );
+    textures(scene, &compiled, &mut facts);
     facts.structure(&surfaces);
     loaded.warnings.iter().for_each(|warning| facts.line("warning", warning));
     Ok(facts.0)
 }
 
+/// The textures, and what the pictures of each file take, if there are any.
+fn textures(scene: &Scene, compiled: &CompiledScene, facts: &mut Facts) {
+    if scene.textures.is_empty() {
+        return;
+    }
+    let kind = |texture: &Texture| texture.kind.declaration().map_or("", |declaration| declaration.name);
+    facts.line(
+        "textures",
+        list(scene.textures.iter().map(|texture| format!("{} ({})", texture.name, kind(texture)))),
+    );
+    for image in &scene.images {
+        for Tile { number, picture } in &image.tiles {
+            let tile = if image.is_tiled { format!(" {number}") } else { String::new() };
+            let (width, height) = (picture.width(), picture.height());
+            let channels = count(picture.channels() as usize, "channel", "channels");
+            let (depth, taken) = (picture.depth().name(), bytes(picture.bytes()));
+            facts.line(
+                "picture",
+                format!("{}{tile}: {width}×{height}, {channels}, {depth}, {taken}", image.name),
+            );
+        }
+    }
+    let taken = compiled.materials.textures().pictures().iter().map(|picture| picture.bytes()).sum();
+    facts.line("pictures", format!("{} in use", bytes(taken)));
+}
+
 fn lights(scene: &Scene, sampled: usize) -> String {
     let shines = |c: &[f64; 3]| c.iter().any(|&x| x > 0.0);
-    let emitters = scene.entities.iter().filter(|entity| shines(&entity.emission)).count();
+    let emitters = scene
+        .entities
+        .iter()
+        .filter(|entity| shines(&entity.emission) || entity.emission_texture.is_some())
+        .count();
     let sky = if shines(&scene.environment) { ", and the environment" } else { "" };
     let emitters = (emitters, ["entity that emits", "entities that emit"]);
     let kinds = declared(scene.lights.iter()).into_iter().chain([emitters]);

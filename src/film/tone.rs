@@ -5,6 +5,7 @@
 //! once per [`ToneMap`], in `f64` and with `libm`'s power: no pixel takes a power, and every machine draws the
 //! same picture.
 
+pub use crate::math::colour::{linear_to_srgb, srgb_to_linear};
 use crate::scene::{FilmSettings, Tone};
 
 /// How radiance is shown.
@@ -57,16 +58,6 @@ pub fn aces(x: f64) -> f64 {
 pub fn aces_inverse(shown: f64) -> f64 {
     let [a, b, c] = [0, 1, 2].map(|power| ACES[0][power] - shown * ACES[1][power]);
     (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a)
-}
-
-/// The encoded value in [0, 1] of a linear one in [0, 1].
-pub fn linear_to_srgb(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
-}
-
-/// The linear value in [0, 1] of an encoded one in [0, 1].
-pub fn srgb_to_linear(encoded: f64) -> f64 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
 /// Below this every code is 0: the lowest first threshold, sRGB's, is about 2⁻¹²·⁷.

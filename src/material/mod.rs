@@ -2,8 +2,10 @@
 //!
 //! A material is a program with a file of its own. A [`Leaf`] makes a lobe of its row's numbers, a [`Chooser`] leads to
 //! another row. A new material is a new file, a `mod` line here, and a line in `kind.rs`, which lists all of them.
-//! `lobes/` has a file for each scattering function. [`Bxdf`] is the interface that integrators use; [`MaterialTable`] finds the [`Bsdf`] of a hit.
+//! `lobes/` has a file for each scattering function. `bindings.rs` puts textures in the place of parameters, whatever the
+//! material. [`Bxdf`] is the interface that integrators use; [`MaterialTable`] finds the [`Bsdf`] of a hit.
 
+mod bindings;
 #[cfg(feature = "broken-material")]
 mod broken;
 mod bsdf;
@@ -22,6 +24,7 @@ mod program;
 mod row;
 mod table;
 
+pub use bindings::{Binding, Bindings, Place, Slot};
 pub use bsdf::{Bsdf, Local};
 pub use bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 pub use kind::{Kind, Kinds};

@@ -16,7 +16,8 @@ const NUMBER_NAMES: [&str; NUMBERS] =
 /// The names of the columns of choices.
 const CHOICE_NAMES: [&str; CHOICES] = ["choice_0", "choice_1"];
 
-/// One material: its program, and the program's parameters.
+/// One material: its program, and the program's parameters. A parameter may be a texture if its value, or the square of it, is here as the scene
+/// says it: what depends on it otherwise is computed at the hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// The program.

@@ -1,11 +1,13 @@
 //! A scene's materials as a table, in which lanes look up their BSDFs.
 
+use super::bindings::{Binding, Bindings};
 use super::bsdf::{Bsdf, Local};
 use super::kind::{Kind, Kinds, materials};
 use super::program::{Chooser, Leaf};
 use super::row::{Columns, Row, Site};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{ColumnReader, Float, Mask, Uint, function};
+use crate::texture::TextureTable;
 
 /// All materials.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,6 +19,8 @@ pub struct MaterialTable {
     has_grain: bool,
     kinds: Kinds,
     rows: Vec<Row>,
+    bindings: Bindings,
+    textures: TextureTable,
 }
 
 /// The lanes whose kind is a chooser's.
@@ -87,6 +91,11 @@ macro_rules! choose {
 impl MaterialTable {
     /// The table of these rows; a chooser names only rows before its own.
     pub fn new(rows: Vec<Row>) -> MaterialTable {
+        MaterialTable::with_textures(rows, &[], TextureTable::default())
+    }
+
+    /// The same with textures in the place of some parameters.
+    pub fn with_textures(rows: Vec<Row>, bindings: &[Binding], textures: TextureTable) -> MaterialTable {
         let mut columns = Columns::default();
         let mut depths = Vec::with_capacity(rows.len());
         for row in &rows {
@@ -100,7 +109,9 @@ impl MaterialTable {
         let nesting = depths.into_iter().max().unwrap_or(0);
         let kinds = rows.iter().fold(Kinds::default(), |kinds, row| kinds.with(row.kind));
         let has_grain = rows.iter().any(|row| row.has_grain);
-        let mut table = MaterialTable { columns, nesting, uses_uv: false, has_grain, kinds, rows };
+        let bindings = Bindings::new(rows.len(), bindings);
+        let mut table =
+            MaterialTable { columns, nesting, uses_uv: false, has_grain, kinds, rows, bindings, textures };
         table.uses_uv = (0..table.rows.len() as u32).any(|row| table.looks_at_uv::<f32>(Wrapping(row)));
         table
     }
@@ -113,6 +124,16 @@ impl MaterialTable {
     /// Gives the columns of all rows to a reader.
     pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         self.columns.columns(reader);
+    }
+
+    /// The textures in the place of parameters.
+    pub fn bindings(&self) -> &Bindings {
+        &self.bindings
+    }
+
+    /// The textures.
+    pub fn textures(&self) -> &TextureTable {
+        &self.textures
     }
 
     /// Whether any material uses uv.
@@ -131,7 +152,8 @@ impl MaterialTable {
     #[inline(always)]
     pub fn looks_at_uv<F: Float>(&self, material: F::Uint) -> F::Mask {
         let kind = self.columns.kind(material);
-        materials!(lanes_that_choose kind) | materials!(leaves_that_look kind)
+        let look = materials!(lanes_that_choose kind) | materials!(leaves_that_look kind);
+        if self.bindings.is_empty() { look } else { look | self.bindings.lanes::<F>(material) }
     }
 
     /// The material at uv, a leaf, and the uv for it: choosers are followed until there is a leaf.
@@ -147,7 +169,10 @@ impl MaterialTable {
     /// The BSDFs of resolved materials at a point.
     #[inline(always)]
     pub fn bsdf<F: Float>(&self, material: F::Uint, site: Site<F>) -> Bsdf<F> {
-        let (kind, numbers) = (self.columns.kind(material), self.columns.numbers(material));
+        let (kind, mut numbers) = (self.columns.kind(material), self.columns.numbers(material));
+        if !self.bindings.is_empty() {
+            numbers = self.bindings.apply(&self.textures, material, &site, numbers);
+        }
         self.bsdf_of(Local { kind, numbers, site })
     }
 

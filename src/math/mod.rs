@@ -4,6 +4,7 @@
 //! components are lanes.
 
 pub mod bounds;
+pub mod colour;
 pub mod columns;
 pub mod frame;
 pub mod lanes;

@@ -1,7 +1,7 @@
 //! Declarations: one for each shape, material and light, in its own file, and a list of those of a family.
 
 use super::kind::ParameterKind;
-use super::value::Value;
+use super::value::{Value, Varying};
 
 /// A parameter of a shape, a material or a light.
 #[derive(Clone, Copy, Debug)]
@@ -83,11 +83,11 @@ pub trait Declared: Sized {
     /// `x.abs() > 0.0`, not `x != 0.0`.
     fn check(self, warnings: &mut Vec<Problem>) -> Result<Self, Problem>;
 
-    /// Gives the materials that are named here their new indices.
+    /// Gives the materials or the textures that are named here their new indices.
     fn renumber(&mut self, new: &dyn Fn(usize) -> usize);
 }
 
-/// All shapes, all materials, or all lights. `family!` implements it.
+/// All shapes, all textures, all materials, or all lights. `family!` implements it.
 pub trait Family: Sized + 'static {
     /// The declarations, in the order in which they are listed.
     const DECLARATIONS: &'static [Declaration];
@@ -118,7 +118,15 @@ pub trait Family: Sized + 'static {
         })
     }
 
-    /// Gives the materials that are named here their new indices.
+    /// The indices of the textures that are named here.
+    fn textures(&self) -> impl Iterator<Item = usize> {
+        self.values().into_iter().filter_map(|value| match value {
+            Value::Varying(Varying::Texture(index)) => Some(index),
+            _ => None,
+        })
+    }
+
+    /// Gives the materials or the textures that are named here their new indices.
     fn renumber(&mut self, new: &dyn Fn(usize) -> usize);
 }
 
@@ -240,7 +248,7 @@ macro_rules! family {
         }
 
         $(#[$compiled_attribute:meta])*
-        pub fn $compile:ident(&self $(, $argument:ident: $of:ty)*) -> $compiled:ty = $declared:ident => $how:expr $(, else $otherwise:expr)?;
+        $visibility:vis fn $compile:ident(&self $(, $argument:ident: $of:ty)*) -> $compiled:ty = $declared:ident => $how:expr $(, else $otherwise:expr)?;
     ) => {
         $(
             $(#[cfg($condition)])?
@@ -261,7 +269,7 @@ macro_rules! family {
 
         impl $family {
             $(#[$compiled_attribute])*
-            pub fn $compile(&self $(, $argument: $of)*) -> $compiled {
+            $visibility fn $compile(&self $(, $argument: $of)*) -> $compiled {
                 match self {
                     $(
                         $(#[cfg($condition)])?

@@ -1,6 +1,6 @@
 //! The kinds of values of parameters, and their limits.
 
-use super::value::Value;
+use super::value::{ImageIndex, Value, Varying};
 use glam::DVec3;
 
 /// A number that 32 bits can hold, within limits.
@@ -68,6 +68,18 @@ impl Number {
     }
 }
 
+impl Number {
+    /// The least and the greatest float that are allowed.
+    pub fn range(&self) -> [f32; 2] {
+        let low = self.least as f32;
+        let low = if self.above.is_some_and(|above| f64::from(low) <= above) { low.next_up() } else { low };
+        let high = self.most as f32;
+        let high =
+            if self.below.is_some_and(|below| f64::from(high) >= below) { high.next_down() } else { high };
+        [low, high]
+    }
+}
+
 /// A limit as one would write it.
 fn limit(value: f64) -> String {
     if value.abs() >= 1e12 || value != 0.0 && value.abs() < 1e-4 {
@@ -96,13 +108,21 @@ pub enum ParameterKind {
     Material,
     /// One of these words.
     Word(&'static [&'static str]),
+    /// One of these words for two axes, or two of them.
+    Words(&'static [&'static str]),
     /// Yes or no.
     Flag,
+    /// A number, a colour, or the name of a texture, which comes before the one that names it.
+    Varying(Number),
+    /// A whole number from the first to the second.
+    Integer(u32, u32),
+    /// An image file, or the tiles that `<UDIM>` stands for.
+    Image,
 }
 
 impl ParameterKind {
     /// Stands for a value that could not be read, so that the others can be checked: NaN, with which no comparison
-    /// holds but `!=`; for a material and a word `usize::MAX`, which is no index; for a flag no.
+    /// holds but `!=`; for a material, an image and a word `usize::MAX`, which is no index; for a flag no.
     pub fn unknown(&self) -> Value {
         match self {
             ParameterKind::Number(_) => Value::Number(f64::NAN),
@@ -114,6 +134,26 @@ impl ParameterKind {
             ParameterKind::Material => Value::Material(usize::MAX),
             ParameterKind::Word(_) => Value::Word(usize::MAX),
             ParameterKind::Flag => Value::Flag(false),
+            ParameterKind::Varying(_) => Value::Varying(Varying::Colour([f64::NAN; 3])),
+            ParameterKind::Integer(..) => Value::Number(f64::NAN),
+            ParameterKind::Words(_) => Value::Words([usize::MAX; 2]),
+            ParameterKind::Image => Value::Image(ImageIndex(usize::MAX)),
+        }
+    }
+}
+
+impl ParameterKind {
+    /// A value that a texture stands for, so that there is one; none of what can be no texture.
+    pub fn stand_in(&self) -> Option<Value> {
+        let one = |limits: &Number| {
+            let [least, most] = limits.range();
+            f64::from(1_f32.clamp(least, most))
+        };
+        match self {
+            ParameterKind::Number(limits) => Some(Value::Number(one(limits))),
+            ParameterKind::Pair(limits) => Some(Value::Pair([one(limits); 2])),
+            ParameterKind::Colour(limits) => Some(Value::Colour([one(limits); 3])),
+            _ => None,
         }
     }
 }

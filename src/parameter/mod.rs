@@ -1,4 +1,5 @@
-//! Declarations of shapes, materials and lights: each parameter once, with its name, limits, default and description.
+//! Declarations of shapes, textures, materials and lights: each parameter once, with its name, limits, default and
+//! description.
 //!
 //! | file | what is in it |
 //! |---|---|
@@ -17,4 +18,5 @@ mod value;
 pub use declaration::{Absence, Declaration, Declared, Family, Parameter, Problem};
 pub(crate) use declaration::{family, parameters};
 pub use kind::{Number, ParameterKind, unit};
-pub use value::{Colour, Field, Value, Word};
+pub(crate) use value::words;
+pub use value::{Colour, Field, ImageIndex, Value, Varying, Word};

@@ -20,15 +20,34 @@ pub enum Value {
     Material(usize),
     /// The place of a word in the list of its kind.
     Word(usize),
+    /// A word along u and one along v.
+    Words([usize; 2]),
     /// Yes or no.
     Flag(bool),
     /// Nothing was given for a parameter that may be absent.
     Absent,
+    /// A number, a colour or a texture.
+    Varying(Varying),
+    /// The index of an image file.
+    Image(ImageIndex),
 }
 
 /// The place of a word in the list of [`ParameterKind::Word`](super::ParameterKind::Word).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Word(pub usize);
+
+/// What may differ from point to point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Varying {
+    /// The same everywhere; a number is a grey.
+    Colour(Colour),
+    /// The index of a texture.
+    Texture(usize),
+}
+
+/// The index of an image file among those of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageIndex(pub usize);
 
 /// The type of a field that holds the value of a parameter.
 pub trait Field: Copy {
@@ -42,7 +61,7 @@ pub trait Field: Copy {
     /// If the value is of another type, which means that a declaration gives a field a kind that its type does not fit.
     fn of(value: Value) -> Self;
 
-    /// Gives the material in the field, if it is one, its new index.
+    /// Gives the material or the texture in the field, if it is one, its new index.
     fn renumber(&mut self, _new: &dyn Fn(usize) -> usize) {}
 }
 
@@ -104,3 +123,63 @@ impl<T: Field> Field for Option<T> {
         }
     }
 }
+field!(
+    Varying,
+    Varying,
+    fn renumber(&mut self, new: &dyn Fn(usize) -> usize) {
+        if let Varying::Texture(index) = self {
+            *index = new(*index);
+        }
+    }
+);
+field!(ImageIndex, Image);
+
+/// Declares an enum whose members are words in scene files, and makes it a type of fields.
+macro_rules! words {
+    (
+        $(#[$attribute:meta])*
+        pub enum $type:ident { $($(#[$about:meta])* $member:ident = $word:literal,)* }
+    ) => {
+        $(#[$attribute])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $type { $($(#[$about])* $member,)* }
+
+        impl $type {
+            /// The words, in the order of the members.
+            pub const WORDS: &'static [&'static str] = &[$($word),*];
+            const ALL: &'static [Self] = &[$(Self::$member),*];
+
+            /// The member of a place; the first of a place that is unknown.
+            fn of_place(place: usize) -> Self {
+                Self::ALL.get(place).copied().unwrap_or(Self::ALL[0])
+            }
+        }
+
+        impl $crate::parameter::Field for $type {
+            fn value(self) -> $crate::parameter::Value {
+                $crate::parameter::Value::Word(self as usize)
+            }
+
+            fn of(value: $crate::parameter::Value) -> Self {
+                match value {
+                    $crate::parameter::Value::Word(place) => Self::of_place(place),
+                    other => unreachable!("{other:?} for a word"),
+                }
+            }
+        }
+
+        impl $crate::parameter::Field for [$type; 2] {
+            fn value(self) -> $crate::parameter::Value {
+                $crate::parameter::Value::Words(self.map(|word| word as usize))
+            }
+
+            fn of(value: $crate::parameter::Value) -> Self {
+                match value {
+                    $crate::parameter::Value::Words(places) => places.map($type::of_place),
+                    other => unreachable!("{other:?} for two words"),
+                }
+            }
+        }
+    };
+}
+pub(crate) use words;

@@ -8,8 +8,9 @@ use super::description::{
 use super::names::MAX_NESTING;
 use super::placement::{is_flat, misplaced};
 use super::spelling::quote;
+use super::textures::{self, Broken};
 use crate::parameter::limits::{COORDINATE, DISTANCE, LENGTH, PARALLEL, RADIANCE};
-use crate::parameter::{Family, Number, ParameterKind, Value};
+use crate::parameter::{Family, Number, ParameterKind, Value, Varying};
 use glam::{DAffine3, DVec3};
 use std::collections::HashSet;
 use std::f64::consts::PI;
@@ -30,6 +31,8 @@ pub enum Part {
     Render,
     /// The material of this index and name.
     Material(usize, String),
+    /// The texture of this index and name.
+    Texture(usize, String),
     /// The entity of this index and name.
     Entity(usize, String),
     /// The light of this index.
@@ -45,6 +48,7 @@ impl fmt::Display for Part {
             Part::Camera => f.write_str("the camera"),
             Part::Render => f.write_str("the render settings"),
             Part::Material(index, name) => write!(f, "material {} ({})", index + 1, quote(name)),
+            Part::Texture(index, name) => write!(f, "texture {} ({})", index + 1, quote(name)),
             Part::Entity(index, name) => write!(f, "entity {} ({})", index + 1, quote(name)),
             Part::Light(index) => write!(f, "light {}", index + 1),
             Part::Environment => f.write_str("the environment"),
@@ -79,6 +83,7 @@ impl Scene {
         let mut problems = Vec::new();
         check_values(self, &mut problems);
         check_materials(&self.materials, &mut problems);
+        check_textures(self, &mut problems);
         check_entities(&self.entities, self.materials.len(), &mut problems);
         check_placement(&self.entities, &mut problems);
         check_lights(&self.lights, &mut problems);
@@ -201,7 +206,23 @@ fn check_materials(materials: &[Material], problems: &mut Vec<SceneProblem>) {
     }
 }
 
-/// Checks the parameters of a material, a shape or a light, each against its limits, and all together.
+/// Checks the parameters of textures, and what textures and materials name.
+fn check_textures(scene: &Scene, problems: &mut Vec<SceneProblem>) {
+    let texture = |i: usize| Part::Texture(i, scene.textures[i].name.clone());
+    for (i, own) in scene.textures.iter().enumerate() {
+        check_parameters(&own.kind, &mut Findings { part: &|| texture(i), problems });
+    }
+    for broken in textures::broken(scene) {
+        let (part, message) = match broken {
+            Broken::Texture(i, message) => (texture(i), message),
+            Broken::Material(i, message) => (Part::Material(i, scene.materials[i].name.clone()), message),
+            Broken::Entity(i, message) => (Part::Entity(i, scene.entities[i].name.clone()), message),
+        };
+        problems.push(SceneProblem { part, message });
+    }
+}
+
+/// Checks the parameters of a material, a shape, a texture or a light, each against its limits, and all together.
 fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
     let Some(place) = member.place() else { return };
     let declaration = &F::DECLARATIONS[place];
@@ -212,6 +233,12 @@ fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
             (ParameterKind::Number(limits), Value::Number(number)) => found.number(name, number, limits),
             (ParameterKind::Pair(limits), Value::Pair(pair)) => found.numbers(name, &pair, limits),
             (ParameterKind::Colour(limits), Value::Colour(colour)) => found.numbers(name, &colour, limits),
+            (ParameterKind::Varying(limits), Value::Varying(Varying::Colour(colour))) => {
+                found.numbers(name, &colour, limits);
+            }
+            (ParameterKind::Integer(least, most), Value::Number(number)) => {
+                found.number(name, number, Number::between(least.into(), most.into()));
+            }
             (ParameterKind::Direction(_), Value::Vector(direction)) => found.direction(name, direction),
             (ParameterKind::NonZero(_), Value::Vector(DVec3::ZERO)) => {
                 found.add(format!("{name} must not be zero in all of x, y, z"));

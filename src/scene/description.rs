@@ -20,6 +20,8 @@ pub use crate::parameter::Colour;
 use crate::parameter::{Family, Value};
 pub use crate::shape::list::*;
 pub use crate::shape::{AnyShape as Shape, Mesh};
+pub use crate::texture::ImageFile;
+pub use crate::texture::list::*;
 use glam::DVec3;
 
 /// A whole scene. One that a reader gives is checked: indices are in range and every value is possible. The default
@@ -34,6 +36,10 @@ pub struct Scene {
     pub render: RenderSettings,
     /// The materials, checkerboards after the materials they name.
     pub materials: Vec<Material>,
+    /// The textures, each after those that it names.
+    pub textures: Vec<Texture>,
+    /// The image files of textures, each once.
+    pub images: Vec<ImageFile>,
     /// The surfaces.
     pub entities: Vec<Entity>,
     /// The lights that are not surfaces.
@@ -46,7 +52,7 @@ impl Scene {
     /// Whether anything in it shines.
     pub fn has_light(&self) -> bool {
         let shines = |colour: &Colour| colour.iter().any(|&channel| channel > 0.0);
-        self.entities.iter().any(|entity| shines(&entity.emission))
+        self.entities.iter().any(|entity| shines(&entity.emission) || entity.emission_texture.is_some())
             || self.lights.iter().any(|light| {
                 light.values().iter().any(|value| matches!(value, Value::Colour(colour) if shines(colour)))
             })
@@ -62,6 +68,26 @@ pub struct Material {
     pub name: String,
     /// What it does with light.
     pub kind: MaterialKind,
+    /// The parameters that are textures. Their values in `kind` do not count.
+    pub textures: Vec<Textured>,
+}
+
+/// A parameter that is a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Textured {
+    /// Its name.
+    pub parameter: &'static str,
+    /// The index of the texture.
+    pub texture: usize,
+}
+
+/// A named texture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// The name that materials and other textures use.
+    pub name: String,
+    /// What it is.
+    pub kind: TextureKind,
 }
 
 /// A surface in the scene.
@@ -75,6 +101,8 @@ pub struct Entity {
     pub material: usize,
     /// Radiance that leaves its outward side.
     pub emission: Colour,
+    /// The texture that this radiance is instead. Paths find such light by chance: it is not sampled.
+    pub emission_texture: Option<usize>,
     /// Whether the outward side is the other one.
     pub flip_normal: bool,
 }
@@ -87,6 +115,7 @@ impl Default for Entity {
             shape: Shape::Sphere(SphereParameters { center: DVec3::ZERO, radius: 1.0 }),
             material: 0,
             emission: [0.0; 3],
+            emission_texture: None,
             flip_normal: false,
         }
     }

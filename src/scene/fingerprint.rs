@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use sha2::{Digest as _, Sha256};
 
-use super::description::{CameraSettings, Entity, Integrator, Material, Scene, Shape};
-use crate::parameter::{Family, ParameterKind, Value};
+use super::description::{CameraSettings, Entity, ImageFile, Integrator, Material, Scene, Shape, Textured};
+use crate::parameter::{Family, ParameterKind, Value, Varying};
 use crate::shape::Mesh;
 
 /// The meshes that a scene was read from, in any order, each with its file's name and that of its part.
@@ -45,23 +45,39 @@ impl Fingerprint {
     /// Of a scene, with the files that its meshes come from.
     pub fn of(scene: &Scene, sources: &Sources) -> Fingerprint {
         // What is left out here, a film tells itself, or it changes no sample. A new setting has to be thought of.
-        let Scene { film: _, camera, render, materials, entities, lights, environment } = scene;
+        let Scene {
+            film: _,
+            camera,
+            render,
+            materials: _,
+            textures: _,
+            images,
+            entities,
+            lights,
+            environment,
+        } = scene;
         let mut parts = camera_parts(camera);
         parts.push(Part::new("environment.radiance", |digest| digest.numbers(environment)));
         if render.integrator == Integrator::Whitted {
             parts.push(Part::new("render.ambient", |digest| digest.numbers(&render.ambient)));
         }
         let mut meshes: Vec<&Arc<Mesh>> = Vec::new();
+        let mut named = Vec::new();
         for entity in entities {
-            let Entity { name, shape, material, emission, flip_normal } = entity;
+            let Entity { name, shape, material, emission, emission_texture, flip_normal } = entity;
             parts.push(Part::new(&format!("the shape of {name}"), |digest| {
                 digest.shape(shape, &mut meshes);
                 digest.word(u64::from(*flip_normal));
             }));
             parts.push(Part::new(&format!("the material of {name}"), |digest| {
-                digest.material(*material, materials);
+                digest.material(*material, scene, &mut named);
             }));
-            parts.push(Part::new(&format!("the emission of {name}"), |digest| digest.numbers(emission)));
+            parts.push(Part::new(&format!("the emission of {name}"), |digest| {
+                digest.numbers(emission);
+                if let Some(texture) = emission_texture {
+                    digest.texture(*texture, scene, &mut named);
+                }
+            }));
         }
         for (i, light) in lights.iter().enumerate() {
             parts.push(Part::new(&format!("light {}", i + 1), |digest| digest.declared(light)));
@@ -70,6 +86,10 @@ impl Fingerprint {
             let file = sources.0.iter().find(|(_, known)| Arc::ptr_eq(known, mesh));
             let name = file.map_or_else(|| format!("mesh {}", i + 1), |(name, _)| name.clone());
             parts.push(Part::new(&name, |digest| digest.mesh(mesh)));
+        }
+        for image in named {
+            let image = &images[image];
+            parts.push(Part::new(&image.name, |digest| digest.image(image)));
         }
         Fingerprint { parts }
     }
@@ -192,7 +212,7 @@ impl Digest {
     }
 
     /// The name and the values of what is declared, but for those that do not count: what follows one of them goes by its
-    /// name. Materials have more to them than their index.
+    /// name. Materials, textures and images have more to them than their index.
     fn declared(&mut self, declared: &impl Family) {
         let declaration = declared.declaration();
         self.tag(declaration.map_or("", |declaration| declaration.name));
@@ -206,26 +226,72 @@ impl Digest {
             if is_named {
                 self.tag(parameter.name);
             }
+            let word = |place: usize| match parameter.kind {
+                ParameterKind::Word(words) | ParameterKind::Words(words) => words.get(place).unwrap_or(&""),
+                _ => unreachable!("{} is no word", parameter.name),
+            };
             match value {
                 Value::Number(number) => self.numbers(&[number]),
                 Value::Pair(pair) => self.numbers(&pair),
                 Value::Colour(colour) => self.numbers(&colour),
                 Value::Vector(vector) => self.numbers(&vector.to_array()),
-                Value::Word(place) => match parameter.kind {
-                    ParameterKind::Word(words) => self.tag(words.get(place).unwrap_or(&"")),
-                    _ => unreachable!("{} is no word", parameter.name),
-                },
+                Value::Varying(Varying::Colour(colour)) => self.numbers(&colour),
                 Value::Flag(flag) => self.word(u64::from(flag)),
-                Value::Absent | Value::Material(_) => {}
+                Value::Word(place) => self.tag(word(place)),
+                Value::Words(places) => places.into_iter().for_each(|place| self.tag(word(place))),
+                Value::Absent
+                | Value::Material(_)
+                | Value::Varying(Varying::Texture(_))
+                | Value::Image(_) => {}
             }
         }
     }
 
-    /// A material, and those that it names after it, in order. They come before it in the scene, so that this ends.
-    fn material(&mut self, index: usize, materials: &[Material]) {
-        let Material { name: _, kind } = &materials[index];
+    /// A material, its textures, and the materials that it names after it, in order. They come before it in the scene, so
+    /// that this ends. Images go by their place among those that are named.
+    fn material(&mut self, index: usize, scene: &Scene, images: &mut Vec<usize>) {
+        let Material { name: _, kind, textures } = &scene.materials[index];
         self.declared(kind);
-        kind.materials().for_each(|named| self.material(named, materials));
+        for Textured { parameter, texture } in textures {
+            self.tag(parameter);
+            self.texture(*texture, scene, images);
+        }
+        kind.materials().for_each(|named| self.material(named, scene, images));
+    }
+
+    /// A texture likewise.
+    fn texture(&mut self, index: usize, scene: &Scene, images: &mut Vec<usize>) {
+        let kind = &scene.textures[index].kind;
+        self.declared(kind);
+        for value in kind.values() {
+            match value {
+                Value::Varying(Varying::Texture(named)) => {
+                    self.tag("texture");
+                    self.texture(named, scene, images);
+                }
+                Value::Image(image) => {
+                    let known = images.iter().position(|known| *known == image.0);
+                    let place = known.unwrap_or_else(|| {
+                        images.push(image.0);
+                        images.len() - 1
+                    });
+                    self.word(place as u64);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn image(&mut self, image: &ImageFile) {
+        let ImageFile { name: _, is_tiled, tiles } = image;
+        self.word(u64::from(*is_tiled));
+        for tile in tiles {
+            let picture = &tile.picture;
+            let about = [tile.number, picture.width(), picture.height(), picture.channels()];
+            about.into_iter().for_each(|number| self.word(number.into()));
+            self.tag(picture.depth().name());
+            self.flat(picture.words().as_flattened(), |word| word);
+        }
     }
 
     fn mesh(&mut self, mesh: &Mesh) {

@@ -7,11 +7,13 @@
 //! | [`description`] | the scene as plain data |
 //! | [`diagnostic`] | errors and warnings with their places |
 //! | [`fingerprint`] | whether two scenes are the same, and what differs |
+//! | `images` | the image files of a scene, each read once |
 //! | [`mesh`] | the readers of mesh files |
-//! | [`names`] | names of materials, and an order of those that name others |
+//! | [`names`] | names of materials and textures, and an order of those that name others |
 //! | `open_glass` | glass that bounds no solid |
 //! | `placement` | where meshes may be placed |
 //! | `spelling` | the nearest spelling of a name |
+//! | `textures` | the promises of a scene about its textures |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
 //! | [`viewpoint`] | a camera by the point that it looks at |
 //!
@@ -33,11 +35,13 @@ pub mod check;
 pub mod description;
 pub mod diagnostic;
 pub mod fingerprint;
+mod images;
 pub mod mesh;
 pub mod names;
 mod open_glass;
 mod placement;
 mod spelling;
+mod textures;
 pub mod toml;
 pub mod viewpoint;
 

@@ -1,4 +1,4 @@
-//! Names of materials: the index that each stands for, and an order in which each material comes after those that it
+//! Names of materials and textures: the index that each stands for, and an order in which each comes after those that it
 //! names.
 
 use super::spelling::{list, nearest, quote, shorten};
@@ -7,8 +7,9 @@ use std::collections::HashMap;
 /// The most materials inside each other: the GPU follows them with a bounded loop.
 pub const MAX_NESTING: usize = 16;
 
-/// Finds materials by name.
+/// Finds materials, or textures, by name.
 pub struct Names<'n> {
+    what: &'static str,
     names: Vec<&'n str>,
     by_name: HashMap<&'n str, usize>,
 }
@@ -16,9 +17,14 @@ pub struct Names<'n> {
 impl<'n> Names<'n> {
     /// Of materials in their order; no two have the same.
     pub fn new(names: impl Iterator<Item = &'n str>) -> Self {
+        Self::of("materials", names)
+    }
+
+    /// The same of what is called by another word.
+    pub fn of(what: &'static str, names: impl Iterator<Item = &'n str>) -> Self {
         let names: Vec<_> = names.collect();
         let by_name = names.iter().enumerate().map(|(i, name)| (*name, i)).collect();
-        Self { names, by_name }
+        Self { what, names, by_name }
     }
 
     /// The index of the material of this name.
@@ -30,7 +36,7 @@ impl<'n> Names<'n> {
     pub fn instead(&self, name: &str) -> Option<String> {
         match nearest(name, self.names.iter().copied()) {
             Some(nearest) => Some(format!("did you mean {}?", quote(nearest))),
-            None => list(self.names.iter().copied()).map(|all| format!("the materials are {all}")),
+            None => list(self.names.iter().copied()).map(|all| format!("the {} are {all}", self.what)),
         }
     }
 

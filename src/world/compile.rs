@@ -8,10 +8,11 @@ use super::surfaces::SurfaceTable;
 use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
 use crate::light::{Environment, LightTable, NO_LIGHT};
-use crate::material::MaterialTable;
+use crate::material::{Binding, MaterialTable, Place};
 use crate::math::narrow;
 use crate::scene::{self, Scene};
 use crate::shape::{Piece, Shape};
+use crate::texture::{Compiler, NO_TEXTURE};
 use std::sync::Arc;
 
 /// The tables that paths look up; they do not depend on how hits are found.
@@ -59,18 +60,30 @@ pub fn compile_sharing(
     let mut all = Simple::default();
     let mut triangles = Triangles::default();
     let mut lights = LightTable::default();
+    let kinds: Vec<_> = scene.textures.iter().map(|texture| texture.kind.clone()).collect();
+    let mut textures = Compiler::new(&kinds, &scene.images);
     // The last mesh that emits.
     let mut lamp = None;
     for light in &scene.lights {
         light.add_to(&mut lights);
     }
     for (index, entity) in scene.entities.iter().enumerate() {
-        let emission = narrow(entity.emission);
+        let (emission, emission_texture) = match entity.emission_texture {
+            // It is no light that is sampled.
+            Some(texture) => ([0.0; 3], textures.root(texture)),
+            None => (narrow(entity.emission), NO_TEXTURE),
+        };
         let flipped = entity.flip_normal;
         let emits = emission.iter().any(|&e| e > 0.0);
         let material = entity.material as u32;
-        let mut look =
-            Look { material, emission, flip_normal: flipped, entity: index as u32, light: NO_LIGHT };
+        let mut look = Look {
+            material,
+            emission,
+            emission_texture,
+            flip_normal: flipped,
+            entity: index as u32,
+            light: NO_LIGHT,
+        };
         for piece in entity.shape.pieces() {
             look.light = if emits { lights.push_piece(&piece, flipped, emission) } else { NO_LIGHT };
             match piece {
@@ -112,9 +125,24 @@ pub fn compile_sharing(
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),
         surfaces,
-        materials: MaterialTable::new(scene.materials.iter().map(|material| material.kind.row()).collect()),
+        materials: materials(scene, textures),
         lights,
         ambient: narrow(scene.render.ambient),
     };
     Ok((compiled, all))
+}
+
+/// The table of materials, with the textures that they use.
+fn materials(scene: &Scene, mut compiler: Compiler<'_>) -> MaterialTable {
+    let rows = scene.materials.iter().map(|material| material.kind.row()).collect();
+    let mut bindings = Vec::new();
+    for (row, material) in scene.materials.iter().enumerate() {
+        for textured in &material.textures {
+            // What can be no texture is refused when a scene is checked.
+            if let Some(place) = Place::of(&material.kind, textured.parameter) {
+                bindings.push(Binding { row, place, texture: compiler.root(textured.texture) });
+            }
+        }
+    }
+    MaterialTable::with_textures(rows, &bindings, compiler.finish())
 }

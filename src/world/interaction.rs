@@ -3,13 +3,15 @@
 use super::{CompiledScene, Hit, SurfacePoint};
 use crate::light::LightSample;
 use crate::material::{Bsdf, Site};
-use crate::math::{Float, Frame, Mask, Ray, Rgb, Vec3, function, value};
+use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, function, value};
+use crate::parameter::limits::RADIANCE;
 use crate::shape::offset_origin;
+use crate::texture::NO_TEXTURE;
 
 /// The lanes in which uv are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Uv {
-    /// Where the material depends on them.
+    /// Where the material or the emission depends on them.
     WherePatterned,
     /// In all lanes that met a surface.
     Everywhere,
@@ -53,8 +55,12 @@ impl CompiledScene {
                 own = self.surfaces.uv(&point, met);
             }
             let (mut material, mut material_uv) = (entity_material, own);
-            if self.materials.uses_uv() {
-                let looks = met & self.materials.looks_at_uv::<F>(material);
+            if self.materials.uses_uv() || self.surfaces.has_textured_emission() {
+                let mut looks = self.materials.looks_at_uv::<F>(material);
+                if self.surfaces.has_textured_emission() {
+                    looks = looks | self.has_textured_emission(&point);
+                }
+                let looks = met & looks;
                 (own, material, material_uv) = F::guard(
                     looks,
                     (own, material, material_uv),
@@ -107,10 +113,34 @@ impl CompiledScene {
         at.is_on_one_side(d, wi)
     }
 
+    /// The points whose emission is a texture.
+    #[inline(always)]
+    fn has_textured_emission<F: Float>(&self, point: &SurfacePoint<F>) -> F::Mask {
+        self.surfaces.emission_texture(point).lt(F::Uint::splat(NO_TEXTURE))
+    }
+
     /// Radiance that the surface emits back along the ray.
     #[inline(always)]
     pub fn emitted<F: Float>(&self, at: &Interaction<F>) -> Rgb<F> {
-        self.surfaces.emission(&at.point).only(at.cos_o.gt(F::zero()))
+        let mut emission = self.surfaces.emission(&at.point);
+        if self.surfaces.has_textured_emission() {
+            emission = F::branch(
+                self.has_textured_emission(&at.point),
+                emission,
+                #[inline(always)]
+                || {
+                    let texture = self.surfaces.emission_texture(&at.point);
+                    let value = self.materials.textures().value(texture, at.uv, at.point.p);
+                    let (least, most) = (F::zero(), F::splat(RADIANCE.most as f32));
+                    Rgb::new(
+                        value.r.max(least).min(most),
+                        value.g.max(least).min(most),
+                        value.b.max(least).min(most),
+                    )
+                },
+            );
+        }
+        emission.only(at.cos_o.gt(F::zero()))
     }
 }
 
@@ -157,7 +187,14 @@ mod tests {
     #[test]
     fn rays_set_out_on_the_side_that_they_go_to() {
         let plane = Plane { normal: [0.0, 0.0, 1.0], distance: 3.0 };
-        let look = Look { material: 0, emission: [0.0; 3], flip_normal: false, entity: 0, light: NO_LIGHT };
+        let look = Look {
+            material: 0,
+            emission: [0.0; 3],
+            emission_texture: NO_TEXTURE,
+            flip_normal: false,
+            entity: 0,
+            light: NO_LIGHT,
+        };
         let mut table = SurfaceTable::default();
         table.push(plane.surface(), look);
         let ray =

@@ -7,6 +7,8 @@ pub struct Look {
     pub material: u32,
     /// Radiance that leaves the outward side.
     pub emission: [f32; 3],
+    /// The texture that this radiance is, or [`NO_TEXTURE`](crate::texture::NO_TEXTURE).
+    pub emission_texture: u32,
     /// Whether outward is the other side.
     pub flip_normal: bool,
     /// Index of the entity in the scene.

@@ -8,6 +8,7 @@ use crate::light::NO_LIGHT;
 use crate::math::lanes::Device;
 use crate::math::{ColumnReader, Float, LaneFloat, Ray, Rgb, Uint, Vec3, function, push3, trig, value};
 use crate::shape::{Form, POSITION_ERROR, RareForm, Surface};
+use crate::texture::NO_TEXTURE;
 use std::sync::Arc;
 
 /// All surfaces, one column for each property.
@@ -29,6 +30,9 @@ pub struct SurfaceTable {
     /// 1, or −1 where `flip_normal` reverses a surface.
     orientation: Vec<f32>,
     emission: [Vec<f32>; 3],
+    emission_texture: Vec<u32>,
+    /// Whether any emission is a texture.
+    has_textured_emission: bool,
     material: Vec<u32>,
     light: Vec<u32>,
     /// For a mesh that emits, the difference between a triangle's light and its index, wrapping.
@@ -89,6 +93,8 @@ impl SurfaceTable {
         self.v_offset.push(v_offset);
         self.orientation.push(if look.flip_normal { -1.0 } else { 1.0 });
         push3(&mut self.emission, look.emission);
+        self.emission_texture.push(look.emission_texture);
+        self.has_textured_emission |= look.emission_texture != NO_TEXTURE;
         self.material.push(look.material);
         self.light.push(look.light);
         self.triangle_light.push(0);
@@ -147,6 +153,7 @@ impl SurfaceTable {
         reader.vectors("v_axis", &self.v_axis);
         reader.floats("v_offset", &self.v_offset);
         reader.vectors("emission", &self.emission);
+        reader.words("emission_texture", &self.emission_texture);
         reader.floats("orientation", &self.orientation);
         reader.words("material", &self.material);
         reader.words("light", &self.light);
@@ -412,7 +419,19 @@ impl SurfaceTable {
         })
     }
 
-    /// Radiance that surfaces emit on their outward sides.
+    /// Whether the emission of any surface is a texture.
+    #[inline(always)]
+    pub fn has_textured_emission(&self) -> bool {
+        self.has_textured_emission
+    }
+
+    /// The textures that the emissions of points are, or [`NO_TEXTURE`].
+    #[inline(always)]
+    pub fn emission_texture<F: Float>(&self, point: &SurfacePoint<F>) -> F::Uint {
+        F::Uint::gather(&self.emission_texture, point.row)
+    }
+
+    /// Radiance that surfaces emit on their outward sides, where it is no texture.
     #[inline(always)]
     pub fn emission<F: Float>(&self, point: &SurfacePoint<F>) -> Rgb<F> {
         Rgb::gather(&self.emission, point.row)

@@ -38,11 +38,16 @@ pub fn matte(reflectance: [f64; 3]) -> Material {
     Material {
         name: "matte".into(),
         kind: MaterialKind::Matte(MatteParameters { reflectance, roughness: 0.0 }),
+        textures: Vec::new(),
     }
 }
 
 pub fn mirror(reflectance: [f64; 3]) -> Material {
-    Material { name: "mirror".into(), kind: MaterialKind::Mirror(MirrorParameters { reflectance }) }
+    Material {
+        name: "mirror".into(),
+        kind: MaterialKind::Mirror(MirrorParameters { reflectance }),
+        textures: Vec::new(),
+    }
 }
 
 pub fn glass(ior: f64) -> Material {
@@ -50,12 +55,13 @@ pub fn glass(ior: f64) -> Material {
     Material {
         name: "glass".into(),
         kind: MaterialKind::Glass(GlassParameters { ior, reflectance, transmittance }),
+        textures: Vec::new(),
     }
 }
 
 pub fn checkerboard(even: usize, odd: usize, checks: f64) -> Material {
     let kind = MaterialKind::Checkerboard(CheckerboardParameters { even, odd, checks_per_unit: [checks; 2] });
-    Material { name: "checkerboard".into(), kind }
+    Material { name: "checkerboard".into(), kind, textures: Vec::new() }
 }
 
 /// A dark entity of the given material.
@@ -208,6 +214,7 @@ pub fn smallpt(width: u32, height: u32) -> Scene {
                 reflectance: [0.999; 3],
                 transmittance: [0.999; 3],
             }),
+            textures: Vec::new(),
         },
     ];
     let wall = |x, y, z, material| flipped(sphere(v(x, y, z), 1e5, material));
@@ -283,4 +290,35 @@ pub fn icosphere(centre: DVec3, radius: f64, n: u32, smooth: bool) -> Mesh {
     }
     mesh.triangles = triangles;
     mesh
+}
+
+/// Textures of every kind on materials of every kind, on a plane, quads and spheres.
+pub fn gallery(width: u32, height: u32) -> Scene {
+    let (materials, textures, images) = textured::textured_materials();
+    let lamp = sphere(v(4.5, 0.0, 2.5), 0.5, 6);
+    let entities = vec![
+        plane(DVec3::Z, -1.5, 4),
+        quad(v(7.0, 3.0, -1.5), v(0.0, -3.0, 0.0), v(0.5, 0.0, 3.5), 5),
+        quad(v(7.0, -0.1, -1.5), v(0.0, -3.0, 0.0), v(0.5, 0.0, 3.5), 1),
+        sphere(v(5.0, 1.8, -0.7), 0.8, 2),
+        sphere(v(4.0, 0.0, -0.7), 0.7, 3),
+        sphere(v(5.0, -1.8, -0.6), 0.9, 1),
+        emitting(lamp, 6.0),
+        Entity {
+            emission_texture: Some(13),
+            ..quad(v(3.0, 3.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 0.0, 2.0), 6)
+        },
+    ];
+    let mut all = Scene { textures, images, ..scene(materials, entities) };
+    all.environment = [0.2, 0.3, 0.4];
+    all.render.max_depth = 6;
+    sized(all, width, height)
+}
+
+mod textured {
+    use std::sync::Arc;
+    use stride::parameter::{ImageIndex, Varying};
+    use stride::scene::*;
+    use stride::texture::{ColorSpace, Depth, ImageFile, Picture, TexelFilter, Tile, Wrap};
+    include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/common/gallery.rs"));
 }

@@ -6,11 +6,12 @@ use std::fs;
 use std::path::Path;
 
 /// The rooms from top to bottom.
-const ROOMS: [&str; 18] = [
+const ROOMS: [&str; 19] = [
     "math",
     "sampling",
     "parameter",
     "shape",
+    "texture",
     "material",
     "light",
     "camera",

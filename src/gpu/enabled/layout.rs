@@ -166,6 +166,12 @@ shared! {
         tree_share: f32,
         /// The heap's word with which the filter's weights begin.
         weights_from: u32,
+        /// Those with which the textures begin in the place of parameters, the instructions of textures, the pictures, and
+        /// the texels of these.
+        bindings_from: u32,
+        instructions_from: u32,
+        pictures_from: u32,
+        texels_from: u32,
         /// Added to a position in multiples of 2^−CHANCE_BITS, it gives the first tap, rounded down; and whether it was not
         /// rounded, so that there may be ties.
         tap_shift: i32,

@@ -8,11 +8,12 @@ use crate::gpu::{GpuError, Job};
 use crate::scene::{Integrator, RenderSettings};
 
 /// The hand-written WGSL that all integrators share, in the order of the CPU's rooms.
-const SOURCES: [&str; 10] = [
+const SOURCES: [&str; 11] = [
     include_str!("../bindings.wgsl"),
     include_str!("../math.wgsl"),
     include_str!("../shapes.wgsl"),
     include_str!("../triangles.wgsl"),
+    include_str!("../textures.wgsl"),
     include_str!("../light_tree.wgsl"),
     include_str!("../world.wgsl"),
     include_str!("../tree.wgsl"),

@@ -145,6 +145,10 @@ fn registry<'a>(source: &Source<'a>) -> Registry<'a> {
     registry.words(lights.infinite_lights(), "light_at", "infinite_light");
     lights.columns(&mut Rows { registry: &mut registry, reader: "light_at" });
     materials.columns(&mut Rows { registry: &mut registry, reader: "material_at" });
+    materials.bindings().columns(&mut Rows { registry: &mut registry, reader: "binding_at" });
+    let textures = materials.textures();
+    textures.instruction_columns(&mut Rows { registry: &mut registry, reader: "instruction_at" });
+    textures.picture_columns(&mut Rows { registry: &mut registry, reader: "picture_at" });
     surfaces.columns(&mut Rows { registry: &mut registry, reader: "surface_at" });
     registry.column(surfaces.errors(), "surface_at", "error");
     if let Some(Triangles { rows, normals, uv: [u, v], .. }) = surfaces.triangles() {

@@ -14,7 +14,9 @@ use crate::math::ColumnReader;
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::UNLIMITED;
 use crate::shape::{self, Form, RareKind};
+use crate::texture::Picture;
 use crate::world::{CompiledScene, Simple, SurfaceTable, Treed, World};
+use std::sync::Arc;
 
 /// The deepest paths that the GPU follows: a dispatch cannot be stopped, so its longest path must not take
 /// long.
@@ -33,6 +35,11 @@ pub(super) struct Tables {
     pub(super) light_nodes: Vec<LightNode>,
     pub(super) tree: Tree,
     pub(super) weights: Weights,
+    pub(super) bindings: Vec<HeapWord>,
+    pub(super) instructions: Vec<HeapWord>,
+    pub(super) pictures: Vec<HeapWord>,
+    /// The pictures themselves, in the order in which their texels lie in the heap.
+    pub(super) texels: Vec<Arc<Picture>>,
     /// The functions of the program that are recorded for the scene.
     pub(super) recorded: String,
 }
@@ -130,6 +137,10 @@ impl Tables {
             light_nodes,
             tree,
             weights: weights.map_or_else(Weights::default, Weights::new),
+            bindings: binding_rows(materials).packed(),
+            instructions: instruction_rows(materials).packed(),
+            pictures: picture_rows(materials).packed(),
+            texels: materials.textures().pictures().to_vec(),
         })
     }
 }
@@ -177,8 +188,8 @@ fn meshes(table: &SurfaceTable) -> Vec<u32> {
 
 impl Tables {
     /// The tables, in the order in which they lie in the heap.
-    pub(super) fn sections(&self) -> [Section<'_>; 9] {
-        [
+    pub(super) fn sections(&self) -> Vec<Section<'_>> {
+        let tables = [
             Section::new(&self.surfaces),
             Section::new(&self.materials),
             Section::new(&self.lights),
@@ -188,7 +199,11 @@ impl Tables {
             Section::new(&self.tree.vertices),
             Section::new(&self.tree.places),
             Section::new(&self.weights.rows),
-        ]
+            Section::new(&self.bindings),
+            Section::new(&self.instructions),
+            Section::new(&self.pictures),
+        ];
+        tables.into_iter().chain(self.texels.iter().map(|picture| Section::new(picture.words()))).collect()
     }
 
     /// Words of the heap.
@@ -199,23 +214,28 @@ impl Tables {
     /// What all share, and where in the heap each table begins.
     pub(super) fn scene(&self) -> Scene {
         let mut next = 0;
-        let [surfaces, materials, lights, light_nodes, tree_nodes, triangles, vertices, places, weights] =
-            self.sections().map(|section| {
-                let from = next;
-                // A heap of more words than can be numbered is refused.
-                next += section.words() as u32;
-                from
-            });
+        let mut begin = self.sections().into_iter().map(|section| {
+            let from = next;
+            // A heap of more words than can be numbered is refused.
+            next += section.words() as u32;
+            from
+        });
+        let mut table = || begin.next().unwrap_or(0);
         Scene {
-            surfaces_from: surfaces,
-            materials_from: materials,
-            lights_from: lights,
-            light_nodes_from: light_nodes,
-            tree_nodes_from: tree_nodes,
-            triangles_from: triangles,
-            vertices_from: vertices,
-            places_from: places,
-            weights_from: weights,
+            surfaces_from: table(),
+            materials_from: table(),
+            lights_from: table(),
+            light_nodes_from: table(),
+            tree_nodes_from: table(),
+            triangles_from: table(),
+            vertices_from: table(),
+            places_from: table(),
+            weights_from: table(),
+            bindings_from: table(),
+            instructions_from: table(),
+            pictures_from: table(),
+            // The first picture, if there is one.
+            texels_from: table(),
             ..self.scene
         }
     }
@@ -271,6 +291,27 @@ pub(super) fn material_rows(table: &MaterialTable) -> Rows<'_> {
     rows
 }
 
+/// The columns of textures in the place of parameters.
+pub(super) fn binding_rows(table: &MaterialTable) -> Rows<'_> {
+    let mut rows = Rows::default();
+    table.bindings().columns(&mut rows);
+    rows
+}
+
+/// The columns of the instructions of textures.
+pub(super) fn instruction_rows(table: &MaterialTable) -> Rows<'_> {
+    let mut rows = Rows::default();
+    table.textures().instruction_columns(&mut rows);
+    rows
+}
+
+/// The columns of pictures.
+pub(super) fn picture_rows(table: &MaterialTable) -> Rows<'_> {
+    let mut rows = Rows::default();
+    table.textures().picture_columns(&mut rows);
+    rows
+}
+
 /// What the device knows of each light beside the host's columns.
 #[derive(Default)]
 pub(super) struct LightColumns {
@@ -315,8 +356,12 @@ pub(super) fn light_rows<'a>(table: &'a LightTable, own: &'a LightColumns) -> Ro
 /// WGSL that declares and reads the rows that are made of columns. It is the same for all scenes.
 pub(super) fn readers() -> String {
     let (surfaces, lights) = (SurfaceTable::default(), LightTable::default());
+    let materials = MaterialTable::default();
     surface_rows(&surfaces, &SurfaceColumns::default()).text("Surface", "surface_at", "surfaces_from")
-        + &material_rows(&MaterialTable::default()).text("Material", "material_at", "materials_from")
+        + &material_rows(&materials).text("Material", "material_at", "materials_from")
+        + &binding_rows(&materials).text("Binding", "binding_at", "bindings_from")
+        + &instruction_rows(&materials).text("Instruction", "instruction_at", "instructions_from")
+        + &picture_rows(&materials).text("PictureRow", "picture_at", "pictures_from")
         + &light_rows(&lights, &LightColumns::default()).text("Light", "light_at", "lights_from")
 }
 

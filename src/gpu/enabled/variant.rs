@@ -15,6 +15,7 @@ use crate::light;
 use crate::light::NO_LIGHT;
 use crate::scene::Integrator;
 use crate::shape::{BOUNDS_ERROR, NEEDLE, RareKind};
+use crate::texture::{COLOURED, Depth, SRGB};
 use crate::world::{FIRST_TRIANGLE, NO_INSTANCE};
 use std::fmt::Write;
 use std::sync::Arc;
@@ -109,6 +110,11 @@ pub(super) fn text(variant: &Variant) -> String {
         ("REJECT_TOO_BRIGHT", code(Reject::TooBright)),
         ("REJECT_NEGATIVE", code(Reject::Negative)),
         ("REJECT_SHIFT", REJECT_SHIFT),
+        ("PICTURE_BITS8", Depth::Bits8 as u32),
+        ("PICTURE_BITS16", Depth::Bits16 as u32),
+        ("PICTURE_HALF", Depth::Half as u32),
+        ("PICTURE_COLOURED", COLOURED),
+        ("PICTURE_SRGB", SRGB),
     ];
     let real = [
         // What stands for the radius.

@@ -1,7 +1,7 @@
 use super::*;
 use crate::scene::{
-    CheckerboardParameters, FilmMode, Integrator, MaterialKind, MatteParameters, PlaneParameters,
-    PointLightParameters, QuadParameters, SphereParameters,
+    CheckerboardParameters, ConstantTexture, FilmMode, Integrator, MaterialKind, MatteParameters,
+    PlaneParameters, PointLightParameters, QuadParameters, SphereParameters, Texture, Textured,
 };
 use glam::DMat3;
 
@@ -15,7 +15,10 @@ fn good() -> Scene {
     };
     let shape = Shape::Mesh { mesh: Arc::new(mesh), transform: DAffine3::IDENTITY };
     Scene {
-        materials: vec![Material { name: "white".into(), kind: matte }, board("board", 0, 0)],
+        materials: vec![
+            Material { name: "white".into(), kind: matte, textures: Vec::new() },
+            board("board", 0, 0),
+        ],
         entities: vec![Entity::default(), Entity { name: "ramp".into(), shape, ..Entity::default() }],
         ..Scene::default()
     }
@@ -23,7 +26,11 @@ fn good() -> Scene {
 
 fn board(name: &str, even: usize, odd: usize) -> Material {
     let parameters = CheckerboardParameters { even, odd, checks_per_unit: [1.0; 2] };
-    Material { name: name.into(), kind: parameters.into() }
+    Material { name: name.into(), kind: parameters.into(), textures: Vec::new() }
+}
+
+fn texture(value: Varying) -> Texture {
+    Texture { name: "t".into(), kind: ConstantTexture { value }.into() }
 }
 
 fn turned(scene: &mut Scene, turn: DMat3) {
@@ -92,6 +99,26 @@ fn every_kind_of_problem_is_found_alone() {
             "material 2 (\"board\"): it names material 2, which is not before it",
         ),
         (|s| s.materials[0] = board("loop", 7, 7), "material 1 (\"loop\"): it names material 8"),
+        (
+            |s| s.materials[0].textures.push(Textured { parameter: "reflectance", texture: 0 }),
+            "material 1 (\"white\"): there is no texture 1, only 0",
+        ),
+        (
+            |s| s.textures.push(texture(Varying::Texture(0))),
+            "texture 1 (\"t\"): it names texture 1, which is not before it",
+        ),
+        (|s| s.textures.push(texture(Varying::Colour([-1.0; 3]))), "texture 1 (\"t\"): value must be from 0"),
+        (
+            |s| {
+                s.textures.push(texture(Varying::Colour([1.0; 3])));
+                s.materials[1].textures.push(Textured { parameter: "checks_per_unit", texture: 0 });
+            },
+            "material 2 (\"board\"): checks_per_unit can be no texture",
+        ),
+        (
+            |s| s.entities[0].emission_texture = Some(0),
+            "entity 1 (\"entity\"): there is no texture 1, only 0",
+        ),
         (|s| s.entities[0].material = 2, "entity 1 (\"entity\"): there is no material 3, only 2"),
         (|s| s.entities[0].emission[0] = 2e9, "entity 1 (\"entity\"): emission must be"),
         (

@@ -93,6 +93,40 @@ fn everything_else_does_and_is_named() {
 }
 
 #[test]
+fn textures_count_with_their_pictures_where_they_are_used() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = |name: &str, code: u8| {
+        let path = folder.path().join(name);
+        image::GrayImage::from_raw(2, 1, vec![7, code]).expect("a picture").save(path).expect("written");
+    };
+    picture("a.png", 1);
+    picture("b.png", 2);
+    let image =
+        |more: &str| format!("[textures.wood]\n type = \"image\"\n file = \"a.png\"\n {more}\n [render]");
+    let of = |texture: &str, reflectance: &str| {
+        let text = SCENE.replacen("[render]", texture, 1).replacen("[0.5, 0.5, 0.5]", reflectance, 1);
+        let loaded = crate::scene::parse(&text, &folder.path().join("a.toml")).expect("a scene");
+        let fingerprint = Fingerprint::of(&loaded.scene, &loaded.sources);
+        (fingerprint.digits(), fingerprint.outline().expect("few parts"))
+    };
+    let plain = of("[render]", "[0.5, 0.5, 0.5]");
+    assert_eq!(of(&image(""), "[0.5, 0.5, 0.5]"), plain, "a texture that nothing uses");
+    let ours = of(&image(""), "\"wood\"");
+    assert_eq!(of(&image("wrap = [\"repeat\", \"repeat\"]\n mipmap = true"), "\"wood\""), ours);
+    let others = [
+        (of(&image("wrap = \"clamp\""), "\"wood\""), "the material of ball, the material of entity 2"),
+        (of(&image("").replace("a.png", "b.png"), "\"wood\""), "b.png, a.png"),
+    ];
+    for (other, named) in &others {
+        assert_ne!(other.0, ours.0);
+        assert_eq!(differing(&other.1, &ours.1), *named);
+    }
+    // The same pixels under another name are the same.
+    picture("b.png", 1);
+    assert_eq!(of(&image("").replace("a.png", "b.png"), "\"wood\"").0, ours.0);
+}
+
+#[test]
 fn each_number_of_a_disk_a_cylinder_and_a_box_counts() {
     let sphere = "type = \"sphere\", center = [0, 0.5, 1], radius = 1";
     let mut seen = vec![of(SCENE).digits()];

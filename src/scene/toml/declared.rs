@@ -1,26 +1,60 @@
-//! Tables whose keys are declared with the shape, material or light that they describe.
+//! Tables whose keys are declared with the shape, texture, material or light that they describe.
 
-use serde_json::Value as Json;
+use ::toml::de::DeValue;
+use serde_json::{Value as Json, json};
 
 use super::form::{Form, Value};
 use super::report::{Placed, Read, Reports};
 use super::table::{self, AnyKey, Fields, Key};
-use super::value::{Colour, Direction, Flag, NonZero, OneWord, Pair, Vector, Word};
-use crate::parameter::{self, Absence, Declaration, Family, Parameter, ParameterKind, Problem};
+use super::value::{
+    Colour, Direction, Flag, GreyOr, Integer, NonZero, OneWord, Pair, TwoWords, Vector, Word,
+};
+use crate::parameter::{self, Absence, Declaration, Family, ImageIndex, Parameter, ParameterKind, Varying};
+use crate::scene::description::Textured;
 
 /// What a file gives for a parameter.
 pub(super) enum Given {
     Value(parameter::Value),
     /// The name of a material.
-    Name(String),
+    Material(String),
+    /// The name of a texture.
+    Texture(String),
 }
 
-impl Form for ParameterKind {
+/// What a name stands for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wanted {
+    Material,
+    Texture,
+}
+
+/// The form of a parameter's values.
+struct Slot {
+    kind: ParameterKind,
+    /// Whether numbers and colours may be textures.
+    textured: bool,
+}
+
+impl Slot {
+    /// Whether a value may be the name of a texture.
+    fn takes_names(&self) -> bool {
+        matches!(self.kind, ParameterKind::Varying(_)) || self.textured && self.kind.stand_in().is_some()
+    }
+}
+
+impl Form for Slot {
     type Output = Given;
 
     fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Read<Given> {
         use parameter::Value;
-        let value = match *self {
+        // A number in quotes is a mistake.
+        if let DeValue::String(word) = value.get_ref()
+            && self.takes_names()
+            && word.trim().parse::<f64>().is_err()
+        {
+            return Word.read(key, value, reports).map(Given::Texture);
+        }
+        let value = match self.kind {
             ParameterKind::Number(number) => Value::Number(number.read(key, value, reports)?),
             ParameterKind::Pair(each) => Value::Pair(Pair(each).read(key, value, reports)?),
             ParameterKind::Colour(each) => Value::Colour(Colour(each).read(key, value, reports)?),
@@ -29,34 +63,51 @@ impl Form for ParameterKind {
             ParameterKind::Direction(each) => {
                 Value::Vector(Direction(NonZero(Vector(each))).read(key, value, reports)?)
             }
-            ParameterKind::Material => return Word.read(key, value, reports).map(Given::Name),
-            ParameterKind::Word(words) => Value::Word(OneWord(words).read(key, value, reports)?),
+            ParameterKind::Material => return Word.read(key, value, reports).map(Given::Material),
+            ParameterKind::Varying(each) => {
+                Value::Varying(Varying::Colour(GreyOr(each).read(key, value, reports)?))
+            }
+            ParameterKind::Integer(least, most) => {
+                Value::Number(Integer { least, most }.read(key, value, reports)?.into())
+            }
             ParameterKind::Flag => Value::Flag(Flag.read(key, value, reports)?),
+            ParameterKind::Word(words) => Value::Word(OneWord(words).read(key, value, reports)?),
+            ParameterKind::Words(words) => Value::Words(TwoWords(words).read(key, value, reports)?),
+            ParameterKind::Image => {
+                let name = Word.read(key, value, reports)?;
+                let at = value.span().start;
+                Value::Image(ImageIndex(reports.image(&Placed { at, value: name })?))
+            }
         };
         Ok(Given::Value(value))
     }
 
     fn schema(&self) -> Json {
-        match *self {
+        let schema = match self.kind {
             ParameterKind::Number(number) => number.schema(),
             ParameterKind::Pair(each) => Pair(each).schema(),
             ParameterKind::Colour(each) => Colour(each).schema(),
             ParameterKind::Vector(each) => Vector(each).schema(),
             ParameterKind::NonZero(each) => NonZero(Vector(each)).schema(),
             ParameterKind::Direction(each) => Direction(NonZero(Vector(each))).schema(),
-            ParameterKind::Material => Word.schema(),
-            ParameterKind::Word(words) => OneWord(words).schema(),
+            ParameterKind::Material | ParameterKind::Image => Word.schema(),
+            ParameterKind::Varying(each) => GreyOr(each).schema(),
+            ParameterKind::Integer(least, most) => Integer { least, most }.schema(),
             ParameterKind::Flag => Flag.schema(),
-        }
+            ParameterKind::Word(words) => OneWord(words).schema(),
+            ParameterKind::Words(words) => TwoWords(words).schema(),
+        };
+        if self.takes_names() { json!({ "anyOf": [schema, Word.schema()] }) } else { schema }
     }
 }
 
-fn key(parameter: &Parameter) -> Key<ParameterKind> {
+fn key(parameter: &Parameter, textured: bool) -> Key<Slot> {
     let Parameter { name, about, kind, absence, uncounted: _ } = *parameter;
+    let form = Slot { kind, textured };
     match absence {
-        Absence::Wrong => Key::required(name, kind, about),
-        Absence::Means(default) => Key::default(name, kind, default, about),
-        Absence::Fine => Key::optional(name, kind, about),
+        Absence::Wrong => Key::required(name, form, about),
+        Absence::Means(default) => Key::default(name, form, default, about),
+        Absence::Fine => Key::optional(name, form, about),
     }
 }
 
@@ -65,16 +116,16 @@ pub(super) fn names(declaration: &'static Declaration) -> impl Iterator<Item = &
     declaration.parameters.iter().map(|parameter| parameter.name)
 }
 
-/// The schema of a declared table.
-pub(super) fn schema(declaration: &Declaration) -> Json {
-    let keys: Vec<_> = declaration.parameters.iter().map(key).collect();
+/// The schema of a declared table, whose numbers and colours may be textures.
+pub(super) fn schema(declaration: &Declaration, textured: bool) -> Json {
+    let keys: Vec<_> = declaration.parameters.iter().map(|parameter| key(parameter, textured)).collect();
     let mut schema = table::schema(keys.iter().map(|key| key as &dyn AnyKey), Some(declaration.name));
     schema["description"] = declaration.about.into();
     table::add_rules(&mut schema, declaration.rules);
     schema
 }
 
-/// The values of a declared table, in which materials are still names. They are kept apart, so that a wrong value does
+/// The values of a declared table, in which materials and textures are still names. They are kept apart, so that a wrong value does
 /// not hide a wrong name.
 pub(super) struct Values {
     /// The place of the declaration in its family.
@@ -85,15 +136,16 @@ pub(super) struct Values {
 }
 
 impl Values {
-    /// Reads a table by the declaration at a place in its family.
+    /// Reads a table by the declaration at a place in its family, whose numbers and colours may be textures.
     pub(super) fn read(
         place: usize,
         declaration: &'static Declaration,
+        textured: bool,
         fields: &Fields<'_, '_>,
         reports: &mut Reports<'_>,
     ) -> Values {
         let read = |parameter| {
-            let key = key(parameter);
+            let key = key(parameter, textured);
             let given = match parameter.absence {
                 Absence::Fine => fields.get_if_there(&key, reports).map(|given| match given {
                     Some(given) => given,
@@ -106,20 +158,31 @@ impl Values {
         Values { place, declaration, given: declaration.parameters.iter().map(read).collect() }
     }
 
-    /// What the values describe. `find` gives the index of a material.
+    /// What the values describe, and the parameters of it that are textures. `find` gives the index of what is wanted.
     pub(super) fn build<F: Family>(
         &self,
-        mut find: impl FnMut(&Placed<String>, &mut Reports<'_>) -> Read<usize>,
+        mut find: impl FnMut(Wanted, &Placed<String>, &mut Reports<'_>) -> Read<usize>,
         reports: &mut Reports<'_>,
-    ) -> Read<F> {
+    ) -> Read<(F, Vec<Textured>)> {
         let mut outcome = Ok(());
         let mut values = Vec::with_capacity(self.given.len());
+        let mut textures = Vec::new();
         for ((at, given), parameter) in self.given.iter().zip(self.declaration.parameters) {
+            let mut index = |wanted, name: &String, reports: &mut Reports<'_>| {
+                find(wanted, &Placed { at: *at, value: name.clone() }, reports)
+            };
             let value = match given {
                 Ok(Given::Value(value)) => Ok(*value),
-                Ok(Given::Name(name)) => {
-                    find(&Placed { at: *at, value: name.clone() }, reports).map(parameter::Value::Material)
+                Ok(Given::Material(name)) => {
+                    index(Wanted::Material, name, reports).map(parameter::Value::Material)
                 }
+                Ok(Given::Texture(name)) => index(Wanted::Texture, name, reports).map(|texture| {
+                    if let ParameterKind::Varying(_) = parameter.kind {
+                        return parameter::Value::Varying(Varying::Texture(texture));
+                    }
+                    textures.push(Textured { parameter: parameter.name, texture });
+                    parameter.kind.unknown()
+                }),
                 Err(reported) => Err(*reported),
             };
             values.push(value.unwrap_or_else(|reported| {
@@ -127,35 +190,50 @@ impl Values {
                 parameter.kind.unknown()
             }));
         }
-        let place_of = |problem: &Problem| {
-            let mut places = names(self.declaration).zip(&self.given);
-            let named = places.find(|(name, _)| *name == problem.parameter);
-            let (_, (at, _)) = named
-                .unwrap_or_else(|| unreachable!("{} has no {}", self.declaration.what, problem.parameter));
-            *at
-        };
         let mut warnings = Vec::new();
-        let built = F::build(self.place, &values, &mut warnings).map_err(|problem| {
-            reports.error_with(place_of(&problem), problem.message.clone(), |_| problem.help.clone())
+        let mut built = F::build(self.place, &values, &mut warnings);
+        if built.is_ok() && !textures.is_empty() {
+            // What is a texture was unknown to the checks, which have found nothing.
+            for (value, parameter) in values.iter_mut().zip(self.declaration.parameters) {
+                if textures.iter().any(|textured| textured.parameter == parameter.name) {
+                    *value = parameter.kind.stand_in().unwrap_or(*value);
+                }
+            }
+            built = F::build(self.place, &values, &mut Vec::new());
+        }
+        let built = built.map_err(|problem| {
+            let at = self.place_of(problem.parameter);
+            reports.error_with(at, problem.message.clone(), |_| problem.help.clone())
         });
         for warning in warnings {
             let help = warning.help.as_deref().unwrap_or_default();
-            reports.warn(Some(place_of(&warning)), warning.message.clone(), help);
+            reports.warn(Some(self.place_of(warning.parameter)), warning.message.clone(), help);
         }
-        outcome.and(built)
+        outcome.and(built).map(|built| (built, textures))
     }
 
-    /// The same of what names no material.
+    /// Where the value of a parameter stands.
+    pub(super) fn place_of(&self, parameter: &str) -> usize {
+        let mut places = names(self.declaration).zip(&self.given);
+        let named = places.find(|(name, _)| *name == parameter);
+        let (_, (at, _)) =
+            named.unwrap_or_else(|| unreachable!("{} has no {parameter}", self.declaration.what));
+        *at
+    }
+
+    /// The same of what names nothing.
     pub(super) fn build_alone<F: Family>(&self, reports: &mut Reports<'_>) -> Read<F> {
-        self.build(|name, reports| Err(reports.error(name.at, "only materials name materials")), reports)
+        let none = |_, name: &Placed<String>, reports: &mut Reports<'_>| {
+            Err(reports.error(name.at, "only materials name materials"))
+        };
+        self.build(none, reports).map(|(built, _)| built)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::description::{Light, MaterialKind, Shape, SphereParameters};
-    use ::toml::de::DeValue;
+    use crate::scene::description::{Light, MaterialKind, Shape, SphereParameters, TextureKind};
     use glam::DVec3;
     use std::collections::HashSet;
 
@@ -175,7 +253,8 @@ mod tests {
                 let Absence::Means(default) = parameter.absence else { continue };
                 let value = DeValue::parse(default).unwrap_or_else(|error| panic!("{default}: {error}"));
                 let mut reports = Reports::alone(default);
-                let read = parameter.kind.read(parameter.name, &value, &mut reports).ok();
+                let slot = Slot { kind: parameter.kind, textured: true };
+                let read = slot.read(parameter.name, &value, &mut reports).ok();
                 let Some(Given::Value(read)) = read else { panic!("{default} of {}", parameter.name) };
                 assert!(parameter.uncounted.is_none_or(|value| value == read), "{default}");
             }
@@ -204,7 +283,11 @@ mod tests {
             ParameterKind::Direction(_) => vectors[..2].to_vec(),
             ParameterKind::Material => vec![Value::Material(0), Value::Material(1)],
             ParameterKind::Word(words) => (0..words.len().min(2)).map(Value::Word).collect(),
+            ParameterKind::Words(_) => vec![Value::Words([0, 1])],
             ParameterKind::Flag => vec![Value::Flag(false), Value::Flag(true)],
+            ParameterKind::Varying(_) => vec![Value::Varying(Varying::Colour([0.5; 3]))],
+            ParameterKind::Integer(least, most) => [least, most].map(|x| Value::Number(x.into())).to_vec(),
+            ParameterKind::Image => vec![Value::Image(ImageIndex(0))],
         }
     }
 
@@ -270,7 +353,10 @@ mod tests {
         checks_are_sound::<Shape>(&mut found);
         checks_are_sound::<MaterialKind>(&mut found);
         checks_are_sound::<Light>(&mut found);
-        for known in [("plane", "distance"), ("quad", "v"), ("cylinder", "to"), ("box", "max")] {
+        checks_are_sound::<TextureKind>(&mut found);
+        for known in
+            [("plane", "distance"), ("quad", "v"), ("cylinder", "to"), ("box", "max"), ("image", "uv_set")]
+        {
             assert!(found.contains(&known), "nothing was found about {known:?}");
         }
     }
@@ -288,5 +374,6 @@ mod tests {
         is_sound::<Shape>();
         is_sound::<MaterialKind>();
         is_sound::<Light>();
+        is_sound::<TextureKind>();
     }
 }

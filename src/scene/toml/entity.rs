@@ -11,7 +11,8 @@ use super::one_of::OneOf;
 use super::report::{Placed, Read, Reports};
 use super::shape::{RawMaterial, RawPart, RawShape, SHAPES};
 use super::table::{At, Fields, Key, Table};
-use super::value::{self, Flag, Word};
+use super::textures::TextureNames;
+use super::value::{self, ColourOr, ColourOrName, Flag, Word};
 use crate::parameter::limits::INTENSITY;
 use crate::scene::description::{Colour, Entity, Material, Shape};
 use crate::scene::mesh::FileMaterial;
@@ -31,7 +32,7 @@ pub(super) struct RawEntity {
 
 /// What an entity emits.
 enum Emission {
-    Radiance(Colour),
+    Radiance(ColourOrName),
     /// In all, in W.
     Power(Placed<Colour>),
 }
@@ -49,11 +50,11 @@ static ENTITY_MATERIAL: Key<At<Word>> = Key::required(
     At(Word),
     "The name of the entity's material; of a mesh, that of parts for which its materials name no other.",
 );
-static EMISSION: Key<value::Colour> = Key::default(
+static EMISSION: Key<ColourOr> = Key::default(
     "emission",
-    RADIANCE,
+    ColourOr(RADIANCE),
     "[0, 0, 0]",
-    "Radiance that leaves the outward side, in W/(m² sr): red, green, blue.",
+    "Radiance that leaves the outward side, in W/(m² sr): red, green, blue, or the name of a texture. Light from a texture is not sampled: paths find it by chance.",
 );
 static POWER: Key<At<value::Colour>> = Key::optional(
     "power",
@@ -155,7 +156,7 @@ impl OfFiles {
         let next = self.first + self.materials.len();
         let FileMaterial { name, kind, .. } = material;
         *self.seen.entry((path, name)).or_insert_with_key(|(path, name)| {
-            self.materials.push(Material { name: format!("{path}: {name}"), kind });
+            self.materials.push(Material { name: format!("{path}: {name}"), kind, textures: Vec::new() });
             next
         })
     }
@@ -165,6 +166,7 @@ impl OfFiles {
 pub(super) fn link_entities(
     raw: Vec<RawEntity>,
     materials: &Names<'_>,
+    textures: &TextureNames<'_>,
     of_files: &mut OfFiles,
     reports: &mut Reports<'_>,
 ) -> Read<Linked> {
@@ -191,20 +193,24 @@ pub(super) fn link_entities(
                 }
                 RawShape::Parts(parts) => parts,
             };
-            let emission = match emission {
-                Emission::Radiance(radiance) => radiance,
+            let (emission, emission_texture) = match emission {
+                Emission::Radiance(ColourOrName::Colour(radiance)) => (radiance, None),
+                Emission::Radiance(ColourOrName::Name(name)) => {
+                    ([0.0; 3], Some(textures.find(&name, reports)?))
+                }
                 Emission::Power(power) => {
                     let is_own = |part: &&RawPart| match &part.material {
                         RawMaterial::OfFile(_, material) => material.emission == [0.0; 3],
                         RawMaterial::Entity | RawMaterial::Named(_) => true,
                     };
                     let area = parts.iter().filter(is_own).map(|part| area(&part.shape)).sum();
-                    radiance(&power, area, reports)?
+                    (radiance(&power, area, reports)?, None)
                 }
             };
             used.push(material);
             let mut linked = Ok(());
             for part in parts {
+                let mut emission_texture = emission_texture;
                 let (material, emission) = match part.material {
                     RawMaterial::Entity => (material, emission),
                     RawMaterial::Named(name) => match find(&name, materials, reports) {
@@ -216,6 +222,9 @@ pub(super) fn link_entities(
                     },
                     RawMaterial::OfFile(path, material) => {
                         let dark = material.emission == [0.0; 3];
+                        if !dark {
+                            emission_texture = None;
+                        }
                         let emission = if dark { emission } else { material.emission };
                         (of_files.index(path, material), emission)
                     }
@@ -225,7 +234,14 @@ pub(super) fn link_entities(
                 }
                 let separator = if part.name.is_empty() { "" } else { ": " };
                 let name = format!("{name}{separator}{}", part.name);
-                entities.push(Entity { name, shape: part.shape, material, emission, flip_normal });
+                entities.push(Entity {
+                    name,
+                    shape: part.shape,
+                    material,
+                    emission,
+                    emission_texture,
+                    flip_normal,
+                });
                 places.push(place);
             }
             linked

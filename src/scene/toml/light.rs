@@ -11,7 +11,7 @@ use crate::scene::description::Light;
 
 pub(super) const LIGHT: OneOf<Light> = OneOf {
     what: "light",
-    members: Some(Members { declarations: Light::DECLARATIONS, build: light }),
+    members: Some(Members { declarations: Light::DECLARATIONS, textured: false, build: light }),
     variants: &[],
 };
 

@@ -1,18 +1,25 @@
 //! Materials, and what is made of them: names become indices, each comes after the materials that it names, and none
 //! contains itself.
 
-use super::declared::Values;
+use super::declared::{Values, Wanted};
 use super::one_of::{Members, OneOf};
+use super::order::order;
 use super::report::{Placed, Read, Reported, Reports};
 use super::table::Named;
+use super::textures::TextureNames;
+use crate::material::Place;
 use crate::parameter::Family;
-use crate::scene::description::{Material, MaterialKind};
-use crate::scene::names::{self, Disorder, MAX_NESTING, Names};
+use crate::scene::description::{Material, MaterialKind, Textured};
+use crate::scene::names::Names;
 use crate::scene::spelling::quote;
 
 pub(super) const MATERIAL: OneOf<Values> = OneOf {
     what: "material",
-    members: Some(Members { declarations: MaterialKind::DECLARATIONS, build: |values, _| Ok(values) }),
+    members: Some(Members {
+        declarations: MaterialKind::DECLARATIONS,
+        textured: true,
+        build: |values, _| Ok(values),
+    }),
     variants: &[],
 };
 
@@ -49,11 +56,15 @@ pub(super) struct Resolved {
 pub(super) fn resolve(
     raw: &RawMaterials,
     names: &Names<'_>,
+    textures: &TextureNames<'_>,
     reports: &mut Reports<'_>,
 ) -> Result<Resolved, Reported> {
     let mut edges = vec![Vec::new(); raw.len()];
-    let kinds: Vec<_> =
-        raw.iter().zip(&mut edges).map(|(material, edges)| link(material, edges, names, reports)).collect();
+    let kinds: Vec<_> = raw
+        .iter()
+        .zip(&mut edges)
+        .map(|(material, edges)| link(material, edges, names, textures, reports))
+        .collect();
     let order = order(raw, &edges, names, reports)?;
 
     let mut index_of = vec![0; raw.len()];
@@ -63,9 +74,9 @@ pub(super) fn resolve(
     let materials: Result<_, _> = order
         .into_iter()
         .map(|i| {
-            let mut kind = kinds[i].clone()?;
+            let (mut kind, textures) = kinds[i].clone()?;
             kind.renumber(&|index| index_of[index]);
-            Ok(Material { name: raw[i].name.clone(), kind })
+            Ok(Material { name: raw[i].name.clone(), kind, textures })
         })
         .collect();
     Ok(Resolved { materials: materials?, index_of })
@@ -76,42 +87,27 @@ fn link(
     material: &Named<Read<Values>>,
     edges: &mut Vec<Placed<usize>>,
     names: &Names<'_>,
+    textures: &TextureNames<'_>,
     reports: &mut Reports<'_>,
-) -> Result<MaterialKind, Reported> {
-    let find = |name: &Placed<String>, reports: &mut Reports<'_>| {
+) -> Result<(MaterialKind, Vec<Textured>), Reported> {
+    let find = |wanted, name: &Placed<String>, reports: &mut Reports<'_>| {
+        if wanted == Wanted::Texture {
+            return textures.find(name, reports);
+        }
         let index = find(name, names, reports)?;
         edges.push(Placed { at: name.at, value: index });
         Ok(index)
     };
-    material.value.as_ref().map_err(|reported| *reported)?.build(find, reports)
-}
-
-/// The materials in an order in which everything comes after what it names.
-fn order(
-    raw: &RawMaterials,
-    edges: &[Vec<Placed<usize>>],
-    names: &Names<'_>,
-    reports: &mut Reports<'_>,
-) -> Result<Vec<usize>, Reported> {
-    let named: Vec<Vec<usize>> =
-        edges.iter().map(|edges| edges.iter().map(|edge| edge.value).collect()).collect();
-    names::order(&named, |disorder| match disorder {
-        Disorder::Circle { nodes, last, edge } => {
-            let kind = kind(&raw[nodes[0]]);
-            let message = format!("{kind} contains itself: {}", names.circle(&nodes));
-            reports.error(edges[last][edge].at, message)
+    let values = material.value.as_ref().map_err(|reported| *reported)?;
+    let (kind, textured): (MaterialKind, _) = values.build(find, reports)?;
+    let mut outcome = Ok(());
+    for Textured { parameter, .. } in &textured {
+        if Place::of(&kind, parameter).is_none() {
+            let message = format!("{parameter} of {} can be no texture", values.declaration.what);
+            outcome = Err(reports.error(values.place_of(parameter), message));
         }
-        Disorder::TooDeep(node) => {
-            let (kind, name) = (kind(&raw[node]), quote(&raw[node].name));
-            let message = format!("{kind} {name} is nested more than {MAX_NESTING} deep");
-            reports.error(raw[node].at, message)
-        }
-    })
-}
-
-/// The name of a material's kind.
-fn kind(material: &Named<Read<Values>>) -> &'static str {
-    material.value.as_ref().map_or("material", |values| values.declaration.name)
+    }
+    outcome.map(|()| (kind, textured))
 }
 
 /// Warns of materials that no entity shows.

@@ -6,10 +6,11 @@
 //! | `form` | what a value may be |
 //! | `value` | the values themselves: numbers, vectors, words |
 //! | `table` | the shapes that values come in: tables, lists |
-//! | `declared` | tables whose keys are declared with the shape, material or light that they describe |
+//! | `declared` | tables whose keys are declared with the shape, texture, material or light that they describe |
 //! | `one_of` | one of several tables |
+//! | `order` | the order of tables that name each other |
 //! | `common` | the forms of values that several tables have in common |
-//! | `film`, `camera`, `render`, `materials`, `shape`, `entity`, `light` | the keys of a table, and what is made of them |
+//! | `film`, `camera`, `render`, `textures`, `materials`, `shape`, `entity`, `light` | the keys of a table, and what is made of them |
 //! | `scene` | the tables of a file, and the [`Scene`] that is made of them |
 //! | `schema` | the JSON Schema |
 //!
@@ -28,6 +29,7 @@ use ::toml::de::{DeTable, DeValue, Error as SyntaxError};
 use super::description::Scene;
 use super::diagnostic::{Cursor, Diagnostic, SceneErrors};
 use super::fingerprint::Sources;
+use super::images::ImageCache;
 use super::mesh::cache::{MeshCache, Watch};
 use super::spelling;
 use form::{Form, Value};
@@ -42,12 +44,14 @@ mod form;
 mod light;
 mod materials;
 mod one_of;
+mod order;
 mod render;
 mod report;
 mod scene;
 mod schema;
 mod shape;
 mod table;
+mod textures;
 mod value;
 
 pub use schema::schema;
@@ -90,8 +94,9 @@ fn parse_watched<'a>(
 ) -> Result<Loaded, SceneErrors> {
     let (document, syntax_errors) = parse_toml(text);
     let document = Value::new(0..0, DeValue::Table(document));
-    let meshes = MeshCache::new(file_name.parent().unwrap_or(Path::new("")), watch);
-    let mut reports = Reports::new(text, meshes, scene::header_of);
+    let folder = file_name.parent().unwrap_or(Path::new(""));
+    let (meshes, images) = (MeshCache::new(folder, watch), ImageCache::new(folder));
+    let mut reports = Reports::new(text, meshes, images, scene::header_of);
     // What a parser makes of text that is not TOML is a guess; errors in a guess would mislead.
     let scene = match reports.syntax_errors(&syntax_errors) {
         Ok(()) => scene::SCENE.read("scene", &document, &mut reports),

@@ -27,6 +27,8 @@ impl<T> Variant<T> {
 /// The members of a family, of which each is declared in a file of its own.
 pub(super) struct Members<T: 'static> {
     pub(super) declarations: &'static [Declaration],
+    /// Whether their numbers and colours may be textures.
+    pub(super) textured: bool,
     /// What becomes of the values.
     pub(super) build: fn(Values, &mut Reports<'_>) -> Read<T>,
 }
@@ -92,7 +94,10 @@ impl<T> Form for OneOf<T> {
             let declaration = &members.declarations[place];
             let known = ["type"].into_iter().chain(names(declaration));
             let fields = Fields::open(declaration.what, known, &[], key, value, reports)?;
-            return (members.build)(Values::read(place, declaration, &fields, reports), reports);
+            return (members.build)(
+                Values::read(place, declaration, members.textured, &fields, reports),
+                reports,
+            );
         }
         let variant = self.pick(&word, tag.span().start, reports)?;
         let known = ["type"].into_iter().chain(variant.table.names());
@@ -107,8 +112,9 @@ impl<T> Form for OneOf<T> {
     }
 
     fn schema(&self) -> Json {
+        let textured = self.members.as_ref().is_some_and(|members| members.textured);
         let variants = self.variants.iter().map(|variant| variant.table.schema(Some(variant.tag)));
-        json!({ "oneOf": self.shown().map(declared::schema).chain(variants).collect::<Vec<_>>() })
+        json!({ "oneOf": self.shown().map(|shown| declared::schema(shown, textured)).chain(variants).collect::<Vec<_>>() })
     }
 }
 

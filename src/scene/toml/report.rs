@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use ::toml::de::Error as SyntaxError;
 
+use crate::scene::description::ImageFile;
 use crate::scene::diagnostic::{Cursor, Diagnostic, Position, SceneErrors};
 use crate::scene::fingerprint::Sources;
+use crate::scene::images::{self, ImageCache};
 use crate::scene::mesh::cache::{Found, MeshCache, Unreadable};
 use crate::scene::mesh::{MeshFile, Split};
 use crate::scene::spelling::shorten;
@@ -47,21 +49,24 @@ pub(super) struct Reports<'t> {
     unlisted_warnings: usize,
     /// The mesh files that the text names.
     meshes: MeshCache<'t>,
+    /// The image files that it names.
+    images: ImageCache,
     /// The header under which a key belongs that stands in the wrong place.
     header_of: HeaderOf,
 }
 
 impl<'t> Reports<'t> {
-    /// Nothing yet about a text and the mesh files that it names.
-    pub(super) fn new(text: &'t str, meshes: MeshCache<'t>, header_of: HeaderOf) -> Self {
+    /// Nothing yet about a text and the mesh and image files that it names.
+    pub(super) fn new(text: &'t str, meshes: MeshCache<'t>, images: ImageCache, header_of: HeaderOf) -> Self {
         let (errors, warnings) = (Vec::new(), Vec::new());
-        Self { text, errors, unlisted: 0, warnings, unlisted_warnings: 0, meshes, header_of }
+        Self { text, errors, unlisted: 0, warnings, unlisted_warnings: 0, meshes, images, header_of }
     }
 
     /// The same about a text that names no files.
     #[cfg(test)]
     pub(super) fn alone(text: &'t str) -> Self {
-        Self::new(text, MeshCache::new(Path::new(""), None), |_| None)
+        let folder = Path::new("");
+        Self::new(text, MeshCache::new(folder, None), ImageCache::new(folder), |_| None)
     }
 
     /// The contents of a mesh file; messages about it are placed where the text names it.
@@ -77,6 +82,19 @@ impl<'t> Reports<'t> {
             // It has been reported then.
             Err(Unreadable::Again) => Err(Reported(())),
         }
+    }
+
+    /// The index of an image file; messages about it are placed where the text names it.
+    pub(super) fn image(&mut self, file: &Placed<String>) -> Result<usize, Reported> {
+        self.images.get(&file.value).map_err(|error| match error {
+            images::Unreadable::First(error) => self.error(file.at, error.to_string()),
+            images::Unreadable::Again => Reported(()),
+        })
+    }
+
+    /// The image files that were read, in the order of their indices.
+    pub(super) fn take_images(&mut self) -> Vec<ImageFile> {
+        self.images.take()
     }
 
     /// The meshes that were read, and where from.

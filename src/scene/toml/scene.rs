@@ -6,6 +6,7 @@ use super::materials;
 use super::one_of::OneOf;
 use super::report::{Read, Reported, Reports};
 use super::table::{Block, Fields, Key, ListOf, MapOf, Table};
+use super::textures::{self, TextureNames};
 use super::{camera, film, light, render};
 use crate::scene::check::SceneProblem;
 use crate::scene::description::{CameraSettings, FilmSettings, Light, RenderSettings, Scene};
@@ -15,8 +16,10 @@ use crate::scene::spelling::quote;
 /// The whole file.
 pub(super) static SCENE: Block<Scene> = Block { table: &SCENE_TABLE, build: scene };
 
-static SCENE_TABLE: Table =
-    Table::new("a scene file", &[&FILM, &CAMERA, &RENDER, &MATERIALS, &ENTITIES, &LIGHTS, &ENVIRONMENT]);
+static SCENE_TABLE: Table = Table::new(
+    "a scene file",
+    &[&FILM, &CAMERA, &RENDER, &TEXTURES, &MATERIALS, &ENTITIES, &LIGHTS, &ENVIRONMENT],
+);
 
 static FILM: Key<Block<FilmSettings>> = Key::default(
     "film",
@@ -35,6 +38,12 @@ static RENDER: Key<Block<RenderSettings>> = Key::default(
     Block { table: &render::RENDER_TABLE, build: render::render },
     "{}",
     "How light is followed.",
+);
+static TEXTURES: Key<MapOf<OneOf<Values>>> = Key::default(
+    "textures",
+    MapOf(textures::TEXTURE),
+    "{}",
+    "Numbers and colours that differ from point to point, each under its name. Any number or colour of a material may be a texture: a colour takes its channels, a number its red one, each within the limits of the parameter.",
 );
 static MATERIALS: Key<MapOf<OneOf<Values>>> = Key::default(
     "materials",
@@ -76,6 +85,7 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
     let film = fields.get(&FILM, reports);
     let camera = fields.get(&CAMERA, reports);
     let render = fields.get(&RENDER, reports);
+    let raw_textures = fields.get(&TEXTURES, reports);
     let raw_materials = fields.get(&MATERIALS, reports);
     let raw_entities = fields.get(&ENTITIES, reports);
     let lights = fields.get(&LIGHTS, reports);
@@ -84,8 +94,12 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
     let raw_materials = raw_materials?;
     let names = materials::names(&raw_materials);
     let mut of_files = OfFiles::after(raw_materials.len());
-    let entities = raw_entities.and_then(|raw| link_entities(raw, &names, &mut of_files, reports));
-    let mut resolved = materials::resolve(&raw_materials, &names, reports)?;
+    let raw_textures = raw_textures.as_deref().map_err(|reported| *reported);
+    let texture_names = TextureNames::new(raw_textures);
+    let entities =
+        raw_entities.and_then(|raw| link_entities(raw, &names, &texture_names, &mut of_files, reports));
+    let textures = raw_textures.and_then(|raw| textures::resolve(raw, &texture_names, reports));
+    let mut resolved = materials::resolve(&raw_materials, &names, &texture_names, reports)?;
     let Linked { mut entities, places, mut used } = entities?;
 
     for entity in &mut entities {
@@ -98,6 +112,14 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
     let mut used_in_order = vec![false; raw_materials.len()];
     used.drain(..).for_each(|material| used_in_order[resolved.index_of[material]] = true);
     materials::warn_of_unused(&raw_materials, &resolved, used_in_order, reports);
+    let (textures, raw_textures) = (textures?, raw_textures?);
+    for textured in resolved.materials.iter_mut().flat_map(|material| &mut material.textures) {
+        textured.texture = textures.index_of[textured.texture];
+    }
+    for entity in &mut entities {
+        entity.emission_texture = entity.emission_texture.map(|texture| textures.index_of[texture]);
+    }
+    textures::warn_of_unused(raw_textures, &textures, &resolved.materials, &entities, reports);
     resolved.materials.extend(of_files.materials);
 
     let scene = Scene {
@@ -105,6 +127,8 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
         camera: camera?,
         render: render?,
         materials: resolved.materials,
+        textures: textures.textures,
+        images: reports.take_images(),
         entities,
         lights: lights?,
         environment: environment?,

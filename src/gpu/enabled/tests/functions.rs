@@ -43,6 +43,7 @@ fn runs() -> Vec<Scene> {
         scenes::with(surfaces(), Integrator::Path, Sampler::Sobol),
         scenes::with(surfaces(), Integrator::PathNaive, Sampler::Independent),
         scenes::with(surfaces(), Integrator::Whitted, Sampler::Independent),
+        scenes::with(scenes::gallery(48, 32), Integrator::Path, Sampler::Sobol),
     ]
 }
 

@@ -98,6 +98,7 @@ fn shapes_are_met_where_the_cpu_meets_them() {
     let cylinder = Cylinder::new(DVec3::new(-2.0, 1.0, -1.0), DVec3::new(1.0, 2.5, 1.0), 1.2);
     let mut table = SurfaceTable::default();
     let look = crate::world::Look {
+        emission_texture: crate::texture::NO_TEXTURE,
         material: 0,
         emission: [0.0; 3],
         flip_normal: true,

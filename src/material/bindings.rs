@@ -1,0 +1,316 @@
+//! The textures that stand for parameters of materials.
+//!
+//! A texture takes the place of numbers of a material's row. Which numbers these are is found out by trying: a parameter
+//! whose value stands in the row as it is, or as its square, may be a texture, and no material has to say so. One from
+//! which a row is computed in another way may not.
+
+use super::list::MaterialKind;
+use super::row::{NUMBERS, Numbers, Row, Site};
+use crate::math::{ColumnReader, Float, Rgb, Uint};
+use crate::parameter::{Family, Number, ParameterKind, Value};
+use crate::texture::{NO_TEXTURE, TextureTable};
+
+/// The numbers of a row that a parameter is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// The row's colour.
+    Colour,
+    /// Three further numbers, from this one on.
+    Colours(usize),
+    /// A further number.
+    Number(usize),
+    /// Two further numbers, from this one on.
+    Numbers(usize),
+}
+
+/// The least square: that of a roughness is the width of a distribution, which is never zero.
+const LEAST_SQUARE: f32 = 1e-4;
+
+/// The place of a parameter in the row of its material, and the limits of its values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    target: Target,
+    least: f32,
+    most: f32,
+}
+
+/// What is put where.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Target {
+    slot: Slot,
+    /// Whether the row has the squares of the parameter's values.
+    is_squared: bool,
+}
+
+/// A texture in the place of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Binding {
+    /// The row of the material.
+    pub row: usize,
+    /// The parameter.
+    pub place: Place,
+    /// The texture, as the [`TextureTable`] knows it.
+    pub texture: u32,
+}
+
+/// All numbers of a row that textures may stand for: its colour, then the others.
+fn numbers_of(row: &Row) -> Vec<f32> {
+    row.colour.into_iter().chain(row.numbers).collect()
+}
+
+impl Place {
+    /// That of the parameter of this name, if a texture may stand for it.
+    pub fn of(kind: &MaterialKind, parameter: &str) -> Option<Place> {
+        let family = kind.place()?;
+        let declaration = &MaterialKind::DECLARATIONS[family];
+        let index = declaration.parameters.iter().position(|known| known.name == parameter)?;
+        let (limits, count) = match declaration.parameters[index].kind {
+            ParameterKind::Number(limits) => (limits, 1),
+            ParameterKind::Pair(limits) => (limits, 2),
+            ParameterKind::Colour(limits) => (limits, 3),
+            _ => return None,
+        };
+        // Rows of two sets of values, in which every number differs.
+        let tries = [0, 1].map(|set| {
+            let given: Vec<f64> = (0..count).map(|i| example(limits, set * 3 + i)).collect();
+            let mut values = kind.values();
+            values[index] = match given[..] {
+                [x] => Value::Number(x),
+                [x, y] => Value::Pair([x, y]),
+                [x, y, z] => Value::Colour([x, y, z]),
+                _ => return None,
+            };
+            let row = MaterialKind::build(family, &values, &mut Vec::new()).ok()?.row();
+            Some((given, row))
+        });
+        let [Some((given, row)), Some((other_given, other_row))] = &tries else { return None };
+        if row.kind.is_chooser() || (row.kind, row.choices) != (other_row.kind, other_row.choices) {
+            return None;
+        }
+        let (numbers, others) = (numbers_of(row), numbers_of(other_row));
+        let changed: Vec<usize> = (0..numbers.len()).filter(|&i| numbers[i] != others[i]).collect();
+        let first = *changed.first()?;
+        let has = |map: fn(f64) -> f64| {
+            let are = |numbers: &[f32], given: &[f64]| {
+                numbers[first..first + count].iter().zip(given).all(|(own, &x)| *own == map(x) as f32)
+            };
+            are(&numbers, given) && are(&others, other_given)
+        };
+        let is_squared = has(|x| x * x);
+        let is_whole = changed.iter().copied().eq(first..first + count) && (is_squared || has(|x| x));
+        let slot = match (first, count) {
+            _ if !is_whole => return None,
+            (0, 3) => Slot::Colour,
+            (0..3, _) => return None,
+            (_, 1) => Slot::Number(first - 3),
+            (_, 2) => Slot::Numbers(first - 3),
+            _ => Slot::Colours(first - 3),
+        };
+        let [least, most] = limits.range();
+        Some(Place { target: Target { slot, is_squared }, least, most })
+    }
+}
+
+/// Some value within limits, another one for each number. Their ratios are such that no formula maps one to another.
+fn example(limits: Number, i: usize) -> f64 {
+    let share = [0.3719, 0.6173, 0.4481, 0.8317, 0.2087, 0.7331][i];
+    let [least, most] = limits.range().map(f64::from);
+    let value = least.max(-1.0) + (most.min(1.0) - least.max(-1.0)) * share;
+    // Limits may lie beyond 1 altogether.
+    if value >= least && value <= most { value } else { least + (most - least) * share }
+}
+
+/// The textures of all rows: for each row as many as there are targets that some row has a texture for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bindings {
+    targets: Vec<Target>,
+    texture: Vec<u32>,
+    least: Vec<f32>,
+    most: Vec<f32>,
+}
+
+impl Bindings {
+    /// Those of a table of so many rows.
+    pub fn new(rows: usize, bindings: &[Binding]) -> Bindings {
+        let mut all = Bindings::default();
+        for binding in bindings {
+            if !all.targets.contains(&binding.place.target) {
+                all.targets.push(binding.place.target);
+            }
+        }
+        let count = all.targets.len();
+        all.texture = vec![NO_TEXTURE; rows * count];
+        all.least = vec![0.0; rows * count];
+        all.most = vec![0.0; rows * count];
+        for Binding { row, place: Place { target, least, most }, texture } in bindings {
+            for (i, _) in all.targets.iter().enumerate().filter(|(_, own)| *own == target) {
+                let at = row * count + i;
+                (all.texture[at], all.least[at], all.most[at]) = (*texture, *least, *most);
+            }
+        }
+        all
+    }
+
+    /// Whether there are any.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.targets.is_empty()
+    }
+
+    /// Gives the columns to a reader.
+    pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        let Bindings { targets: _, texture, least, most } = self;
+        reader.words("texture", texture);
+        reader.floats("least", least);
+        reader.floats("most", most);
+    }
+
+    /// The place of a row's binding.
+    #[inline(always)]
+    fn at<U: Uint>(&self, row: U, i: usize) -> U {
+        row * U::splat(self.targets.len() as u32) + U::splat(i as u32)
+    }
+
+    /// The lanes in whose rows there is a texture.
+    #[inline(always)]
+    pub(super) fn lanes<F: Float>(&self, row: F::Uint) -> F::Mask {
+        let mut lanes = <F::Mask as crate::math::Mask>::splat(false);
+        let mut i = 0;
+        while i < self.targets.len() {
+            lanes = lanes | self.is_texture::<F>(F::Uint::gather(&self.texture, self.at(row, i)));
+            i += 1;
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn is_texture<F: Float>(&self, texture: F::Uint) -> F::Mask {
+        texture.lt(F::Uint::splat(NO_TEXTURE))
+    }
+
+    /// Puts the values of textures in the place of the numbers of rows, each within the limits of its parameter.
+    #[inline(always)]
+    pub(super) fn apply<F: Float>(
+        &self,
+        textures: &TextureTable,
+        row: F::Uint,
+        site: &Site<F>,
+        mut numbers: Numbers<F>,
+    ) -> Numbers<F> {
+        let mut i = 0;
+        while i < self.targets.len() {
+            let at = self.at(row, i);
+            let texture = F::Uint::gather(&self.texture, at);
+            let has = self.is_texture::<F>(texture);
+            let value = F::guard(
+                has,
+                Rgb::black(),
+                #[inline(always)]
+                || {
+                    let [r, g, b] = textures.value(texture, site.uv, site.p).channels();
+                    let (least, most) = (F::gather(&self.least, at), F::gather(&self.most, at));
+                    Rgb::new(r.max(least).min(most), g.max(least).min(most), b.max(least).min(most))
+                },
+            );
+            let value = if self.targets[i].is_squared { squared(value) } else { value };
+            match self.targets[i].slot {
+                Slot::Colour => numbers.colour = Rgb::select(has, value, numbers.colour),
+                Slot::Colours(first) => {
+                    put(&mut numbers, first, has, value.r);
+                    put(&mut numbers, first + 1, has, value.g);
+                    put(&mut numbers, first + 2, has, value.b);
+                }
+                Slot::Number(first) => put(&mut numbers, first, has, value.r),
+                Slot::Numbers(first) => {
+                    put(&mut numbers, first, has, value.r);
+                    put(&mut numbers, first + 1, has, value.r);
+                }
+            }
+            i += 1;
+        }
+        numbers
+    }
+}
+
+/// The squares of values.
+#[inline(always)]
+fn squared<F: Float>(value: Rgb<F>) -> Rgb<F> {
+    let least = F::splat(LEAST_SQUARE);
+    let Rgb { r, g, b } = value * value;
+    Rgb::new(r.max(least), g.max(least), b.max(least))
+}
+
+/// Replaces one of the further numbers where a mask holds.
+#[inline(always)]
+fn put<F: Float>(numbers: &mut Numbers<F>, i: usize, has: F::Mask, value: F) {
+    debug_assert!(i < NUMBERS);
+    numbers.further[i] = F::select(has, value, numbers.further[i]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::{CheckerboardParameters, GlassParameters, MatteParameters, MirrorParameters};
+    use crate::math::Vec3;
+    use crate::math::lanes::scalar::Wrapping;
+    use crate::parameter::Varying;
+    use crate::texture::{Compiler, ConstantTexture};
+
+    #[test]
+    fn parameters_are_found_in_rows() {
+        let slot = |kind: MaterialKind, parameter| Place::of(&kind, parameter).map(|place| place.target.slot);
+        let reflectance = [0.5; 3];
+        assert_eq!(
+            slot(MatteParameters { reflectance, roughness: 0.0 }.into(), "reflectance"),
+            Some(Slot::Colour)
+        );
+        assert_eq!(slot(MirrorParameters { reflectance }.into(), "reflectance"), Some(Slot::Colour));
+        assert_eq!(slot(MirrorParameters { reflectance }.into(), "colour"), None);
+        let glass = GlassParameters { ior: 1.5, reflectance, transmittance: reflectance };
+        assert_eq!(slot(glass.into(), "reflectance"), Some(Slot::Colour));
+        assert_eq!(slot(glass.into(), "transmittance"), Some(Slot::Colours(0)));
+        assert_eq!(slot(glass.into(), "ior"), Some(Slot::Number(3)));
+        let board = CheckerboardParameters { even: 0, odd: 0, checks_per_unit: [1.0; 2] };
+        assert_eq!(slot(board.into(), "checks_per_unit"), None);
+        assert_eq!(slot(board.into(), "even"), None);
+    }
+
+    #[test]
+    fn values_are_put_in_place_within_limits() {
+        let colour = [2.0, 0.25, 0.5];
+        let textures = [ConstantTexture { value: Varying::Colour(colour) }.into()];
+        let mut compiler = Compiler::new(&textures, &[]);
+        let texture = compiler.root(0);
+        let glass: MaterialKind =
+            GlassParameters { ior: 1.0, reflectance: [0.1; 3], transmittance: [0.1; 3] }.into();
+        let binding =
+            |parameter| Binding { row: 1, place: Place::of(&glass, parameter).expect("a place"), texture };
+        let bindings = Bindings::new(2, &[binding("transmittance"), binding("ior")]);
+        let textures = compiler.finish();
+        let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2] };
+        let own = Numbers { colour: Rgb::splat([0.1; 3]), further: [0.125; NUMBERS] };
+        let apply = |row| bindings.apply(&textures, Wrapping(row), &site, own);
+        assert_eq!(apply(0).further, own.further);
+        let found = apply(1);
+        assert_eq!(found.colour, own.colour);
+        // The ior takes the red channel; reflected fractions are at most one.
+        assert_eq!(found.further[..5], [1.0, 0.25, 0.5, 2.0, 0.125]);
+    }
+
+    #[test]
+    fn squares_of_values_are_put_where_rows_have_squares() {
+        let textures = [ConstantTexture { value: Varying::Colour([0.5, 0.25, 0.0]) }.into()];
+        let mut compiler = Compiler::new(&textures, &[]);
+        let texture = compiler.root(0);
+        let place = |slot, most| Place { target: Target { slot, is_squared: true }, least: 0.0, most };
+        let binding = |slot, most| Binding { row: 0, place: place(slot, most), texture };
+        let all = [binding(Slot::Colour, 1.0), binding(Slot::Numbers(6), 0.3), binding(Slot::Number(0), 0.0)];
+        let bindings = Bindings::new(1, &all);
+        let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2] };
+        let own = Numbers { colour: Rgb::black(), further: [0.125; NUMBERS] };
+        let found = bindings.apply(&compiler.finish(), Wrapping(0), &site, own);
+        assert_eq!(found.colour, Rgb::splat([0.25, 0.0625, LEAST_SQUARE]));
+        let square = 0.3_f32 * 0.3;
+        assert_eq!(found.further, [LEAST_SQUARE, 0.125, 0.125, 0.125, 0.125, 0.125, square, square]);
+    }
+}

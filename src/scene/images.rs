@@ -1,0 +1,51 @@
+//! The image files of a scene, each read once.
+
+use crate::texture::{FilesError, ImageFile, read_files};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// Images by path. Textures of one file share its pictures.
+#[derive(Debug)]
+pub(super) struct ImageCache {
+    /// The folder that paths are relative to.
+    folder: PathBuf,
+    /// The index of each that was read; none of one that cannot be.
+    known: HashMap<PathBuf, Option<usize>>,
+    images: Vec<ImageFile>,
+}
+
+/// An image that cannot be read.
+#[derive(Debug)]
+pub(super) enum Unreadable {
+    /// Why, the first time.
+    First(FilesError),
+    /// As it was told before.
+    Again,
+}
+
+impl ImageCache {
+    /// An empty cache for paths relative to `folder`.
+    pub(super) fn new(folder: &Path) -> ImageCache {
+        ImageCache { folder: folder.into(), known: HashMap::new(), images: Vec::new() }
+    }
+
+    /// The index of an image file, which is read if it is new.
+    pub(super) fn get(&mut self, file: &str) -> Result<usize, Unreadable> {
+        let path = self.folder.join(file);
+        if let Some(known) = self.known.get(&path) {
+            return known.ok_or(Unreadable::Again);
+        }
+        let read = read_files(&self.folder, file);
+        let index = read.map(|image| {
+            self.images.push(image);
+            self.images.len() - 1
+        });
+        self.known.insert(path, index.as_ref().ok().copied());
+        index.map_err(Unreadable::First)
+    }
+
+    /// All that were read, in the order of their indices.
+    pub(super) fn take(&mut self) -> Vec<ImageFile> {
+        std::mem::take(&mut self.images)
+    }
+}

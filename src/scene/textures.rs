@@ -1,0 +1,74 @@
+//! The promises of a scene about its textures, and of its materials about those that they name.
+
+use super::description::Scene;
+use super::names::MAX_NESTING;
+use crate::material::Place;
+use crate::parameter::{Family, Value};
+use crate::texture::costs;
+
+/// What breaks a promise.
+pub(super) enum Broken {
+    /// The texture of this index.
+    Texture(usize, String),
+    /// The material of this index.
+    Material(usize, String),
+    /// The entity of this index.
+    Entity(usize, String),
+}
+
+/// All that breaks promises, but for values beyond their limits.
+pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
+    let mut all = Vec::new();
+    let mut nesting = vec![0; scene.textures.len()];
+    for (i, texture) in scene.textures.iter().enumerate() {
+        for named in texture.kind.textures() {
+            if named >= i {
+                let message = format!("it names texture {}, which is not before it", named + 1);
+                all.push(Broken::Texture(i, message));
+            } else {
+                nesting[i] = nesting[i].max(nesting[named] + 1);
+            }
+        }
+        for value in texture.kind.values() {
+            if let Value::Image(image) = value
+                && scene.images.get(image.0).is_none_or(|image| image.tiles.is_empty())
+            {
+                let message = format!("there is no image {}, only {}", image.0 + 1, scene.images.len());
+                all.push(Broken::Texture(i, message));
+            }
+        }
+        if nesting[i] == MAX_NESTING + 1 {
+            all.push(Broken::Texture(i, format!("it is nested more than {MAX_NESTING} deep")));
+        }
+    }
+    for (i, material) in scene.materials.iter().enumerate() {
+        for (place, textured) in material.textures.iter().enumerate() {
+            let name = textured.parameter;
+            if textured.texture >= scene.textures.len() {
+                let (number, count) = (textured.texture + 1, scene.textures.len());
+                all.push(Broken::Material(i, format!("there is no texture {number}, only {count}")));
+            }
+            if Place::of(&material.kind, name).is_none() {
+                all.push(Broken::Material(i, format!("{name} can be no texture")));
+            }
+            if material.textures[..place].iter().any(|other| other.parameter == name) {
+                all.push(Broken::Material(i, format!("{name} is two textures")));
+            }
+        }
+    }
+    for (i, entity) in scene.entities.iter().enumerate() {
+        if let Some(texture) = entity.emission_texture.filter(|&texture| texture >= scene.textures.len()) {
+            let (number, count) = (texture + 1, scene.textures.len());
+            all.push(Broken::Entity(i, format!("there is no texture {number}, only {count}")));
+        }
+    }
+    if all.is_empty() {
+        let kinds: Vec<_> = scene.textures.iter().map(|texture| texture.kind.clone()).collect();
+        for (i, cost) in costs(&kinds).into_iter().enumerate() {
+            if let Err(error) = cost {
+                all.push(Broken::Texture(i, error.to_string()));
+            }
+        }
+    }
+    all
+}

@@ -1,0 +1,138 @@
+//! Textures, and what is made of them: names become indices, each comes after the textures that it names, and none
+//! contains itself.
+
+use super::declared::{Values, Wanted};
+use super::one_of::{Members, OneOf};
+use super::order::order;
+use super::report::{Placed, Read, Reported, Reports};
+use super::table::Named;
+use crate::parameter::Family;
+use crate::scene::description::{Entity, Material, Texture, TextureKind};
+use crate::scene::names::Names;
+use crate::scene::spelling::quote;
+use crate::texture::costs;
+
+pub(super) const TEXTURE: OneOf<Values> = OneOf {
+    what: "texture",
+    members: Some(Members {
+        declarations: TextureKind::DECLARATIONS,
+        textured: false,
+        build: |values, _| Ok(values),
+    }),
+    variants: &[],
+};
+
+/// The file's textures, in its order.
+pub(super) type RawTextures = [Named<Read<Values>>];
+
+/// The names of the file's textures, in its order, or that there is no telling.
+pub(super) struct TextureNames<'n>(Read<Names<'n>>);
+
+impl<'n> TextureNames<'n> {
+    pub(super) fn new(textures: Read<&'n RawTextures>) -> Self {
+        let names = |textures: &'n RawTextures| {
+            Names::of("textures", textures.iter().map(|texture| texture.name.as_str()))
+        };
+        TextureNames(textures.map(names))
+    }
+
+    /// The index, in the order of the file, of the texture that the file names.
+    pub(super) fn find(&self, name: &Placed<String>, reports: &mut Reports<'_>) -> Read<usize> {
+        let names = self.0.as_ref().map_err(|reported| *reported)?;
+        names.find(&name.value).ok_or_else(|| {
+            reports.error_with(name.at, format!("no texture {}", quote(&name.value)), |_| {
+                let none = || "this file has no [textures.NAME]".into();
+                Some(names.instead(&name.value).unwrap_or_else(none))
+            })
+        })
+    }
+}
+
+/// Textures in their final order.
+pub(super) struct ResolvedTextures {
+    pub(super) textures: Vec<Texture>,
+    /// The final index of each texture in the order of the file.
+    pub(super) index_of: Vec<usize>,
+}
+
+/// Puts textures in order and resolves their names.
+pub(super) fn resolve(
+    raw: &RawTextures,
+    names: &TextureNames<'_>,
+    reports: &mut Reports<'_>,
+) -> Result<ResolvedTextures, Reported> {
+    let mut edges = vec![Vec::new(); raw.len()];
+    let kinds: Vec<_> =
+        raw.iter().zip(&mut edges).map(|(texture, edges)| link(texture, edges, names, reports)).collect();
+    let of_names = names.0.as_ref().map_err(|reported| *reported)?;
+    let order = order(raw, &edges, of_names, reports)?;
+
+    let mut index_of = vec![0; raw.len()];
+    for (index, &i) in order.iter().enumerate() {
+        index_of[i] = index;
+    }
+    let textures: Result<Vec<_>, _> = order
+        .iter()
+        .map(|&i| {
+            let mut kind = kinds[i].clone()?;
+            kind.renumber(&|index| index_of[index]);
+            Ok(Texture { name: raw[i].name.clone(), kind })
+        })
+        .collect();
+    let textures = textures?;
+    let kinds: Vec<_> = textures.iter().map(|texture| texture.kind.clone()).collect();
+    let mut outcome = Ok(());
+    for (&i, cost) in order.iter().zip(costs(&kinds)) {
+        if let Err(error) = cost {
+            let message = format!("texture {}: {error}", quote(&raw[i].name));
+            outcome = Err(reports.error(raw[i].at, message));
+        }
+    }
+    outcome.map(|()| ResolvedTextures { textures, index_of })
+}
+
+/// Resolves a texture's names to indices in the order of the file, and lists them as `edges`.
+fn link(
+    texture: &Named<Read<Values>>,
+    edges: &mut Vec<Placed<usize>>,
+    names: &TextureNames<'_>,
+    reports: &mut Reports<'_>,
+) -> Result<TextureKind, Reported> {
+    let find = |wanted, name: &Placed<String>, reports: &mut Reports<'_>| {
+        if wanted == Wanted::Material {
+            return Err(reports.error(name.at, "textures name no materials"));
+        }
+        let index = names.find(name, reports)?;
+        edges.push(Placed { at: name.at, value: index });
+        Ok(index)
+    };
+    let values = texture.value.as_ref().map_err(|reported| *reported)?;
+    values.build(find, reports).map(|(kind, _)| kind)
+}
+
+/// Warns of textures that nothing uses.
+pub(super) fn warn_of_unused(
+    raw: &RawTextures,
+    resolved: &ResolvedTextures,
+    materials: &[Material],
+    entities: &[Entity],
+    reports: &mut Reports<'_>,
+) {
+    let mut used = vec![false; resolved.textures.len()];
+    let named = materials.iter().flat_map(|material| &material.textures);
+    let named = named.map(|textured| textured.texture);
+    let emitted = entities.iter().filter_map(|entity| entity.emission_texture);
+    named.chain(emitted).for_each(|texture| used[texture] = true);
+    // What a texture names comes before it, so going backwards meets every user first.
+    for (i, texture) in resolved.textures.iter().enumerate().rev() {
+        if used[i] {
+            texture.kind.textures().for_each(|named| used[named] = true);
+        }
+    }
+    for (texture, &index) in raw.iter().zip(&resolved.index_of) {
+        if !used[index] {
+            let message = format!("texture {} is not used", quote(&texture.name));
+            reports.warn(Some(texture.at), message, "no material or emission names it");
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Two textures by turns.
+
+use super::columns::Instructions;
+use super::instruction::{Instruction, Op};
+use super::program::{Builder, Cost, TextureParameters};
+use crate::math::{Float, Uint};
+use crate::parameter::limits::{LENGTH, RADIANCE};
+use crate::parameter::{ParameterKind, Varying, parameters};
+
+parameters! {
+    /// Alternates two textures over the surface's uv: `even` is where ⌊u·a⌋ + ⌊v·b⌋ is even, with a and b checks for
+    /// each
+    /// unit. A texture inside a check takes the coordinates within it, scaled to 0…1.
+    pub struct CheckerboardTexture: "checkerboard", "a checkerboard texture" {
+        /// What is seen where the numbers of the check along u and along v have an even sum: a number, a colour, or the
+        /// name of a texture.
+        even: Varying = ParameterKind::Varying(RADIANCE),
+        /// What is seen elsewhere.
+        odd: Varying = ParameterKind::Varying(RADIANCE),
+        /// Checks for each unit of uv: one number, or one along u and one along v. A plane's uv are lengths in it.
+        checks_per_unit: [f64; 2] = ParameterKind::Pair(LENGTH) => "1",
+    }
+}
+
+/// The bit of a check that leaves uv as they are, because nothing within depends on them.
+const KEEPS_UV: u32 = 1;
+
+impl TextureParameters for CheckerboardTexture {
+    fn cost(&self, known: &[Cost]) -> Cost {
+        let [even, odd] = [&self.even, &self.odd].map(|value| Cost::of(value, known));
+        let within_uses_uv = even.uses_uv || odd.uses_uv;
+        Cost {
+            // Uv may have to be saved and restored.
+            instructions: even.instructions.saturating_add(odd.instructions).saturating_add(3),
+            depth: even.depth.max(odd.depth) + usize::from(within_uses_uv),
+            uses_uv: true,
+        }
+    }
+
+    fn emit(&self, builder: &mut Builder<'_>, next: u32) -> u32 {
+        let within_uses_uv = builder.uses_uv(&self.even) || builder.uses_uv(&self.odd);
+        let saves = within_uses_uv && next != super::instruction::END;
+        let then = if saves { builder.push(Instruction::new(Op::Restore, next)) } else { next };
+        let even = builder.value(&self.even, then);
+        let odd = builder.value(&self.odd, then);
+        let [a, b] = self.checks_per_unit.map(|x| x as f32);
+        let check = builder.push(Instruction {
+            other: odd,
+            flags: if within_uses_uv { 0 } else { KEEPS_UV },
+            numbers: [a, b, 0.0, 0.0, 0.0, 0.0],
+            ..Instruction::new(Op::Check, even)
+        });
+        if saves { builder.push(Instruction::new(Op::Save, check)) } else { check }
+    }
+}
+
+/// The instruction with which a check goes on, and uv there.
+#[inline(always)]
+pub(super) fn choose<F: Float>(all: &Instructions, at: F::Uint, [u, v]: [F; 2]) -> (F::Uint, [F; 2]) {
+    let a = u * all.number::<F>(0, at);
+    let b = v * all.number::<F>(1, at);
+    let (line, column) = (a.floor(), b.floor());
+    let half = (line + column) * 0.5;
+    let is_even = half.floor().ge(half);
+    let next = F::Uint::select(is_even, all.next(at), all.other(at));
+    let keeps = all.flags(at).eq(F::Uint::splat(KEEPS_UV));
+    (next, [F::select(keeps, u, a - line), F::select(keeps, v, b - column)])
+}

@@ -1,0 +1,179 @@
+//! The instructions and the pictures of a scene's textures as tables, a column for each property.
+
+use super::instruction::{Instruction, NUMBERS, Op};
+use super::picture::{Depth, Picture};
+use crate::math::{ColumnReader, Float, Rgb, Uint, push3};
+
+/// The names of the columns of numbers.
+const NUMBER_NAMES: [&str; NUMBERS] =
+    ["number_0", "number_1", "number_2", "number_3", "number_4", "number_5"];
+
+/// The bit of form of pictures of three channels.
+pub const COLOURED: u32 = 4;
+/// The bit of pictures whose numbers are encoded as sRGB.
+pub const SRGB: u32 = 8;
+
+/// The bit of the flags of images that are of tiles.
+pub(super) const TILES: u32 = 1 << 5;
+
+/// Which numbers of pictures are encoded as sRGB.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoded {
+    None,
+    /// Those of 8 and 16 bits.
+    Integers,
+    All,
+}
+
+/// All instructions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Instructions {
+    op: Vec<u32>,
+    next: Vec<u32>,
+    link: Vec<u32>,
+    other: Vec<u32>,
+    flags: Vec<u32>,
+    colour: [Vec<f32>; 3],
+    numbers: [Vec<f32>; NUMBERS],
+}
+
+impl Instructions {
+    /// Adds one, and gives its number.
+    pub(super) fn push(&mut self, instruction: &Instruction) -> u32 {
+        let Instruction { op, next, link, other, flags, colour, numbers } = *instruction;
+        self.op.push(op as u32);
+        self.next.push(next);
+        self.link.push(link);
+        self.other.push(other);
+        self.flags.push(flags);
+        push3(&mut self.colour, colour);
+        self.numbers.iter_mut().zip(numbers).for_each(|(column, x)| column.push(x));
+        self.op.len() as u32 - 1
+    }
+
+    /// Whether any does this.
+    pub(super) fn has(&self, op: Op) -> bool {
+        self.op.contains(&(op as u32))
+    }
+
+    /// The flags of those that do this.
+    pub(super) fn flags_of(&self, op: Op) -> impl Iterator<Item = u32> {
+        self.op.iter().zip(&self.flags).filter(move |(own, _)| **own == op as u32).map(|(_, flags)| *flags)
+    }
+
+    /// Gives all columns to a reader.
+    pub(super) fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        let Instructions { op, next, link, other, flags, colour, numbers } = self;
+        reader.words("op", op);
+        reader.words("next", next);
+        reader.words("link", link);
+        reader.words("other", other);
+        reader.words("flags", flags);
+        reader.vectors("colour", colour);
+        NUMBER_NAMES.iter().zip(numbers).for_each(|(name, column)| reader.floats(name, column));
+    }
+
+    #[inline(always)]
+    pub(super) fn op<U: Uint>(&self, at: U) -> U {
+        U::gather(&self.op, at)
+    }
+
+    #[inline(always)]
+    pub(super) fn next<U: Uint>(&self, at: U) -> U {
+        U::gather(&self.next, at)
+    }
+
+    #[inline(always)]
+    pub(super) fn link<U: Uint>(&self, at: U) -> U {
+        U::gather(&self.link, at)
+    }
+
+    #[inline(always)]
+    pub(super) fn other<U: Uint>(&self, at: U) -> U {
+        U::gather(&self.other, at)
+    }
+
+    #[inline(always)]
+    pub(super) fn flags<U: Uint>(&self, at: U) -> U {
+        U::gather(&self.flags, at)
+    }
+
+    #[inline(always)]
+    pub(super) fn colour<F: Float>(&self, at: F::Uint) -> Rgb<F> {
+        Rgb::gather(&self.colour, at)
+    }
+
+    #[inline(always)]
+    pub(super) fn number<F: Float>(&self, i: usize, at: F::Uint) -> F {
+        F::gather(&self.numbers[i], at)
+    }
+}
+
+/// The pictures that instructions look up. A picture has a row for each way in which its numbers are understood, and
+/// one
+/// for each place where it stands among tiles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct PictureRows {
+    width: Vec<u32>,
+    height: Vec<u32>,
+    /// Words of sixteen bytes before it, if all pictures lie one after the other.
+    first: Vec<u32>,
+    /// Its [`Depth`], [`COLOURED`] and [`SRGB`].
+    form: Vec<u32>,
+    /// The number of the picture.
+    picture: Vec<u32>,
+    /// Words of the pictures that have rows.
+    words: u32,
+}
+
+impl PictureRows {
+    /// Adds a row of the picture of a number. Numbers count up from zero.
+    pub(super) fn push(&mut self, number: u32, picture: &Picture, encoded: Encoded) {
+        let known = self.picture.iter().position(|known| *known == number);
+        let first = known.map_or(self.words, |row| self.first[row]);
+        if known.is_none() {
+            // More than a heap can hold are refused there.
+            self.words = self.words.saturating_add(picture.words().len() as u32);
+        }
+        let coloured = if picture.channels() == 3 { COLOURED } else { 0 };
+        let is_encoded = match encoded {
+            Encoded::None => false,
+            Encoded::Integers => matches!(picture.depth(), Depth::Bits8 | Depth::Bits16),
+            Encoded::All => true,
+        };
+        self.width.push(picture.width());
+        self.height.push(picture.height());
+        self.first.push(first);
+        self.form.push(picture.depth() as u32 | coloured | if is_encoded { SRGB } else { 0 });
+        self.picture.push(number);
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.picture.len()
+    }
+
+    /// The number and the form of a row's picture.
+    #[inline(always)]
+    pub(super) fn of(&self, row: usize) -> (usize, u32) {
+        (self.picture[row] as usize, self.form[row])
+    }
+
+    pub(super) fn forms(&self) -> &[u32] {
+        &self.form
+    }
+
+    /// Gives the columns to a reader.
+    pub(super) fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        let PictureRows { width, height, first, form, picture: _, words: _ } = self;
+        reader.words("width", width);
+        reader.words("height", height);
+        reader.words("first", first);
+        reader.words("form", form);
+    }
+
+    /// Columns of texels, and rows of them.
+    #[inline(always)]
+    pub(super) fn size<U: Uint>(&self, row: U) -> [U; 2] {
+        [U::gather(&self.width, row), U::gather(&self.height, row)]
+    }
+}

@@ -1,0 +1,79 @@
+//! From the textures of a scene to their programs.
+
+use super::files::ImageFile;
+use super::instruction::END;
+use super::list::TextureKind;
+use super::program::{Builder, Cost, MOST_INSTRUCTIONS, STACK};
+use super::table::TextureTable;
+use thiserror::Error;
+
+/// A texture that takes too much to be evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum TooDeep {
+    /// Too many colours have to wait.
+    #[error("too many textures stand inside each other: {0} colours have to wait, of at most {STACK}")]
+    Stack(usize),
+    /// Its program is too long.
+    #[error(
+        "there are more than {MOST_INSTRUCTIONS} textures in it, those counted twice that are named twice"
+    )]
+    Instructions,
+}
+
+/// What each of some textures takes, or why it takes too much. Each names only textures before it.
+pub fn costs(textures: &[TextureKind]) -> Vec<Result<Cost, TooDeep>> {
+    let mut known = Vec::with_capacity(textures.len());
+    let checked = |cost: &Cost| {
+        if cost.depth > STACK {
+            Err(TooDeep::Stack(cost.depth))
+        } else if cost.instructions > MOST_INSTRUCTIONS {
+            Err(TooDeep::Instructions)
+        } else {
+            Ok(*cost)
+        }
+    };
+    for texture in textures {
+        known.push(texture.program().cost(&known));
+    }
+    known.iter().map(checked).collect()
+}
+
+/// Compiles the textures of a scene that are used.
+pub struct Compiler<'a> {
+    builder: Builder<'a>,
+    roots: Vec<Option<u32>>,
+}
+
+impl<'a> Compiler<'a> {
+    /// Nothing yet of some textures, of which each names only those before it, and none takes too much.
+    pub fn new(textures: &'a [TextureKind], images: &'a [ImageFile]) -> Compiler<'a> {
+        let mut known = Vec::with_capacity(textures.len());
+        for texture in textures {
+            known.push(texture.program().cost(&known));
+        }
+        let builder = Builder {
+            textures: textures.iter().map(TextureKind::program).collect(),
+            costs: known,
+            images,
+            instructions: Default::default(),
+            rows: Default::default(),
+            pictures: Vec::new(),
+            rows_of: vec![[None; 3]; images.len()],
+        };
+        Compiler { builder, roots: vec![None; textures.len()] }
+    }
+
+    /// The number by which [`TextureTable::value`] knows a texture.
+    pub fn root(&mut self, texture: usize) -> u32 {
+        *self.roots[texture]
+            .get_or_insert_with(|| self.builder.textures[texture].emit(&mut self.builder, END))
+    }
+
+    /// The table of those that were asked for.
+    pub fn finish(self) -> TextureTable {
+        let Builder { costs, instructions, rows, pictures, .. } = self.builder;
+        let used = self.roots.iter().zip(&costs).filter(|(root, _)| root.is_some());
+        let depth = used.map(|(_, cost)| cost.depth).max().unwrap_or(0);
+        TextureTable::new(instructions, rows, pictures, depth)
+    }
+}

@@ -1,0 +1,125 @@
+//! The evaluation of textures.
+
+use super::instruction::{END, Op};
+use super::program::STACK;
+use super::table::TextureTable;
+use super::{checkerboard, image, mix, noise};
+use crate::math::{Float, Rgb, Uint, Vec3, function};
+
+impl TextureTable {
+    /// The values of textures at points, given by uv and in the world; black where there is no texture.
+    #[inline(always)]
+    pub fn value<F: Float>(&self, texture: F::Uint, uv: [F; 2], p: Vec3<F>) -> Rgb<F> {
+        function!(F, texture_value(texture, uv, p), {
+            // Most programs are of one instruction, or choose among such.
+            if self.depth <= 1 {
+                self.run::<F, 1>(texture, uv, p)
+            } else {
+                self.run::<F, STACK>(texture, uv, p)
+            }
+        })
+    }
+
+    /// Runs programs with a stack of `D` colours.
+    #[inline(always)]
+    fn run<F: Float, const D: usize>(&self, first: F::Uint, uv: [F; 2], p: Vec3<F>) -> Rgb<F> {
+        let end = F::Uint::splat(END);
+        let (_, _, stack) = F::repeat(
+            first.lt(end),
+            (first, uv, [Rgb::<F>::black(); D]),
+            #[inline(always)]
+            |(at, uv, stack)| {
+                let (next, uv, stack) = self.step(at, uv, stack, p);
+                ((next, uv, stack), next.lt(end))
+            },
+        );
+        stack[0]
+    }
+
+    /// One instruction: the next one, uv there, and the stack.
+    #[inline(always)]
+    fn step<F: Float, const D: usize>(
+        &self,
+        at: F::Uint,
+        uv: [F; 2],
+        stack: [Rgb<F>; D],
+        p: Vec3<F>,
+    ) -> (F::Uint, [F; 2], [Rgb<F>; D]) {
+        let (all, has) = (&self.instructions, &self.has);
+        let op = all.op(at);
+        let mut next = (all.next(at), uv);
+        let mut top = all.colour::<F>(at);
+        if has.image {
+            let asks = op.eq(F::Uint::splat(Op::Image as u32));
+            top = F::branch(
+                asks,
+                top,
+                #[inline(always)]
+                || image::look_up(self, at, uv, asks),
+            );
+        }
+        if has.noise {
+            top = F::branch(
+                op.eq(F::Uint::splat(Op::Noise as u32)),
+                top,
+                #[inline(always)]
+                || mix::mixed(waiting(&stack, 1), waiting(&stack, 0), noise::share(all, at, p)),
+            );
+        }
+        if has.check {
+            next = F::branch(
+                op.eq(F::Uint::splat(Op::Check as u32)),
+                next,
+                #[inline(always)]
+                || checkerboard::choose(all, at, uv),
+            );
+        }
+        let (next, mut next_uv) = next;
+        let is_check = op.eq(F::Uint::splat(Op::Check as u32));
+        let is_mix = op.eq(F::Uint::splat(Op::Mix as u32));
+        let is_restore = op.eq(F::Uint::splat(Op::Restore as u32));
+        let is_scale = op.eq(F::Uint::splat(Op::Scale as u32));
+        let takes_two = is_scale | is_restore | op.eq(F::Uint::splat(Op::Noise as u32));
+        if has.mix {
+            let mixed = mix::mixed(waiting(&stack, 2), waiting(&stack, 1), waiting(&stack, 0).r);
+            top = Rgb::select(is_mix, mixed, top);
+        }
+        if has.scale {
+            top = Rgb::select(is_scale, waiting(&stack, 1) * waiting(&stack, 0), top);
+        }
+        if has.restore {
+            let is_save = op.eq(F::Uint::splat(Op::Save as u32));
+            top = Rgb::select(is_save, Rgb::new(uv[0], uv[1], F::zero()), top);
+            let (above, saved) = (waiting(&stack, 0), waiting(&stack, 1));
+            top = Rgb::select(is_restore, above, top);
+            next_uv =
+                [F::select(is_restore, saved.r, next_uv[0]), F::select(is_restore, saved.g, next_uv[1])];
+        }
+        let mut new = [top; D];
+        let mut i = 0;
+        while i < D {
+            let below = if i == 0 { top } else { stack[i - 1] };
+            let mut own = below;
+            if has.scale | has.noise | has.restore {
+                let above = if i == 0 { top } else { waiting(&stack, i + 1) };
+                own = Rgb::select(takes_two, above, own);
+            }
+            if has.mix {
+                let above = if i == 0 { top } else { waiting(&stack, i + 2) };
+                own = Rgb::select(is_mix, above, own);
+            }
+            if has.check {
+                own = Rgb::select(is_check, stack[i], own);
+            }
+            new[i] = own;
+            i += 1;
+        }
+        (next, next_uv, new)
+    }
+}
+
+/// A colour of the stack, from the uppermost on.
+#[inline(always)]
+fn waiting<F: Float, const D: usize>(stack: &[Rgb<F>; D], i: usize) -> Rgb<F> {
+    if i < D { stack[i] } else { Rgb::black() }
+}

@@ -1,0 +1,92 @@
+//! The texels of pictures: what devices do in their own way, because it reads bytes.
+
+use super::columns::{COLOURED, SRGB};
+use super::picture::{Depth, Picture};
+use super::table::TextureTable;
+use crate::math::colour::srgb_to_linear;
+use crate::math::lanes::{Device, MAX_LANES};
+use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Rgb};
+
+/// The weighted sum of four texels of the picture of a row, given by their places from the lower left on. The results
+/// of
+/// lanes that do not ask are unspecified.
+pub(super) struct Texels<'a>(pub(super) &'a TextureTable);
+
+impl Device for Texels<'_> {
+    const NAME: &'static str = "texels";
+    type Arguments<F: Float> = (F::Uint, [F::Uint; 4], [F; 4], F::Mask);
+    type Output<F: Float> = Rgb<F>;
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(&self, (row, places, weights, asks): Self::Arguments<F>) -> Rgb<F> {
+        let mut rows = [0; MAX_LANES];
+        row.store(&mut rows);
+        let (mut at, mut share) = ([[0; MAX_LANES]; 4], [[0.0; MAX_LANES]; 4]);
+        let mut i = 0;
+        while i < 4 {
+            places[i].store(&mut at[i]);
+            weights[i].store(&mut share[i]);
+            i += 1;
+        }
+        let mut sums = [[0.0; MAX_LANES]; 3];
+        self.0.sum_texels(asks.bits(), &rows, &at, &share, &mut sums);
+        let [r, g, b] = &sums;
+        Rgb::new(F::load(r), F::load(g), F::load(b))
+    }
+}
+
+impl TextureTable {
+    /// [`Texels`], one lane after the other. It computes nothing that a level has other instructions for.
+    #[inline(never)]
+    fn sum_texels(
+        &self,
+        asks: u32,
+        rows: &[u32; MAX_LANES],
+        places: &[[u32; MAX_LANES]; 4],
+        weights: &[[f32; MAX_LANES]; 4],
+        sums: &mut [[f32; MAX_LANES]; 3],
+    ) {
+        let mut lanes = asks;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let (picture, form) = self.rows.of(rows[lane] as usize);
+            let picture = &self.pictures[picture];
+            let mut sum = [0.0; 3];
+            for (places, weights) in places.iter().zip(weights) {
+                let weight = weights[lane];
+                // Most weights of nearest texels and at edges are zero.
+                if weight != 0.0 {
+                    let texel = self.texel(picture, form, places[lane] as usize);
+                    sum = [0, 1, 2].map(|i| sum[i] + texel[i] * weight);
+                }
+            }
+            for (sums, sum) in sums.iter_mut().zip(sum) {
+                sums[lane] = sum;
+            }
+        }
+    }
+
+    fn texel(&self, picture: &Picture, form: u32, place: usize) -> [f32; 3] {
+        // Wrapping keeps places within the picture; a mistake there is to be a wrong colour, and no end of the program.
+        let place = place.min(picture.texels() - 1);
+        let is_srgb = form & SRGB != 0;
+        let value = |i: usize| {
+            let number = picture.number(i);
+            let float = match picture.depth() {
+                Depth::Bits8 if is_srgb => return self.srgb_8[number as usize],
+                Depth::Bits8 => return number as f32 / 255.0,
+                Depth::Bits16 if is_srgb => return self.srgb_16[number as usize],
+                Depth::Bits16 => return number as f32 / 65_535.0,
+                Depth::Half => exr::prelude::f16::from_bits(number as u16).to_f32(),
+                Depth::Float => f32::from_bits(number),
+            };
+            if is_srgb { srgb_to_linear(f64::from(float)) as f32 } else { float }
+        };
+        if form & COLOURED != 0 {
+            [3 * place, 3 * place + 1, 3 * place + 2].map(value)
+        } else {
+            [value(place); 3]
+        }
+    }
+}

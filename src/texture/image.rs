@@ -1,0 +1,213 @@
+//! Pictures over uv.
+
+use super::columns::{Encoded, Instructions, PictureRows, TILES};
+use super::fetch::Texels;
+use super::instruction::{Instruction, Op};
+use super::program::{Builder, Cost, TextureParameters};
+use super::table::TextureTable;
+use crate::math::{Float, Rgb, Uint, function};
+use crate::parameter::limits::COORDINATE;
+use crate::parameter::{ImageIndex, Number, ParameterKind, Problem, parameters, words};
+
+words! {
+    /// What the numbers of a picture are.
+    pub enum ColorSpace {
+        /// sRGB where the file has 8 or 16 bits, linear where it has floats.
+        Auto = "auto",
+        /// Encoded as sRGB.
+        Srgb = "srgb",
+        /// Linear Rec. 709.
+        Linear = "linear",
+        /// No colours: roughnesses, masks, normals.
+        Data = "data",
+    }
+}
+
+words! {
+    /// What is beyond a picture.
+    pub enum Wrap {
+        /// The picture again.
+        Repeat = "repeat",
+        /// The picture, every second time mirrored.
+        Mirror = "mirror",
+        /// The texel at the edge.
+        Clamp = "clamp",
+        /// Black.
+        Black = "black",
+    }
+}
+
+words! {
+    /// What is between the centres of texels.
+    pub enum TexelFilter {
+        /// The nearest texel.
+        Nearest = "nearest",
+        /// A bilinear mix of four texels.
+        Linear = "linear",
+    }
+}
+
+parameters! {
+    /// A picture. Its lower left corner is at (0, 0), the centres of its texels are at (i + ½)/n.
+    pub struct ImageTexture: "image", "an image" {
+        /// A .png, .jpg, .tga, .bmp, .tif, .webp, .hdr or .exr file, relative to this one; `<UDIM>` in its name stands
+        /// for 1001, 1002 and so on, ten tiles for each unit of v. Transparency does not count. Textures may share it:
+        /// it is read once.
+        file: ImageIndex = ParameterKind::Image,
+        /// What the numbers in the file are: sRGB, linear Rec. 709, or data such as roughness, masks and normals;
+        /// "auto" takes 8 and 16 bits for sRGB, and floats for linear.
+        color_space: ColorSpace = ParameterKind::Word(ColorSpace::WORDS) => "\"auto\"",
+        /// What is beyond the picture: one word, or one along u and one along v. Tiles are clamped, and there is
+        /// nothing beyond them.
+        wrap: [Wrap; 2] = ParameterKind::Words(Wrap::WORDS) => "\"repeat\"",
+        /// Whether the nearest texel counts or a bilinear mix of four.
+        filter: TexelFilter = ParameterKind::Word(TexelFilter::WORDS) => "\"linear\"",
+        /// Whether coarser levels may be used far from the camera. There are none yet: the finest level is used.
+        mipmap: bool = ParameterKind::Flag => "true",
+        /// uv are multiplied by this, then turned, then moved: one number, or one along u and one along v.
+        uv_scale: [f64; 2] = ParameterKind::Pair(COORDINATE) => "1",
+        /// Added to uv, last.
+        uv_offset: [f64; 2] = ParameterKind::Pair(COORDINATE) => "0",
+        /// Degrees by which uv are turned about (0, 0), counter-clockwise.
+        uv_rotate: f64 = ParameterKind::Number(Number::between(-1e6, 1e6)) => "0",
+        /// The set of uv; there is only the first, 0.
+        uv_set: f64 = ParameterKind::Integer(0, 15) => "0",
+    }
+    check = has_its_uv;
+}
+
+fn has_its_uv(image: ImageTexture, _warnings: &mut Vec<Problem>) -> Result<ImageTexture, Problem> {
+    if image.uv_set > 0.0 {
+        return Err(Problem {
+            parameter: "uv_set",
+            message: format!("there is no set {} of uv", image.uv_set),
+            help: Some("surfaces have one set of uv, which is 0".into()),
+        });
+    }
+    Ok(image)
+}
+
+/// Where the words of a wrap along v begin, in bits.
+const WRAP_V: u32 = 2;
+/// The bit of pictures whose nearest texel counts.
+const NEAREST: u32 = 1 << 4;
+
+impl TextureParameters for ImageTexture {
+    fn cost(&self, _known: &[Cost]) -> Cost {
+        Cost { instructions: 1, depth: 1, uses_uv: true }
+    }
+
+    fn emit(&self, builder: &mut Builder<'_>, next: u32) -> u32 {
+        let file = builder.image(self.file);
+        let is_tiled = file.is_tiled;
+        let rows = (file.places() / 10) as u32;
+        let encoded = match self.color_space {
+            ColorSpace::Auto => Encoded::Integers,
+            ColorSpace::Srgb => Encoded::All,
+            ColorSpace::Linear | ColorSpace::Data => Encoded::None,
+        };
+        let wrap = if is_tiled { [Wrap::Clamp; 2] } else { self.wrap };
+        let [wrap_u, wrap_v] = wrap.map(|wrap| wrap as u32);
+        let nearest = if self.filter == TexelFilter::Nearest { NEAREST } else { 0 };
+        let tiles = if is_tiled { TILES } else { 0 };
+        let turn = self.uv_rotate.to_radians();
+        // Quarters of a turn are exact.
+        let (sin, cos) = match (self.uv_rotate / 90.0).rem_euclid(4.0) {
+            0.0 => (0.0, 1.0),
+            1.0 => (1.0, 0.0),
+            2.0 => (0.0, -1.0),
+            3.0 => (-1.0, 0.0),
+            _ => (libm::sin(turn), libm::cos(turn)),
+        };
+        let ([su, sv], [ou, ov]) = (self.uv_scale, self.uv_offset);
+        let numbers = [cos * su, -sin * sv, ou, sin * su, cos * sv, ov].map(|x| x as f32);
+        let link = builder.picture_rows(self.file, encoded);
+        builder.push(Instruction {
+            link,
+            other: if is_tiled { rows } else { 0 },
+            flags: wrap_u | wrap_v << WRAP_V | nearest | tiles,
+            numbers,
+            ..Instruction::new(Op::Image, next)
+        })
+    }
+}
+
+/// The colour at uv, in the lanes of `asks`.
+#[inline(always)]
+pub(super) fn look_up<F: Float>(table: &TextureTable, at: F::Uint, [u, v]: [F; 2], asks: F::Mask) -> Rgb<F> {
+    let (all, rows): (&Instructions, &PictureRows) = (&table.instructions, &table.rows);
+    let number = [
+        all.number::<F>(0, at),
+        all.number(1, at),
+        all.number(2, at),
+        all.number(3, at),
+        all.number(4, at),
+        all.number(5, at),
+    ];
+    let mut s = u * number[0] + v * number[1] + number[2];
+    let mut t = u * number[3] + v * number[4] + number[5];
+    let flags = all.flags(at);
+    let (mut row, mut there) = (all.link(at), F::splat(1.0));
+    if table.has_tiles {
+        let bit = F::Uint::splat(TILES);
+        (row, there, s, t) = F::branch(
+            (flags & bit).eq(bit),
+            (row, there, s, t),
+            #[inline(always)]
+            || {
+                let (column, line) = (s.floor(), t.floor());
+                let below = column.lt(F::splat(10.0)) & line.lt(all.other(at).to_float());
+                let is_tile = column.ge(F::zero()) & line.ge(F::zero()) & below;
+                let place =
+                    column.only(is_tile).to_uint() + line.only(is_tile).to_uint() * F::Uint::splat(10);
+                (row + place, F::splat(1.0).only(is_tile), s - column, t - line)
+            },
+        );
+    }
+    let [width, height] = rows.size(row);
+    let bit = F::Uint::splat(NEAREST);
+    let nearest = (flags & bit).eq(bit);
+    let three = F::Uint::splat(3);
+    let ([left, right], [of_left, of_right]) = neighbours(s, width.to_float(), flags & three, nearest);
+    let ([low, high], [of_low, of_high]) =
+        neighbours(t, height.to_float(), flags.shr::<WRAP_V>() & three, nearest);
+    let (left, right) = (left.to_uint(), right.to_uint());
+    let (low, high) = (low.to_uint() * width, high.to_uint() * width);
+    let places = [low + left, low + right, high + left, high + right];
+    let (of_low, of_high) = (of_low * there, of_high * there);
+    let weights = [of_left * of_low, of_right * of_low, of_left * of_high, of_right * of_high];
+    F::device(&Texels(table), (row, places, weights, asks))
+}
+
+/// The two texels along an axis between whose centres a coordinate is, and their weights. Texels count from zero; a
+/// weight is zero where a texel does not count.
+#[inline(always)]
+fn neighbours<F: Float>(x: F, size: F, wrap: F::Uint, nearest: F::Mask) -> ([F; 2], [F; 2]) {
+    function!(F, texel_neighbours(x, size, wrap, nearest), {
+        let (zero, one) = (F::zero(), F::splat(1.0));
+        let is_repeat = wrap.eq(F::Uint::splat(Wrap::Repeat as u32));
+        let is_mirror = wrap.eq(F::Uint::splat(Wrap::Mirror as u32));
+        let is_black = wrap.eq(F::Uint::splat(Wrap::Black as u32));
+        let half = x * 0.5;
+        let there_and_back = (half - half.floor()) * 2.0;
+        let mirrored = there_and_back.min(F::splat(2.0) - there_and_back);
+        // Far beyond the edge all is one.
+        let clamped = x.max(F::splat(-1.0)).min(F::splat(2.0));
+        let clamped = F::select(is_black, clamped, clamped.max(zero).min(one));
+        let within = F::select(is_repeat, x - x.floor(), F::select(is_mirror, mirrored, clamped));
+        let texel = within * size;
+        let texel = F::select(nearest, texel, texel - 0.5);
+        let first = texel.floor();
+        let share = F::select(nearest, zero, texel - first);
+        let second = first + 1.0;
+        let last = size - 1.0;
+        // A coordinate just below a whole number may round to it.
+        let around = F::select(second.le(last), second, zero);
+        let before = F::select(first.lt(zero), last, first.min(last));
+        let counts_first = !is_black | (first.ge(zero) & first.le(last));
+        let counts_second = !is_black | (second.ge(zero) & second.le(last));
+        let first = F::select(is_repeat, before, first.max(zero).min(last));
+        let second = F::select(is_repeat, around, second.max(zero).min(last));
+        ([first, second], [(one - share).only(counts_first), share.only(counts_second)])
+    })
+}

@@ -1,0 +1,19 @@
+//! The textures that a scene describes.
+
+use super::program::TextureParameters;
+use crate::parameter::family;
+
+family! {
+    /// What a texture is, as a scene describes it.
+    pub enum TextureKind {
+        Constant(constant::ConstantTexture),
+        Image(image::ImageTexture),
+        Checkerboard(checkerboard::CheckerboardTexture),
+        Mix(mix::MixTexture),
+        Scale(scale::ScaleTexture),
+        Noise(noise::NoiseTexture),
+    }
+
+    /// Its program.
+    pub(crate) fn program(&self) -> &dyn TextureParameters = texture => texture;
+}

@@ -1,0 +1,125 @@
+//! Textures as programs.
+
+use super::columns::{Encoded, Instructions, PictureRows};
+use super::files::ImageFile;
+use super::instruction::{Instruction, Op};
+use super::picture::Picture;
+use crate::parameter::{ImageIndex, Varying};
+use std::sync::Arc;
+
+/// The most colours that wait while a program runs.
+pub const STACK: usize = 6;
+
+/// The most instructions of a texture. A texture that is named twice is there twice.
+pub const MOST_INSTRUCTIONS: u64 = 4096;
+
+/// What a texture takes when it is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cost {
+    /// Instructions of its program.
+    pub instructions: u64,
+    /// Colours on the stack.
+    pub depth: usize,
+    /// Whether it depends on uv.
+    pub uses_uv: bool,
+}
+
+impl Cost {
+    /// Of a value, where those of the textures before it are known.
+    pub(super) fn of(value: &Varying, known: &[Cost]) -> Cost {
+        match value {
+            Varying::Colour(_) => Cost { instructions: 1, depth: 1, uses_uv: false },
+            Varying::Texture(index) => known[*index],
+        }
+    }
+
+    /// Of an instruction behind the programs of its operands.
+    pub(super) fn after(operands: &[&Varying], known: &[Cost]) -> Cost {
+        let mut cost = Cost { instructions: 1, depth: 1, uses_uv: false };
+        for (waiting, operand) in operands.iter().enumerate() {
+            let operand = Cost::of(operand, known);
+            cost.instructions = cost.instructions.saturating_add(operand.instructions);
+            cost.depth = cost.depth.max(waiting + operand.depth);
+            cost.uses_uv |= operand.uses_uv;
+        }
+        cost
+    }
+}
+
+/// The parameters of a texture, as a scene describes it.
+pub(crate) trait TextureParameters {
+    /// What it takes, where the costs of the textures before it are known.
+    fn cost(&self, known: &[Cost]) -> Cost;
+
+    /// Adds its program, which leaves a colour on the stack and goes on with the instruction `next`. The first of its
+    /// instructions.
+    fn emit(&self, builder: &mut Builder<'_>, next: u32) -> u32;
+}
+
+/// Programs in the making. An instruction comes before those that lead to it.
+pub(crate) struct Builder<'a> {
+    pub(super) textures: Vec<&'a dyn TextureParameters>,
+    pub(super) costs: Vec<Cost>,
+    pub(super) images: &'a [ImageFile],
+    pub(super) instructions: Instructions,
+    pub(super) rows: PictureRows,
+    pub(super) pictures: Vec<Arc<Picture>>,
+    /// The rows of each image file that has some, for each [`Encoded`].
+    pub(super) rows_of: Vec<[Option<u32>; 3]>,
+}
+
+impl<'a> Builder<'a> {
+    pub(super) fn push(&mut self, instruction: Instruction) -> u32 {
+        self.instructions.push(&instruction)
+    }
+
+    /// Adds the program of a value.
+    pub(super) fn value(&mut self, value: &Varying, next: u32) -> u32 {
+        match value {
+            Varying::Colour(colour) => {
+                let colour = colour.map(|x| x as f32);
+                self.push(Instruction { colour, ..Instruction::new(Op::Constant, next) })
+            }
+            Varying::Texture(index) => self.textures[*index].emit(self, next),
+        }
+    }
+
+    /// Adds the programs of an instruction's operands before it: the last of them is uppermost on the stack.
+    pub(super) fn operands(&mut self, operands: &[&Varying], instruction: Instruction) -> u32 {
+        let last = self.push(instruction);
+        operands.iter().rev().fold(last, |next, operand| self.value(operand, next))
+    }
+
+    /// Whether a value depends on uv.
+    pub(super) fn uses_uv(&self, value: &Varying) -> bool {
+        Cost::of(value, &self.costs).uses_uv
+    }
+
+    /// An image file.
+    pub(super) fn image(&self, image: ImageIndex) -> &'a ImageFile {
+        &self.images[image.0]
+    }
+
+    /// The first of an image's rows in the table of pictures: of tiles ten for each unit of v, black where one is
+    /// missing.
+    pub(super) fn picture_rows(&mut self, image: ImageIndex, encoded: Encoded) -> u32 {
+        if let Some(first) = self.rows_of[image.0][encoded as usize] {
+            return first;
+        }
+        let file = &self.images[image.0];
+        let first = self.rows.len() as u32;
+        for place in 0..file.places() {
+            let picture = file.picture(place);
+            let index = match self.pictures.iter().position(|known| Arc::ptr_eq(known, picture)) {
+                Some(index) => index,
+                None => {
+                    self.pictures.push(Arc::clone(picture));
+                    self.pictures.len() - 1
+                }
+            };
+            self.rows.push(index as u32, picture, encoded);
+        }
+        self.rows_of[image.0][encoded as usize] = Some(first);
+        first
+    }
+}

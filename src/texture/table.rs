@@ -1,0 +1,84 @@
+//! The textures of a scene as a table.
+
+use super::columns::{Instructions, PictureRows, SRGB, TILES};
+use super::instruction::{END, Op};
+use super::picture::{Depth, Picture};
+use crate::math::{ColumnReader, colour};
+use std::sync::Arc;
+
+/// The number of no texture.
+pub const NO_TEXTURE: u32 = END;
+
+/// All textures that a scene uses.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TextureTable {
+    pub(super) instructions: Instructions,
+    pub(super) rows: PictureRows,
+    pub(super) pictures: Vec<Arc<Picture>>,
+    /// Whether any of its images is of tiles.
+    pub(super) has_tiles: bool,
+    /// Linear values of encoded ones, where there are pictures of as many bits.
+    pub(super) srgb_8: Vec<f32>,
+    pub(super) srgb_16: Vec<f32>,
+    /// The most colours that wait.
+    pub(super) depth: usize,
+    /// Whether there are instructions of each kind.
+    pub(super) has: Has,
+}
+
+/// Which instructions there are: code for others is left out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Has {
+    pub(super) image: bool,
+    pub(super) check: bool,
+    pub(super) mix: bool,
+    pub(super) scale: bool,
+    pub(super) noise: bool,
+    pub(super) restore: bool,
+}
+
+/// Linear values of numbers of so many codes that are encoded as sRGB.
+fn linear_values(codes: u32) -> Vec<f32> {
+    let most = f64::from(codes - 1);
+    (0..codes).map(|code| colour::srgb_to_linear(f64::from(code) / most) as f32).collect()
+}
+
+impl TextureTable {
+    pub(super) fn new(
+        instructions: Instructions,
+        rows: PictureRows,
+        pictures: Vec<Arc<Picture>>,
+        depth: usize,
+    ) -> TextureTable {
+        let values = |depth: Depth, codes: u32| {
+            let is_needed = rows.forms().iter().any(|&form| form & 3 == depth as u32 && form & SRGB != 0);
+            if is_needed { linear_values(codes) } else { Vec::new() }
+        };
+        let (srgb_8, srgb_16) = (values(Depth::Bits8, 1 << 8), values(Depth::Bits16, 1 << 16));
+        let has = Has {
+            image: instructions.has(Op::Image),
+            check: instructions.has(Op::Check),
+            mix: instructions.has(Op::Mix),
+            scale: instructions.has(Op::Scale),
+            noise: instructions.has(Op::Noise),
+            restore: instructions.has(Op::Restore),
+        };
+        let has_tiles = instructions.flags_of(Op::Image).any(|flags| flags & TILES != 0);
+        TextureTable { instructions, rows, pictures, has_tiles, srgb_8, srgb_16, depth, has }
+    }
+
+    /// The pictures, in the order in which the rows of pictures count their words.
+    pub fn pictures(&self) -> &[Arc<Picture>] {
+        &self.pictures
+    }
+
+    /// Gives the columns of the instructions to a reader.
+    pub fn instruction_columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        self.instructions.columns(reader);
+    }
+
+    /// Gives the columns of the pictures to a reader.
+    pub fn picture_columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        self.rows.columns(reader);
+    }
+}

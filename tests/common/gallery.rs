@@ -1,0 +1,90 @@
+// Textures of every kind and pictures of every depth, on materials of every kind. This file is included where there are
+// `ColorSpace`, `Depth`, `ImageFile`, `ImageIndex`, `Picture`, `TexelFilter`, `Tile`, `Varying`, `Wrap`, all of `scene`,
+// and `Arc`.
+
+/// A picture whose numbers look random and are the same in every run.
+pub(super) fn speckled(size: [u32; 2], channels: u32, depth: Depth, seed: u32) -> Arc<Picture> {
+    let numbers = size[0] * size[1] * channels;
+    let random = |i: u32| {
+        let mut h = (i + 1).wrapping_mul(0x9e37_79b9) ^ seed.wrapping_mul(0x85eb_ca6b);
+        h = (h ^ (h >> 16)).wrapping_mul(0x7feb_352d);
+        (h ^ (h >> 15)) >> 8
+    };
+    let bytes = |i: u32| -> Vec<u8> {
+        let x = random(i);
+        match depth {
+            Depth::Bits8 => vec![x as u8],
+            Depth::Bits16 => (x as u16).to_le_bytes().to_vec(),
+            // Halves between ¼ and 1.
+            Depth::Half => (0x3400 + (x % 0x800) as u16).to_le_bytes().to_vec(),
+            Depth::Float => (x as f32 / 16_777_216.0).to_le_bytes().to_vec(),
+        }
+    };
+    Arc::new(Picture::new(size, [channels; 2], depth, &(0..numbers).flat_map(bytes).collect::<Vec<_>>()))
+}
+
+pub(super) fn image(file: usize) -> ImageTexture {
+    ImageTexture {
+        file: ImageIndex(file),
+        color_space: ColorSpace::Auto,
+        wrap: [Wrap::Repeat; 2],
+        filter: TexelFilter::Linear,
+        mipmap: false,
+        uv_scale: [1.0; 2],
+        uv_offset: [0.0; 2],
+        uv_rotate: 0.0,
+        uv_set: 0.0,
+    }
+}
+
+/// Materials, textures and image files.
+pub(super) fn textured_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFile>) {
+    let tile = |number, seed| Tile { number, picture: speckled([5, 4], 3, Depth::Bits8, seed) };
+    let images = vec![
+        ImageFile::of("eight".into(), speckled([9, 6], 3, Depth::Bits8, 1)),
+        ImageFile::of("sixteen".into(), speckled([4, 7], 3, Depth::Bits16, 2)),
+        ImageFile::of("half".into(), speckled([6, 3], 3, Depth::Half, 3)),
+        ImageFile::of("float".into(), speckled([8, 8], 1, Depth::Float, 4)),
+        ImageFile::of("mask".into(), speckled([16, 5], 1, Depth::Bits8, 5)),
+        // One in the middle is missing.
+        ImageFile { name: "tiles".into(), is_tiled: true, tiles: vec![tile(1001, 6), tile(1011, 7), tile(1012, 8)] },
+    ];
+    let of = Varying::Texture;
+    let textures: Vec<TextureKind> = vec![
+        ImageTexture { uv_scale: [0.7, 1.1], uv_rotate: 30.0, uv_offset: [0.1, -0.2], ..image(0) }.into(),
+        ImageTexture { filter: TexelFilter::Nearest, wrap: [Wrap::Mirror, Wrap::Clamp], ..image(1) }.into(),
+        ImageTexture { wrap: [Wrap::Black, Wrap::Mirror], uv_scale: [2.0; 2], ..image(2) }.into(),
+        ImageTexture { color_space: ColorSpace::Data, wrap: [Wrap::Clamp, Wrap::Repeat], ..image(4) }.into(),
+        ImageTexture { color_space: ColorSpace::Linear, uv_scale: [3.0, 2.0], ..image(3) }.into(),
+        NoiseTexture { a: Varying::Colour([0.1, 0.2, 0.5]), b: of(0), scale: 2.0, octaves: 3.0, roughness: 0.6 }.into(),
+        // A mix behind a check within which there are others: uv are saved and restored.
+        CheckerboardTexture { even: of(1), odd: Varying::Colour([0.7, 0.3, 0.2]), checks_per_unit: [3.0, 2.0] }.into(),
+        CheckerboardTexture { even: of(6), odd: of(0), checks_per_unit: [1.5, 1.0] }.into(),
+        MixTexture { a: of(7), b: of(5), amount: of(3) }.into(),
+        ScaleTexture { texture: of(2), by: Varying::Colour([0.9, 0.8, 1.5]) }.into(),
+        ConstantTexture { value: Varying::Colour([1.5, 0.2, 0.2]) }.into(),
+        ImageTexture { uv_scale: [2.0; 2], ..image(5) }.into(),
+        ScaleTexture { texture: of(4), by: of(10) }.into(),
+        ScaleTexture { texture: of(11), by: Varying::Colour([3.0, 2.0, 1.0]) }.into(),
+    ];
+    let textures = textures.into_iter().map(|kind| Texture { name: "a texture".into(), kind }).collect();
+    let with = |kind: MaterialKind, textures: &[(&'static str, usize)]| Material {
+        name: "a material".into(),
+        kind,
+        textures: textures.iter().map(|&(parameter, texture)| Textured { parameter, texture }).collect(),
+    };
+    let reflectance = [0.5; 3];
+    let materials = vec![
+        with(MatteParameters { reflectance, roughness: 0.0 }.into(), &[("reflectance", 0)]),
+        with(MatteParameters { reflectance, roughness: 0.0 }.into(), &[("reflectance", 8)]),
+        with(MirrorParameters { reflectance }.into(), &[("reflectance", 9)]),
+        with(
+            GlassParameters { ior: 1.0, reflectance: [1.0; 3], transmittance: reflectance }.into(),
+            &[("transmittance", 11), ("ior", 12)],
+        ),
+        with(CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [0.5; 2] }.into(), &[]),
+        with(MatteParameters { reflectance, roughness: 0.0 }.into(), &[("reflectance", 11)]),
+        with(MatteParameters { reflectance: [0.8, 0.7, 0.6], roughness: 0.0 }.into(), &[]),
+    ];
+    (materials, textures, images)
+}

@@ -125,3 +125,23 @@ fn a_scene_says_what_is_in_it() {
     let told = info(Path::new(env!("CARGO_MANIFEST_DIR")), "no.toml").unwrap_err();
     assert!(told.contains("no such file"), "{told}");
 }
+
+#[test]
+fn a_scene_says_what_its_pictures_take() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = image::RgbImage::from_raw(3, 2, (0..18).collect()).unwrap();
+    picture.save(folder.path().join("wood.png")).unwrap();
+    let scene = "[materials.a]\ntype = \"matte\"\nreflectance = \"wood\"\n\
+                 [[entities]]\nshape = { type = \"sphere\", center = [0, 0, 0], radius = 1 }\nmaterial = \"a\"\n\
+                 [textures.wood]\ntype = \"image\"\nfile = \"wood.png\"\n\
+                 [textures.checks]\ntype = \"checkerboard\"\neven = \"wood\"\nodd = 0.5\n";
+    fs::write(folder.path().join("a.toml"), scene).unwrap();
+    let told = info(folder.path(), "a.toml").unwrap();
+    for line in [
+        "textures    wood (image), checks (checkerboard)",
+        "picture     wood.png: 3×2, 3 channels, 8-bit, 32 bytes",
+        "pictures    32 bytes in use",
+    ] {
+        assert!(told.lines().any(|l| l == line), "{told} lacks {line:?}");
+    }
+}

@@ -16,6 +16,7 @@ mod keys;
 mod lights;
 mod materials;
 mod syntax;
+mod textures;
 mod view;
 
 use stride::scene::{Scene, parse};

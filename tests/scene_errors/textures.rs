@@ -1,0 +1,202 @@
+//! Textures, their files, and the materials that name them.
+
+use super::*;
+use std::fs;
+use stride::scene::load;
+
+/// A matte material in lines 1 to 3 whose reflectance is `value`, then `text`.
+fn matte(value: &str, text: &str) -> String {
+    format!("[materials.a]\ntype = \"matte\"\nreflectance = {value}\n{}", text.trim_start_matches('\n'))
+}
+
+/// A texture in lines 4 and 5, of this type, with these further lines.
+fn texture(kind: &str, more: &str) -> String {
+    matte("\"t\"", &format!("[textures.t]\ntype = \"{kind}\"\n{}", more.trim_start_matches('\n')))
+}
+
+broken!(
+    texture_misspelt,
+    matte("\"plank\"", "[textures.planks]\ntype = \"constant\"\nvalue = 1\n"),
+    [r#"3:15: no texture "plank"; did you mean "planks"?"#]
+);
+broken!(
+    texture_unknown,
+    matte("\"x\"", "[textures.planks]\ntype = \"constant\"\nvalue = 1\n"),
+    [r#"3:15: no texture "x"; the textures are "planks""#]
+);
+broken!(
+    no_textures_at_all,
+    matte("\"planks\"", ""),
+    [r#"3:15: no texture "planks"; this file has no [textures.NAME]"#]
+);
+broken!(
+    a_number_in_quotes_is_no_texture,
+    matte("\"0.5\"", ""),
+    [
+        "3:15: reflectance must be an array of 3 numbers (red, green, blue), not a string; take the quotes away"
+    ]
+);
+broken!(
+    texture_type_misspelt,
+    texture("imag", "file = \"a.png\"\n"),
+    [r#"5:8: unknown texture type "imag"; did you mean "image"?"#]
+);
+broken!(
+    texture_key_misspelt,
+    texture("checkerboard", "even = 1\nodd = 0\nchecks_per_unti = 2\n"),
+    [r#"8:1: unknown key "checks_per_unti" in a checkerboard texture; did you mean "checks_per_unit"?"#]
+);
+broken!(
+    texture_without_a_value,
+    texture("constant", ""),
+    [r#"4:1: missing key "value" in a constant texture"#]
+);
+broken!(
+    value_of_another_type,
+    texture("constant", "value = true\n"),
+    [
+        "6:9: value must be a number, an array of 3 numbers (red, green, blue) or the name of a texture, not a boolean"
+    ]
+);
+broken!(
+    value_out_of_range,
+    texture("scale", "texture = [1, 2, -3]\nby = nan\n"),
+    [
+        "6:18: blue of texture must be from 0 to 1073741824, not -3",
+        "7:6: by must be a finite number, not nan",
+    ]
+);
+broken!(
+    amount_out_of_range,
+    texture("mix", "a = 0\nb = 1\namount = 1.5\n"),
+    ["8:10: amount must be from 0 to 1, not 1.5"]
+);
+broken!(
+    octaves_that_are_none,
+    texture("noise", "octaves = 2.5\nroughness = 2\n"),
+    [
+        "6:11: octaves must be an integer, not a number with a point",
+        "7:13: roughness must be from 0 to 1, not 2"
+    ]
+);
+broken!(
+    a_texture_that_contains_itself,
+    texture("scale", "texture = \"u\"\nby = 2\n[textures.u]\ntype = \"mix\"\na = 0\nb = \"t\"\n"),
+    ["11:5: scale contains itself: t → u → t"]
+);
+broken!(
+    too_many_colours_wait,
+    {
+        let mix = |i: usize| {
+            format!(
+                "[textures.t{i}]\ntype = \"mix\"\na = 0\nb = 1\namount = {}\n",
+                match i {
+                    0 => "0.5".to_owned(),
+                    i => format!("\"t{}\"", i - 1),
+                }
+            )
+        };
+        matte("\"t2\"", &(0..3).map(mix).collect::<String>())
+    },
+    [
+        "14:11: texture \"t2\": too many textures stand inside each other: 7 colours have to wait, of at most 6"
+    ]
+);
+broken!(
+    a_missing_file,
+    texture("image", "file = \"nowhere.png\"\n"),
+    ["6:8: nowhere.png: there is no such file"]
+);
+broken!(
+    a_file_of_another_kind,
+    texture("image", "file = \"README.md\"\n"),
+    ["6:8: README.md: a picture is a .png, .jpg, .jpeg, .tga, .bmp, .tif, .tiff, .webp, .hdr or .exr"]
+);
+broken!(
+    tiles_of_which_there_is_none,
+    texture("image", "file = \"nowhere.<UDIM>.png\"\n"),
+    ["6:8: nowhere.<UDIM>.png: there is no tile from 1001 to 1999 of this name"]
+);
+broken!(
+    a_file_that_is_no_name,
+    texture("image", "file = 3\n"),
+    ["6:8: file must be a string, not an integer"]
+);
+broken!(
+    words_of_images_misspelt,
+    texture(
+        "image",
+        "file = \"docs/cover.png\"\ncolor_space = \"sRGB\"\nwrap = [\"repeat\", \"mirrored\"]\nfilter = \"bilinear\"\n"
+    ),
+    [
+        r#"7:15: unknown color_space "sRGB"; did you mean "srgb"?"#,
+        r#"8:19: unknown wrap "mirrored"; did you mean "mirror"?"#,
+        r#"9:10: unknown filter "bilinear"; did you mean "linear"?"#,
+    ]
+);
+broken!(
+    another_set_of_uv,
+    texture("image", "file = \"docs/cover.png\"\nuv_set = 1\n"),
+    ["7:10: there is no set 1 of uv; surfaces have one set of uv, which is 0"]
+);
+broken!(
+    flags_that_are_none,
+    texture("image", "file = \"docs/cover.png\"\nmipmap = 1\n"),
+    ["7:10: mipmap must be true or false, not an integer"]
+);
+broken!(
+    what_can_be_no_texture,
+    "[materials.a]\ntype = \"matte\"\nreflectance = [0, 0, 0]\n[materials.b]\ntype = \"checkerboard\"\neven = \"a\"\nodd = \"a\"\nchecks_per_unit = \"t\"\n[textures.t]\ntype = \"constant\"\nvalue = 1\n",
+    ["8:19: checks_per_unit of a checkerboard can be no texture"]
+);
+broken!(
+    shapes_take_no_textures,
+    entity(
+        "{ type = \"sphere\", center = [0, 0, 0], radius = \"t\" }",
+        "[textures.t]\ntype = \"constant\"\nvalue = 1\n"
+    ),
+    ["5:57: radius must be a number, not a string"]
+);
+
+#[test]
+fn broken_files_are_told_where_the_scene_names_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let png = fs::read("docs/cover.png").expect("a picture");
+    fs::write(folder.path().join("half.png"), &png[..png.len() / 2]).expect("written");
+    fs::write(folder.path().join("text.exr"), "no picture").expect("written");
+    let mut lies = png.clone();
+    // A width of 70,000 in the header, and its checksum.
+    lies[16..20].copy_from_slice(&70_000_u32.to_be_bytes());
+    fs::write(folder.path().join("lies.png"), &lies).expect("written");
+    fs::create_dir(folder.path().join("folder.png")).expect("a folder");
+    let image = |name: &str| format!("[textures.{name}]\ntype = \"image\"\nfile = \"{name}\"\n");
+    let quoted = |name: &str| image(name).replacen(name, &format!("\"{name}\""), 1);
+    let names = ["half.png", "text.exr", "lies.png", "folder.png"];
+    let path = folder.path().join("box.toml");
+    fs::write(&path, names.map(quoted).concat()).expect("written");
+    let told = load(&path).expect_err("a scene came of it").to_string();
+    let lines: Vec<_> = told.lines().collect();
+    assert_eq!(lines.len(), 4, "{told}");
+    for ((line, name), number) in lines.iter().zip(names).zip([3, 6, 9, 12]) {
+        assert!(line.contains(&format!("box.toml:{number}:8: ")) && line.contains(name), "{line}");
+    }
+    assert!(lines[0].contains("this is no whole PNG file"), "{}", lines[0]);
+    assert!(lines[1].contains("this is no whole EXR file"), "{}", lines[1]);
+    assert!(lines[3].ends_with("this is a folder"), "{}", lines[3]);
+}
+
+#[test]
+fn a_file_is_read_once_and_told_of_once() {
+    let two = "[textures.t]\ntype = \"image\"\nfile = \"docs/cover.png\"\n[textures.u]\ntype = \"image\"\nfile = \"docs/cover.png\"\nwrap = [\"clamp\", \"black\"]\n";
+    let loaded = parse(two, "box.toml".as_ref()).expect("a scene");
+    assert_eq!((loaded.scene.images.len(), loaded.scene.textures.len()), (1, 2));
+    let unused: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        unused[..]
+            .iter()
+            .any(|told| told.contains("texture \"u\" is not used; no material or emission names it")),
+        "{unused:?}"
+    );
+    let errors = parse(&two.replace("cover", "nothing"), "box.toml".as_ref()).expect_err("no file");
+    assert_eq!(errors.to_string().lines().count(), 1);
+}

@@ -142,6 +142,17 @@ impl Camera {
             Ray { o, d, time: F::zero() }
         })
     }
+
+    /// The area that a pixel covers at a point, of a plane that faces the eye.
+    #[inline(always)]
+    pub fn footprint<F: Float>(&self, p: Vec3<F>) -> F {
+        let side = F::given(&self.pixel_side);
+        if self.is_orthographic {
+            return side * side;
+        }
+        let to_eye = p - Vec3::given(&self.eye);
+        to_eye.dot(to_eye) * (side * side)
+    }
 }
 
 #[cfg(test)]

@@ -110,7 +110,7 @@ fn with_disks_cylinders_and_boxes() {
 
 /// Rough metals, rough glass, a rough sheet and rough matte under a wide sun, a lamp and spots.
 fn rough_surfaces() -> Scene {
-    let material = |kind: MaterialKind| Material { name: "rough".into(), kind };
+    let material = |kind: MaterialKind| Material { name: "rough".into(), kind, textures: Vec::new() };
     let metal = |roughness| {
         let (eta, k) = (Some([0.2, 0.9, 1.1]), Some([3.9, 2.4, 2.2]));
         material(ConductorParameters { metal: None, eta, k, roughness }.into())

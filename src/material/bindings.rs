@@ -207,7 +207,7 @@ impl Bindings {
                 Rgb::black(),
                 #[inline(always)]
                 || {
-                    let [r, g, b] = textures.value(texture, site.uv, site.p).channels();
+                    let [r, g, b] = textures.value(texture, *site).channels();
                     let (least, most) = (F::gather(&self.least, at), F::gather(&self.most, at));
                     Rgb::new(r.max(least).min(most), g.max(least).min(most), b.max(least).min(most))
                 },
@@ -287,7 +287,7 @@ mod tests {
             |parameter| Binding { row: 1, place: Place::of(&glass, parameter).expect("a place"), texture };
         let bindings = Bindings::new(2, &[binding("transmittance"), binding("ior")]);
         let textures = compiler.finish();
-        let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2] };
+        let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2], footprint: 0.0 };
         let own = Numbers { colour: Rgb::splat([0.1; 3]), further: [0.125; NUMBERS] };
         let apply = |row| bindings.apply(&textures, Wrapping(row), &site, own);
         assert_eq!(apply(0).further, own.further);
@@ -306,7 +306,7 @@ mod tests {
         let binding = |slot, most| Binding { row: 0, place: place(slot, most), texture };
         let all = [binding(Slot::Colour, 1.0), binding(Slot::Numbers(6), 0.3), binding(Slot::Number(0), 0.0)];
         let bindings = Bindings::new(1, &all);
-        let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2] };
+        let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2], footprint: 0.0 };
         let own = Numbers { colour: Rgb::black(), further: [0.125; NUMBERS] };
         let found = bindings.apply(&compiler.finish(), Wrapping(0), &site, own);
         assert_eq!(found.colour, Rgb::splat([0.25, 0.0625, LEAST_SQUARE]));

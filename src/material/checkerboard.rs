@@ -47,4 +47,9 @@ impl Chooser for Checkerboard {
         let chosen = F::Uint::select(is_even, columns.choice(0, row), columns.choice(1, row));
         (chosen, [a - line, b - column])
     }
+
+    #[inline(always)]
+    fn magnified<F: Float>(columns: &Columns, row: F::Uint) -> F {
+        columns.number::<F>(0, row) * columns.number::<F>(1, row)
+    }
 }

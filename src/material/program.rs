@@ -31,4 +31,7 @@ pub trait Leaf {
 pub trait Chooser {
     /// The row that a row of this kind chooses at uv, and the uv for the chosen one.
     fn choose<F: Float>(columns: &Columns, row: F::Uint, uv: [F; 2]) -> (F::Uint, [F; 2]);
+
+    /// The area of the chosen one's uv for each area of uv.
+    fn magnified<F: Float>(columns: &Columns, row: F::Uint) -> F;
 }

@@ -1,7 +1,8 @@
 //! A material as the table keeps it, and as lanes read it.
 
 use super::kind::Kind;
-use crate::math::{ColumnReader, Float, Rgb, Uint, Vec3, value};
+use crate::math::{ColumnReader, Float, Rgb, Uint, value};
+pub use crate::texture::Site;
 
 /// Numbers of a row beyond its colour: as many as the material with the most has.
 pub const NUMBERS: usize = 8;
@@ -56,18 +57,6 @@ pub struct Numbers<F> {
 }
 
 value!(Numbers { colour, further });
-
-/// The properties of a point that programs may use, so that parameters can vary over a surface.
-#[derive(Clone, Copy, Debug)]
-pub struct Site<F> {
-    /// The point in world space.
-    pub p: Vec3<F>,
-    /// The surface's coordinates there, or those within a check. They are valid only in lanes where
-    /// [`super::MaterialTable::looks_at_uv`] holds for the surface's material.
-    pub uv: [F; 2],
-}
-
-value!(Site { p, uv });
 
 /// All rows, one column for each property.
 #[derive(Clone, Debug, Default, PartialEq)]

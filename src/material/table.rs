@@ -88,6 +88,24 @@ macro_rules! choose {
     };
 }
 
+/// Multiplies areas of uv by those within choosers.
+macro_rules! magnify {
+    (
+        { $table:ident, $kind:ident, $row:ident, $area:ident }
+        leaves $leaves:tt
+        choosers { $($(#[$cfg:meta])* $module:ident::$Chooser:ident($parameters:ident),)* }
+    ) => {
+        $(
+            $(#[$cfg])*
+            {
+                let lanes = $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
+                let within = $area * super::$module::$Chooser::magnified::<F>(&$table.columns, $row);
+                $area = F::select(lanes, within, $area);
+            }
+        )*
+    };
+}
+
 impl MaterialTable {
     /// The table of these rows; a chooser names only rows before its own.
     pub fn new(rows: Vec<Row>) -> MaterialTable {
@@ -166,6 +184,18 @@ impl MaterialTable {
         (material, uv)
     }
 
+    /// The area of the uv that [`Self::resolve`] gives for each area of those that it is given.
+    #[inline(always)]
+    pub fn magnified<F: Float>(&self, mut material: F::Uint, mut uv: [F; 2]) -> F {
+        let mut area = F::splat(1.0);
+        for _ in 0..self.nesting {
+            let kind = self.columns.kind(material);
+            materials!(magnify self, kind, material, area);
+            materials!(choose self, kind, material, uv);
+        }
+        area
+    }
+
     /// The BSDFs of resolved materials at a point.
     #[inline(always)]
     pub fn bsdf<F: Float>(&self, material: F::Uint, site: Site<F>) -> Bsdf<F> {
@@ -213,6 +243,10 @@ mod tests {
     #[test]
     fn nested_checks_see_the_coordinates_within_their_check() {
         let table = checkers();
+        assert_eq!(
+            [0, 2, 3].map(|row| table.magnified::<f32>(Wrapping(row), [0.05, 0.02])),
+            [1.0, 100.0, 200.0]
+        );
         let at = |u: f32, v: f32| table.resolve::<f32>(Wrapping(3), [u, v]).0.0;
         // The outer check (0, 0) spans u 0…1 and v 0…½: within it v is doubled.
         assert_eq!([at(0.05, 0.02), at(0.05, 0.06), at(0.15, 0.06)], [0, 1, 0]);
@@ -225,7 +259,7 @@ mod tests {
 
     #[test]
     fn numbers_that_some_rows_have_are_read_in_their_lanes() {
-        let site = Site { p: Vec3::zero(), uv: [0.0; 2] };
+        let site = Site { p: Vec3::zero(), uv: [0.0; 2], footprint: 0.0 };
         let glass =
             GlassParameters { ior: 1.5, reflectance: [0.5; 3], transmittance: [0.75, 0.5, 0.25] }.row();
         let table = MaterialTable::new(vec![

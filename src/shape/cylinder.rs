@@ -178,4 +178,9 @@ impl RareShape for Cylinder {
         let u = trig::angle_turns(n.dot(y_axis), n.dot(form.u_axis));
         [u, p.dot(form.v_axis) + form.v_offset]
     }
+
+    #[inline(always)]
+    fn uv_per_area<F: Float>(form: &RareForm<F>, _p: Vec3<F>) -> F {
+        form.v_axis.length() / (form.constant * TAU)
+    }
 }

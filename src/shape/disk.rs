@@ -10,6 +10,7 @@ use crate::parameter::limits::{DIRECTION, LENGTH, POINT};
 use crate::parameter::{ParameterKind, parameters};
 use glam::DVec3;
 use std::f32::consts::PI;
+use std::f32::consts::TAU;
 
 parameters! {
     /// The points X of a plane with |X − center| ≤ radius; outward is the normal, of length one.
@@ -106,6 +107,9 @@ impl Shape for Disk {
     }
 }
 
+/// Nearer to the centre than this share of the radius areas of uv are those of here.
+const LEAST_V: f32 = 1e-3;
+
 /// The axis is the normal and the constant the distance; u and v are the first and the second coordinate.
 impl RareShape for Disk {
     #[inline(always)]
@@ -127,6 +131,15 @@ impl RareShape for Disk {
         let x = p.dot(form.u_axis) + form.u_offset;
         let y = p.dot(form.v_axis) + form.v_offset;
         [trig::angle_turns(y, x), (x * x + y * y).sqrt()]
+    }
+
+    #[inline(always)]
+    fn uv_per_area<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> F {
+        let x = p.dot(form.u_axis) + form.u_offset;
+        let y = p.dot(form.v_axis) + form.v_offset;
+        // The axes have the length of one over the radius.
+        let v = (x * x + y * y).sqrt().max(F::splat(LEAST_V));
+        form.u_axis.dot(form.u_axis) * (1.0 / TAU) / v
     }
 }
 

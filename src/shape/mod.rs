@@ -72,6 +72,9 @@ trait RareShape: Shape {
 
     /// uv at a point on the surface, where the outward unit normal is `n`.
     fn uv<F: Float>(form: &RareForm<F>, p: Vec3<F>, n: Vec3<F>) -> [F; 2];
+
+    /// The area of uv for each area of the surface at a point on it; large where it has no bound.
+    fn uv_per_area<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> F;
 }
 
 /// The formula for the normal and uv of a surface at a point.

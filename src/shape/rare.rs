@@ -145,6 +145,21 @@ macro_rules! rare {
                 )+
                 uv
             }
+
+            /// The area of uv for each area of the surface at a point.
+            #[inline(always)]
+            pub fn uv_per_area(&self, kind: F::Uint, p: Vec3<F>) -> F {
+                let mut area = F::zero();
+                $(
+                    area = F::branch(
+                        kind.eq(F::Uint::splat(RareKind::$shape.number())),
+                        area,
+                        #[inline(always)]
+                        || $shape::uv_per_area(self, p),
+                    );
+                )+
+                area
+            }
         }
     };
 }

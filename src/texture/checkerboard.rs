@@ -66,3 +66,9 @@ pub(super) fn choose<F: Float>(all: &Instructions, at: F::Uint, [u, v]: [F; 2]) 
     let keeps = all.flags(at).eq(F::Uint::splat(KEEPS_UV));
     (next, [F::select(keeps, u, a - line), F::select(keeps, v, b - column)])
 }
+
+/// The area of uv within a check for each area of uv.
+#[inline(always)]
+pub(super) fn magnified<F: Float>(all: &Instructions, at: F::Uint) -> F {
+    (all.number::<F>(0, at) * all.number::<F>(1, at)).abs()
+}

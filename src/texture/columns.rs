@@ -16,6 +16,9 @@ pub const SRGB: u32 = 8;
 /// The bit of the flags of images that are of tiles.
 pub(super) const TILES: u32 = 1 << 5;
 
+/// The bit of the flags of images of which coarser levels may be seen.
+pub(super) const MIPMAP: u32 = 1 << 6;
+
 /// Which numbers of pictures are encoded as sRGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoded {
@@ -122,6 +125,9 @@ pub(super) struct PictureRows {
     form: Vec<u32>,
     /// The number of the picture.
     picture: Vec<u32>,
+    /// How many coarser levels it has, and the row of the first of these; those of the others follow.
+    levels: Vec<u32>,
+    coarser: Vec<u32>,
     /// Words of the pictures that have rows.
     words: u32,
 }
@@ -146,6 +152,19 @@ impl PictureRows {
         self.first.push(first);
         self.form.push(picture.depth() as u32 | coloured | if is_encoded { SRGB } else { 0 });
         self.picture.push(number);
+        self.levels.push(0);
+        self.coarser.push(0);
+    }
+
+    /// Says that the last rows are the coarser levels of a picture.
+    pub(super) fn set_levels(&mut self, row: u32, levels: usize) {
+        self.levels[row as usize] = levels as u32;
+        self.coarser[row as usize] = (self.len() - levels) as u32;
+    }
+
+    /// Whether a row is that of numbers that are encoded as sRGB.
+    pub(super) fn is_encoded(&self, row: u32) -> bool {
+        self.form[row as usize] & SRGB != 0
     }
 
     pub(super) fn len(&self) -> usize {
@@ -164,16 +183,30 @@ impl PictureRows {
 
     /// Gives the columns to a reader.
     pub(super) fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
-        let PictureRows { width, height, first, form, picture: _, words: _ } = self;
+        let PictureRows { width, height, first, form, picture: _, levels, coarser, words: _ } = self;
         reader.words("width", width);
         reader.words("height", height);
         reader.words("first", first);
         reader.words("form", form);
+        reader.words("levels", levels);
+        reader.words("coarser", coarser);
     }
 
     /// Columns of texels, and rows of them.
     #[inline(always)]
     pub(super) fn size<U: Uint>(&self, row: U) -> [U; 2] {
         [U::gather(&self.width, row), U::gather(&self.height, row)]
+    }
+
+    /// How many coarser levels there are.
+    #[inline(always)]
+    pub(super) fn levels<U: Uint>(&self, row: U) -> U {
+        U::gather(&self.levels, row)
+    }
+
+    /// The row of the first coarser level, if there is one.
+    #[inline(always)]
+    pub(super) fn coarser<U: Uint>(&self, row: U) -> U {
+        U::gather(&self.coarser, row)
     }
 }

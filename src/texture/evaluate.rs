@@ -2,49 +2,53 @@
 
 use super::instruction::{END, Op};
 use super::program::STACK;
+use super::site::Site;
 use super::table::TextureTable;
 use super::{checkerboard, image, mix, noise};
 use crate::math::{Float, Rgb, Uint, Vec3, function};
 
+/// The coordinates that instructions look at: uv, and the area of them that a pixel covers.
+type Coordinates<F> = ([F; 2], F);
+
 impl TextureTable {
-    /// The values of textures at points, given by uv and in the world; black where there is no texture.
+    /// The values of textures at points; black where there is no texture.
     #[inline(always)]
-    pub fn value<F: Float>(&self, texture: F::Uint, uv: [F; 2], p: Vec3<F>) -> Rgb<F> {
-        function!(F, texture_value(texture, uv, p), {
+    pub fn value<F: Float>(&self, texture: F::Uint, site: Site<F>) -> Rgb<F> {
+        function!(F, texture_value(texture, site), {
             // Most programs are of one instruction, or choose among such.
             if self.depth <= 1 {
-                self.run::<F, 1>(texture, uv, p)
+                self.run::<F, 1>(texture, site)
             } else {
-                self.run::<F, STACK>(texture, uv, p)
+                self.run::<F, STACK>(texture, site)
             }
         })
     }
 
     /// Runs programs with a stack of `D` colours.
     #[inline(always)]
-    fn run<F: Float, const D: usize>(&self, first: F::Uint, uv: [F; 2], p: Vec3<F>) -> Rgb<F> {
+    fn run<F: Float, const D: usize>(&self, first: F::Uint, site: Site<F>) -> Rgb<F> {
         let end = F::Uint::splat(END);
         let (_, _, stack) = F::repeat(
             first.lt(end),
-            (first, uv, [Rgb::<F>::black(); D]),
+            (first, (site.uv, site.footprint), [Rgb::<F>::black(); D]),
             #[inline(always)]
-            |(at, uv, stack)| {
-                let (next, uv, stack) = self.step(at, uv, stack, p);
-                ((next, uv, stack), next.lt(end))
+            |(at, coordinates, stack)| {
+                let (next, coordinates, stack) = self.step(at, coordinates, stack, site.p);
+                ((next, coordinates, stack), next.lt(end))
             },
         );
         stack[0]
     }
 
-    /// One instruction: the next one, uv there, and the stack.
+    /// One instruction: the next one, the coordinates there, and the stack.
     #[inline(always)]
     fn step<F: Float, const D: usize>(
         &self,
         at: F::Uint,
-        uv: [F; 2],
+        (uv, footprint): Coordinates<F>,
         stack: [Rgb<F>; D],
         p: Vec3<F>,
-    ) -> (F::Uint, [F; 2], [Rgb<F>; D]) {
+    ) -> (F::Uint, Coordinates<F>, [Rgb<F>; D]) {
         let (all, has) = (&self.instructions, &self.has);
         let op = all.op(at);
         let mut next = (all.next(at), uv);
@@ -55,7 +59,7 @@ impl TextureTable {
                 asks,
                 top,
                 #[inline(always)]
-                || image::look_up(self, at, uv, asks),
+                || image::look_up(self, at, uv, footprint, asks),
             );
         }
         if has.noise {
@@ -75,6 +79,7 @@ impl TextureTable {
             );
         }
         let (next, mut next_uv) = next;
+        let mut next_footprint = footprint;
         let is_check = op.eq(F::Uint::splat(Op::Check as u32));
         let is_mix = op.eq(F::Uint::splat(Op::Mix as u32));
         let is_restore = op.eq(F::Uint::splat(Op::Restore as u32));
@@ -89,11 +94,16 @@ impl TextureTable {
         }
         if has.restore {
             let is_save = op.eq(F::Uint::splat(Op::Save as u32));
-            top = Rgb::select(is_save, Rgb::new(uv[0], uv[1], F::zero()), top);
+            top = Rgb::select(is_save, Rgb::new(uv[0], uv[1], footprint), top);
             let (above, saved) = (waiting(&stack, 0), waiting(&stack, 1));
             top = Rgb::select(is_restore, above, top);
             next_uv =
                 [F::select(is_restore, saved.r, next_uv[0]), F::select(is_restore, saved.g, next_uv[1])];
+            next_footprint = F::select(is_restore, saved.b, next_footprint);
+        }
+        if self.has_mipmaps && has.check {
+            let within = next_footprint * checkerboard::magnified::<F>(all, at);
+            next_footprint = F::select(is_check, within, next_footprint);
         }
         let mut new = [top; D];
         let mut i = 0;
@@ -114,7 +124,7 @@ impl TextureTable {
             new[i] = own;
             i += 1;
         }
-        (next, next_uv, new)
+        (next, (next_uv, next_footprint), new)
     }
 }
 

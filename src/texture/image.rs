@@ -1,6 +1,6 @@
 //! Pictures over uv.
 
-use super::columns::{Encoded, Instructions, PictureRows, TILES};
+use super::columns::{Encoded, Instructions, MIPMAP, PictureRows, TILES};
 use super::fetch::Texels;
 use super::instruction::{Instruction, Op};
 use super::program::{Builder, Cost, TextureParameters};
@@ -50,9 +50,9 @@ words! {
 parameters! {
     /// A picture. Its lower left corner is at (0, 0), the centres of its texels are at (i + ½)/n.
     pub struct ImageTexture: "image", "an image" {
-        /// A .png, .jpg, .tga, .bmp, .tif, .webp, .hdr or .exr file, relative to this one; `<UDIM>` in its name stands
-        /// for 1001, 1002 and so on, ten tiles for each unit of v. Transparency does not count. Textures may share it:
-        /// it is read once.
+        /// A .png, .jpg, .tga, .bmp, .tif, .webp, .hdr or .exr file of at most 65536 texels a side and 1 GiB, relative to
+        /// this one; `<UDIM>` in its name stands for 1001, 1002 and so on, ten tiles for each unit of v. Transparency
+        /// does not count. Textures may share it: it is read once.
         file: ImageIndex = ParameterKind::Image,
         /// What the numbers in the file are: sRGB, linear Rec. 709, or data such as roughness, masks and normals;
         /// "auto" takes 8 and 16 bits for sRGB, and floats for linear.
@@ -62,7 +62,8 @@ parameters! {
         wrap: [Wrap; 2] = ParameterKind::Words(Wrap::WORDS) => "\"repeat\"",
         /// Whether the nearest texel counts or a bilinear mix of four.
         filter: TexelFilter = ParameterKind::Word(TexelFilter::WORDS) => "\"linear\"",
-        /// Whether coarser levels may be used far from the camera. There are none yet: the finest level is used.
+        /// Whether coarser levels count where a pixel covers many texels; between two levels they are mixed. It depends
+        /// on the point and the camera alone. With "nearest" it is always the finest level.
         mipmap: bool = ParameterKind::Flag => "true",
         /// uv are multiplied by this, then turned, then moved: one number, or one along u and one along v.
         uv_scale: [f64; 2] = ParameterKind::Pair(COORDINATE) => "1",
@@ -121,20 +122,28 @@ impl TextureParameters for ImageTexture {
         };
         let ([su, sv], [ou, ov]) = (self.uv_scale, self.uv_offset);
         let numbers = [cos * su, -sin * sv, ou, sin * su, cos * sv, ov].map(|x| x as f32);
-        let link = builder.picture_rows(self.file, encoded);
+        let has_levels = self.mipmap && self.filter == TexelFilter::Linear;
+        let link = builder.picture_rows(self.file, encoded, has_levels);
+        let levels = if has_levels { MIPMAP } else { 0 };
         builder.push(Instruction {
             link,
             other: if is_tiled { rows } else { 0 },
-            flags: wrap_u | wrap_v << WRAP_V | nearest | tiles,
+            flags: wrap_u | wrap_v << WRAP_V | nearest | tiles | levels,
             numbers,
             ..Instruction::new(Op::Image, next)
         })
     }
 }
 
-/// The colour at uv, in the lanes of `asks`.
+/// The colour at uv, in the lanes of `asks`, where a pixel covers the area `footprint` of uv.
 #[inline(always)]
-pub(super) fn look_up<F: Float>(table: &TextureTable, at: F::Uint, [u, v]: [F; 2], asks: F::Mask) -> Rgb<F> {
+pub(super) fn look_up<F: Float>(
+    table: &TextureTable,
+    at: F::Uint,
+    [u, v]: [F; 2],
+    footprint: F,
+    asks: F::Mask,
+) -> Rgb<F> {
     let (all, rows): (&Instructions, &PictureRows) = (&table.instructions, &table.rows);
     let number = [
         all.number::<F>(0, at),
@@ -164,7 +173,57 @@ pub(super) fn look_up<F: Float>(table: &TextureTable, at: F::Uint, [u, v]: [F; 2
             },
         );
     }
-    let [width, height] = rows.size(row);
+    if !table.has_mipmaps {
+        return texels(table, row, flags, [s, t], there, asks);
+    }
+    let levels = F::branch(
+        asks & (flags & F::Uint::splat(MIPMAP)).eq(F::Uint::splat(MIPMAP)),
+        (row, row, F::zero()),
+        #[inline(always)]
+        || {
+            let [width, height] = rows.size(row);
+            let turned = number[0] * number[4] - number[1] * number[3];
+            let covered = (footprint * turned).abs() * width.to_float() * height.to_float();
+            // The square root of the texels is their number along a side.
+            let level = (log2(covered) * 0.5).max(F::zero()).min(rows.levels(row).to_float());
+            let (finer, coarser) = (level.floor(), rows.coarser(row));
+            let share = level - finer;
+            let before = finer.max(F::splat(1.0)) - 1.0;
+            let is_finest = finer.lt(F::splat(1.0));
+            let last = rows.levels(row).to_float() - 1.0;
+            let first = F::Uint::select(is_finest, row, coarser + before.to_uint());
+            (first, coarser + finer.min(last).max(F::zero()).to_uint(), share)
+        },
+    );
+    let (finer, coarser, share) = levels;
+    let sharp = texels(table, finer, flags, [s, t], there, asks);
+    let mixes = asks & share.gt(F::zero());
+    F::branch(
+        mixes,
+        sharp,
+        #[inline(always)]
+        || sharp * (F::splat(1.0) - share) + texels(table, coarser, flags, [s, t], there, mixes) * share,
+    )
+}
+
+/// The logarithm to the base of two: exact at powers of two, and between them on a straight line, at most 0.09 too
+/// small. For finite numbers above zero; far below zero for zero.
+#[inline(always)]
+fn log2<F: Float>(x: F) -> F {
+    x.to_bits().to_float() * (1.0 / 8_388_608.0) - 127.0
+}
+
+/// The colour of a picture at coordinates over its sides, times `there`, in the lanes of `asks`.
+#[inline(always)]
+fn texels<F: Float>(
+    table: &TextureTable,
+    row: F::Uint,
+    flags: F::Uint,
+    [s, t]: [F; 2],
+    there: F,
+    asks: F::Mask,
+) -> Rgb<F> {
+    let [width, height] = table.rows.size(row);
     let bit = F::Uint::splat(NEAREST);
     let nearest = (flags & bit).eq(bit);
     let three = F::Uint::splat(3);

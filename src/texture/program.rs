@@ -3,6 +3,7 @@
 use super::columns::{Encoded, Instructions, PictureRows};
 use super::files::ImageFile;
 use super::instruction::{Instruction, Op};
+use super::mipmap::coarser_levels;
 use super::picture::Picture;
 use crate::parameter::{ImageIndex, Varying};
 use std::sync::Arc;
@@ -64,8 +65,8 @@ pub(crate) struct Builder<'a> {
     pub(super) instructions: Instructions,
     pub(super) rows: PictureRows,
     pub(super) pictures: Vec<Arc<Picture>>,
-    /// The rows of each image file that has some, for each [`Encoded`].
-    pub(super) rows_of: Vec<[Option<u32>; 3]>,
+    /// The rows of each image file that has some, for each [`Encoded`], and whether these have coarser levels.
+    pub(super) rows_of: Vec<[Option<(u32, bool)>; 3]>,
 }
 
 impl<'a> Builder<'a> {
@@ -101,11 +102,20 @@ impl<'a> Builder<'a> {
     }
 
     /// The first of an image's rows in the table of pictures: of tiles ten for each unit of v, black where one is
-    /// missing.
-    pub(super) fn picture_rows(&mut self, image: ImageIndex, encoded: Encoded) -> u32 {
-        if let Some(first) = self.rows_of[image.0][encoded as usize] {
-            return first;
+    /// missing. With `levels`, pictures have rows of coarser ones, too.
+    pub(super) fn picture_rows(&mut self, image: ImageIndex, encoded: Encoded, levels: bool) -> u32 {
+        let known = self.rows_of[image.0][encoded as usize];
+        let first = known.map_or_else(|| self.finest_rows(image, encoded), |(first, _)| first);
+        let has_levels = known.is_some_and(|(_, has_levels)| has_levels);
+        if levels && !has_levels {
+            self.coarser_rows(image, first);
         }
+        self.rows_of[image.0][encoded as usize] = Some((first, levels || has_levels));
+        first
+    }
+
+    /// The rows of the pictures of a file.
+    fn finest_rows(&mut self, image: ImageIndex, encoded: Encoded) -> u32 {
         let file = &self.images[image.0];
         let first = self.rows.len() as u32;
         for place in 0..file.places() {
@@ -119,7 +129,22 @@ impl<'a> Builder<'a> {
             };
             self.rows.push(index as u32, picture, encoded);
         }
-        self.rows_of[image.0][encoded as usize] = Some(first);
         first
+    }
+
+    /// Adds the coarser levels of the pictures of a file, whose rows are known. A missing tile has none.
+    fn coarser_rows(&mut self, image: ImageIndex, first: u32) {
+        let file = &self.images[image.0];
+        for (place, row) in (0..file.places()).zip(first..) {
+            let is_encoded = self.rows.is_encoded(row);
+            let levels = coarser_levels(file.picture(place), is_encoded);
+            let count = levels.len();
+            for level in levels {
+                let encoded = if is_encoded { Encoded::All } else { Encoded::None };
+                self.rows.push(self.pictures.len() as u32, &level, encoded);
+                self.pictures.push(Arc::new(level));
+            }
+            self.rows.set_levels(row, count);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The textures of a scene as a table.
 
-use super::columns::{Instructions, PictureRows, SRGB, TILES};
+use super::columns::{Instructions, MIPMAP, PictureRows, SRGB, TILES};
 use super::instruction::{END, Op};
 use super::picture::{Depth, Picture};
 use crate::math::{ColumnReader, colour};
@@ -17,6 +17,8 @@ pub struct TextureTable {
     pub(super) pictures: Vec<Arc<Picture>>,
     /// Whether any of its images is of tiles.
     pub(super) has_tiles: bool,
+    /// Whether coarser levels of any of its images may be seen.
+    pub(super) has_mipmaps: bool,
     /// Linear values of encoded ones, where there are pictures of as many bits.
     pub(super) srgb_8: Vec<f32>,
     pub(super) srgb_16: Vec<f32>,
@@ -63,8 +65,15 @@ impl TextureTable {
             noise: instructions.has(Op::Noise),
             restore: instructions.has(Op::Restore),
         };
-        let has_tiles = instructions.flags_of(Op::Image).any(|flags| flags & TILES != 0);
-        TextureTable { instructions, rows, pictures, has_tiles, srgb_8, srgb_16, depth, has }
+        let any = |bit: u32| instructions.flags_of(Op::Image).any(|flags| flags & bit != 0);
+        let (has_tiles, has_mipmaps) = (any(TILES), any(MIPMAP));
+        TextureTable { instructions, rows, pictures, has_tiles, has_mipmaps, srgb_8, srgb_16, depth, has }
+    }
+
+    /// Whether values depend on [`Site::footprint`](super::Site::footprint).
+    #[inline(always)]
+    pub fn has_mipmaps(&self) -> bool {
+        self.has_mipmaps
     }
 
     /// The pictures, in the order in which the rows of pictures count their words.

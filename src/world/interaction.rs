@@ -89,7 +89,21 @@ impl CompiledScene {
     /// The BSDF at an interaction.
     #[inline(always)]
     pub fn bsdf<F: Float>(&self, at: &Interaction<F>) -> Bsdf<F> {
-        self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv })
+        let mut footprint = F::zero();
+        if self.materials.textures().has_mipmaps() {
+            footprint = self.footprint(at) * self.materials.magnified(at.entity_material, at.uv);
+        }
+        self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv, footprint })
+    }
+
+    /// The area in the surface's uv of what a pixel covers, in lanes that have uv. It depends on the point and the camera
+    /// alone.
+    #[inline(always)]
+    fn footprint<F: Float>(&self, at: &Interaction<F>) -> F {
+        let (point, instance) = (at.point, at.instance);
+        function!(F, footprint(point, instance), {
+            self.camera.footprint(point.p) * self.surfaces.uv_per_area(&point, instance)
+        })
     }
 
     /// The shading frame: the shading normal and two tangents, of which the first follows u where any material of the
@@ -130,7 +144,10 @@ impl CompiledScene {
                 #[inline(always)]
                 || {
                     let texture = self.surfaces.emission_texture(&at.point);
-                    let value = self.materials.textures().value(texture, at.uv, at.point.p);
+                    let value = self
+                        .materials
+                        .textures()
+                        .value(texture, Site { p: at.point.p, uv: at.uv, footprint: F::zero() });
                     let (least, most) = (F::zero(), F::splat(RADIANCE.most as f32));
                     Rgb::new(
                         value.r.max(least).min(most),

@@ -11,6 +11,8 @@ use crate::shape::{Form, POSITION_ERROR, RareForm, Surface};
 use crate::texture::NO_TEXTURE;
 use std::sync::Arc;
 
+mod uv_area;
+
 /// All surfaces, one column for each property.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTable {

@@ -281,6 +281,37 @@ impl Triangles {
         instance: F::Uint,
         on_mesh: F::Mask,
     ) -> Vec3<F> {
+        let UvSides { ab, ac, u: [ub, uc], v: [vb, vc] } =
+            self.uv_sides::<F>(instances, surface, instance, on_mesh);
+        let along = ab * vc - ac * vb;
+        along * F::splat(1.0).copysign(ub * vc - uc * vb)
+    }
+
+    /// The area of uv for each area of triangles in the world; zero for those without area. Lanes outside `on_mesh` are
+    /// unspecified.
+    #[inline(always)]
+    pub(super) fn uv_per_area<F: Float>(
+        &self,
+        instances: Option<&Instances>,
+        surface: F::Uint,
+        instance: F::Uint,
+        on_mesh: F::Mask,
+    ) -> F {
+        let UvSides { ab, ac, u: [ub, uc], v: [vb, vc] } =
+            self.uv_sides::<F>(instances, surface, instance, on_mesh);
+        let area = ab.cross(ac).length();
+        ((ub * vc - uc * vb).abs() / area).only(area.gt(F::zero()))
+    }
+
+    /// Sides of triangles in the world and in uv. Lanes outside `on_mesh` are unspecified.
+    #[inline(always)]
+    fn uv_sides<F: Float>(
+        &self,
+        instances: Option<&Instances>,
+        surface: F::Uint,
+        instance: F::Uint,
+        on_mesh: F::Mask,
+    ) -> UvSides<F> {
         let Corners { a, b, c, vertices } = self.corners_of::<F>(surface);
         let mut sides = (b - a, c - a);
         if let Some(instances) = instances {
@@ -297,10 +328,17 @@ impl Triangles {
         }
         let [ua, ub, uc] = values_of::<F>(&self.uv[0], vertices, [0.0, 1.0, 1.0]);
         let [va, vb, vc] = values_of::<F>(&self.uv[1], vertices, [0.0, 0.0, 1.0]);
-        let ((ab, ac), (ub, uc), (vb, vc)) = (sides, (ub - ua, uc - ua), (vb - va, vc - va));
-        let along = ab * vc - ac * vb;
-        along * F::splat(1.0).copysign(ub * vc - uc * vb)
+        let (ab, ac) = sides;
+        UvSides { ab, ac, u: [ub - ua, uc - ua], v: [vb - va, vc - va] }
     }
+}
+
+/// The sides of a triangle from its first corner to the second and to the third, and the differences of uv along them.
+struct UvSides<F> {
+    ab: Vec3<F>,
+    ac: Vec3<F>,
+    u: [F; 2],
+    v: [F; 2],
 }
 
 /// Hits on instances.

@@ -1,9 +1,12 @@
 //! Textures against formulas, and picture files that are right and wrong.
 
 mod files;
+mod levels;
 mod values;
 
-use super::{ColorSpace, Compiler, Depth, ImageFile, ImageTexture, Picture, TexelFilter, TextureKind, Wrap};
+use super::{
+    ColorSpace, Compiler, Depth, ImageFile, ImageTexture, Picture, Site, TexelFilter, TextureKind, Tile, Wrap,
+};
 use crate::math::Vec3;
 use crate::math::lanes::scalar::Wrapping;
 use crate::parameter::ImageIndex;
@@ -39,7 +42,9 @@ fn values(textures: &[TextureKind], images: &[ImageFile], at: &[([f32; 2], [f32;
     let mut compiler = Compiler::new(textures, images);
     let root = Wrapping(compiler.root(textures.len() - 1));
     let table = compiler.finish();
-    at.iter().map(|&(uv, p)| table.value::<f32>(root, uv, Vec3::splat(p)).channels()).collect()
+    at.iter()
+        .map(|&(uv, p)| table.value::<f32>(root, Site { p: Vec3::splat(p), uv, footprint: 0.0 }).channels())
+        .collect()
 }
 
 /// The value at uv.

@@ -1,7 +1,7 @@
 //! The values of textures.
 
 use super::super::{
-    CheckerboardTexture, ConstantTexture, MixTexture, NoiseTexture, STACK, ScaleTexture, Tile, TooDeep, costs,
+    CheckerboardTexture, ConstantTexture, MixTexture, NoiseTexture, STACK, ScaleTexture, TooDeep, costs,
 };
 use super::*;
 use crate::math::colour::srgb_to_linear;

@@ -5,6 +5,7 @@
 //! which a row is computed in another way may not.
 
 use super::list::MaterialKind;
+use super::lobes::LEAST_ALPHA;
 use super::row::{NUMBERS, Numbers, Row, Site};
 use crate::math::{ColumnReader, Float, Rgb, Uint};
 use crate::parameter::{Family, Number, ParameterKind, Value};
@@ -23,9 +24,6 @@ pub enum Slot {
     Numbers(usize),
 }
 
-/// The least square: that of a roughness is the width of a distribution, which is never zero.
-const LEAST_SQUARE: f32 = 1e-4;
-
 /// The place of a parameter in the row of its material, and the limits of its values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
@@ -38,7 +36,7 @@ pub struct Place {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Target {
     slot: Slot,
-    /// Whether the row has the squares of the parameter's values.
+    /// Whether the row has the squares of the parameter's values, which are widths of distributions and never zero.
     is_squared: bool,
 }
 
@@ -70,17 +68,20 @@ impl Place {
             ParameterKind::Colour(limits) => (limits, 3),
             _ => return None,
         };
-        // Rows of two sets of values, in which every number differs.
-        let tries = [0, 1].map(|set| {
-            let given: Vec<f64> = (0..count).map(|i| example(limits, set * 3 + i)).collect();
+        let row_with = |given: &[f64]| {
             let mut values = kind.values();
-            values[index] = match given[..] {
+            values[index] = match *given {
                 [x] => Value::Number(x),
                 [x, y] => Value::Pair([x, y]),
                 [x, y, z] => Value::Colour([x, y, z]),
                 _ => return None,
             };
-            let row = MaterialKind::build(family, &values, &mut Vec::new()).ok()?.row();
+            Some(MaterialKind::build(family, &values, &mut Vec::new()).ok()?.row())
+        };
+        // Rows of two sets of values, in which every number differs.
+        let tries = [0, 1].map(|set| {
+            let given: Vec<f64> = (0..count).map(|i| example(limits, set * 3 + i)).collect();
+            let row = row_with(&given)?;
             Some((given, row))
         });
         let [Some((given, row)), Some((other_given, other_row))] = &tries else { return None };
@@ -106,7 +107,12 @@ impl Place {
             (_, 2) => Slot::Numbers(first - 3),
             _ => Slot::Colours(first - 3),
         };
-        let [least, most] = limits.range();
+        let [mut least, most] = limits.range();
+        // A material may keep its numbers off the least value.
+        let lowest = row_with(&vec![f64::from(least); count]).filter(|lowest| lowest.kind == row.kind);
+        if let Some(lowest) = lowest.filter(|_| !is_squared) {
+            least = least.max(numbers_of(&lowest)[first]);
+        }
         Some(Place { target: Target { slot, is_squared }, least, most })
     }
 }
@@ -235,7 +241,7 @@ impl Bindings {
 /// The squares of values.
 #[inline(always)]
 fn squared<F: Float>(value: Rgb<F>) -> Rgb<F> {
-    let least = F::splat(LEAST_SQUARE);
+    let least = F::splat(LEAST_ALPHA);
     let Rgb { r, g, b } = value * value;
     Rgb::new(r.max(least), g.max(least), b.max(least))
 }
@@ -250,10 +256,13 @@ fn put<F: Float>(numbers: &mut Numbers<F>, i: usize, has: F::Mask, value: F) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{CheckerboardParameters, GlassParameters, MatteParameters, MirrorParameters};
+    use crate::material::{
+        CheckerboardParameters, ConductorParameters, DielectricParameters, GlassParameters, MatteParameters,
+        MirrorParameters,
+    };
     use crate::math::Vec3;
     use crate::math::lanes::scalar::Wrapping;
-    use crate::parameter::Varying;
+    use crate::parameter::{Varying, Word};
     use crate::texture::{Compiler, ConstantTexture};
 
     #[test]
@@ -270,6 +279,39 @@ mod tests {
         assert_eq!(slot(glass.into(), "reflectance"), Some(Slot::Colour));
         assert_eq!(slot(glass.into(), "transmittance"), Some(Slot::Colours(0)));
         assert_eq!(slot(glass.into(), "ior"), Some(Slot::Number(3)));
+        let matte = MatteParameters { reflectance, roughness: 1.0 };
+        assert_eq!(slot(matte.into(), "roughness"), Some(Slot::Number(0)));
+        let (eta, k) = (Some([1.5; 3]), Some([1.5; 3]));
+        let metal = ConductorParameters { metal: None, eta, k, roughness: [1.0; 2] };
+        for (parameter, place) in
+            [("eta", Slot::Colours(0)), ("k", Slot::Colours(3)), ("roughness", Slot::Numbers(6))]
+        {
+            assert_eq!(slot(metal.into(), parameter), Some(place), "{parameter}");
+        }
+        let smooth = ConductorParameters { roughness: [0.0; 2], ..metal };
+        assert_eq!(slot(smooth.into(), "eta"), Some(Slot::Colours(0)));
+        let named = ConductorParameters { metal: Some(Word(0)), eta: None, k: None, roughness: [1.0; 2] };
+        assert_eq!(slot(named.into(), "roughness"), Some(Slot::Numbers(6)));
+        let frosted = DielectricParameters {
+            ior: 1.5,
+            roughness: [1.0; 2],
+            thin_walled: false,
+            reflectance,
+            transmittance: reflectance,
+        };
+        for (parameter, place) in [
+            ("ior", Slot::Number(3)),
+            ("roughness", Slot::Numbers(4)),
+            ("reflectance", Slot::Colour),
+            ("transmittance", Slot::Colours(0)),
+        ] {
+            let sheet = DielectricParameters { thin_walled: true, ..frosted };
+            assert_eq!(slot(frosted.into(), parameter), Some(place), "{parameter}");
+            assert_eq!(slot(sheet.into(), parameter), Some(place), "{parameter} of a sheet");
+        }
+        // Where the colour of a row is black, paths ask no lights.
+        let tint = Place::of(&frosted.into(), "reflectance").map(|place| place.least);
+        assert!(tint > Some(0.0), "{tint:?}");
         let board = CheckerboardParameters { even: 0, odd: 0, checks_per_unit: [1.0; 2] };
         assert_eq!(slot(board.into(), "checks_per_unit"), None);
         assert_eq!(slot(board.into(), "even"), None);
@@ -309,8 +351,8 @@ mod tests {
         let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2], footprint: 0.0 };
         let own = Numbers { colour: Rgb::black(), further: [0.125; NUMBERS] };
         let found = bindings.apply(&compiler.finish(), Wrapping(0), &site, own);
-        assert_eq!(found.colour, Rgb::splat([0.25, 0.0625, LEAST_SQUARE]));
+        assert_eq!(found.colour, Rgb::splat([0.25, 0.0625, LEAST_ALPHA]));
         let square = 0.3_f32 * 0.3;
-        assert_eq!(found.further, [LEAST_SQUARE, 0.125, 0.125, 0.125, 0.125, 0.125, square, square]);
+        assert_eq!(found.further, [LEAST_ALPHA, 0.125, 0.125, 0.125, 0.125, 0.125, square, square]);
     }
 }

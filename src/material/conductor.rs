@@ -1,7 +1,7 @@
 //! Metals, smooth and rough.
 
 use super::kind::Kind;
-use super::lobes::{Ggx, LEAST_ALPHA, Metal, RoughMetal, SmoothMetal, fresnel_conductor};
+use super::lobes::{Ggx, LEAST_ALPHA, Metal, RoughMetal, SmoothMetal};
 use super::metals::{INDICES, Index, NAMES};
 use super::program::{Leaf, MaterialParameters};
 use super::row::{Numbers, Row, Site, padded};
@@ -88,17 +88,15 @@ pub(super) fn alpha(roughness: [f64; 2]) -> Option<[f32; 2]> {
 impl MaterialParameters for ConductorParameters {
     fn row(&self) -> Row {
         let [eta, k] = self.index().map(narrow);
-        let facing = std::array::from_fn(|i| fresnel_conductor(1.0_f32, eta[i], k[i]));
         let ([er, eg, eb], [kr, kg, kb]) = (eta, k);
+        // It has no colour beside its index, but is not black.
+        let row = |kind| Row::new(kind, [1.0; 3]);
         match alpha(self.roughness) {
-            None => {
-                Row { numbers: padded([er, eg, eb, kr, kg, kb]), ..Row::new(Kind::SmoothConductor, facing) }
-            }
+            None => Row { numbers: padded([er, eg, eb, kr, kg, kb]), ..row(Kind::SmoothConductor) },
             Some([along_u, along_v]) => Row {
                 numbers: [er, eg, eb, kr, kg, kb, along_u, along_v],
                 has_grain: along_u != along_v,
-                // Paths ask no lights where the colour is black, though light may be reflected aslant.
-                ..Row::new(Kind::Conductor, facing.map(|channel: f32| channel.max(f32::MIN_POSITIVE)))
+                ..row(Kind::Conductor)
             },
         }
     }
@@ -108,7 +106,7 @@ impl MaterialParameters for ConductorParameters {
 #[inline(always)]
 fn metal<F: Float>(numbers: &Numbers<F>) -> Metal<F> {
     let [er, eg, eb, kr, kg, kb, ..] = numbers.further;
-    Metal { eta: Rgb::new(er, eg, eb), k: Rgb::new(kr, kg, kb), facing: numbers.colour }
+    Metal { eta: Rgb::new(er, eg, eb), k: Rgb::new(kr, kg, kb) }
 }
 
 /// A rough metal.
@@ -140,6 +138,7 @@ impl Leaf for SmoothConductor {
 
 #[cfg(test)]
 mod tests {
+    use super::super::lobes::fresnel_conductor;
     use super::*;
 
     #[test]
@@ -158,7 +157,9 @@ mod tests {
             ("aluminium", [0.907, 0.916, 0.922]),
             ("brass", [0.910, 0.778, 0.423]),
         ] {
-            for (ours, expected) in named(name).row().colour.into_iter().zip(expected) {
+            let [eta, k] = named(name).index().map(narrow);
+            for (i, expected) in expected.into_iter().enumerate() {
+                let ours = fresnel_conductor(1.0_f32, eta[i], k[i]);
                 assert!((ours - expected).abs() < 0.02, "{name}: {ours}, not {expected}");
             }
         }

@@ -55,6 +55,13 @@ impl MaterialParameters for DielectricParameters {
     }
 }
 
+/// The index of a row of rough microfacets, which a texture may bring near to one.
+#[inline(always)]
+fn refracting<F: Float>(ior: F) -> F {
+    let (off, least) = (ior - 1.0, F::splat(LEAST_REFRACTION as f32));
+    F::select(off.abs().lt(least), least.copysign(off) + 1.0, ior)
+}
+
 /// The sheet of a row.
 #[inline(always)]
 fn sheet<F: Float>(numbers: &Numbers<F>) -> Sheet<F> {
@@ -79,7 +86,7 @@ impl Leaf for Dielectric {
     #[inline(always)]
     fn lobe<F: Float>(numbers: &Numbers<F>, _site: &Site<F>) -> RoughDielectric<F> {
         let Sheet { ior, reflectance, transmittance } = sheet(numbers);
-        RoughDielectric { ior, reflectance, transmittance, normals: normals(numbers) }
+        RoughDielectric { ior: refracting(ior), reflectance, transmittance, normals: normals(numbers) }
     }
 }
 

@@ -143,11 +143,12 @@ impl ParameterKind {
 }
 
 impl ParameterKind {
-    /// A value that a texture stands for, so that there is one; none of what can be no texture.
+    /// A value for which a texture stands, so that there is one; none of what can be no texture. It is the largest up to
+    /// 1.5, an index of refraction that refracts.
     pub fn stand_in(&self) -> Option<Value> {
         let one = |limits: &Number| {
             let [least, most] = limits.range();
-            f64::from(1_f32.clamp(least, most))
+            f64::from(1.5_f32.clamp(least, most))
         };
         match self {
             ParameterKind::Number(limits) => Some(Value::Number(one(limits))),

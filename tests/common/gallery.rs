@@ -66,6 +66,10 @@ pub(super) fn textured_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFil
         ImageTexture { uv_scale: [2.0; 2], ..image(5) }.into(),
         ScaleTexture { texture: of(4), by: of(10) }.into(),
         ScaleTexture { texture: of(11), by: Varying::Colour([3.0, 2.0, 1.0]) }.into(),
+        // Coarser levels, of a picture and of one within checks.
+        ImageTexture { mipmap: true, uv_scale: [4.0, 3.0], ..image(0) }.into(),
+        ImageTexture { mipmap: true, ..image(5) }.into(),
+        CheckerboardTexture { even: of(14), odd: of(15), checks_per_unit: [2.0, 3.0] }.into(),
     ];
     let textures = textures.into_iter().map(|kind| Texture { name: "a texture".into(), kind }).collect();
     let with = |kind: MaterialKind, textures: &[(&'static str, usize)]| Material {
@@ -85,6 +89,22 @@ pub(super) fn textured_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFil
         with(CheckerboardParameters { even: 0, odd: 1, checks_per_unit: [0.5; 2] }.into(), &[]),
         with(MatteParameters { reflectance, roughness: 0.0 }.into(), &[("reflectance", 11)]),
         with(MatteParameters { reflectance: [0.8, 0.7, 0.6], roughness: 0.0 }.into(), &[]),
+        with(
+            ConductorParameters { metal: None, eta: Some([1.5; 3]), k: Some([1.5; 3]), roughness: [1.0; 2] }.into(),
+            &[("eta", 8), ("k", 13), ("roughness", 3)],
+        ),
+        with(
+            DielectricParameters {
+                ior: 1.5,
+                roughness: [1.0; 2],
+                thin_walled: false,
+                reflectance: [1.0; 3],
+                transmittance: reflectance,
+            }
+            .into(),
+            &[("roughness", 3), ("ior", 12), ("transmittance", 16)],
+        ),
+        with(MatteParameters { reflectance, roughness: 1.0 }.into(), &[("reflectance", 14), ("roughness", 16)]),
     ];
     (materials, textures, images)
 }

@@ -292,7 +292,7 @@ pub fn icosphere(centre: DVec3, radius: f64, n: u32, smooth: bool) -> Mesh {
     mesh
 }
 
-/// Textures of every kind on materials of every kind, on a plane, quads and spheres.
+/// Textures of every kind on materials of every kind, on shapes of every kind.
 pub fn gallery(width: u32, height: u32) -> Scene {
     let (materials, textures, images) = textured::textured_materials();
     let lamp = sphere(v(4.5, 0.0, 2.5), 0.5, 6);
@@ -303,6 +303,11 @@ pub fn gallery(width: u32, height: u32) -> Scene {
         sphere(v(5.0, 1.8, -0.7), 0.8, 2),
         sphere(v(4.0, 0.0, -0.7), 0.7, 3),
         sphere(v(5.0, -1.8, -0.6), 0.9, 1),
+        sphere(v(3.6, 1.1, -1.1), 0.4, 7),
+        sphere(v(3.6, -1.0, -1.1), 0.4, 8),
+        quad(v(2.0, -3.0, -1.4), v(5.0, 0.0, 0.0), v(0.0, 0.4, 2.0), 9),
+        disk(v(5.5, 0.0, 1.2), v(-1.0, 0.0, 0.0), 0.6, 9),
+        cylinder(v(4.5, 2.4, -1.5), v(4.5, 2.4, 0.5), 0.3, 9),
         emitting(lamp, 6.0),
         Entity {
             emission_texture: Some(13),

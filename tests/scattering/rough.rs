@@ -29,7 +29,7 @@ enum WrongMetal {
 
 impl WrongMetal {
     fn metal(width: f32) -> RoughMetal<f32> {
-        let metal = Metal { eta: rgb([0.2; 3]), k: rgb([3.0; 3]), facing: rgb([0.9; 3]) };
+        let metal = Metal { eta: rgb([0.2; 3]), k: rgb([3.0; 3]) };
         RoughMetal { metal, normals: Ggx { alpha: [width, width] } }
     }
 }

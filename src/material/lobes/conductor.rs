@@ -34,11 +34,9 @@ pub struct Metal<F> {
     pub eta: Rgb<F>,
     /// k.
     pub k: Rgb<F>,
-    /// The reflectance at normal incidence.
-    pub facing: Rgb<F>,
 }
 
-value!(Metal { eta, k, facing });
+value!(Metal { eta, k });
 
 impl<F: Float> Metal<F> {
     /// The reflectance at a cosine of incidence.
@@ -87,7 +85,7 @@ impl<F: Float> Bxdf<F> for SmoothMetal<F> {
 
     #[inline(always)]
     fn albedo(&self) -> Rgb<F> {
-        self.metal.facing
+        self.metal.reflectance(F::splat(1.0))
     }
 }
 
@@ -140,7 +138,7 @@ impl<F: Float> Bxdf<F> for RoughMetal<F> {
 
     #[inline(always)]
     fn albedo(&self) -> Rgb<F> {
-        self.metal.facing
+        self.metal.reflectance(F::splat(1.0))
     }
 }
 

@@ -10,6 +10,7 @@ mod compare;
 use super::super::record::{Program, Signature};
 use super::super::recorded::{self, Source};
 use super::super::tables::Tables;
+use super::gallery::gallery;
 use super::pictures::shipped;
 use super::probe::library_for;
 use super::watched::Calls;
@@ -43,7 +44,7 @@ fn runs() -> Vec<Scene> {
         scenes::with(surfaces(), Integrator::Path, Sampler::Sobol),
         scenes::with(surfaces(), Integrator::PathNaive, Sampler::Independent),
         scenes::with(surfaces(), Integrator::Whitted, Sampler::Independent),
-        scenes::with(scenes::gallery(48, 32), Integrator::Path, Sampler::Sobol),
+        scenes::with(gallery(48, 32), Integrator::Path, Sampler::Sobol),
     ]
 }
 

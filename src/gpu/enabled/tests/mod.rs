@@ -1,6 +1,7 @@
 //! The GPU against the CPU, on whatever adapter this machine has: in CI, Mesa's software renderer.
 
 mod functions;
+mod gallery;
 mod held;
 mod layouts;
 mod lost;

@@ -3,6 +3,7 @@
 //! Verdicts fall as integrators' do among themselves, at the level stated in `tests/common/tiles.rs`, once for
 //! all comparisons of a test. As the seeds are fixed, a test that passes passes again on the same device.
 
+use super::gallery::gallery;
 use super::tiles::{Replicates, Verdict, welch};
 use super::{Device, GpuWorker, Prepared, Program, Shape, carry_out, device, scenes};
 
@@ -151,7 +152,7 @@ fn what_no_scene_has_is_the_same_picture() {
         ("bazaar", scenes::bazaar(48, 32)),
         ("large spheres", scenes::large_spheres(48, 32)),
         ("lamps", scenes::lamps(48, 32)),
-        ("gallery", scenes::gallery(48, 32)),
+        ("gallery", gallery(48, 32)),
     ];
     hold_all(&scenes.map(|(name, scene)| (name.to_owned(), scene)), &INTEGRATORS, 16);
     // Of lamps that stand on the floor and shades around lamps, `whitted` has a variance that may be infinite.

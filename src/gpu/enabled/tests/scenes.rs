@@ -454,35 +454,6 @@ pub(super) fn everything(width: u32, height: u32) -> Scene {
     joined(joined(bazaar(width, height), shop(width, height)), copies(width, height))
 }
 
-/// Textures of every kind on materials of every kind, on a plane, quads and spheres.
-pub(super) fn gallery(width: u32, height: u32) -> Scene {
-    let (materials, textures, images) = textured::textured_materials();
-    let light =
-        Entity { emission: [6.0, 5.0, 4.0], ..quad([4.0, -1.0, 3.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], 6) };
-    let entities = vec![
-        plane([0.0, 0.0, 1.0], -1.5, 4),
-        quad([7.0, 3.0, -1.5], [0.0, -3.0, 0.0], [0.5, 0.0, 3.5], 5),
-        quad([7.0, -0.1, -1.5], [0.0, -3.0, 0.0], [0.5, 0.0, 3.5], 1),
-        sphere([5.0, 1.8, -0.7], 0.8, 2),
-        sphere([4.0, 0.0, -0.7], 0.7, 3),
-        sphere([5.0, -1.8, -0.6], 0.9, 1),
-        Entity { emission_texture: Some(13), ..quad([3.0, 3.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0], 6) },
-        light,
-    ];
-    let mut scene = Scene { textures, images, ..scene(width, height, materials, entities) };
-    scene.environment = [0.2, 0.3, 0.4];
-    scene.render.max_depth = 6;
-    scene
-}
-
-mod textured {
-    use crate::parameter::{ImageIndex, Varying};
-    use crate::scene::*;
-    use crate::texture::{ColorSpace, Depth, ImageFile, Picture, TexelFilter, Tile, Wrap};
-    use std::sync::Arc;
-    include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/common/gallery.rs"));
-}
-
 /// A sphere straight ahead that emits, and nothing else; its radiance is all that paths find.
 pub(super) fn beacon(emission: [f64; 3]) -> Scene {
     let mut scene =

@@ -1,0 +1,38 @@
+//! A scene of textures, which the digests have, too.
+
+use super::scenes::{cylinder, disk, plane, quad, scene, sphere};
+use crate::scene::{Entity, Scene};
+
+/// Textures of every kind on materials of every kind, on shapes of every kind.
+pub(super) fn gallery(width: u32, height: u32) -> Scene {
+    let (materials, textures, images) = textured::textured_materials();
+    let light =
+        Entity { emission: [6.0, 5.0, 4.0], ..quad([4.0, -1.0, 3.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], 6) };
+    let entities = vec![
+        plane([0.0, 0.0, 1.0], -1.5, 4),
+        quad([7.0, 3.0, -1.5], [0.0, -3.0, 0.0], [0.5, 0.0, 3.5], 5),
+        quad([7.0, -0.1, -1.5], [0.0, -3.0, 0.0], [0.5, 0.0, 3.5], 1),
+        sphere([5.0, 1.8, -0.7], 0.8, 2),
+        sphere([4.0, 0.0, -0.7], 0.7, 3),
+        sphere([5.0, -1.8, -0.6], 0.9, 1),
+        sphere([3.6, 1.1, -1.1], 0.4, 7),
+        sphere([3.6, -1.0, -1.1], 0.4, 8),
+        quad([2.0, -3.0, -1.4], [5.0, 0.0, 0.0], [0.0, 0.4, 2.0], 9),
+        disk([5.5, 0.0, 1.2], [-1.0, 0.0, 0.0], 0.6, 9),
+        cylinder([4.5, 2.4, -1.5], [4.5, 2.4, 0.5], 0.3, 9),
+        Entity { emission_texture: Some(13), ..quad([3.0, 3.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0], 6) },
+        light,
+    ];
+    let mut scene = Scene { textures, images, ..scene(width, height, materials, entities) };
+    scene.environment = [0.2, 0.3, 0.4];
+    scene.render.max_depth = 6;
+    scene
+}
+
+mod textured {
+    use crate::parameter::{ImageIndex, Varying};
+    use crate::scene::*;
+    use crate::texture::{ColorSpace, Depth, ImageFile, Picture, TexelFilter, Tile, Wrap};
+    use std::sync::Arc;
+    include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/common/gallery.rs"));
+}

@@ -7,13 +7,13 @@ mod common;
 
 use common::blocks::compare;
 use common::scenes::{
-    checkerboard, cover, cuboid, cylinder, disk, emitting, flipped, glass, matte, mirror, plane, point_light,
-    quad, scene, sized, smallpt, sphere, v,
+    checkerboard, cover, cuboid, cylinder, disk, emitting, flipped, gallery, glass, matte, mirror, plane,
+    point_light, quad, scene, sized, smallpt, sphere, v,
 };
 use common::{blocks::Estimate, blocks::Verdict, estimate, for_each_sample};
 use stride::parameter::Word;
 use stride::scene::{
-    ConductorParameters, DielectricParameters, DirectionalLightParameters, Integrator, Material,
+    ConductorParameters, DielectricParameters, DirectionalLightParameters, Entity, Integrator, Material,
     MaterialKind, MatteParameters, Sampler, Scene, SpotLightParameters,
 };
 
@@ -166,6 +166,34 @@ fn rough_surfaces() -> Scene {
 #[test]
 fn with_rough_surfaces_and_a_sun() {
     agree(rough_surfaces(), [4096, 512]);
+}
+
+/// A sheet and a box that emit textures, of which points are drawn, and a sphere whose light is found by chance.
+fn textured_lights() -> Scene {
+    let mut scene = gallery(64, 48);
+    let textured = |entity| Entity { emission_texture: Some(13), ..entity };
+    scene.entities = vec![
+        plane(v(0.0, 0.0, 1.0), -1.5, 6),
+        // Behind, so that no block shows the sky alone, which has no noise.
+        plane(v(-1.0, 0.0, 0.0), -8.0, 6),
+        sphere(v(4.0, 1.0, -0.7), 0.8, 6),
+        textured(quad(v(3.0, -1.5, 1.5), v(0.0, 2.5, 0.0), v(2.0, 0.3, 0.4), 6)),
+        flipped(textured(quad(v(6.5, -2.0, -1.2), v(0.0, 3.0, 0.0), v(0.4, 0.0, 2.0), 6))),
+        textured(cuboid(v(3.0, -1.6, -1.4), v(3.8, -1.0, -0.6), 6)),
+        textured(sphere(v(5.0, 2.4, -0.5), 0.6, 6)),
+    ];
+    scene.render.max_depth = 4;
+    scene
+}
+
+#[test]
+fn with_lights_that_are_textures() {
+    agree(textured_lights(), [2048, 512]);
+}
+
+#[test]
+fn among_textured_surfaces() {
+    agree(gallery(64, 48), [4096, 512]);
 }
 
 #[test]

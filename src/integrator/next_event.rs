@@ -62,7 +62,7 @@ pub(super) fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F>, vertex:
                 // Lanes without a light look up the first one, in vain.
                 let light = F::Uint::select(contested, light, F::Uint::splat(0));
                 let asked = lights.chance(p, n, light, contested)
-                    * lights.pdf(light, p, vertex.hit.t, vertex.at.cos_o);
+                    * lights.pdf(light, p, vertex.at.point.p, vertex.hit.t, vertex.at.cos_o);
                 F::select(contested, power_heuristic(pdf, asked), one)
             },
         )

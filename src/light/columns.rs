@@ -1,8 +1,11 @@
 //! The rows of lights, stored by columns, so that each lane can look up a light of its own.
 
 use crate::math::{Bounds, ColumnReader, Float, Mask, Rgb, Uint, Vec3, push3};
+use crate::sampling::Grids;
 use crate::shape::BOUNDS_ERROR;
+use crate::texture::TextureTable;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// The row of a light in a [`LightTable`](super::LightTable). Fields that its kind does not use are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,7 +35,12 @@ pub struct LightRow {
     pub ramp_slope: f32,
     /// and the number of its [`Falloff`](super::Falloff).
     pub ramp_form: f32,
-    /// Radiance; intensity of a point; irradiance by a light at infinity without a size.
+    /// Of a quad that emits a texture: the texture,
+    pub texture: u32,
+    /// and where its grid begins.
+    pub grid: u32,
+    /// Radiance; intensity of a point; irradiance by a light at infinity without a size; the factor of
+    /// a texture.
     pub emission: [f32; 3],
 }
 
@@ -55,11 +63,17 @@ pub(super) struct Columns {
     ramp_from: Vec<f32>,
     ramp_slope: Vec<f32>,
     ramp_form: Vec<f32>,
+    texture: Vec<u32>,
+    grid: Vec<u32>,
     emission: [Vec<f32>; 3],
     /// Bit `k` is set if some light is of kind `k`.
     kinds: u32,
     /// Centre and radius of a ball around the scene.
     extent: ([f32; 3], f32),
+    /// Those that lights emit.
+    pub(super) textures: Arc<TextureTable>,
+    /// Those by which points of them are drawn.
+    pub(super) grids: Grids,
 }
 
 impl Columns {
@@ -78,6 +92,8 @@ impl Columns {
             ramp_from,
             ramp_slope,
             ramp_form,
+            texture,
+            grid,
             emission,
         } = *row;
         self.kind.push(kind);
@@ -93,6 +109,8 @@ impl Columns {
         self.ramp_from.push(ramp_from);
         self.ramp_slope.push(ramp_slope);
         self.ramp_form.push(ramp_form);
+        self.texture.push(texture);
+        self.grid.push(grid);
         push3(&mut self.emission, emission);
         self.kinds |= 1 << kind;
     }
@@ -113,9 +131,13 @@ impl Columns {
             ramp_from,
             ramp_slope,
             ramp_form,
+            texture,
+            grid,
             emission,
             kinds: _,
             extent: _,
+            textures: _,
+            grids: _,
         } = self;
         reader.words("kind", kind);
         reader.vectors("origin", origin);
@@ -130,6 +152,8 @@ impl Columns {
         reader.floats("ramp_from", ramp_from);
         reader.floats("ramp_slope", ramp_slope);
         reader.floats("ramp_form", ramp_form);
+        reader.words("texture", texture);
+        reader.words("grid", grid);
         reader.vectors("emission", emission);
     }
 
@@ -280,6 +304,30 @@ impl<'a, F: Float> LaneLights<'a, F> {
             F::gather(&self.columns.ramp_slope, self.light),
             F::gather(&self.columns.ramp_form, self.light),
         ]
+    }
+
+    /// See [`LightRow::texture`].
+    #[inline(always)]
+    pub fn texture(&self) -> F::Uint {
+        F::Uint::gather(&self.columns.texture, self.light)
+    }
+
+    /// See [`LightRow::grid`].
+    #[inline(always)]
+    pub fn grid(&self) -> F::Uint {
+        F::Uint::gather(&self.columns.grid, self.light)
+    }
+
+    /// The textures that lights emit.
+    #[inline(always)]
+    pub fn textures(&self) -> &'a TextureTable {
+        &self.columns.textures
+    }
+
+    /// The grids by which points of textures are drawn.
+    #[inline(always)]
+    pub fn grids(&self) -> &'a Grids {
+        &self.columns.grids
     }
 
     /// See [`LightRow::emission`].

@@ -55,12 +55,19 @@ pub trait Light {
         u: [F; 2],
     ) -> LightSample<F>;
 
-    /// Density with which [`Light::sample`] from `p` would have drawn the direction of a ray that met the light at
-    /// distance `t`, on the side that emits, with the cosine `cos_light` between the normal there and the way back;
-    /// `by_area` where points are drawn uniformly by area.
+    /// Density with which [`Light::sample`] from `p` would have drawn the direction of a ray that met the light at the
+    /// point `on` at distance `t`, on the side that emits, with the cosine `cos_light` between the normal there and the
+    /// way back; `by_area` where points are drawn uniformly by area.
     #[inline(always)]
-    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, t: F, cos_light: F, by_area: F) -> F {
-        let _ = (lights, p, t, cos_light);
+    fn pdf<F: Float>(
+        lights: &LaneLights<'_, F>,
+        p: Vec3<F>,
+        on: Vec3<F>,
+        t: F,
+        cos_light: F,
+        by_area: F,
+    ) -> F {
+        let _ = (lights, p, on, t, cos_light);
         by_area
     }
 

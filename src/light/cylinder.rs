@@ -87,7 +87,14 @@ impl Light for AreaLight<Cylinder> {
     }
 
     #[inline(always)]
-    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, t: F, cos_light: F, by_area: F) -> F {
+    fn pdf<F: Float>(
+        lights: &LaneLights<'_, F>,
+        p: Vec3<F>,
+        _on: Vec3<F>,
+        t: F,
+        cos_light: F,
+        by_area: F,
+    ) -> F {
         let seen = seen(lights, lights.origin - p);
         F::select(seen.outside & !lights.inward(), seen.pdf(t, cos_light), by_area)
     }

@@ -6,6 +6,7 @@ use super::contract::{Light, Listed};
 use super::directional::{Distant, DistantDisk};
 use super::point::PointLight;
 use super::sample::{EmittedRay, Escaped, LightSample};
+use super::screen::Screen;
 use super::spot::SpotLight;
 use super::triangle::Triangle;
 use crate::math::{Float, Mask, Rgb, Vec3, function};
@@ -131,6 +132,7 @@ macro_rules! kinds {
         pub(super) fn pdf<F: Float>(
             lights: &LaneLights<'_, F>,
             p: Vec3<F>,
+            on: Vec3<F>,
             t: F,
             cos_light: F,
             by_area: F,
@@ -143,7 +145,7 @@ macro_rules! kinds {
                         lights.are(<$Type>::KIND),
                         pdf,
                         #[inline(always)]
-                        || of_kind!($name "_light_pdf", <$Type>::pdf(lights, p, t, cos_light, by_area)),
+                        || of_kind!($name "_light_pdf", <$Type>::pdf(lights, p, on, t, cos_light, by_area)),
                     )
                 } else {
                     pdf
@@ -205,6 +207,7 @@ kinds! {
     Distant: Distant,
     DistantDisk: DistantDisk,
     Spot: SpotLight,
+    Screen: Screen,
     #[cfg(test)]
     Sky: super::made_up::Sky,
 }

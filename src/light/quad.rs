@@ -76,7 +76,14 @@ impl Light for AreaLight<Quad> {
     }
 
     #[inline(always)]
-    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, _t: F, _cos_light: F, by_area: F) -> F {
+    fn pdf<F: Float>(
+        lights: &LaneLights<'_, F>,
+        p: Vec3<F>,
+        _on: Vec3<F>,
+        _t: F,
+        _cos_light: F,
+        by_area: F,
+    ) -> F {
         let [u, v] = lights.edges();
         let square = lights.square();
         F::guard(

@@ -99,7 +99,14 @@ impl Light for AreaLight<Sphere> {
     }
 
     #[inline(always)]
-    fn pdf<F: Float>(lights: &LaneLights<'_, F>, p: Vec3<F>, _t: F, _cos_light: F, by_area: F) -> F {
+    fn pdf<F: Float>(
+        lights: &LaneLights<'_, F>,
+        p: Vec3<F>,
+        _on: Vec3<F>,
+        _t: F,
+        _cos_light: F,
+        by_area: F,
+    ) -> F {
         let cone = Cone::new(lights.origin - p, lights.radius());
         // A point on the inside of a sphere may round to its outside: `inward` decides, as the ray met the side that
         // emits.

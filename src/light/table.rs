@@ -8,11 +8,15 @@ use super::environment::Environment;
 use super::kinds::{self, LightKind};
 use super::lamps::{self, Lamp, MeshLamp};
 use super::sample::{EmittedRay, LightSample};
+use super::screen::Screen;
 use super::tree::LightTree;
 use super::triangle::Triangle;
 use crate::math::{BELOW_ONE, Bounds, ColumnReader, Float, Mask, Rgb, Uint, Vec3};
+use crate::sampling::Grids;
 use crate::shape::{Piece, Rare};
+use crate::texture::TextureTable;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The index of a surface that is not sampled as a light.
 pub const NO_LIGHT: u32 = u32::MAX;
@@ -94,6 +98,25 @@ impl LightTable {
             #[allow(unreachable_patterns, reason = "a rare shape that is not sampled need not be listed")]
             Piece::Plane(_) | Piece::Rare(_) => NO_LIGHT,
         }
+    }
+
+    /// Sets the textures that lights emit.
+    pub fn set_textures(&mut self, textures: Arc<TextureTable>) {
+        self.columns.textures = textures;
+    }
+
+    /// Adds a piece of a shape that emits one of the textures. Returns its index, or [`NO_LIGHT`] for those that are dark
+    /// and for all but quads, which paths find by chance.
+    pub fn push_textured(&mut self, piece: &Piece, flipped: bool, texture: u32) -> u32 {
+        let Piece::Quad(quad) = *piece else { return NO_LIGHT };
+        let textures = Arc::clone(&self.columns.textures);
+        let screen = Screen::new(quad, flipped, texture, &textures, &mut self.columns.grids);
+        screen.map_or(NO_LIGHT, |screen| self.push(screen))
+    }
+
+    /// The grids by which points of textures are drawn.
+    pub fn grids(&self) -> &Grids {
+        &self.columns.grids
     }
 
     /// Adds the triangles of a mesh whose outward side emits `emission` and returns the first one's index.
@@ -316,14 +339,14 @@ impl LightTable {
     }
 
     /// Density by solid angle with which [`LightTable::sample`] from `p` would have drawn the direction
-    /// `wi`, given that a ray along it met the light at distance `t`, on the side that emits, with the
+    /// `wi`, given that a ray along it met the light at the point `on` at distance `t`, on the side that emits, with the
     /// cosine `cos_light` between the outward normal there and the way back. Delta lights are never met, nor those at
     /// infinity.
     #[inline(always)]
-    pub fn pdf<F: Float>(&self, light: F::Uint, p: Vec3<F>, t: F, cos_light: F) -> F {
+    pub fn pdf<F: Float>(&self, light: F::Uint, p: Vec3<F>, on: Vec3<F>, t: F, cos_light: F) -> F {
         let lights = LaneLights::new(&self.columns, light);
         let by_area = t * t / (cos_light * lights.area());
-        kinds::pdf(&lights, p, t, cos_light, by_area)
+        kinds::pdf(&lights, p, on, t, cos_light, by_area)
     }
 
     /// Radiance along a ray that leaves the scene in the direction `d`. The radiance of each light at infinity is

@@ -8,6 +8,7 @@ use super::row::{Columns, Row, Site};
 use crate::math::lanes::scalar::Wrapping;
 use crate::math::{ColumnReader, Float, Mask, Uint, function};
 use crate::texture::TextureTable;
+use std::sync::Arc;
 
 /// All materials.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,7 +21,7 @@ pub struct MaterialTable {
     kinds: Kinds,
     rows: Vec<Row>,
     bindings: Bindings,
-    textures: TextureTable,
+    textures: Arc<TextureTable>,
 }
 
 /// The lanes whose kind is a chooser's.
@@ -109,11 +110,11 @@ macro_rules! magnify {
 impl MaterialTable {
     /// The table of these rows; a chooser names only rows before its own.
     pub fn new(rows: Vec<Row>) -> MaterialTable {
-        MaterialTable::with_textures(rows, &[], TextureTable::default())
+        MaterialTable::with_textures(rows, &[], Arc::default())
     }
 
     /// The same with textures in the place of some parameters.
-    pub fn with_textures(rows: Vec<Row>, bindings: &[Binding], textures: TextureTable) -> MaterialTable {
+    pub fn with_textures(rows: Vec<Row>, bindings: &[Binding], textures: Arc<TextureTable>) -> MaterialTable {
         let mut columns = Columns::default();
         let mut depths = Vec::with_capacity(rows.len());
         for row in &rows {
@@ -150,7 +151,7 @@ impl MaterialTable {
     }
 
     /// The textures.
-    pub fn textures(&self) -> &TextureTable {
+    pub fn textures(&self) -> &Arc<TextureTable> {
         &self.textures
     }
 

@@ -3,6 +3,7 @@
 
 pub mod block;
 pub mod endless;
+mod grid;
 pub mod independent;
 mod region;
 mod sample;
@@ -13,6 +14,7 @@ pub mod warp;
 
 pub use block::{Block, Blocks, PathId, VertexBlock};
 pub use endless::EndlessStream;
+pub use grid::{CELLS, Grids};
 pub use independent::Independent;
 pub use region::{Rectangle, Region};
 pub use sample::{Contribution, Pixel, Sample};

@@ -101,7 +101,8 @@ pub struct Entity {
     pub material: usize,
     /// Radiance that leaves its outward side.
     pub emission: Colour,
-    /// The texture that this radiance is instead. Paths find such light by chance: it is not sampled.
+    /// The texture that this radiance is instead. Points of quads and boxes are drawn in proportion to it; the light of
+    /// other shapes paths find by chance.
     pub emission_texture: Option<usize>,
     /// Whether the outward side is the other one.
     pub flip_normal: bool,

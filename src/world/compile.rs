@@ -60,19 +60,17 @@ pub fn compile_sharing(
     let mut all = Simple::default();
     let mut triangles = Triangles::default();
     let mut lights = LightTable::default();
-    let kinds: Vec<_> = scene.textures.iter().map(|texture| texture.kind.clone()).collect();
-    let mut textures = Compiler::new(&kinds, &scene.images);
+    let Textures { materials, emitted } = textures(scene);
+    lights.set_textures(Arc::clone(materials.textures()));
     // The last mesh that emits.
     let mut lamp = None;
     for light in &scene.lights {
         light.add_to(&mut lights);
     }
     for (index, entity) in scene.entities.iter().enumerate() {
-        let (emission, emission_texture) = match entity.emission_texture {
-            // It is no light that is sampled.
-            Some(texture) => ([0.0; 3], textures.root(texture)),
-            None => (narrow(entity.emission), NO_TEXTURE),
-        };
+        let emission_texture = emitted[index];
+        let is_textured = emission_texture != NO_TEXTURE;
+        let emission = if is_textured { [0.0; 3] } else { narrow(entity.emission) };
         let flipped = entity.flip_normal;
         let emits = emission.iter().any(|&e| e > 0.0);
         let material = entity.material as u32;
@@ -85,7 +83,13 @@ pub fn compile_sharing(
             light: NO_LIGHT,
         };
         for piece in entity.shape.pieces() {
-            look.light = if emits { lights.push_piece(&piece, flipped, emission) } else { NO_LIGHT };
+            look.light = if is_textured {
+                lights.push_textured(&piece, flipped, emission_texture)
+            } else if emits {
+                lights.push_piece(&piece, flipped, emission)
+            } else {
+                NO_LIGHT
+            };
             match piece {
                 Piece::Plane(plane) => all.planes.push((plane, surfaces.push(plane.surface(), look))),
                 Piece::Sphere(sphere) => all.spheres.push((sphere, surfaces.push(sphere.surface(), look))),
@@ -125,15 +129,27 @@ pub fn compile_sharing(
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),
         surfaces,
-        materials: materials(scene, textures),
+        materials,
         lights,
         ambient: narrow(scene.render.ambient),
     };
     Ok((compiled, all))
 }
 
-/// The table of materials, with the textures that they use.
-fn materials(scene: &Scene, mut compiler: Compiler<'_>) -> MaterialTable {
+/// What is made of the textures of a scene.
+struct Textures {
+    /// The materials, with those that they and the entities use.
+    materials: MaterialTable,
+    /// For each entity the texture that its emission is, or [`NO_TEXTURE`].
+    emitted: Vec<u32>,
+}
+
+fn textures(scene: &Scene) -> Textures {
+    let kinds: Vec<_> = scene.textures.iter().map(|texture| texture.kind.clone()).collect();
+    let mut compiler = Compiler::new(&kinds, &scene.images);
+    let emitted = scene.entities.iter().map(|entity| entity.emission_texture);
+    let emitted =
+        emitted.map(|texture| texture.map_or(NO_TEXTURE, |texture| compiler.root(texture))).collect();
     let rows = scene.materials.iter().map(|material| material.kind.row()).collect();
     let mut bindings = Vec::new();
     for (row, material) in scene.materials.iter().enumerate() {
@@ -144,5 +160,8 @@ fn materials(scene: &Scene, mut compiler: Compiler<'_>) -> MaterialTable {
             }
         }
     }
-    MaterialTable::with_textures(rows, &bindings, compiler.finish())
+    Textures {
+        materials: MaterialTable::with_textures(rows, &bindings, Arc::new(compiler.finish())),
+        emitted,
+    }
 }

@@ -1,10 +1,9 @@
 //! Interactions of rays with surfaces: all that scattering depends on, and the rays that leave.
 
 use super::{CompiledScene, Hit, SurfacePoint};
-use crate::light::LightSample;
+use crate::light::{LightSample, textured_radiance};
 use crate::material::{Bsdf, Site};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, function, value};
-use crate::parameter::limits::RADIANCE;
 use crate::shape::offset_origin;
 use crate::texture::NO_TEXTURE;
 
@@ -144,16 +143,7 @@ impl CompiledScene {
                 #[inline(always)]
                 || {
                     let texture = self.surfaces.emission_texture(&at.point);
-                    let value = self
-                        .materials
-                        .textures()
-                        .value(texture, Site { p: at.point.p, uv: at.uv, footprint: F::zero() });
-                    let (least, most) = (F::zero(), F::splat(RADIANCE.most as f32));
-                    Rgb::new(
-                        value.r.max(least).min(most),
-                        value.g.max(least).min(most),
-                        value.b.max(least).min(most),
-                    )
+                    textured_radiance(self.materials.textures(), texture, at.uv, at.point.p)
                 },
             );
         }

@@ -166,8 +166,9 @@ shared! {
         tree_share: f32,
         /// The heap's word with which the filter's weights begin.
         weights_from: u32,
-        /// Those with which the textures begin in the place of parameters, the instructions of textures, the pictures, and
-        /// the texels of these.
+        /// Those with which the cells of grids begin, the textures in the place of parameters, the instructions of
+        /// textures, the pictures, and the texels of these.
+        cells_from: u32,
         bindings_from: u32,
         instructions_from: u32,
         pictures_from: u32,
@@ -176,7 +177,7 @@ shared! {
         /// rounded, so that there may be ties.
         tap_shift: i32,
         tap_ties: u32,
-        _before_nodes: [u32; 2],
+        _before_nodes: u32,
         /// Of `FilmOffset::Drawn`: 65 nodes, four a row.
         offset_nodes: [[f32; 4]; 17],
     }

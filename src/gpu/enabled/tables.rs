@@ -35,6 +35,7 @@ pub(super) struct Tables {
     pub(super) light_nodes: Vec<LightNode>,
     pub(super) tree: Tree,
     pub(super) weights: Weights,
+    pub(super) cells: Vec<HeapWord>,
     pub(super) bindings: Vec<HeapWord>,
     pub(super) instructions: Vec<HeapWord>,
     pub(super) pictures: Vec<HeapWord>,
@@ -121,6 +122,7 @@ impl Tables {
             tap_ties,
             ..recorded::numbers(job.scene, &settings)
         };
+        let cells = cell_rows(lights).packed();
         let (lights, light_nodes) = light_tables(lights);
         let source = recorded::Source {
             scene: job.scene,
@@ -137,6 +139,7 @@ impl Tables {
             light_nodes,
             tree,
             weights: weights.map_or_else(Weights::default, Weights::new),
+            cells,
             bindings: binding_rows(materials).packed(),
             instructions: instruction_rows(materials).packed(),
             pictures: picture_rows(materials).packed(),
@@ -199,6 +202,7 @@ impl Tables {
             Section::new(&self.tree.vertices),
             Section::new(&self.tree.places),
             Section::new(&self.weights.rows),
+            Section::new(&self.cells),
             Section::new(&self.bindings),
             Section::new(&self.instructions),
             Section::new(&self.pictures),
@@ -231,6 +235,7 @@ impl Tables {
             vertices_from: table(),
             places_from: table(),
             weights_from: table(),
+            cells_from: table(),
             bindings_from: table(),
             instructions_from: table(),
             pictures_from: table(),
@@ -288,6 +293,13 @@ pub(super) fn surface_rows<'a>(table: &'a SurfaceTable, own: &'a SurfaceColumns)
 pub(super) fn material_rows(table: &MaterialTable) -> Rows<'_> {
     let mut rows = Rows::default();
     table.columns(&mut rows);
+    rows
+}
+
+/// The columns of the grids of lights.
+pub(super) fn cell_rows(table: &LightTable) -> Rows<'_> {
+    let mut rows = Rows::default();
+    table.grids().columns(&mut rows);
     rows
 }
 
@@ -359,6 +371,7 @@ pub(super) fn readers() -> String {
     let materials = MaterialTable::default();
     surface_rows(&surfaces, &SurfaceColumns::default()).text("Surface", "surface_at", "surfaces_from")
         + &material_rows(&materials).text("Material", "material_at", "materials_from")
+        + &cell_rows(&lights).text("Cell", "cell_at", "cells_from")
         + &binding_rows(&materials).text("Binding", "binding_at", "bindings_from")
         + &instruction_rows(&materials).text("Instruction", "instruction_at", "instructions_from")
         + &picture_rows(&materials).text("PictureRow", "picture_at", "pictures_from")

@@ -153,7 +153,8 @@ where
         let sample = table.sample(Wrapping(0), p, u);
         let (t, normal) = meet(&Ray::new(p, sample.wi));
         let normal = if flipped { -normal } else { normal };
-        let pdf = table.pdf(Wrapping(0), p, t, -sample.wi.dot(normal));
+        let on = p + sample.wi * t;
+        let pdf = table.pdf(Wrapping(0), p, on, t, -sample.wi.dot(normal));
         assert!((pdf / sample.pdf - 1.0).abs() < 1e-4, "{pdf} is not {}", sample.pdf);
     }
 }

@@ -54,7 +54,7 @@ static EMISSION: Key<ColourOr> = Key::default(
     "emission",
     ColourOr(RADIANCE),
     "[0, 0, 0]",
-    "Radiance that leaves the outward side, in W/(m² sr): red, green, blue, or the name of a texture. Light from a texture is not sampled: paths find it by chance.",
+    "Radiance that leaves the outward side, in W/(m² sr): red, green, blue, or the name of a texture. Points of quads and boxes are drawn in proportion to it; the light of other shapes paths find by chance, and whitted only where it looks.",
 );
 static POWER: Key<At<value::Colour>> = Key::optional(
     "power",

@@ -5,7 +5,7 @@
 mod common;
 
 use common::chi_square::{Outcome, Polar, compare, draw, narrow, pearson, wide};
-use common::scenes::{cylinder, disk, emitting, flipped, matte, mesh, quad, scene, sphere, v};
+use common::scenes::{cylinder, disk, emitting, flipped, gallery, matte, mesh, quad, scene, sphere, v};
 use common::statistics::sidak;
 use glam::DVec3;
 use rand::RngExt;
@@ -45,7 +45,7 @@ impl Seen {
             return 0.0;
         }
         let cos = -d.dot(self.tables.surfaces.point(&ray, &hit).n);
-        if cos > 0.0 { self.tables.lights.pdf(Wrapping(0), ray.o, hit.t, cos) } else { 0.0 }
+        if cos > 0.0 { self.tables.lights.pdf(Wrapping(0), ray.o, ray.at(hit.t), hit.t, cos) } else { 0.0 }
     }
 
     fn compare(&self, polar: Polar, seed: u32) -> Outcome {
@@ -81,6 +81,16 @@ fn sheet(p: DVec3) -> (Seen, Polar) {
     let middle = CENTRE + (a + b) / 2.0;
     let p = middle + s * p.x + t * p.y + n * p.z;
     (Seen::new(quad(CENTRE, a, b, 0), p), Polar::new(-n, middle - p))
+}
+
+/// A [`sheet`] that emits a texture.
+fn screen(p: DVec3) -> (Seen, Polar) {
+    let (Seen { p, .. }, polar) = sheet(p);
+    let mut scene = gallery(16, 16);
+    let (s, t) = (v(0.8, 0.6, 0.0), v(0.0, 0.0, 1.0));
+    scene.entities = vec![Entity { emission_texture: Some(0), ..quad(CENTRE, s * 2.0, s * 0.3 + t, 6) }];
+    let (tables, surfaces) = compile(&scene, 16, 16).unwrap();
+    (Seen { tables, world: World::new(&surfaces, Finder::Simple), p }, polar)
 }
 
 /// A disk of radius 1 seen from `p`: across it, and above.
@@ -121,6 +131,9 @@ fn all() -> Vec<(&'static str, (Seen, Polar))> {
         ("a rectangle all but touched", window(v(0.3, 0.1, 0.003))),
         ("a rectangle aside", window(v(-3.0, 2.0, 1.0))),
         ("a rectangle almost edge-on", window(v(2.0, 0.0, 0.2))),
+        ("a screen", screen(v(0.2, 0.1, 2.0))),
+        ("a screen close by", screen(v(0.3, 0.1, 0.3))),
+        ("a screen aside", screen(v(-3.0, 2.0, 1.0))),
         ("a disk", plate(v(0.2, 0.1, 2.0))),
         ("a disk far away", plate(v(30.0, -50.0, 100.0))),
         ("a disk close by", plate(v(0.3, 0.1, 0.1))),

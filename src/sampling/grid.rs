@@ -1,0 +1,205 @@
+//! Points of the unit square in proportion to numbers on a grid.
+
+use crate::math::{BELOW_ONE, ColumnReader, Float, Uint};
+
+/// The logarithm to the base of two of the number of cells along a side.
+const BITS: u32 = 7;
+
+/// Cells along a side of a grid.
+pub const CELLS: usize = 1 << BITS;
+
+/// The share of points that are drawn uniformly, so that there are some wherever a grid is too coarse to see anything.
+const UNIFORM: f64 = 0.02;
+
+/// Grids of numbers over the unit square. The square is halved along u and v by turns down to single cells; points that
+/// are drawn fall into the halves in proportion to the numbers there. Hence points of a stratified sequence stay
+/// stratified.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Grids {
+    /// For each grid, the share of the first half in each part: of the square at 1, of the halves of the part `i` at 2·i
+    /// and 2·i + 1.
+    share: Vec<f32>,
+    /// For each grid, the density in each cell, row by row from v = 0 on.
+    density: Vec<f32>,
+}
+
+impl Grids {
+    /// Adds a grid of numbers from zero on, row by row from v = 0 on, and returns where it begins. If all are zero, it
+    /// is uniform.
+    ///
+    /// # Panics
+    ///
+    /// If there are not [`CELLS`]² numbers.
+    pub fn push(&mut self, numbers: &[f32]) -> u32 {
+        let cells = CELLS * CELLS;
+        assert_eq!(numbers.len(), cells, "numbers of a grid");
+        let first = self.share.len();
+        let total: f64 = numbers.iter().copied().map(f64::from).sum();
+        let uniform = if total > 0.0 { UNIFORM } else { 1.0 };
+        let density = |number: f32| {
+            let relative = if total > 0.0 { f64::from(number) * cells as f64 / total } else { 0.0 };
+            relative * (1.0 - uniform) + uniform
+        };
+        self.density.extend(numbers.iter().map(|&number| density(number) as f32));
+        let mut sums = vec![0.0; 2 * cells];
+        for (i, &number) in numbers.iter().enumerate() {
+            sums[cells + leaf(i % CELLS, i / CELLS)] = density(number);
+        }
+        for part in (1..cells).rev() {
+            sums[part] = sums[2 * part] + sums[2 * part + 1];
+        }
+        self.share.push(0.0);
+        self.share.extend((1..cells).map(|part| (sums[2 * part] / sums[part]) as f32));
+        first as u32
+    }
+
+    /// Gives the columns to a reader.
+    pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        let Grids { share, density } = self;
+        reader.floats("share", share);
+        reader.floats("density", density);
+    }
+
+    /// A point by the grid that begins at `first`, drawn with `u` in [0, 1)². There must be a grid.
+    #[inline(always)]
+    pub fn sample<F: Float>(&self, first: F::Uint, [u, v]: [F; 2]) -> [F; 2] {
+        let mut part = F::Uint::splat(1);
+        let (mut along_u, mut along_v) = (Halving::new(u), Halving::new(v));
+        for _ in 0..BITS {
+            part = self.halve(first, part, &mut along_u);
+            part = self.halve(first, part, &mut along_v);
+        }
+        [along_u.point(), along_v.point()]
+    }
+
+    /// Goes on to one half of a part.
+    #[inline(always)]
+    fn halve<F: Float>(&self, first: F::Uint, part: F::Uint, along: &mut Halving<F>) -> F::Uint {
+        let share = F::gather(&self.share, first + part);
+        let is_first = along.rest.lt(share);
+        let rest = F::select(is_first, along.rest / share, (along.rest - share) / (-share + 1.0));
+        along.rest = rest.min(F::splat(BELOW_ONE));
+        along.size = along.size * 0.5;
+        along.from = F::select(is_first, along.from, along.from + along.size);
+        part.shl::<1>() + F::Uint::select(is_first, F::Uint::splat(0), F::Uint::splat(1))
+    }
+
+    /// The density of points by area, at a point of the square.
+    #[inline(always)]
+    pub fn density<F: Float>(&self, first: F::Uint, [u, v]: [F; 2]) -> F {
+        F::gather(&self.density, first + cell::<F>(u) + cell::<F>(v).shl::<BITS>())
+    }
+}
+
+/// The cell of a number in the unit interval.
+#[inline(always)]
+fn cell<F: Float>(x: F) -> F::Uint {
+    (x * CELLS as f32).max(F::zero()).min(F::splat((CELLS - 1) as f32)).to_uint()
+}
+
+/// A part of the unit interval, and where in it a point shall be.
+struct Halving<F> {
+    from: F,
+    size: F,
+    /// In [0, 1).
+    rest: F,
+}
+
+impl<F: Float> Halving<F> {
+    #[inline(always)]
+    fn new(rest: F) -> Self {
+        Halving { from: F::zero(), size: F::splat(1.0), rest }
+    }
+
+    #[inline(always)]
+    fn point(&self) -> F {
+        (self.from + self.size * self.rest).min(F::splat(BELOW_ONE))
+    }
+}
+
+/// The place of a cell among the last halves: the bits of both numbers by turns, u first.
+fn leaf(x: usize, y: usize) -> usize {
+    (0..BITS).rev().fold(0, |leaf, bit| leaf << 2 | (x >> bit & 1) << 1 | y >> bit & 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::scalar::Wrapping;
+
+    /// A grid that is not the first, bright in one corner and dark in another.
+    fn example() -> (Grids, u32, Vec<f32>) {
+        let mut grids = Grids::default();
+        grids.push(&vec![0.0; CELLS * CELLS]);
+        let number = |x: usize, y: usize| {
+            if x < CELLS / 4 && y >= CELLS / 2 { 0.0 } else { 1.0 + x as f32 * 0.1 + (y * y) as f32 * 0.01 }
+        };
+        let numbers: Vec<f32> = (0..CELLS * CELLS).map(|i| number(i % CELLS, i / CELLS)).collect();
+        let first = grids.push(&numbers);
+        (grids, first, numbers)
+    }
+
+    #[test]
+    fn cells_get_points_in_proportion_to_their_numbers() {
+        let (grids, first, numbers) = example();
+        let total: f64 = numbers.iter().copied().map(f64::from).sum();
+        // As many points as are wanted of each cell, evenly spread.
+        let side = 1024;
+        let mut counts = vec![0.0; CELLS * CELLS];
+        for i in 0..side * side {
+            let u = [i % side, i / side].map(|i| (i as f32 + 0.5) / side as f32);
+            let [x, y] = grids.sample::<f32>(Wrapping(first), u);
+            assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y), "{u:?}: {x} {y}");
+            let cell = [x, y].map(|x| (x * CELLS as f32) as usize);
+            counts[cell[1] * CELLS + cell[0]] += 1.0;
+        }
+        // By blocks of 8×8 cells.
+        let mut worst = 0.0_f64;
+        for block in 0..(CELLS / 8) * (CELLS / 8) {
+            let (bx, by) = (block % (CELLS / 8) * 8, block / (CELLS / 8) * 8);
+            let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
+                (0..64).map(|i| of((by + i / 8) * CELLS + bx + i % 8)).sum()
+            };
+            let got = sum(&|i| counts[i]) / f64::from(side * side);
+            let expected =
+                sum(&|i| f64::from(numbers[i])) / total * 0.98 + 0.02 * 64.0 / (CELLS * CELLS) as f64;
+            // Where they are few, those of an even grid are too few to tell.
+            let blocks = ((CELLS / 8) * (CELLS / 8)) as f64;
+            worst = worst.max((got - expected).abs() / expected.max(0.3 / blocks));
+        }
+        assert!(worst < 0.08, "{worst}");
+    }
+
+    #[test]
+    fn densities_are_those_of_the_points_and_sum_to_one() {
+        let (grids, first, numbers) = example();
+        let at = |x: usize, y: usize| {
+            let point = [x, y].map(|i| (i as f32 + 0.5) / CELLS as f32);
+            f64::from(grids.density::<f32>(Wrapping(first), point))
+        };
+        let cells = || (0..CELLS * CELLS).map(|i| (i % CELLS, i / CELLS));
+        let sum: f64 = cells().map(|(x, y)| at(x, y)).sum::<f64>() / (CELLS * CELLS) as f64;
+        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+        assert!(cells().all(|(x, y)| at(x, y) >= 0.0199));
+        let total: f64 = numbers.iter().copied().map(f64::from).sum();
+        let expected = f64::from(numbers[5 * CELLS + 90]) / total * (CELLS * CELLS) as f64 * 0.98 + 0.02;
+        assert!((at(90, 5) - expected).abs() < 1e-5);
+        // The size of a small square's image is its size over the density there.
+        for u in [[0.1, 0.2], [0.7, 0.3], [0.45, 0.9], [0.999, 0.001]] {
+            let step = 1e-4;
+            let go = |u: [f32; 2]| grids.sample::<f32>(Wrapping(first), u);
+            let [p, q] = [go(u), go([u[0] + step, u[1] + step])];
+            let area = (q[0] - p[0]) * (q[1] - p[1]);
+            let same_cell = (0..2).all(|i| (p[i] * CELLS as f32).floor() == (q[i] * CELLS as f32).floor());
+            let density = grids.density::<f32>(Wrapping(first), p);
+            assert!(
+                !same_cell || (area * density / (step * step) - 1.0).abs() < 0.05,
+                "{u:?}: {area} {density}"
+            );
+        }
+        // Of nothing, all points are alike.
+        assert_eq!(grids.density::<f32>(Wrapping(0), [0.3, 0.8]), 1.0);
+        let [x, y] = grids.sample::<f32>(Wrapping(0), [0.3, 0.8]);
+        assert!((x - 0.3).abs() < 1e-5 && (y - 0.8).abs() < 1e-5);
+    }
+}

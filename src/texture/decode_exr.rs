@@ -1,6 +1,6 @@
 //! OpenEXR files to pictures.
 
-use super::fault::{PictureError, check_promise, check_size};
+use super::fault::{MOST_BYTES, PictureError, check_promise, check_size};
 use super::picture::{Depth, Picture};
 use exr::image::{AnyChannels, FlatSamples, Layer};
 use exr::meta::MetaData;
@@ -14,10 +14,17 @@ type FlatLayer = Layer<AnyChannels<FlatSamples>>;
 pub(super) fn decode_exr(bytes: &[u8]) -> Result<Picture, PictureError> {
     let broken = |error: exr::error::Error| PictureError::Broken("EXR", error.to_string());
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
+    // All parts are decoded, whichever has the picture.
+    let mut taken = 0;
     for header in &meta.headers {
         let [width, height] = [header.layer_size.x(), header.layer_size.y()].map(|side| side as u64);
-        check_size(width, height, header.channels.bytes_per_pixel as u64)?;
+        let texel = header.channels.bytes_per_pixel as u64;
+        check_size(width, height, texel)?;
         check_promise(width, height, bytes)?;
+        taken += width * height * texel;
+        if taken > MOST_BYTES {
+            return Err(PictureError::TooLarge(width, height));
+        }
     }
     let image = read()
         .no_deep_data()

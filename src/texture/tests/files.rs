@@ -92,6 +92,21 @@ fn a_jpeg_gives_what_another_decoder_gives() {
     assert!(picture.number(0).abs_diff(expected.number(23 * 32 * 3)) > 200);
 }
 
+/// The bytes that the scalar path of the decoder gives. Its SIMD paths are left out by `Cargo.toml`; another one, or another
+/// version, would change pictures of old films.
+#[test]
+fn a_jpeg_gives_the_same_bytes_on_every_processor() {
+    let picture = decode("jpg", include_bytes!("gradient.jpg")).expect("a picture");
+    let hash = |picture: &Picture| {
+        let numbers = (0..32 * 24 * 3).map(|i| picture.number(i));
+        numbers
+            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, x| (hash ^ u64::from(x)).wrapping_mul(0x0100_0000_01b3))
+    };
+    assert_eq!(hash(&picture), 13_292_122_530_178_424_645);
+    let other = Picture::new([32, 24], [3, 3], Depth::Bits8, include_bytes!("gradient.rgb"));
+    assert_ne!(hash(&other), hash(&picture), "a negative control: the other decoder rounds otherwise");
+}
+
 #[test]
 fn a_part_of_a_file_is_no_picture() {
     for (extension, bytes) in [

@@ -6,11 +6,12 @@ use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
 use super::{Hit, Instances};
 use crate::light::NO_LIGHT;
 use crate::math::lanes::Device;
-use crate::math::{ColumnReader, Float, LaneFloat, Ray, Rgb, Uint, Vec3, function, push3, trig, value};
+use crate::math::{ColumnReader, Float, LaneFloat, Ray, Uint, Vec3, function, push3, trig, value};
 use crate::shape::{Form, POSITION_ERROR, RareForm, Surface};
 use crate::texture::NO_TEXTURE;
 use std::sync::Arc;
 
+mod emission;
 mod uv_area;
 
 /// All surfaces, one column for each property.
@@ -419,24 +420,6 @@ impl SurfaceTable {
                 || F::device(&TriangleLight(self), point),
             )
         })
-    }
-
-    /// Whether the emission of any surface is a texture.
-    #[inline(always)]
-    pub fn has_textured_emission(&self) -> bool {
-        self.has_textured_emission
-    }
-
-    /// The textures that the emissions of points are, or [`NO_TEXTURE`].
-    #[inline(always)]
-    pub fn emission_texture<F: Float>(&self, point: &SurfacePoint<F>) -> F::Uint {
-        F::Uint::gather(&self.emission_texture, point.row)
-    }
-
-    /// Radiance that surfaces emit on their outward sides, where it is no texture.
-    #[inline(always)]
-    pub fn emission<F: Float>(&self, point: &SurfacePoint<F>) -> Rgb<F> {
-        Rgb::gather(&self.emission, point.row)
     }
 }
 

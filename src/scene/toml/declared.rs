@@ -6,9 +6,8 @@ use serde_json::{Value as Json, json};
 use super::form::{Form, Value};
 use super::report::{Placed, Read, Reports};
 use super::table::{self, AnyKey, Fields, Key};
-use super::value::{
-    Colour, Direction, Flag, GreyOr, Integer, NonZero, OneWord, Pair, TwoWords, Vector, Word,
-};
+use super::value::{Colour, Direction, Flag, Integer, NonZero, OneWord, Pair, Vector, Word};
+use super::varying::{GreyOr, TwoWords};
 use crate::parameter::{self, Absence, Declaration, Family, ImageIndex, Parameter, ParameterKind, Varying};
 use crate::scene::description::Textured;
 

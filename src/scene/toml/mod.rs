@@ -5,6 +5,7 @@
 //! | `report` | errors and warnings with their places |
 //! | `form` | what a value may be |
 //! | `value` | the values themselves: numbers, vectors, words |
+//! | `varying` | values of textures, and values that may be textures |
 //! | `table` | the shapes that values come in: tables, lists |
 //! | `declared` | tables whose keys are declared with the shape, texture, material or light that they describe |
 //! | `one_of` | one of several tables |
@@ -53,6 +54,7 @@ mod shape;
 mod table;
 mod textures;
 mod value;
+mod varying;
 
 pub use schema::schema;
 

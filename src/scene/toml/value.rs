@@ -7,7 +7,7 @@ use glam::DVec3;
 use serde_json::{Value as Json, json};
 
 use super::form::{Form, Value};
-use super::report::{Placed, Reported, Reports};
+use super::report::{Reported, Reports};
 use crate::parameter::{Number, unit};
 use crate::scene::description;
 use crate::scene::spelling::{self, quote};
@@ -48,7 +48,12 @@ fn float_value(float: &DeFloat<'_>) -> Option<f64> {
     float.as_str().parse().ok()
 }
 
-fn wrong_type(key: &str, expected: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Reported {
+pub(super) fn wrong_type(
+    key: &str,
+    expected: &str,
+    value: &Value<'_>,
+    reports: &mut Reports<'_>,
+) -> Reported {
     let message = format!("{key} must be {expected}, not {}", kind(value.get_ref()));
     reports.error_with(value.span().start, message, |_| match value.get_ref() {
         DeValue::String(text) if text.trim().parse::<f64>().is_ok() => Some("take the quotes away".into()),
@@ -158,10 +163,10 @@ impl Form for Number {
 type Axes = [&'static str; 3];
 
 const SPACE: Axes = ["x", "y", "z"];
-const COLOUR: Axes = ["red", "green", "blue"];
+pub(super) const COLOUR: Axes = ["red", "green", "blue"];
 
 /// Reads `axes.len()` numbers; all of them, so that all errors are seen.
-fn components<const N: usize>(
+pub(super) fn components<const N: usize>(
     each: &Number,
     axes: [&str; N],
     expected: &str,
@@ -187,7 +192,7 @@ fn components<const N: usize>(
     Ok(read)
 }
 
-fn array_schema(each: &Number, length: usize) -> Json {
+pub(super) fn array_schema(each: &Number, length: usize) -> Json {
     json!({ "type": "array", "items": each.schema(), "minItems": length, "maxItems": length })
 }
 
@@ -203,60 +208,6 @@ impl Form for Colour {
 
     fn schema(&self) -> Json {
         array_schema(&self.0, 3)
-    }
-}
-
-/// A colour, or the name of a texture.
-pub(super) struct ColourOr(pub(super) Colour);
-
-/// What [`ColourOr`] reads.
-pub(super) enum ColourOrName {
-    Colour([f64; 3]),
-    Name(Placed<String>),
-}
-
-impl Form for ColourOr {
-    type Output = ColourOrName;
-
-    fn read(
-        &self,
-        key: &str,
-        value: &Value<'_>,
-        reports: &mut Reports<'_>,
-    ) -> Result<ColourOrName, Reported> {
-        match value.get_ref() {
-            // A number in quotes is a mistake.
-            DeValue::String(word) if word.trim().parse::<f64>().is_err() => {
-                let name = Word.read(key, value, reports)?;
-                Ok(ColourOrName::Name(Placed { at: value.span().start, value: name }))
-            }
-            _ => self.0.read(key, value, reports).map(ColourOrName::Colour),
-        }
-    }
-
-    fn schema(&self) -> Json {
-        json!({ "anyOf": [self.0.schema(), Word.schema()] })
-    }
-}
-
-/// A colour, or one number for a grey.
-pub(super) struct GreyOr(pub(super) Number);
-
-impl Form for GreyOr {
-    type Output = [f64; 3];
-
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<[f64; 3], Reported> {
-        match value.get_ref() {
-            DeValue::Integer(_) | DeValue::Float(_) => Ok([self.0.read(key, value, reports)?; 3]),
-            _ => {
-                let expected = "a number, an array of 3 numbers (red, green, blue) or the name of a texture";
-                components(&self.0, COLOUR, expected, key, value, reports)
-            }
-        }
-    }
-
-    fn schema(&self) -> Json {
-        json!({ "anyOf": [self.0.schema(), array_schema(&self.0, 3)] })
     }
 }
 
@@ -473,34 +424,6 @@ impl Form for OneWord {
 
     fn schema(&self) -> Json {
         json!({ "enum": self.0 })
-    }
-}
-
-/// One word for two axes, or two words.
-pub(super) struct TwoWords(pub(super) &'static [&'static str]);
-
-impl Form for TwoWords {
-    type Output = [usize; 2];
-
-    fn read(&self, key: &str, value: &Value<'_>, reports: &mut Reports<'_>) -> Result<[usize; 2], Reported> {
-        let one = OneWord(self.0);
-        match value.get_ref() {
-            DeValue::String(_) => Ok([one.read(key, value, reports)?; 2]),
-            DeValue::Array(items) if items.len() == 2 => {
-                let mut words = [0, 1].map(|i| one.read(key, &items[i], reports)).into_iter();
-                let (u, v) = (words.next(), words.next());
-                Ok([u.unwrap_or(Ok(0))?, v.unwrap_or(Ok(0))?])
-            }
-            _ => {
-                let expected = "a string, or an array of 2 strings (along u, along v)";
-                Err(wrong_type(key, expected, value, reports))
-            }
-        }
-    }
-
-    fn schema(&self) -> Json {
-        let one = OneWord(self.0).schema();
-        json!({ "anyOf": [one, { "type": "array", "items": one, "minItems": 2, "maxItems": 2 }] })
     }
 }
 

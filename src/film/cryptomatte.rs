@@ -55,9 +55,31 @@ pub struct Names {
 }
 
 impl Names {
-    fn new(layer: &'static str, names: Vec<String>) -> Names {
+    /// Those of things, in the order of their numbers.
+    pub fn new(layer: &'static str, names: Vec<String>) -> Names {
         let ids = names.iter().map(|name| id(name)).collect();
         Names { layer, names, ids }
+    }
+
+    /// How many things there are, of which several may have one name.
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// The names in the order of the things' numbers, as JSON in ASCII on one line, for a film file.
+    pub fn list(&self) -> String {
+        let names = self.names.iter().map(|name| quoted(name));
+        format!("[{}]", names.collect::<Vec<_>>().join(","))
+    }
+
+    /// From such a list; none if it is no such list.
+    pub fn of_list(layer: &'static str, list: &str) -> Option<Names> {
+        Some(Names::new(layer, serde_json::from_str(list).ok()?))
     }
 
     /// Which id each name has, as JSON in ASCII, in the order of the names.
@@ -67,13 +89,13 @@ impl Names {
         format!("{{{}}}", entries.collect::<Vec<_>>().join(","))
     }
 
-    /// The ranks of a pixel of which so many samples met nothing, or the thing with one of these numbers: id and
-    /// coverage in turns, as the channels have them.
+    /// The ranks of a pixel of which so many samples were looked at, and some met the things with these numbers: id and
+    /// coverage in turns, as the channels have them. What has no name is left out.
     pub fn ranks(&self, met: impl Iterator<Item = u32>, samples: usize) -> [f32; CHANNELS] {
         let mut counts: Vec<(u32, u32)> = Vec::new();
         for number in met {
             // Things of one name are one thing.
-            let id = self.ids[number as usize];
+            let Some(&id) = self.ids.get(number as usize) else { continue };
             match counts.iter_mut().find(|(known, _)| *known == id) {
                 Some((_, count)) => *count += 1,
                 None => counts.push((id, 1)),
@@ -87,6 +109,11 @@ impl Names {
         ranks
     }
 }
+
+/// What the channels of the two layers begin with.
+pub const ENTITIES: &str = "CryptoEntity";
+/// Likewise.
+pub const MATERIALS: &str = "CryptoMaterial";
 
 /// The names of a scene's things.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,10 +129,18 @@ impl Mattes {
     pub fn of(scene: &Scene) -> Mattes {
         let entities = scene.entities.iter().map(|entity| entity.name.clone()).collect();
         let materials = scene.materials.iter().map(|material| material.name.clone()).collect();
-        Mattes {
-            entities: Names::new("CryptoEntity", entities),
-            materials: Names::new("CryptoMaterial", materials),
-        }
+        Mattes { entities: Names::new(ENTITIES, entities), materials: Names::new(MATERIALS, materials) }
+    }
+
+    /// Of no things.
+    pub fn none() -> Mattes {
+        Mattes { entities: Names::new(ENTITIES, Vec::new()), materials: Names::new(MATERIALS, Vec::new()) }
+    }
+
+    /// From the lists of a film file, each of which may be missing; none if one is no list.
+    pub fn of_lists(entities: Option<&str>, materials: Option<&str>) -> Option<Mattes> {
+        let names = |layer, list: Option<&str>| Names::of_list(layer, list.unwrap_or("[]"));
+        Some(Mattes { entities: names(ENTITIES, entities)?, materials: names(MATERIALS, materials)? })
     }
 }
 
@@ -183,6 +218,17 @@ mod tests {
         let ranks = names.ranks(met.iter().rev().copied(), met.len());
         let seen: Vec<u32> = ranks.chunks(2).map(|rank| rank[0].to_bits()).collect();
         assert_eq!(seen, ["h", "g", "f", "e", "d", "c"].map(id));
+    }
+
+    #[test]
+    fn lists_of_names_are_read_back_in_their_order() {
+        let names = names(&["b", "a \"q\"\\", "Größe 東\n𝄞", "b"]);
+        let list = names.list();
+        assert!(list.is_ascii() && list.lines().count() == 1, "{list}");
+        assert_eq!(Names::of_list("CryptoEntity", &list), Some(names));
+        assert_eq!(Names::of_list("CryptoEntity", "[\"a\",7]"), None);
+        let mattes = Mattes::of_lists(Some("[\"a\"]"), None).unwrap();
+        assert_eq!((mattes.entities.len(), mattes.materials.is_empty()), (1, true));
     }
 
     #[test]

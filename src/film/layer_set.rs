@@ -1,0 +1,225 @@
+//! Which layers of first hits a film sums up, and how many words a pixel takes for each.
+
+use super::layers::Layer;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Samples of a pixel that the layers are of: those with a number below this. So many are evenly spread with every
+/// sampler that spreads them, and edges are smooth with them.
+pub const LOOKED_AT: u32 = 32;
+
+/// All layers that first hits tell, in the order of their words.
+const ALL: [Layer; 7] = [
+    Layer::Albedo,
+    Layer::Normal,
+    Layer::Position,
+    Layer::Depth,
+    Layer::Uv,
+    Layer::CryptoEntity,
+    Layer::CryptoMaterial,
+];
+
+/// Those that a number of one bit each stands for, from the lowest bit on; behind those it has two bits for each matte.
+const PLAIN: usize = 5;
+
+/// A set of layers that first hits tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "u32", into = "u32")]
+pub struct LayerSet {
+    /// As a film file has it: see [`LayerSet::code`]. The rest follows from it.
+    code: u32,
+    /// Words of a pixel for each of [`ALL`].
+    words: [u8; ALL.len()],
+    words_of_pixel: u8,
+}
+
+impl LayerSet {
+    /// No layer.
+    pub const NONE: LayerSet = LayerSet { code: 0, words: [0; ALL.len()], words_of_pixel: 0 };
+
+    /// Bits of a [`LayerSet::code`].
+    pub const BITS: u32 = 9;
+
+    /// The most words that a pixel takes in all.
+    pub(super) const MOST_WORDS: usize = 1 + 6 + 12 + 2 * 4 * LOOKED_AT as usize / size_of::<u64>();
+
+    /// Those of some layers that first hits tell, of a scene with so many entities and materials.
+    pub fn new(layers: &[Layer], entities: usize, materials: usize) -> LayerSet {
+        let code = |(index, layer): (usize, &Layer)| {
+            let width = match if *layer == Layer::CryptoEntity { entities } else { materials } {
+                _ if index < PLAIN => 1,
+                0..=0x100 => 1,
+                0x101..=0x1_0000 => 2,
+                _ => 3,
+            };
+            if layers.contains(layer) { width << shift(index) } else { 0 }
+        };
+        LayerSet::of(ALL.iter().enumerate().map(code).sum())
+    }
+
+    /// From a number; none if it stands for no set.
+    pub fn from_code(code: u32) -> Option<LayerSet> {
+        (code < 1 << LayerSet::BITS).then(|| LayerSet::of(code))
+    }
+
+    fn of(code: u32) -> LayerSet {
+        let words = std::array::from_fn(|index| {
+            let components = ALL[index].components().len();
+            let words = match index {
+                // One for each component of at most one, two for each that may be any number.
+                0 | 1 => components,
+                2..PLAIN => 2 * components,
+                // A number for each sample.
+                _ => number_bytes(code, index) * LOOKED_AT as usize / size_of::<u64>(),
+            };
+            if field(code, index) > 0 { words as u8 } else { 0 }
+        });
+        // One more says which samples were looked at.
+        let words_of_pixel = words.iter().sum::<u8>() + u8::from(code > 0);
+        LayerSet { code, words, words_of_pixel }
+    }
+
+    /// The number that stands for it: a bit each for albedo, normal, position, depth and uv, from the lowest on, then two
+    /// bits each for the mattes of entities and of materials. These are 0 without the matte, and 1, 2 or 3 where a
+    /// thing's number takes 1, 2 or 4 bytes.
+    pub fn code(self) -> u32 {
+        self.code
+    }
+
+    /// Whether there is no layer.
+    pub fn is_empty(self) -> bool {
+        self.code == 0
+    }
+
+    /// Whether a layer is one of them.
+    pub fn contains(self, layer: Layer) -> bool {
+        self.words(layer) > 0
+    }
+
+    /// Its layers, in the order of their words.
+    pub fn layers(self) -> impl Iterator<Item = Layer> {
+        ALL.into_iter().filter(move |&layer| self.contains(layer))
+    }
+
+    /// The layers of both.
+    pub fn with(self, other: LayerSet) -> LayerSet {
+        self.joined(other, u32::max)
+    }
+
+    /// Those of its layers that another set lacks.
+    pub fn without(self, other: LayerSet) -> LayerSet {
+        self.joined(other, |ours, theirs| if theirs > 0 { 0 } else { ours })
+    }
+
+    fn joined(self, other: LayerSet, join: impl Fn(u32, u32) -> u32) -> LayerSet {
+        let joined = |index| join(field(self.code, index), field(other.code, index)) << shift(index);
+        LayerSet::of((0..ALL.len()).map(joined).sum())
+    }
+
+    /// Bytes that the number of a thing takes in a layer of mattes; zero without the layer.
+    pub(super) fn number_bytes(self, layer: Layer) -> usize {
+        self.words(layer) * size_of::<u64>() / LOOKED_AT as usize
+    }
+
+    /// Words of 64 bits that a pixel takes for a layer.
+    #[inline(always)]
+    pub(super) fn words(self, layer: Layer) -> usize {
+        let index = match layer {
+            Layer::Albedo => 0,
+            Layer::Normal => 1,
+            Layer::Position => 2,
+            Layer::Depth => 3,
+            Layer::Uv => 4,
+            Layer::CryptoEntity => 5,
+            Layer::CryptoMaterial => 6,
+            Layer::Variance | Layer::Samples => return 0,
+        };
+        usize::from(self.words[index])
+    }
+
+    /// Words that a pixel takes in all.
+    #[inline(always)]
+    pub(super) fn words_of_pixel(self) -> usize {
+        usize::from(self.words_of_pixel)
+    }
+
+    /// Bytes that a pixel takes.
+    pub fn pixel_bytes(self) -> u64 {
+        (self.words_of_pixel() * size_of::<u64>()) as u64
+    }
+}
+
+/// The lowest bit of a layer in the number of a set.
+fn shift(index: usize) -> usize {
+    index + index.saturating_sub(PLAIN)
+}
+
+/// What the number of a set says of a layer.
+fn field(code: u32, index: usize) -> u32 {
+    code >> shift(index) & if index < PLAIN { 1 } else { 3 }
+}
+
+/// Bytes that the number of a thing takes in a matte.
+fn number_bytes(code: u32, index: usize) -> usize {
+    [0, 1, 2, 4][field(code, index) as usize]
+}
+
+impl From<LayerSet> for u32 {
+    fn from(set: LayerSet) -> u32 {
+        set.code
+    }
+}
+
+impl TryFrom<u32> for LayerSet {
+    type Error = &'static str;
+
+    fn try_from(code: u32) -> Result<LayerSet, &'static str> {
+        LayerSet::from_code(code).ok_or("no set of layers has this number")
+    }
+}
+
+/// "albedo,depth", as `--layers` takes them; "none".
+impl fmt::Display for LayerSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_empty() {
+            return f.write_str("none");
+        }
+        let names: Vec<&str> = self.layers().map(Layer::name).collect();
+        f.write_str(&names.join(","))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_is_its_code_and_mattes_are_as_wide_as_their_things_need() {
+        let of = |layers: &[Layer], things| LayerSet::new(layers, things, 1);
+        assert_eq!(of(&[], 9), LayerSet::NONE);
+        let plain = of(&[Layer::Depth, Layer::Albedo, Layer::Variance], 9);
+        assert_eq!((plain.code(), plain.pixel_bytes()), (0b01001, 8 * (1 + 3 + 2)));
+        assert_eq!(plain.to_string(), "albedo,depth");
+        for (things, code, words) in
+            [(0, 1, 4), (256, 1, 4), (257, 2, 8), (65_536, 2, 8), (65_537, 3, 16), (1 << 31, 3, 16)]
+        {
+            let set = of(&[Layer::CryptoEntity], things);
+            assert_eq!((set.code(), set.words_of_pixel()), (code << 5, 1 + words), "{things} things");
+        }
+        let all = of(&Layer::ALL, 300);
+        assert_eq!((all.code(), all.words_of_pixel()), (0b0_1101_1111, 1 + 6 + 12 + 8 + 4));
+        assert_eq!(all.to_string(), "albedo,normal,position,depth,uv,crypto-entity,crypto-material");
+        assert_eq!(LayerSet::from_code(all.code()), Some(all));
+        assert_eq!(LayerSet::from_code(1 << LayerSet::BITS), None);
+    }
+
+    #[test]
+    fn sets_are_joined_and_told_apart() {
+        let depth = LayerSet::new(&[Layer::Depth, Layer::CryptoEntity], 5, 5);
+        let uv = LayerSet::new(&[Layer::Uv, Layer::CryptoEntity], 500, 5);
+        let both = LayerSet::new(&[Layer::Depth, Layer::Uv, Layer::CryptoEntity], 500, 5);
+        assert_eq!((depth.with(uv), uv.with(depth)), (both, both));
+        assert_eq!(both.without(uv).to_string(), "depth");
+        assert_eq!(depth.without(both), LayerSet::NONE);
+    }
+}

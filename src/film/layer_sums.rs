@@ -1,0 +1,288 @@
+//! Exact sums of the first hits of a pixel's samples, for its layers.
+//!
+//! They are of the samples with a number below [`LOOKED_AT`], whatever else there is: parts of a render add up to the
+//! whole, and a render that goes on keeps its layers. Each component is rounded once and then added as an integer. A bit
+//! for each sample tells whether it was looked at and whether it met a surface, and mattes keep the number of the thing
+//! that each sample met, in the sample's own place: nothing depends on the order in which samples come.
+
+use super::cryptomatte::{CHANNELS, Names};
+use super::fixed::{SCALE, round_small};
+use super::layer_set::{LOOKED_AT, LayerSet};
+use super::layers::{Channel, Layer, NO_DEPTH};
+use crate::integrator::FirstHit;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// The largest albedo or component of a normal that is added: 2²⁵. They are at most one where a material is right; 32 of
+/// them, in multiples of 2⁻³², are 2⁶².
+const MOST_UNIT: f64 = (1_u32 << 25) as f64;
+
+/// Bits behind the binary point of positions, depths and uv: scenes may be in any unit of length.
+const WIDE_BITS: i32 = 64;
+
+/// What makes an integer of these.
+const WIDE_SCALE: f64 = (1_u128 << WIDE_BITS) as f64;
+
+/// The largest of those that are added is 2 to this power: 32 of them, in multiples of 2⁻⁶⁴, are 2¹²⁶.
+const MOST_WIDE: i32 = 57;
+
+/// Of some samples, those that layers are of.
+pub fn looked_at(samples: &Range<u32>) -> Range<u32> {
+    samples.start.min(LOOKED_AT)..samples.end.min(LOOKED_AT)
+}
+
+/// Sums of some pixels, one after the other. Each pixel has a word whose low half tells which samples were looked at, a
+/// bit each, and whose high half tells which of them met a surface; then the words of its layers.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LayerSums {
+    set: LayerSet,
+    words: Vec<u64>,
+}
+
+impl LayerSums {
+    /// Those of no pixel.
+    pub fn new(set: LayerSet) -> LayerSums {
+        LayerSums { set, words: Vec::new() }
+    }
+
+    /// Sums that lie in these words.
+    pub(super) fn of_words(set: LayerSet, words: Vec<u64>) -> LayerSums {
+        LayerSums { set, words }
+    }
+
+    /// What is summed up.
+    pub fn set(&self) -> LayerSet {
+        self.set
+    }
+
+    /// Pixels that there are sums of.
+    pub fn len(&self) -> usize {
+        self.words.len() / self.set.words_of_pixel().max(1)
+    }
+
+    /// Whether there is no pixel.
+    pub fn is_empty(&self) -> bool {
+        self.words.is_empty()
+    }
+
+    /// Which samples of a pixel were looked at, a bit each.
+    pub fn looked(&self, pixel: usize) -> u32 {
+        self.row(pixel).first().map_or(0, |&seen| seen as u32)
+    }
+
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.words[..])
+    }
+
+    /// Makes room for pixels up to so many, of which nothing was looked at yet.
+    pub fn grow(&mut self, pixels: usize) {
+        let words = pixels * self.set.words_of_pixel();
+        self.words.resize(self.words.len().max(words), 0);
+    }
+
+    /// Appends the pixels of others of the same set.
+    pub fn append(&mut self, mut other: LayerSums) {
+        debug_assert_eq!(self.set, other.set);
+        self.words.append(&mut other.words);
+    }
+
+    fn row(&self, pixel: usize) -> &[u64] {
+        let words = self.set.words_of_pixel();
+        &self.words[pixel * words..][..words]
+    }
+
+    /// The words of a layer of a pixel; none of a layer that is not summed up.
+    fn layer(&self, pixel: usize, layer: Layer) -> &[u64] {
+        let before: usize =
+            self.set.layers().take_while(|&it| it != layer).map(|layer| self.set.words(layer)).sum();
+        match self.set.words(layer) {
+            0 => &[],
+            words => &self.row(pixel)[1 + before..][..words],
+        }
+    }
+
+    /// Adds the first hits of a pixel's samples from this number on, all below [`LOOKED_AT`]. What is too large is added as
+    /// the largest number that there is room for, what is not a number as zero.
+    pub fn add(&mut self, pixel: usize, first_sample: u32, hits: &[FirstHit]) {
+        let (set, words) = (self.set, self.set.words_of_pixel());
+        let Some((seen, mut rest)) = self.words[pixel * words..][..words].split_first_mut() else { return };
+        for (sample, hit) in (first_sample..).zip(hits) {
+            *seen |= 1 << sample | u64::from(hit.met) << (LOOKED_AT + sample);
+        }
+        let mut next = |layer| {
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(set.words(layer));
+            rest = others;
+            own
+        };
+        // Those that met nothing are zeros.
+        add_units(next(Layer::Albedo), hits, |hit| hit.albedo);
+        add_units(next(Layer::Normal), hits, |hit| hit.normal);
+        add_wides(next(Layer::Position), hits, |hit| hit.position);
+        add_wides(next(Layer::Depth), hits, |hit| [hit.depth]);
+        add_wides(next(Layer::Uv), hits, |hit| hit.uv);
+        let entity: fn(&FirstHit) -> u32 = |hit| hit.entity;
+        for (layer, number) in [(Layer::CryptoEntity, entity), (Layer::CryptoMaterial, |hit| hit.material)] {
+            let (own, bytes) = (next(layer), set.number_bytes(layer));
+            if bytes > 0 {
+                for (sample, hit) in (first_sample as usize..).zip(hits) {
+                    let at = sample * bytes;
+                    own[at / 8] |= u64::from(number(hit)) << (8 * (at % 8));
+                }
+            }
+        }
+    }
+
+    /// Adds a pixel of others, of the same set and of other samples, to one of these.
+    pub fn merge(&mut self, pixel: usize, other: &LayerSums, other_pixel: usize) {
+        debug_assert_eq!(self.set, other.set);
+        self.merge_words(pixel, other.row(other_pixel));
+    }
+
+    /// What wraps around was no sum of first hits.
+    fn merge_words(&mut self, pixel: usize, from: &[u64]) {
+        let set = self.set;
+        let to = &mut self.words[pixel * from.len()..][..from.len()];
+        to[0] |= from[0];
+        let mut at = 1;
+        for layer in set.layers() {
+            let words = at..at + set.words(layer);
+            at = words.end;
+            let (to, from) = (&mut to[words.clone()], &from[words]);
+            match layer {
+                Layer::Albedo | Layer::Normal => {
+                    to.iter_mut().zip(from).for_each(|(sum, value)| *sum = sum.wrapping_add(*value));
+                }
+                Layer::Position | Layer::Depth | Layer::Uv => {
+                    let (to, _) = to.as_chunks_mut();
+                    let (from, _) = from.as_chunks();
+                    to.iter_mut().zip(from).for_each(|(sum, value)| *sum = add_pair(*sum, pair(*value)));
+                }
+                _ => to.iter_mut().zip(from).for_each(|(numbers, other)| *numbers |= *other),
+            }
+        }
+    }
+
+    /// The words of a pixel as a film file has them.
+    pub(super) fn pixel_bytes(&self, pixel: usize) -> impl Iterator<Item = u8> + '_ {
+        self.row(pixel).iter().flat_map(|word| word.to_le_bytes())
+    }
+
+    /// Adds the words of a pixel of a film file. Returns which of its samples were looked at, a bit each.
+    pub(super) fn add_bytes(&mut self, pixel: usize, bytes: &[u8]) -> u32 {
+        let mut words = [0; LayerSet::MOST_WORDS];
+        let words = &mut words[..self.set.words_of_pixel()];
+        words.iter_mut().zip(bytes.as_chunks().0).for_each(|(to, from)| *to = u64::from_le_bytes(*from));
+        self.merge_words(pixel, words);
+        words[0] as u32
+    }
+
+    /// The channels of a layer at some pixels, with the names of things for a layer of mattes: means of albedo and normal
+    /// over all samples that were looked at, so that they fade where the scene ends; of the rest over those that met
+    /// something. None of a layer that is not summed up.
+    pub fn channels(
+        &self,
+        layer: Layer,
+        pixels: impl Iterator<Item = usize>,
+        names: Option<&Names>,
+    ) -> Vec<Channel> {
+        if !self.set.contains(layer) {
+            return Vec::new();
+        }
+        let mut channels: Vec<Channel> =
+            layer.channels().into_iter().map(|name| Channel { name, values: Vec::new() }).collect();
+        for pixel in pixels {
+            let values = self.values(pixel, layer, names);
+            channels.iter_mut().zip(values).for_each(|(channel, value)| channel.values.push(value));
+        }
+        channels
+    }
+
+    /// The values of a pixel's channels of a layer, and zeros behind them.
+    fn values(&self, pixel: usize, layer: Layer, names: Option<&Names>) -> [f32; CHANNELS] {
+        let (words, mut values) = (self.layer(pixel, layer), [0.0; CHANNELS]);
+        let seen = self.row(pixel)[0];
+        let (looked, met) = (f64::from((seen as u32).count_ones()), (seen >> LOOKED_AT) as u32);
+        let hits = f64::from(met.count_ones());
+        match layer {
+            Layer::Depth if met == 0 => values[0] = NO_DEPTH,
+            Layer::Albedo | Layer::Normal => {
+                let sums = words.iter().map(|&sum| sum as i64 as f64 / SCALE);
+                values.iter_mut().zip(sums).for_each(|(to, sum)| *to = (sum / looked.max(1.0)) as f32);
+            }
+            Layer::Position | Layer::Depth | Layer::Uv => {
+                let sums = words.as_chunks().0.iter().map(|&sum| pair(sum) as f64 / WIDE_SCALE);
+                values.iter_mut().zip(sums).for_each(|(to, sum)| *to = (sum / hits.max(1.0)) as f32);
+            }
+            _ => {
+                let bytes = self.set.number_bytes(layer);
+                let number = |sample: u32| {
+                    let at = sample as usize * bytes;
+                    (words[at / 8] >> (8 * (at % 8))) as u32 & (u32::MAX >> (32 - 8 * bytes))
+                };
+                let met = (0..LOOKED_AT).filter(|sample| met >> sample & 1 != 0).map(number);
+                if let Some(names) = names {
+                    values = names.ranks(met, looked as usize);
+                }
+            }
+        }
+        values
+    }
+}
+
+/// A sum in two words, the low one first, two's complement.
+fn pair([low, high]: [u64; 2]) -> i128 {
+    (u128::from(high) << 64 | u128::from(low)) as i128
+}
+
+fn add_pair(sum: [u64; 2], value: i128) -> [u64; 2] {
+    let sum = pair(sum).wrapping_add(value);
+    [sum as u64, (sum >> 64) as u64]
+}
+
+fn add_units<const N: usize>(sums: &mut [u64], hits: &[FirstHit], of: impl Fn(&FirstHit) -> [f32; N]) {
+    for (component, sum) in sums.iter_mut().enumerate() {
+        let added: i64 = hits.iter().map(|hit| unit(of(hit)[component])).sum();
+        *sum = sum.wrapping_add(added as u64);
+    }
+}
+
+fn add_wides<const N: usize>(sums: &mut [u64], hits: &[FirstHit], of: impl Fn(&FirstHit) -> [f32; N]) {
+    for (component, sum) in sums.as_chunks_mut().0.iter_mut().enumerate() {
+        let added: i128 = hits.iter().map(|hit| wide(of(hit)[component])).sum();
+        *sum = add_pair(*sum, added);
+    }
+}
+
+/// A component of at most one, in multiples of 2⁻³², ties to even.
+fn unit(value: f32) -> i64 {
+    let value = f64::from(value).clamp(-MOST_UNIT, MOST_UNIT);
+    if value.is_nan() {
+        0
+    } else if value.abs() < 1024.0 {
+        round_small(value * SCALE)
+    } else {
+        // An integer already.
+        (value * SCALE) as i64
+    }
+}
+
+/// Any number, in multiples of 2⁻⁶⁴, ties to even. Numbers from 2⁻⁴⁰ on lose nothing.
+fn wide(value: f32) -> i128 {
+    let exponent = (value.to_bits() >> 23 & 0xff) as i32 - 127;
+    if value.is_nan() {
+        return 0;
+    }
+    let size = if exponent < 23 - WIDE_BITS {
+        i128::from(round_small(f64::from(value.abs()) * WIDE_SCALE))
+    } else if exponent >= MOST_WIDE {
+        1 << (WIDE_BITS + MOST_WIDE)
+    } else {
+        let digits = i128::from(value.to_bits() & 0x7f_ffff | 0x80_0000);
+        digits << (exponent + WIDE_BITS - 23)
+    };
+    if value < 0.0 { -size } else { size }
+}
+
+#[cfg(test)]
+mod tests;

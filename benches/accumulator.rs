@@ -16,7 +16,7 @@ use crossbeam_channel::{bounded, never, unbounded};
 use std::collections::HashMap;
 use std::process::ExitCode;
 use std::sync::Arc;
-use stride::film::{Film, Layout, Splatter, Weights, film_offset};
+use stride::film::{Film, LayerSet, Layout, Splatter, Weights, film_offset};
 use stride::integrator::{self, Integrator};
 use stride::math::lanes::Level;
 use stride::render::accumulator::{Inbox, Outbox};
@@ -108,6 +108,7 @@ impl Case {
             region: self.region,
             sends_samples: self.dumps,
             splatter: self.splatter.as_deref(),
+            layers: LayerSet::NONE,
         };
         let start = computed();
         worker.run(&orders_in, &batches_out);

@@ -124,7 +124,7 @@ impl Prepared<'_> {
             toured = home.tour(&mut own, window);
         }
         if own.is_aside {
-            write_aside(settings, &head, (&own.outcome, &own.picture), &events, stop)?;
+            write_aside(settings, &head, (&own.outcome, &own.picture), &events)?;
         } else if own.problem.is_none()
             && let Err(error) = toured
         {

@@ -7,11 +7,12 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 use stride::film::cryptomatte::{Mattes, id};
 use stride::film::{Channel, Layer};
 use stride::integrator::Event;
 use stride::math::lanes::Level;
-use stride::render::first_hit_layers;
+use stride::render::preview;
 use stride::sampling::Region;
 use stride::scene::Scene;
 
@@ -44,9 +45,9 @@ fn ranks_are_what_single_paths_meet() {
     for (i, entity) in scene.entities.iter_mut().enumerate() {
         entity.name = format!("thing {i}");
     }
-    let (integrator, mattes) = (common::integrator(&scene), Mattes::of(&scene));
+    let (integrator, mattes) = (Arc::from(common::integrator(&scene)), Mattes::of(&scene));
     let region = Region::whole(40, 30);
-    let channels = first_hit_layers(&*integrator, Level::available()[0], region, &|| 0..6, 2, &BOTH, &mattes);
+    let channels = preview(&integrator, Level::available()[0], region, 6, &BOTH, &mattes);
     let ranks = |place: usize| -> Vec<(u32, f32)> {
         let at = |name: &str, c: &str| channel(&channels, &format!("CryptoEntity{name}.{c}"))[place];
         let levels = ["00", "01", "02"].into_iter();

@@ -9,12 +9,14 @@ use glam::DVec3;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
+use std::sync::Arc;
 use stride::camera::CameraSettings;
-use stride::film::{Film, film_offset};
+use stride::film::{Film, Layer, LayerSet, Layout, film_offset};
 use stride::gpu::{self, GpuError, GpuWorker, Job};
+use stride::math::lanes::Level;
 use stride::output::open_film;
 use stride::render::accumulator::{Inbox, Outcome};
-use stride::render::{Accumulator, Configuration, Port, Schedule};
+use stride::render::{Accumulator, Configuration, Looker, Port, Schedule, Stride};
 use stride::sampling::Region;
 use stride::scene::{
     Entity, FilmSettings, Integrator, Material, MaterialKind, MatteParameters, MirrorParameters,
@@ -49,6 +51,14 @@ fn scene(width: u32, height: u32) -> Scene {
         environment: [0.1, 0.1, 0.2],
         ..Scene::default()
     }
+}
+
+/// What looks at first hits for all layers of a scene.
+fn looker(scene: &Scene, threads: usize) -> Looker {
+    let (integrator, level) = (Arc::from(common::integrator(scene)), Level::available()[0]);
+    let layers = LayerSet::new(&Layer::ALL, scene.entities.len(), scene.materials.len());
+    let region = Region::whole(scene.film.width, scene.film.height);
+    Looker { integrator, level, layers, region, threads }
 }
 
 /// Renders with so many GPU workers, or not at all where there is no GPU and that is allowed.
@@ -86,12 +96,14 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
                 splatter: None,
             };
             let mut worker = GpuWorker::new(&device, &job).unwrap();
+            worker.look_with(Some(looker(scene, 2)));
             let batches_out = batches_out.clone();
             scope.spawn(move || worker.run(&orders_in, &batches_out).unwrap());
         }
         drop(batches_out);
         let schedule = Schedule::new(workers as usize, region.len(), spp, None, Vec::new());
-        let film = Film::new(width, height).unwrap();
+        let layers = looker(scene, 1).layers;
+        let film = Film::with_layout(Layout { layers, ..Layout::plain(width, height) }).unwrap();
         let ports = orders.into_iter().map(Port::new).collect();
         let accumulator = Accumulator::new(Configuration::new(film, region, schedule, ports));
         Some(accumulator.run(Inbox { batches, changes, stop, viewer: never() }))
@@ -110,6 +122,9 @@ fn the_film_is_the_same_from_run_to_run_and_for_any_number_of_workers() {
         assert!(other.film == alone.film, "{workers} workers make another film");
         assert_eq!(other.totals.rays, alone.totals.rays);
     }
+    // Layers are the CPU's, of the first samples.
+    let looked = |end| looker(&scene, 1).look(Stride::ALL, 0..64 * 48, &(0..end)).sums;
+    assert!(*alone.film.first_hits() == looked(40) && looked(32) == looked(40) && looked(31) != looked(40));
     // Negative control: one sample more makes another film.
     assert!(render(&scene, 1, 41).unwrap().film != alone.film);
 }
@@ -144,7 +159,8 @@ fn program(folder: &Path, device: &str, more: &[&str]) -> Option<Value> {
 #[test]
 fn both_devices_together_make_the_whole_picture_and_say_what_they_promise() {
     let dir = tempfile::tempdir().unwrap();
-    let Some(stats) = program(dir.path(), "all", &["--spp", "64", "-o", "a.exr"]) else { return };
+    let all = ["--spp", "64", "--layers", "all", "--film", "a.film", "-o", "a.exr"];
+    let Some(stats) = program(dir.path(), "all", &all) else { return };
     let devices = stats["devices"].as_array().expect("a list");
     let made: Vec<_> = devices.iter().map(|device| device["samples"].as_u64().expect("a number")).collect();
     assert!(made.len() == 2 && made.iter().all(|&n| n > 0), "{made:?}");
@@ -153,13 +169,16 @@ fn both_devices_together_make_the_whole_picture_and_say_what_they_promise() {
     assert!(stats["promise"].as_str().expect("words").contains("statistically"), "{stats}");
     assert!(stats["lost"].is_null());
     // The same numbers on both devices: what differs from the CPU's picture is rounding.
-    program(dir.path(), "cpu", &["--spp", "64", "-o", "b.exr"]);
+    program(dir.path(), "cpu", &["--spp", "64", "--layers", "all", "--film", "b.film", "-o", "b.exr"]);
     let [all, cpu] = ["a.exr", "b.exr"]
         .map(|name| stride::output::read_picture(&dir.path().join(name)).expect("a picture").1.rgb);
     let differs = |a: &[f32; 3], b: &[f32; 3]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 0.02 * (a + b));
     let different = all.iter().zip(&cpu).filter(|(a, b)| differs(a, b)).count();
     assert!(different < all.len() / 100, "{different} pixels differ");
     assert!(all != cpu, "the GPU has had no part in it");
+    let film = |name: &str| open_film(&dir.path().join(name)).expect("a film").read().expect("a whole film");
+    let [all, cpu] = ["a.film", "b.film"].map(film);
+    assert!(all.first_hits() == cpu.first_hits() && all.first_hits().looked(1000) == u32::MAX);
 }
 
 #[test]
@@ -222,6 +241,7 @@ fn a_gpu_render_that_is_killed_and_gone_on_with_is_the_same() {
         let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
         command.args(["render", &cover, "--headless", "-q", "--size", "64x48", "--device", "gpu"]);
         command.args(["--checkpoint", "10ms", "-o", "part.exr", film, "part.film", "--spp", spp]);
+        command.args(["--layers", "all"]);
         command.current_dir(dir.path());
         command
     };
@@ -238,7 +258,8 @@ fn a_gpu_render_that_is_killed_and_gone_on_with_is_the_same() {
     let most = film.seen_range()[1];
     let [spp, less] = [most + 2, most + 1].map(|spp| spp.to_string());
     assert!(render("--resume", &spp).status().expect("the program starts").success());
-    program(dir.path(), "gpu", &["--spp", &spp, "--film", "whole.film", "-o", "whole.exr"]);
+    let whole = ["--spp", &spp, "--layers", "all", "--film", "whole.film", "-o", "whole.exr"];
+    program(dir.path(), "gpu", &whole);
     let bytes = |name: &str| std::fs::read(dir.path().join(name)).expect(name);
     assert!(bytes("part.exr") == bytes("whole.exr") && bytes("part.film") == bytes("whole.film"));
     // Negative control: a sample less makes other files.

@@ -6,19 +6,23 @@ use common::scenes::cover;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 use stride::film::cryptomatte::Mattes;
 use stride::film::layers::NO_DEPTH;
-use stride::film::{Channel, Layer};
+use stride::film::{Channel, Layer, LayerSet};
 use stride::integrator::{Event, Integrator};
 use stride::math::lanes::Level;
-use stride::render::{first_hit_layers, layer_samples};
+use stride::render::{Looker, Stride, preview};
 use stride::sampling::Region;
 use stride::scene::{Scene, parse};
 
-fn layers(scene: &Scene, region: Region, samples: u32, threads: usize) -> Vec<Channel> {
-    let integrator = common::integrator(scene);
-    let level = Level::available()[0];
-    first_hit_layers(&*integrator, level, region, &|| 0..samples, threads, &Layer::ALL, &Mattes::of(scene))
+fn layers_at(level: Level, scene: &Scene, region: Region, samples: u32) -> Vec<Channel> {
+    let integrator = Arc::from(common::integrator(scene));
+    preview(&integrator, level, region, samples, &Layer::ALL, &Mattes::of(scene))
+}
+
+fn layers(scene: &Scene, region: Region, samples: u32) -> Vec<Channel> {
+    layers_at(Level::available()[0], scene, region, samples)
 }
 
 fn channel<'a>(channels: &'a [Channel], name: &str) -> &'a [f32] {
@@ -58,7 +62,7 @@ fn told(integrator: &dyn Integrator, scene: &Scene, place: u32, samples: u32) ->
 fn layers_are_the_means_of_what_paths_meet_first() {
     let scene = cover(40, 30);
     let region = Region::whole(40, 30);
-    let channels = layers(&scene, region, 6, 2);
+    let channels = layers(&scene, region, 6);
     let integrator = common::integrator(&scene);
     let off = |place: u32, samples: u32| -> f64 {
         let told = told(&*integrator, &scene, place, samples).expect("the cover is closed in front");
@@ -95,7 +99,7 @@ const WALL: &str = r#"
 #[test]
 fn a_wall_has_the_layers_that_one_can_work_out() {
     let scene = parse(WALL, Path::new("wall.toml")).expect("a scene").scene;
-    let channels = layers(&scene, Region::whole(16, 12), 2, 3);
+    let channels = layers(&scene, Region::whole(16, 12), 2);
     let at = |name: &str, x: usize, y: usize| channel(&channels, name)[y * 16 + x];
     // Right of the middle a grey wall three in front of the eye; its u × v faces away along +x... and the left is
     // the camera's +y: there, in the lower half, glass two in front; in the upper half nothing.
@@ -118,28 +122,31 @@ fn a_wall_has_the_layers_that_one_can_work_out() {
 #[test]
 fn no_threads_lanes_or_crops_show() {
     let scene = cover(40, 30);
-    let whole = layers(&scene, Region::whole(40, 30), 5, 1);
-    for threads in [2, 3, 50] {
-        assert!(layers(&scene, Region::whole(40, 30), 5, threads) == whole, "{threads} threads");
-    }
-    let integrator = common::integrator(&scene);
+    let region = Region::whole(40, 30);
+    let whole = layers(&scene, region, 5);
     for level in Level::available() {
-        let region = Region::whole(40, 30);
-        assert!(
-            first_hit_layers(&*integrator, level, region, &|| 0..5, 2, &Layer::ALL, &Mattes::of(&scene))
-                == whole,
-            "{level}"
-        );
+        assert!(layers_at(level, &scene, region, 5) == whole, "{level}");
     }
+    let looked = |threads, samples| {
+        let set = LayerSet::new(&Layer::ALL, scene.entities.len(), scene.materials.len());
+        let (integrator, level) = (Arc::from(common::integrator(&scene)), Level::available()[0]);
+        let looker = Looker { integrator, level, layers: set, region, threads };
+        looker.look(Stride::every(3, 1), 7..390, &samples)
+    };
+    let alone = looked(1, 20..40);
+    assert_eq!((alone.first_slot, alone.sums.len(), alone.sums.looked(5)), (7, 383, 0xfff0_0000));
+    for threads in [2, 3, 50] {
+        assert!(looked(threads, 20..40) == alone, "{threads} threads");
+    }
+    assert!(looked(2, 20..31) != alone && looked(2, 32..40).sums.is_empty());
     let region = Region { film_width: 40, x: 11, y: 7, width: 9, height: 5 };
-    let crop = layers(&scene, region, 5, 2);
+    let crop = layers(&scene, region, 5);
     for (part, whole) in crop.iter().zip(&whole) {
         for place in 0..region.len() {
             let there = region.pixel(place).index as usize;
             assert_eq!(part.values[place as usize], whole.values[there], "{}", part.name);
         }
     }
-    assert_eq!([1, 3, 64, 100_000].map(layer_samples), [1, 1, 16, 32]);
 }
 
 fn stride(folder: &Path, arguments: &[&str]) -> std::process::Output {
@@ -156,7 +163,7 @@ fn render(folder: &Path, more: &[&str]) {
 fn files_have_the_layers_that_were_asked_for_and_the_colour_is_the_same() {
     let dir = tempfile::tempdir().expect("a folder");
     render(dir.path(), &["--spp", "8", "--threads", "1", "--layers", "all", "-o", "a.exr", "-o", "a.png"]);
-    render(dir.path(), &["--spp", "3", "--film", "b.film", "-o", "b.exr"]);
+    render(dir.path(), &["--spp", "3", "--layers", "all", "--film", "b.film", "-o", "b.exr"]);
     // Gone on with, on other threads: the same file.
     let rest = ["--spp", "8", "--resume", "b.film", "--threads", "3"];
     render(dir.path(), &[&rest[..], &["--layers", "all", "-o", "b.exr"]].concat());

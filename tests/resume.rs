@@ -124,38 +124,68 @@ fn a_goal_that_is_missed_is_told_of_also_to_those_who_want_quiet() {
 }
 
 #[test]
-fn merged_films_have_the_layers_that_films_tell_and_say_which_they_do_not() {
+fn merged_films_have_the_layers_that_they_were_rendered_with() {
     let dir = folder();
-    let half = |range: &str, film: &str, layers: &str| {
+    let part = |range: &str, film: &str, layers: &str| {
         said(dir.path(), 0, &render(&["--range", range, "--film", film, "--layers", layers]));
     };
-    half("0..5", "a.film", "all");
-    half("5..9", "b.film", "depth");
-    let text = said(dir.path(), 0, &["merge", "a.film", "b.film", "-o", "m.exr", "-o", "m.film"]);
-    assert!(text.contains("without the layers albedo,") && text.contains("--resume"), "{text}");
+    part("0..5", "a.film", "all");
+    part("5..9", "b.film", "all");
+    said(dir.path(), 0, &["merge", "a.film", "b.film", "-q", "-o", "m.exr", "-o", "m.film"]);
+    // To the bit those of a render of all samples.
+    said(dir.path(), 0, &render(&["--spp", "9", "--layers", "all", "-o", "w.exr", "--film", "w.film"]));
+    let bytes = |name: &str| fs::read(dir.path().join(name)).expect("a file");
+    assert!(bytes("m.exr") == bytes("w.exr") && bytes("m.film") == bytes("w.film"));
+    let told = info(dir.path(), "m.film");
+    let names =
+        "first hits  there are the sums for albedo,normal,position,depth,uv,crypto-entity,crypto-material\n";
+    assert!(told.contains(names) && told.contains("entities    8 names, for mattes\n"), "{told}");
+    // Asked for by name, or not at all.
     let channels = |file: &str| {
         let told = info(dir.path(), file);
         told.lines().find_map(|line| line.strip_prefix("channels    ")).expect("channels").to_owned()
     };
-    assert_eq!(channels("m.exr"), "B, G, R, samples.Y, variance.Y");
-    // To the bit those of a render of all samples.
-    said(dir.path(), 0, &render(&["--spp", "9", "--layers", "variance,samples", "-o", "w.exr"]));
+    said(dir.path(), 0, &["merge", "a.film", "b.film", "-q", "-o", "m.exr", "--layers", "samples,depth"]);
+    assert_eq!(channels("m.exr"), "B, G, R, depth.Z, samples.Y");
+    // Films of other layers do not add up, and say so.
+    part("9..10", "c.film", "normal");
+    let text = said(dir.path(), 1, &["merge", "a.film", "c.film", "-o", "m.exr"]);
+    assert!(text.contains("its set of layers is normal, not albedo,"), "{text}");
+    let text = said(dir.path(), 2, &["merge", "c.film", "-o", "m.exr", "--layers", "depth"]);
+    assert!(text.contains("do not tell the layer depth") && text.contains("--layers depth"), "{text}");
+    said(dir.path(), 0, &["merge", "c.film", "-q", "-o", "m.exr"]);
+    assert_eq!(channels("m.exr"), "B, G, R, normal.X, normal.Y, normal.Z");
+}
+
+#[test]
+fn a_film_keeps_its_layers_and_gets_no_others() {
+    let dir = folder();
+    let go = |code: i32, more: &[&str]| said(dir.path(), code, &render(more));
     let bytes = |name: &str| fs::read(dir.path().join(name)).expect("a file");
+    go(0, &["--spp", "3", "--film", "a.film", "--layers", "albedo,depth,crypto-material"]);
+    let before = bytes("a.film");
+    let text = go(1, &["--resume", "a.film", "--spp", "9", "--layers", "depth,uv"]);
+    assert!(text.contains("not albedo,depth,uv,crypto-material: "), "{text}");
+    assert!(text.contains("for --layers uv; leave these out, or begin another film"), "{text}");
+    assert!(bytes("a.film") == before);
+    // What the film has goes on, whatever the picture shows of it.
+    go(0, &["--resume", "a.film", "--spp", "9", "-o", "b.exr"]);
+    go(0, &["--spp", "9", "--film", "w.film", "--layers", "albedo,depth,crypto-material", "-o", "w.exr"]);
+    // The note of the layers that were asked for is the last render's.
+    assert_eq!(bytes("a.film").len() + "layers: albedo,depth,crypto-material\n".len(), bytes("w.film").len());
+    said(dir.path(), 0, &["merge", "a.film", "-q", "-o", "m.exr"]);
     assert!(bytes("m.exr") == bytes("w.exr"));
-    // What the remedy says: all layers, and nothing is rendered anew.
-    let rest = ["--resume", "m.film", "--layers", "all", "--stats", "s.json", "-o", "r.exr"];
-    said(dir.path(), 0, &render(&rest));
-    assert_eq!(stats(dir.path())["samples"], stats(dir.path())["resumed_samples"]);
-    said(dir.path(), 0, &render(&["--spp", "9", "--layers", "all", "-o", "w.exr"]));
-    assert!(bytes("r.exr") == bytes("w.exr"));
-    // Asked for by name, or not at all.
-    said(dir.path(), 0, &["merge", "a.film", "b.film", "-q", "-o", "m.exr", "--layers", "samples"]);
-    assert_eq!(channels("m.exr"), "B, G, R, samples.Y");
-    let text = said(dir.path(), 2, &["merge", "a.film", "b.film", "-o", "m.exr", "--layers", "depth"]);
-    assert!(text.contains("does not tell the layer depth") && text.contains("--resume"), "{text}");
-    half("9..10", "c.film", "normal");
-    assert!(said(dir.path(), 0, &["merge", "c.film", "-o", "m.exr"]).contains("without the layers normal"));
-    assert_eq!(channels("m.exr"), "B, G, R");
+    // A name is no sample's, but mattes are about names.
+    let scene =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml")).expect("a scene");
+    let scene = scene.replace("materials.red", "materials.other").replace("\"red\"", "\"other\"");
+    fs::write(dir.path().join("b.toml"), scene).expect("a scene");
+    let other = ["render", "b.toml", "--headless", "-q", "--size", "24x18", "-o", "a.exr"];
+    let text = said(dir.path(), 1, &[&other[..], &["--resume", "w.film", "--spp", "10"]].concat());
+    assert!(
+        text.contains("its scene differs in the names of materials, which its mattes are about"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -316,7 +316,8 @@ fn rendered(suffix: &str) -> Vec<Vec<u8>> {
         render("cropped", &["--spp", "2", "--crop", "1,1,4,2", "--filter", "none"]),
         render("noise", &["--spp", "64", "--noise", "0.0001"]),
         render("adaptive", &["--spp", "64", "--noise", "0.0001", "--adaptive"]),
-        render("layers", &["--spp", "4", "--layers", "variance"]),
+        render("variance", &["--spp", "4", "--layers", "variance"]),
+        render("layers", &["--spp", "4", "--layers", "all"]),
     ]
     .into_iter()
     .flatten()

@@ -3,7 +3,7 @@
 use super::builder::Render;
 use super::error::{Error, SettingsError};
 use super::places::check_places;
-use crate::film::{Film, Layer, Layout};
+use crate::film::{Film, Layer, LayerSet, Layout};
 use crate::math::lanes::Level;
 use crate::output::open_film;
 use crate::sampling::Region;
@@ -36,14 +36,17 @@ impl Render {
         let resumed = self.resume.as_deref().map(Resumed::read).transpose()?;
         let Range { start: first, end } = self.which_samples(resumed.as_ref())?;
         // What a film has goes on, whatever is written this time.
-        let spreads = self.layers.contains(&Layer::Variance) || resumed.is_some_and(|film| film.spreads);
+        let spreads =
+            self.layers.contains(&Layer::Variance) || resumed.as_ref().is_some_and(|film| film.spreads);
+        let layers = LayerSet::new(&self.layers, scene.entities.len(), scene.materials.len());
+        let layers = resumed.map_or(layers, |film| film.layers.with(layers));
         let spp = end - first;
         self.check_together(first, spp)?;
         let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let threads = self.threads.and_then(NonZeroUsize::new).unwrap_or_else(cores);
         let level = self.level.unwrap_or_else(Level::widest);
         let settings = Settings {
-            job: Job { first, spreads, ..Job::new(Arc::new(scene.clone()), picture) },
+            job: Job { first, spreads, layers, ..Job::new(Arc::new(scene.clone()), picture) },
             stopping: Stopping { spp, time: self.time, noise: self.noise, adaptive: scene.render.adaptive },
             devices: Devices { choice: self.device.clone(), threads, level, finder: self.world },
             outputs: Outputs {
@@ -153,6 +156,8 @@ struct Resumed {
     end: Option<u32>,
     /// Whether it has what a variance takes where samples are weighed.
     spreads: bool,
+    /// The layers of first hits that it has the sums of.
+    layers: LayerSet,
 }
 
 impl Resumed {
@@ -161,7 +166,8 @@ impl Resumed {
         let asked = film.head().asked();
         let first = film.holding().start().or(asked.as_ref().map(|asked| asked.start)).unwrap_or(0);
         let end = asked.map(|asked| asked.end).filter(|&end| end > first && end < u32::MAX);
-        Ok(Resumed { first, end, spreads: film.head().layout.spreads })
+        let Layout { spreads, layers, .. } = film.head().layout;
+        Ok(Resumed { first, end, spreads, layers })
     }
 }
 

@@ -4,6 +4,7 @@ use super::arguments::{self, range};
 use super::failure::{Failure, usage};
 use super::render::{self, Layers};
 use crate::api::part;
+use crate::film::cryptomatte::Mattes;
 use crate::film::develop::Developer;
 use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Splatter, ViewTransform, Weights};
 use crate::math::lanes::Level;
@@ -70,7 +71,8 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
         Some(radius) => arguments.filter.with_radius(radius),
         None => arguments.filter,
     };
-    if let Some(layer) = arguments.layers.iter().filter_map(|asked| asked.0).find(|layer| !layer.is_of_film())
+    if let Some(layer) =
+        arguments.layers.iter().filter_map(|asked| asked.0).find(|layer| !layer.is_of_radiance())
     {
         return Err(usage(format!(
             "samples do not tell the layer {}; render the scene for it (render --layers)",
@@ -78,7 +80,7 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
         )));
     }
     let layers: Vec<Layer> =
-        render::layers(&arguments.layers).into_iter().filter(Layer::is_of_film).collect();
+        render::layers(&arguments.layers).into_iter().filter(Layer::is_of_radiance).collect();
     let mut dump = npy::read::open_dump(&arguments.samples)?;
     let dumped = match (dump.facts(), arguments.size) {
         (Some(facts), None) => Dumped::told(facts, arguments)?,
@@ -133,7 +135,8 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
     let tone = arguments.tone.or_else(|| dumped.facts.get("tone")?.parse().ok());
     let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
     let picture = film.picture();
-    let channels: Vec<Channel> = layers.iter().flat_map(|layer| layer.channels_of_film(&film)).collect();
+    let channels: Vec<Channel> =
+        layers.iter().flat_map(|&layer| film.channels(layer, &Mattes::none())).collect();
     let (facts, channels, crop) = (Some(&facts), &channels[..], Crop::of(&facts));
     let options = PictureOptions { view, facts, channels, mattes: &[], crop };
     // All of them, even if one fails.

@@ -4,6 +4,7 @@ use super::arguments::range;
 use super::failure::{Failure, usage};
 use super::print::print;
 use super::{devices, holds, program};
+use crate::film::cryptomatte::Names;
 use crate::film::{Identity, Ranges};
 use crate::output::{FilmError, Format, exr, npy, open_film, read_picture};
 use std::fmt::Write;
@@ -86,6 +87,9 @@ fn film(path: &Path) -> Result<String, Failure> {
     if head.layout.spreads {
         line("variance", "there are the sums for it".to_owned());
     }
+    if !head.layout.layers.is_empty() {
+        line("first hits", format!("there are the sums for {}", head.layout.layers));
+    }
     let [lost, outside] = film.lost_contributions();
     line("left out", format!("{} samples", film.rejected().saturating_sub(lost)));
     if film.has_light_image() {
@@ -95,13 +99,17 @@ fn film(path: &Path) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// A fact or a note as people read it: ranges without an end have none, and of the scene's parts it is told how many
-/// there are, whose digests tell nobody anything.
+/// A fact or a note as people read it: ranges without an end have none, and of the scene's parts and things it is told how
+/// many there are.
 fn shown_fact(name: &str, value: &str) -> String {
     match (name, range(value)) {
         ("asked", Ok(asked)) => Ranges(&[asked]).to_string(),
         ("parts", _) => {
             format!("{} of the scene, to tell what differs in another", value.matches(';').count())
+        }
+        ("entities" | "materials", _) => {
+            let names = Names::of_list("", value).map_or(0, |names| names.len());
+            format!("{names} names, for mattes")
         }
         _ => value.to_owned(),
     }

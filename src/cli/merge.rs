@@ -2,7 +2,9 @@
 
 use super::failure::{Failure, usage};
 use super::render::Layers;
-use crate::film::file::Head;
+use crate::film::cryptomatte::Mattes;
+use crate::film::file::{FilmFileError, Head};
+use crate::film::head::{LAYERS, NAMES};
 use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Ranges, ViewTransform};
 use crate::output::{
     self, Crop, FilmError, FilmFile, Format, OutputError, PictureOptions, film, open_film, write_film,
@@ -21,8 +23,7 @@ pub(super) struct MergeArguments {
     /// What to write: .film, .exr, .png or .hdr; may be given several times
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     outputs: Vec<PathBuf>,
-    /// Layers that EXR files get beside colour, of those that films tell: variance, samples [default: those that the
-    /// films were rendered with]
+    /// Layers that EXR files get beside colour, of those that the films have [default: those that they were rendered with]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = super::render::layer)]
     layers: Vec<Layers>,
     /// Exposure of PNG in stops, instead of the films'
@@ -49,6 +50,14 @@ impl<'a> Part<'a> {
         Ok(Part { path, head: file.head().clone(), holding: file.holding().clone() })
     }
 
+    /// The names that its mattes are about.
+    fn mattes(&self) -> Result<Mattes, FilmError> {
+        self.head.mattes().ok_or_else(|| {
+            let reason = FilmFileError::Contradiction("the names of things are not in lists");
+            FilmError { path: self.path.to_path_buf(), reason }
+        })
+    }
+
     /// The file again, if it is still the same film.
     fn open(&self) -> Result<FilmFile, Failure> {
         let file = open_film(self.path)?;
@@ -66,8 +75,9 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let parts: Vec<Part<'_>> =
         arguments.films.iter().map(|path| Part::read(path)).collect::<Result<_, _>>()?;
     let Some(first) = parts.first() else { return Err(usage("there is no film to merge")) };
-    let (layers, missing) = layers(&arguments.layers, &parts)?;
     let holding = join(first, &parts, arguments.outputs.iter().any(|path| is_film(path)))?;
+    let (layers, no_variance) = layers(&arguments.layers, first, &parts)?;
+    let mattes = first.mattes()?;
 
     // One film's memory, however many there are; with what a variance takes if all of them have it.
     let spreads = parts.iter().all(|part| part.head.layout.spreads);
@@ -81,47 +91,59 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let tone = arguments.tone.or_else(|| first.head.notes.get("tone")?.parse().ok());
     let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
     let head = Head { layout, ..merged_head(&parts, first, &holding, view) };
-    write_outputs(&arguments.outputs, &head, &film, &holding, view, &layers)?;
+    write_outputs(&arguments.outputs, &head, &film, &holding, view, (&layers, &mattes))?;
     if !arguments.quiet {
         // Standard error may be closed: these are courtesies.
-        let _ = tell(arguments, &holding, &missing, &mut std::io::stderr().lock());
+        let _ = tell(arguments, &holding, no_variance, &mut std::io::stderr().lock());
     }
     Ok(())
 }
 
-/// Layers that would be written if the films told them.
-struct Missing<'a> {
-    /// Those that are made of the scene, which the films were rendered with.
-    of_scene: Vec<Layer>,
-    /// A film that has no variance, where that is wanted.
-    no_variance: Option<&'a Path>,
-}
-
-/// The layers to write, and those that are missing.
-fn layers<'a>(asked: &[Layers], parts: &[Part<'a>]) -> Result<(Vec<Layer>, Missing<'a>), Failure> {
-    if let Some(layer) = asked.iter().filter_map(|asked| asked.0).find(|layer| !layer.is_of_film()) {
-        return Err(usage(format!("a film does not tell the layer {}; {}", layer.name(), remedy(&[layer]))));
-    }
-    let lacking = parts.iter().find(|part| part.head.layout.weighted && !part.head.layout.spreads);
-    if let Some(part) = lacking.filter(|_| asked.iter().any(|asked| asked.0 == Some(Layer::Variance))) {
-        return Err(usage(format!("--layers variance: {:?} {NO_SPREADS}", part.path)));
+/// The layers to write; and a film that has no variance, where that is noted and cannot be written.
+fn layers<'p, 'a>(
+    asked: &[Layers],
+    first: &Part<'_>,
+    parts: &'p [Part<'a>],
+) -> Result<(Vec<Layer>, Option<&'p Part<'a>>), Failure> {
+    let has = first.head.layout.layers;
+    let no_variance = parts.iter().find(|part| part.head.layout.lacks_variance());
+    for layer in asked.iter().filter_map(|asked| asked.0) {
+        match (layer, no_variance) {
+            (Layer::Variance, Some(part)) => {
+                return Err(usage(format!("--layers variance: {:?} {}", part.path, why_no_variance(part))));
+            }
+            _ if layer.is_of_radiance() || has.contains(layer) => {}
+            _ => {
+                return Err(usage(format!(
+                    "the films do not tell the layer {name}: they were begun without it; begin them with render --layers {name}",
+                    name = layer.name()
+                )));
+            }
+        }
     }
     let noted = noted_layers(parts);
-    let noted = |layer: &Layer| noted.contains(layer);
     let wanted = |layer: &Layer| match asked {
-        [] => noted(layer),
+        [] => noted.contains(layer) || has.contains(*layer),
         asked => asked.iter().any(|asked| asked.0.is_none_or(|asked| asked == *layer)),
     };
-    let told = |layer: &Layer| layer.is_of_film() && !(lacking.is_some() && *layer == Layer::Variance);
-    let of_film = Layer::ALL.into_iter().filter(told).filter(wanted).collect();
-    let of_scene = Layer::ALL.into_iter().filter(|layer| !layer.is_of_film() && noted(layer)).collect();
-    let no_variance = lacking.filter(|_| wanted(&Layer::Variance)).map(|part| part.path);
-    Ok((of_film, Missing { of_scene, no_variance }))
+    let told = |layer: &Layer| match layer {
+        Layer::Variance => no_variance.is_none(),
+        Layer::Samples => true,
+        _ => has.contains(*layer),
+    };
+    let written = Layer::ALL.into_iter().filter(wanted).filter(told).collect();
+    Ok((written, no_variance.filter(|_| wanted(&Layer::Variance))))
 }
 
 /// Why a film tells no variance.
-const NO_SPREADS: &str =
-    "is of mode \"continuous\" and was begun without --layers variance: it has not the sums that this takes";
+fn why_no_variance(part: &Part<'_>) -> &'static str {
+    match part.head.layout.light {
+        Some(_) => "has light that samples contribute to any pixel, whose variance is not known",
+        None => {
+            "is of mode \"continuous\" and was begun without --layers variance: it has not the sums that this takes"
+        }
+    }
+}
 
 /// The layers that the films were rendered with.
 fn noted_layers(parts: &[Part<'_>]) -> Vec<Layer> {
@@ -130,15 +152,6 @@ fn noted_layers(parts: &[Part<'_>]) -> Vec<Layer> {
         notes.any(|names| names.split(',').any(|name| name == layer.name()))
     };
     Layer::ALL.into_iter().filter(noted).collect()
-}
-
-/// How to get layers that are made of the scene.
-fn remedy(layers: &[Layer]) -> String {
-    let names: Vec<&str> = layers.iter().map(|layer| layer.name()).collect();
-    format!(
-        "render SCENE --resume FILE.film --layers {} -o FILE.exr writes it all from a whole film",
-        names.join(",")
-    )
 }
 
 fn is_film(path: &Path) -> bool {
@@ -186,8 +199,13 @@ fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, 
     for (i, part) in parts.iter().enumerate() {
         if let Some(difference) = first.head.difference(&part.head) {
             let (path, other) = (part.path, first.path);
+            let remedy = if difference.name == LAYERS {
+                "; films add up only if they were begun with the same --layers: render the samples of one again with those of the other"
+            } else {
+                ""
+            };
             return Err(anyhow::anyhow!(
-                "{path:?} and {other:?} are of different renders: of the first, {difference}"
+                "{path:?} and {other:?} are of different renders: of the first, {difference}{remedy}"
             )
             .into());
         }
@@ -225,8 +243,11 @@ fn merged_head(parts: &[Part<'_>], first: &Part<'_>, holding: &Holding, view: Vi
     if !layers.is_empty() {
         notes = notes.with("layers", layers.join(","));
     }
-    if let Some(outline) = first.head.notes.get("parts") {
-        notes = notes.with("parts", outline);
+    // Films of one render have them in common.
+    for name in NAMES.into_iter().chain(["parts"]) {
+        if let Some(value) = first.head.notes.get(name) {
+            notes = notes.with(name, value);
+        }
     }
     Head { notes, ..first.head.clone() }
 }
@@ -238,9 +259,10 @@ fn write_outputs(
     film: &Film,
     holding: &Holding,
     view: ViewTransform,
-    layers: &[Layer],
+    (layers, mattes): (&[Layer], &Mattes),
 ) -> Result<(), OutputError> {
-    let channels: Vec<Channel> = layers.iter().flat_map(|layer| layer.channels_of_film(film)).collect();
+    let channels: Vec<Channel> = layers.iter().flat_map(|&layer| film.channels(layer, mattes)).collect();
+    let mattes: Vec<_> = layers.iter().filter_map(|layer| layer.names(mattes)).collect();
     let mut first_error = Ok(());
     let needs_picture = outputs.iter().any(|path| Format::of(path).is_ok());
     let picture = needs_picture.then(|| film.picture());
@@ -249,7 +271,7 @@ fn write_outputs(
         let written = match &picture {
             Some(picture) if !is_film(path) => {
                 let (facts, crop) = (Some(&facts), Crop::of(&head.identity));
-                let options = PictureOptions { view, facts, channels: &channels, mattes: &[], crop };
+                let options = PictureOptions { view, facts, channels: &channels, mattes: &mattes, crop };
                 write_picture(path, picture, &options)
             }
             _ => write_film(path, head, film, holding, None),
@@ -262,7 +284,7 @@ fn write_outputs(
 fn tell(
     arguments: &MergeArguments,
     holding: &Holding,
-    missing: &Missing<'_>,
+    no_variance: Option<&Part<'_>>,
     out: &mut impl Write,
 ) -> std::io::Result<()> {
     let names: Vec<String> = arguments.outputs.iter().map(|path| path.display().to_string()).collect();
@@ -270,14 +292,8 @@ fn tell(
     let films = if count == 1 { "film has" } else { "films have" };
     writeln!(out, "{count} {films} the samples {holding}; wrote {}", names.join(", "))?;
     let is_exr = |path: &PathBuf| Format::of(path).is_ok_and(|format| format == Format::Exr);
-    let writes_layers = arguments.outputs.iter().any(is_exr);
-    let Missing { of_scene, no_variance } = missing;
-    if !of_scene.is_empty() && writes_layers {
-        let names: Vec<&str> = of_scene.iter().map(|layer| layer.name()).collect();
-        writeln!(out, "without the layers {}, which no film tells: {}", names.join(", "), remedy(of_scene))?;
-    }
-    if let Some(path) = no_variance.filter(|_| writes_layers) {
-        writeln!(out, "without the layer variance: {path:?} {NO_SPREADS}")?;
+    if let Some(part) = no_variance.filter(|_| arguments.outputs.iter().any(is_exr)) {
+        writeln!(out, "without the layer variance: {:?} {}", part.path, why_no_variance(part))?;
     }
     let missing = holding.missing();
     if !missing.is_empty() {

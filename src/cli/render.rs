@@ -81,7 +81,7 @@ pub(super) struct RenderArguments {
     /// Also write numbered pictures at these sample counts: 10,100,500
     #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     dump_at: Vec<u32>,
-    /// Layers that EXR files get beside colour: albedo, normal, position, depth, uv, variance,
+    /// Layers that EXR files get beside colour, and that films keep: albedo, normal, position, depth, uv, variance,
     /// samples, crypto-entity and crypto-material (Cryptomatte), or all
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = layer)]
     layers: Vec<Layers>,
@@ -210,8 +210,12 @@ fn asked(
 ) -> Result<Render, Failure> {
     let layers = layers(&arguments.layers);
     let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    if !layers.is_empty() && !arguments.outputs.iter().any(is_exr) {
-        return Err(usage("--layers go into .exr files, and none is written; add -o FILE.exr"));
+    let keeps_layers =
+        arguments.film.is_some() || arguments.resume.is_some() || arguments.outputs.iter().any(is_exr);
+    if !layers.is_empty() && !keeps_layers {
+        return Err(usage(
+            "--layers go into .exr files and films, and none is written; add -o FILE.exr or --film FILE.film",
+        ));
     }
     let window = match (arguments.quiet, arguments.window, arguments.headless) {
         (_, true, _) => WindowChoice::Required,

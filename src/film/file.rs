@@ -5,19 +5,21 @@
 //! file of which anything is missing or changed is not a film.
 
 use super::adaptive::Plan;
+use super::head::LONGEST_TEXT;
 use super::holding::Holding;
-use super::identity::{Difference, Identity};
+use super::identity::Identity;
+use super::layer_set::LayerSet;
 use super::layout::Layout;
 use super::light_image::LightScale;
 use super::noise::Milestone;
 use super::picture::Picture;
 use super::sums::{Film, MemoryError};
 use crate::sampling::Rectangle;
-use crate::scene::fingerprint;
 use sha2::{Digest, Sha256};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
-use std::ops::Range;
 use std::sync::Arc;
+
+pub use super::head::Head;
 
 /// What every film file begins with. A program that takes it for text changes it.
 const MAGIC: [u8; 8] = *b"\x89FILM\r\n\x1a";
@@ -26,10 +28,12 @@ pub const VERSION: u32 = 4;
 /// Bytes before the text: magic, version, text length, width, height, what the words are, the part shown, and what makes
 /// radiance of a light image.
 const START_BYTES: u64 = 52;
-/// What the words are: bits for samples that have weights, and for more words for a variance and for a light image.
+/// What the words are: bits for samples that have weights, for more words for a variance and for a light image, and above
+/// them those of the layers.
 const WEIGHTED: u32 = 1;
 const SPREADS: u32 = 2;
 const LIGHT: u32 = 4;
+const LAYERS_FROM: u32 = 3;
 /// Bytes behind the pixels, before the ranges: their number, the open one, the milestone's samples and error.
 const TAIL_BYTES: u64 = 24;
 /// Bytes of a pixel of the milestone's picture.
@@ -38,59 +42,8 @@ const MILESTONE_BYTES: u64 = 12;
 const PLAN_BYTES: [u64; 2] = [4, 8];
 /// Bytes of the digest.
 const DIGEST_BYTES: u64 = 32;
-/// The longest text: far more than any facts need.
-const LONGEST_TEXT: u32 = 1 << 20;
-/// Pixels that are read or written at a time: 1 MiB of plain ones, 3 MiB of those with all sums.
+/// Pixels that are read or written at a time: 1 MiB of plain ones, less than 10 MiB of those with all sums.
 const PIECE: usize = 1 << 14;
-
-/// What a film file says beside its pixels and their samples.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Head {
-    /// How the film lies in memory, and what its words are.
-    pub layout: Layout,
-    /// What determines the bits.
-    pub identity: Identity,
-    /// What does not: `exposure`, `tone`, `asked` (the range of samples that the film is to have in the end), `layers`
-    /// (those that its picture was to have), `parts` (the outline of the scene).
-    pub notes: Identity,
-}
-
-impl Head {
-    fn text(&self) -> String {
-        format!("{}\n{}", self.identity, self.notes)
-    }
-
-    /// Whether a film can say all this; why not, otherwise. A reader takes a longer text for damage.
-    pub fn check(&self) -> io::Result<()> {
-        let length = self.text().len();
-        if length > LONGEST_TEXT as usize {
-            let most = format!("what it is of takes {length} bytes, and a film has room for {LONGEST_TEXT}");
-            return Err(io::Error::new(ErrorKind::InvalidInput, most));
-        }
-        Ok(())
-    }
-
-    /// Whether a milestone with an error has a plan: where samples go where the error is.
-    fn plans(&self) -> bool {
-        self.identity.get("adaptive").is_some()
-    }
-
-    /// What makes another film one of another render, if it is one. Of a scene that differs, what of it does.
-    pub fn difference(&self, other: &Head) -> Option<Difference> {
-        let mut difference = self.identity.difference(&other.identity)?;
-        if difference.name == "scene" {
-            let outlines = self.notes.get("parts").zip(other.notes.get("parts"));
-            difference.within = outlines.map(|(ours, theirs)| fingerprint::differing(ours, theirs));
-        }
-        Some(difference)
-    }
-
-    /// The range of samples that the film was to have when it was written.
-    pub fn asked(&self) -> Option<Range<u32>> {
-        let (first, end) = self.notes.get("asked")?.split_once("..")?;
-        Some(first.parse().ok()?..end.parse().ok()?)
-    }
-}
 
 /// Why a file is not taken for a film.
 #[derive(Debug, thiserror::Error)]
@@ -169,10 +122,11 @@ impl<W: Write> FilmWriter<W> {
     pub fn new(out: W, head: &Head) -> io::Result<FilmWriter<W>> {
         head.check()?;
         let text = head.text();
-        let Layout { width, height, weighted, spreads, light, shown } = head.layout;
+        let Layout { width, height, weighted, spreads, light, layers, shown } = head.layout;
         let (seen, pixel_bytes) = ([u64::MAX, 0], head.layout.pixel_bytes());
         let bit = |is_there: bool, bit: u32| if is_there { bit } else { 0 };
         let words = bit(weighted, WEIGHTED) | bit(spreads, SPREADS) | bit(light.is_some(), LIGHT);
+        let words = words | layers.code() << LAYERS_FROM;
         let scale = light.map_or([0; 2], |LightScale { pixels, integral }| [pixels, integral]);
         let (pixels_left, shown_len) = (head.layout.len(), head.layout.shown_len());
         let (digest, plans) = (Sha256::new(), head.plans());
@@ -309,10 +263,11 @@ impl<R: Read + Seek> FilmReader<R> {
         let part = [28, 32, 36, 40].map(|at| word(&start, at));
         let shown = Rectangle { x: part[0], y: part[1], width: part[2], height: part[3] };
         let [weighted, spreads, has_light] = [WEIGHTED, SPREADS, LIGHT].map(|bit| words & bit != 0);
-        let is_known = words <= WEIGHTED | SPREADS | LIGHT && (weighted || !spreads);
+        let layers = LayerSet::from_code(words >> LAYERS_FROM).ok_or(FilmFileError::Damaged)?;
+        let is_known = weighted || !spreads;
         let scale = LightScale { pixels: word(&start, 44), integral: word(&start, 48) };
         let light = has_light.then_some(scale);
-        let layout = Layout { width, height, weighted, spreads, light, shown };
+        let layout = Layout { width, height, weighted, spreads, light, layers, shown };
         let is_scaled = match has_light {
             true => scale.is_possible(layout.len()),
             false => scale == LightScale { pixels: 0, integral: 0 },
@@ -413,13 +368,15 @@ impl<R: Read + Seek> FilmReader<R> {
         let len = self.head.layout.len() as usize;
         let pixel_bytes = ours.pixel_bytes() as usize;
         let mut piece = vec![0; len.min(PIECE) * pixel_bytes];
-        let mut range = [u64::MAX, 0];
+        let (mut range, mut looked_rightly) = ([u64::MAX, 0], true);
         for first in (0..len).step_by(PIECE) {
             let piece = &mut piece[..(len - first).min(PIECE) * pixel_bytes];
             self.input.read_exact(piece)?;
             self.digest.update(&piece);
-            let [least, most] = film.add_bytes(first, piece, &ours);
-            range = [range[0].min(least), range[1].max(most)];
+            film.add_bytes(first, piece, &ours, |seen, looked| {
+                range = [range[0].min(seen), range[1].max(seen)];
+                looked_rightly &= looked.is_none_or(|looked| looked == self.holding.first_samples(seen));
+            });
         }
         let (ranges, digest) = self.tail.split_at(self.tail.len() - DIGEST_BYTES as usize);
         self.digest.update(ranges);
@@ -428,6 +385,9 @@ impl<R: Read + Seek> FilmReader<R> {
         }
         if !self.holding.allows(range) {
             return Err(FilmFileError::Contradiction("its pixels count other samples than it says it holds"));
+        }
+        if !looked_rightly {
+            return Err(FilmFileError::Contradiction("its layers are of other samples than its pixels hold"));
         }
         Ok(())
     }

@@ -65,6 +65,19 @@ impl Holding {
         (whole..=whole + open).contains(&least) && (whole..=whole + open).contains(&most)
     }
 
+    /// Which of the samples with a number below 32 a pixel holds for which so many were made, a bit each.
+    pub(super) fn first_samples(&self, seen: u64) -> u32 {
+        let bits = |range: Range<u32>| {
+            let below = |end: u32| (1_u64 << end.min(u32::BITS)) - 1;
+            (below(range.end) & !below(range.start)) as u32
+        };
+        let open = self.open.clone().map(|Range { start, end }| {
+            let begun = u32::try_from(seen.saturating_sub(self.least())).unwrap_or(u32::MAX);
+            start..start.saturating_add(begun).min(end)
+        });
+        self.whole.iter().cloned().chain(open).map(bits).fold(0, |all, bits| all | bits)
+    }
+
     /// Samples that another film holds too, or may hold: all of a range under way counts.
     pub fn overlap(&self, other: &Holding) -> Option<Range<u32>> {
         let theirs = || other.whole.iter().chain(&other.open);
@@ -191,6 +204,17 @@ mod tests {
         open.join(&first);
         assert_eq!((open.to_string(), open.missing()), ("0..13, and some of 13..20".into(), vec![13..20]));
         assert!(!open.can_join(&Holding::prefix(40..50, 0, 1)) && open.can_join(&whole(40, 50)));
+    }
+
+    #[test]
+    fn the_first_samples_of_a_pixel_are_those_of_whole_ranges_and_the_begun_part_of_the_open_one() {
+        let mut holding = whole(1, 3);
+        assert_eq!(holding.first_samples(2), 0b110);
+        holding.join(&Holding::prefix(4..40, 0, 9));
+        assert_eq!([2, 3, 5].map(|seen| holding.first_samples(seen)), [0b110, 0b1_0110, 0b111_0110]);
+        assert_eq!(holding.first_samples(u64::MAX), u32::MAX << 4 | 0b110);
+        assert_eq!((whole(0, 32).first_samples(32), whole(31, 64).first_samples(33)), (u32::MAX, 1 << 31));
+        assert_eq!((whole(32, 64).first_samples(32), whole(0, 64).first_samples(64)), (0, u32::MAX));
     }
 
     #[test]

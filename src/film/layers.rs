@@ -1,6 +1,5 @@
 //! What a picture file may hold beside colour: layers, each of some channels.
 
-use super::Film;
 use super::cryptomatte::{self, Mattes, Names};
 
 /// A layer.
@@ -74,8 +73,8 @@ impl Layer {
     /// The full names of its channels: "albedo.R", "CryptoEntity00.R".
     pub fn channels(self) -> Vec<String> {
         let prefixes = match self {
-            Layer::CryptoEntity => cryptomatte::levels("CryptoEntity"),
-            Layer::CryptoMaterial => cryptomatte::levels("CryptoMaterial"),
+            Layer::CryptoEntity => cryptomatte::levels(cryptomatte::ENTITIES),
+            Layer::CryptoMaterial => cryptomatte::levels(cryptomatte::MATERIALS),
             _ => vec![self.name().to_owned()],
         };
         let names = |prefix: &String| {
@@ -94,22 +93,10 @@ impl Layer {
         }
     }
 
-    /// Whether the film's own words tell it; the others are told by first hits.
-    pub fn is_of_film(&self) -> bool {
+    /// Whether the sums of radiance tell it, as those of every film do; the others are told by first hits, which a film
+    /// has the sums of if it was begun with them.
+    pub fn is_of_radiance(&self) -> bool {
         matches!(self, Layer::Variance | Layer::Samples)
-    }
-
-    /// The channels of a layer that the film tells; none of another.
-    pub fn channels_of_film(self, film: &Film) -> Vec<Channel> {
-        let layout = film.layout();
-        let pixels = layout.places();
-        let values = match self {
-            Layer::Variance => pixels.map(|pixel| film.variance(pixel) as f32).collect(),
-            Layer::Samples => pixels.map(|pixel| film.count(pixel) as f32).collect(),
-            _ => return Vec::new(),
-        };
-        let channel = |name| Channel { name, values: Vec::clone(&values) };
-        self.channels().into_iter().map(channel).collect()
     }
 }
 

@@ -1,10 +1,12 @@
 //! What a film's words are, and which pixels become the picture.
 
+use super::layer_set::LayerSet;
 use super::light_image::{LightPixel, LightScale};
 use super::spread::SpreadPixel;
 use crate::sampling::Rectangle;
 
-/// Bytes that a pixel takes, but for what a variance takes beside them where samples are weighed, and a light image.
+/// Bytes that a pixel takes, but for what a variance takes beside them where samples are weighed, a light image, and
+/// layers of first hits.
 pub(super) const BYTES_PER_PIXEL: u64 = 64;
 
 /// How a film lies in memory, and what its words are.
@@ -20,6 +22,8 @@ pub struct Layout {
     pub spreads: bool,
     /// What makes radiance of the sums of its light image, if samples may contribute to any pixel.
     pub light: Option<LightScale>,
+    /// The layers of first hits that it has the sums of.
+    pub layers: LayerSet,
     /// The part of it that becomes the picture. Pixels around it are there because their samples reach into it.
     pub shown: Rectangle,
 }
@@ -33,6 +37,7 @@ impl Layout {
             weighted: false,
             spreads: false,
             light: None,
+            layers: LayerSet::NONE,
             shown: Rectangle { x: 0, y: 0, width, height },
         }
     }
@@ -40,7 +45,14 @@ impl Layout {
     /// Bytes that a pixel's words take.
     pub fn pixel_bytes(&self) -> u64 {
         let light = if self.light.is_some() { LightPixel::BYTES as u64 } else { 0 };
-        BYTES_PER_PIXEL + if self.spreads { SpreadPixel::BYTES as u64 } else { 0 } + light
+        let spreads = if self.spreads { SpreadPixel::BYTES as u64 } else { 0 };
+        BYTES_PER_PIXEL + spreads + light + self.layers.pixel_bytes()
+    }
+
+    /// Whether a film cannot tell the variance of its pixels: weights take more words for it, and of a light image it is
+    /// not known.
+    pub fn lacks_variance(&self) -> bool {
+        (self.weighted && !self.spreads) || self.light.is_some()
     }
 
     /// The same without what only a variance takes.

@@ -1,6 +1,7 @@
 //! The film: exact sums of samples, reconstruction filters, and the pictures made of them.
 
 pub mod adaptive;
+mod channels;
 pub mod compare;
 mod contribute;
 pub mod cryptomatte;
@@ -9,6 +10,7 @@ pub mod file;
 pub mod filter;
 pub mod fixed;
 pub mod flip;
+pub mod head;
 pub mod holding;
 pub mod identity;
 mod layer_set;

@@ -5,6 +5,7 @@
 //! films of disjoint samples merge exactly.
 
 use super::fixed::{QUANTUM, SCALE, WEIGHT_BITS, round_small};
+use super::layer_sums::LayerSums;
 use super::layout::BYTES_PER_PIXEL;
 use super::light_image::LightPixel;
 use super::reject::{Reject, check};
@@ -225,6 +226,8 @@ pub struct Film {
     pub(super) spreads: Vec<SpreadPixel>,
     /// The light image, of as many pixels, where the layout says that there is one.
     pub(super) light: Vec<LightPixel>,
+    /// First hits, of as many pixels, where the layout says that there are layers of them.
+    first_hits: LayerSums,
 }
 
 const _: () = assert!(size_of::<FilmPixel>() as u64 == BYTES_PER_PIXEL);
@@ -252,8 +255,10 @@ impl Film {
         let len = usize::try_from(u64::from(width) * u64::from(height)).map_err(|_| error.clone())?;
         let pixels = reserved(len).ok_or_else(|| error.clone())?;
         let spreads = reserved(if layout.spreads { len } else { 0 }).ok_or_else(|| error.clone())?;
-        let light = reserved(if layout.light.is_some() { len } else { 0 }).ok_or(error)?;
-        Ok(Film { layout, pixels, spreads, light })
+        let light = reserved(if layout.light.is_some() { len } else { 0 }).ok_or_else(|| error.clone())?;
+        let words = reserved(len * layout.layers.words_of_pixel()).ok_or(error)?;
+        let first_hits = LayerSums::of_words(layout.layers, words);
+        Ok(Film { layout, pixels, spreads, light, first_hits })
     }
 
     /// Pixels in a row.
@@ -311,6 +316,16 @@ impl Film {
         Ok(())
     }
 
+    /// The sums of first hits, for layers.
+    pub fn first_hits(&self) -> &LayerSums {
+        &self.first_hits
+    }
+
+    /// Adds the first hits of one of some other pixels to those of a pixel; both have sums of the same layers.
+    pub fn add_first_hits(&mut self, pixel: usize, sums: &LayerSums, other: usize) {
+        self.first_hits.merge(pixel, sums, other);
+    }
+
     /// Samples in a pixel.
     pub fn count(&self, pixel: usize) -> u64 {
         self.pixels[pixel].count
@@ -334,33 +349,39 @@ impl Film {
             bytes.extend(self.pixels[pixel].to_bytes());
             bytes.extend(self.spreads.get(pixel).into_iter().flat_map(|spread| spread.to_bytes()));
             bytes.extend(self.light.get(pixel).into_iter().flat_map(|light| light.to_bytes()));
+            if !self.layout.layers.is_empty() {
+                bytes.extend(self.first_hits.pixel_bytes(pixel));
+            }
         }
         bytes
     }
 
     /// Adds the words of another film's pixels, from the pixel `first` on, as a film file has them. The other has all
-    /// that this one has. Returns the fewest and the most samples that were made for one of those.
-    pub(super) fn add_bytes(&mut self, first: usize, bytes: &[u8], other: &Layout) -> [u64; 2] {
-        let (parts, rest) = bytes.as_chunks();
-        debug_assert!(rest.is_empty(), "part of a pixel");
-        let parts_each = 1 + usize::from(other.spreads) + usize::from(other.light.is_some());
-        let mut range = [u64::MAX, 0];
-        for (to, parts) in self.pixels[first..].iter_mut().zip(parts.chunks_exact(parts_each)) {
+    /// that this one has. Calls `check` for each pixel with the samples that were made for it, and with a bit for each that
+    /// was looked at for layers, where there are any.
+    pub(super) fn add_bytes(
+        &mut self,
+        first: usize,
+        bytes: &[u8],
+        other: &Layout,
+        mut check: impl FnMut(u64, Option<u32>),
+    ) {
+        for (place, bytes) in (first..).zip(bytes.chunks_exact(other.pixel_bytes() as usize)) {
+            let (parts, _) = bytes.as_chunks();
             let pixel = FilmPixel::from_bytes(&parts[0]);
-            to.merge(&pixel);
-            range = [range[0].min(pixel.seen()), range[1].max(pixel.seen())];
-        }
-        if self.layout.spreads {
-            for (to, parts) in self.spreads[first..].iter_mut().zip(parts.chunks_exact(parts_each)) {
-                to.merge(&SpreadPixel::from_bytes(&parts[1]));
+            self.pixels[place].merge(&pixel);
+            if self.layout.spreads {
+                self.spreads[place].merge(&SpreadPixel::from_bytes(&parts[1]));
             }
-        }
-        if self.layout.light.is_some() {
-            for (to, parts) in self.light[first..].iter_mut().zip(parts.chunks_exact(parts_each)) {
-                to.merge(&LightPixel::from_bytes(&parts[parts_each - 1]));
+            if self.layout.light.is_some() {
+                let light = 1 + usize::from(other.spreads);
+                self.light[place].merge(&LightPixel::from_bytes(&parts[light]));
             }
+            let before = (other.pixel_bytes() - other.layers.pixel_bytes()) as usize;
+            let has_layers = !self.layout.layers.is_empty();
+            let looked = has_layers.then(|| self.first_hits.add_bytes(place, &bytes[before..]));
+            check(pixel.seen(), looked);
         }
-        range
     }
 
     /// Samples and contributions left out, over all pixels.
@@ -371,7 +392,7 @@ impl Film {
 
     /// Whether [`Film::variance`] tells anything. Of a light image nothing is known.
     pub fn has_variance(&self) -> bool {
-        (!self.layout.weighted || self.layout.spreads) && self.layout.light.is_none()
+        !self.layout.lacks_variance()
     }
 
     /// Mean radiance of the samples of a pixel, without the light image; black without samples, and where weights have no

@@ -1,7 +1,7 @@
 //! The room without a GPU: the same signatures, and nothing behind them.
 
 use super::{AdapterInfo, GpuError, Job};
-use crate::render::{Assignment, SampleBatch};
+use crate::render::{Assignment, Looker, SampleBatch};
 use crossbeam_channel::{Receiver, Sender};
 
 /// A GPU, of which there is none in this build.
@@ -38,6 +38,11 @@ impl GpuWorker {
     /// A worker needs a device, of which there is none.
     pub fn new(device: &Device, _job: &Job<'_>) -> Result<GpuWorker, GpuError> {
         match *device {}
+    }
+
+    /// A worker that cannot be there looks at nothing.
+    pub fn look_with(&mut self, _looker: Option<Looker>) {
+        match *self {}
     }
 
     /// A worker that cannot be there cannot run.

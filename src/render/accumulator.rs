@@ -199,7 +199,7 @@ impl Accumulator {
             return;
         }
         let SampleBatch { worker, stride, payload, samples, paths, rays, completes, .. } = batch;
-        let SampleBatch { contributions, rejects, reject_counts, faint, .. } = batch;
+        let SampleBatch { contributions, first_hits, rejects, reject_counts, faint, .. } = batch;
         self.totals.rays += rays;
         self.totals.samples += paths;
         self.dealer.receive(worker, paths, payload.slots_end());
@@ -210,6 +210,7 @@ impl Accumulator {
         self.adder.count(rejects, &reject_counts, &faint);
         let samples = self.adder.add(stride, payload).unwrap_or(samples);
         self.adder.contribute(&contributions);
+        self.adder.add_first_hits(stride, &first_hits);
         self.totals.adding += start.elapsed();
         self.pass_on(samples);
         if let Some(end) = completes {

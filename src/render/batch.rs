@@ -2,7 +2,7 @@
 
 use super::faint::Faint;
 use super::stride::Stride;
-use crate::film::{Band, Made, PixelSums, Reject, RejectCounts, WideSums};
+use crate::film::{Band, LayerSet, LayerSums, Made, PixelSums, Reject, RejectCounts, WideSums};
 use crate::sampling::{Contribution, Sample};
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +22,8 @@ pub struct SampleBatch {
     pub samples: Vec<Sample>,
     /// What the samples contribute to any pixel.
     pub contributions: Vec<Contribution>,
+    /// The first hits of the samples, for the layers of the film.
+    pub first_hits: FirstHits,
     /// Paths that were traced for this batch, rejected ones included.
     pub paths: u64,
     /// Rays that were traced for this batch.
@@ -48,6 +50,7 @@ impl SampleBatch {
             payload,
             samples: Vec::new(),
             contributions: Vec::new(),
+            first_hits: FirstHits::none(LayerSet::NONE, 0),
             paths: 0,
             rays: 0,
             rejects: Vec::new(),
@@ -55,6 +58,22 @@ impl SampleBatch {
             faint: Faint::default(),
             completes: None,
         }
+    }
+}
+
+/// Sums of the first hits of those of the samples that layers are of.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FirstHits {
+    /// The first slot of the stride.
+    pub first_slot: u32,
+    /// Those of consecutive slots from that one on, each as a pixel; of no slot where no sample is looked at.
+    pub sums: LayerSums,
+}
+
+impl FirstHits {
+    /// Of no slot yet, from one on.
+    pub fn none(layers: LayerSet, first_slot: u32) -> FirstHits {
+        FirstHits { first_slot, sums: LayerSums::new(layers) }
     }
 }
 
@@ -116,6 +135,8 @@ impl Payload {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::Layer;
+    use crate::integrator::FirstHit;
 
     fn as_text(batch: &SampleBatch) -> SampleBatch {
         serde_json::from_str(&serde_json::to_string(batch).unwrap()).unwrap()
@@ -143,9 +164,15 @@ mod tests {
             (batch.paths, batch.completes, batch.samples) = (u64::MAX, Some(8), odd.to_vec());
             let contribution = |&sample: &Sample| Contribution::from(<[u32; 7]>::from(sample));
             batch.contributions = odd.iter().map(contribution).collect();
+            let layers = LayerSet::new(&Layer::ALL, 2, 300);
+            batch.first_hits = FirstHits::none(layers, 3);
+            batch.first_hits.sums.grow(2);
+            let hit = FirstHit { met: true, position: [-1e10, 1e-20, f32::MAX], ..FirstHit::default() };
+            batch.first_hits.sums.add(1, 31, &[hit]);
             let bits = |samples: &[Sample]| samples.iter().map(|&s| <[u32; 7]>::from(s)).collect::<Vec<_>>();
             let read = as_text(&batch);
             assert_eq!(format!("{read:?}"), format!("{batch:?}"));
+            assert_eq!(read.first_hits, batch.first_hits);
             assert_eq!(bits(&read.samples), bits(&batch.samples));
         }
     }

@@ -1,137 +1,103 @@
-//! The layers of a picture that first hits tell: means over the first samples of each pixel.
-//!
-//! They are no part of the film: the same scene, settings and seed give the same layers, so that they are made
-//! when they are wanted, also by a render that goes on with a film.
+//! Looks at the first hits of samples, for layers.
 
-use crate::film::cryptomatte::{self, Mattes, Names};
-use crate::film::layers::{Channel, Layer, NO_DEPTH};
+use super::batch::FirstHits;
+use super::stride::Stride;
+use crate::film::cryptomatte::Mattes;
+use crate::film::{Channel, Layer, LayerSet, LayerSums, looked_at};
 use crate::integrator::{FirstHit, Integrator, Paths};
 use crate::math::lanes::Level;
-use crate::sampling::Region;
-use crossbeam_channel::bounded;
+use crate::sampling::{Pixel, Region};
 use std::ops::Range;
+use std::sync::Arc;
 
-/// Samples of a pixel that layers look at, at most: edges are smooth with that many.
-const MOST_SAMPLES: u32 = 32;
-
-/// One in this many samples is looked at once more for the layers: camera rays alone are cheap.
-const SHARE: u32 = 4;
-
-/// How many samples of a pixel the layers of a render of so many are means of.
-pub fn layer_samples(spp: u32) -> u32 {
-    (spp / SHARE).clamp(1, MOST_SAMPLES)
-}
-
-/// The channels of the wanted layers that first hits tell, of some samples of each pixel, with the names of the scene's
-/// things. Each of the threads takes every so-manieth row, and asks before each which samples it is to look at: a render
-/// that is to end wants fewer.
-pub fn first_hit_layers(
+/// Adds the first hits of some samples of some pixels to sums, as far as layers are of these samples. `place` says where
+/// among the sums each of the pixels is. `hits` is for scratch.
+pub(super) fn look(
     integrator: &dyn Integrator,
     level: Level,
+    pixels: &[Pixel],
+    samples: &Range<u32>,
+    place: impl Fn(usize) -> usize,
+    hits: &mut Vec<FirstHit>,
+    sums: &mut LayerSums,
+) {
+    let looked = looked_at(samples);
+    if looked.is_empty() || pixels.is_empty() || sums.set().is_empty() {
+        return;
+    }
+    hits.clear();
+    let samples = looked.end - looked.start;
+    integrator.first_hits(level, &Paths { pixels, first_sample: looked.start, samples }, hits);
+    sums.grow(place(pixels.len() - 1) + 1);
+    for (pixel, hits) in hits.chunks_exact(samples as usize).enumerate() {
+        sums.add(place(pixel), looked.start, hits);
+    }
+}
+
+/// What looks at first hits on the CPU for a worker on another device.
+#[derive(Clone)]
+pub struct Looker {
+    /// What follows the camera's rays.
+    pub integrator: Arc<dyn Integrator>,
+    /// The lanes that it uses.
+    pub level: Level,
+    /// The layers of the film.
+    pub layers: LayerSet,
+    /// The part of the film that is rendered.
+    pub region: Region,
+    /// Threads that look side by side.
+    pub threads: usize,
+}
+
+impl Looker {
+    /// The first hits of some samples of some slots of a stride.
+    pub fn look(&self, stride: Stride, slots: Range<u32>, samples: &Range<u32>) -> FirstHits {
+        let mut all = FirstHits::none(self.layers, slots.start);
+        if looked_at(samples).is_empty() || slots.is_empty() || self.layers.is_empty() {
+            return all;
+        }
+        let share = slots.len().div_ceil(self.threads.max(1)).max(1);
+        let shares: Vec<_> =
+            slots.clone().step_by(share).map(|from| from..slots.end.min(from + share as u32)).collect();
+        std::thread::scope(|scope| {
+            let look = |slots| self.look_alone(stride, slots, samples);
+            let threads: Vec<_> =
+                shares.iter().skip(1).cloned().map(|slots| scope.spawn(move || look(slots))).collect();
+            all.sums.append(look(shares[0].clone()));
+            for thread in threads {
+                // A panic goes on here, as it would without threads.
+                let sums = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+                all.sums.append(sums);
+            }
+        });
+        all
+    }
+
+    fn look_alone(&self, stride: Stride, slots: Range<u32>, samples: &Range<u32>) -> LayerSums {
+        const BLOCK: usize = 128;
+        let (mut sums, mut hits) = (LayerSums::new(self.layers), Vec::new());
+        let pixels: Vec<Pixel> = slots.map(|slot| self.region.pixel(stride.place(slot))).collect();
+        for (block, pixels) in pixels.chunks(BLOCK).enumerate() {
+            let place = |i| block * BLOCK + i;
+            look(&*self.integrator, self.level, pixels, samples, place, &mut hits, &mut sums);
+        }
+        sums
+    }
+}
+
+/// The channels of some layers of a part of the film that has not been rendered yet, of a few samples of each pixel, with
+/// the names of the scene's things.
+pub fn preview(
+    integrator: &Arc<dyn Integrator>,
+    level: Level,
     region: Region,
-    samples: &(dyn Fn() -> Range<u32> + Sync),
-    threads: usize,
-    wanted: &[Layer],
+    samples: u32,
+    layers: &[Layer],
     mattes: &Mattes,
 ) -> Vec<Channel> {
-    let len = region.len() as usize;
-    let layers = || wanted.iter().filter(|layer| !layer.is_of_film());
-    let names = layers().flat_map(|layer| layer.channels());
-    let mut channels: Vec<Channel> = names.map(|name| Channel { name, values: vec![0.0; len] }).collect();
-    if channels.is_empty() {
-        return channels;
-    }
-    let wants =
-        |layer: Layer| wanted.contains(&layer).then_some(mattes).and_then(|mattes| layer.names(mattes));
-    let names = [wants(Layer::CryptoEntity), wants(Layer::CryptoMaterial)];
-    let width = region.width as usize;
-    std::thread::scope(|scope| {
-        let (rows_out, rows) = bounded(2 * threads);
-        for thread in 0..threads as u32 {
-            let rows_out = rows_out.clone();
-            scope.spawn(move || {
-                let mut hits = Vec::new();
-                for row in (thread..region.height).step_by(threads) {
-                    let pixels: Vec<_> =
-                        (0..region.width).map(|x| region.pixel(row * region.width + x)).collect();
-                    hits.clear();
-                    let Range { start: first_sample, end } = samples();
-                    let samples = end - first_sample;
-                    let paths = Paths { pixels: &pixels, first_sample, samples };
-                    integrator.first_hits(level, &paths, &mut hits);
-                    let means: Vec<Mean> =
-                        hits.chunks(samples as usize).map(|hits| Mean::of(hits, names)).collect();
-                    // Nobody listens any more only if all is over.
-                    if rows_out.send((row, means)).is_err() {
-                        return;
-                    }
-                }
-            });
-        }
-        drop(rows_out);
-        for (row, means) in rows {
-            for (x, mean) in means.iter().enumerate() {
-                let values = layers().flat_map(|&layer| mean.values(layer));
-                for (channel, &value) in channels.iter_mut().zip(values) {
-                    channel.values[row as usize * width + x] = value;
-                }
-            }
-        }
-    });
-    channels
-}
-
-/// A pixel's means. Of albedo and normal over all samples, so that they fade where the scene ends; of the rest
-/// over those that met something.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Mean {
-    albedo: [f32; 3],
-    normal: [f32; 3],
-    position: [f32; 3],
-    depth: [f32; 1],
-    uv: [f32; 2],
-    entities: [f32; cryptomatte::CHANNELS],
-    materials: [f32; cryptomatte::CHANNELS],
-}
-
-impl Mean {
-    /// Of a pixel's hits, with ranks where there are names for them.
-    fn of(hits: &[FirstHit], [entities, materials]: [Option<&Names>; 2]) -> Mean {
-        let ranks = |names: Option<&Names>, number: fn(&FirstHit) -> u32| {
-            let met = hits.iter().filter(|hit| hit.met).map(number);
-            names.map_or([0.0; cryptomatte::CHANNELS], |names| names.ranks(met, hits.len()))
-        };
-        let met = hits.iter().filter(|hit| hit.met).count();
-        Mean {
-            albedo: mean(hits, hits.len(), |hit| hit.albedo),
-            normal: mean(hits, hits.len(), |hit| hit.normal),
-            position: mean(hits, met, |hit| hit.position),
-            depth: if met > 0 { mean(hits, met, |hit| [hit.depth]) } else { [NO_DEPTH] },
-            uv: mean(hits, met, |hit| hit.uv),
-            entities: ranks(entities, |hit| hit.entity),
-            materials: ranks(materials, |hit| hit.material),
-        }
-    }
-
-    fn values(&self, layer: Layer) -> &[f32] {
-        match layer {
-            Layer::Albedo => &self.albedo,
-            Layer::Normal => &self.normal,
-            Layer::Position => &self.position,
-            Layer::Depth => &self.depth,
-            Layer::Uv => &self.uv,
-            Layer::CryptoEntity => &self.entities,
-            Layer::CryptoMaterial => &self.materials,
-            Layer::Variance | Layer::Samples => &[],
-        }
-    }
-}
-
-/// A mean in the order of the samples; those that met nothing add zero.
-fn mean<const N: usize>(hits: &[FirstHit], count: usize, of: impl Fn(&FirstHit) -> [f32; N]) -> [f32; N] {
-    let mut sums = [0.0_f64; N];
-    for hit in hits {
-        sums.iter_mut().zip(of(hit)).for_each(|(sum, value)| *sum += f64::from(value));
-    }
-    sums.map(|sum| (sum / count.max(1) as f64) as f32)
+    let set = LayerSet::new(layers, mattes.entities.len(), mattes.materials.len());
+    let looker = Looker { integrator: Arc::clone(integrator), level, layers: set, region, threads: 1 };
+    let sums = looker.look(Stride::ALL, 0..region.len(), &(0..samples)).sums;
+    let channels = |layer: Layer| sums.channels(layer, 0..sums.len(), layer.names(mattes));
+    set.layers().flat_map(channels).collect()
 }

@@ -17,8 +17,8 @@ pub mod worker;
 
 pub use accumulator::{Accumulator, Barrier, Change, Configuration, Port};
 pub use assignment::Assignment;
-pub use batch::{Payload, SampleBatch, Traced};
+pub use batch::{FirstHits, Payload, SampleBatch, Traced};
 pub use faint::Faint;
-pub use layers::{first_hit_layers, layer_samples};
+pub use layers::{Looker, preview};
 pub use schedule::{Deal, Order, Schedule};
 pub use stride::Stride;

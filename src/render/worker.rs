@@ -1,13 +1,14 @@
 //! A CPU worker: a thread that traces the paths of its orders.
 
 use super::assignment::Assignment;
-use super::batch::{NAMED_REJECTS, Payload, SampleBatch, Traced};
+use super::batch::{FirstHits, NAMED_REJECTS, Payload, SampleBatch, Traced};
+use super::layers::look;
 use super::stride::Stride;
 use crate::film::reject::{Reject, RejectCounts, check};
 use crate::film::splat::BAND_BYTES;
 use crate::film::sums::{PixelSums, fits};
-use crate::film::{Band, Made, Splatter};
-use crate::integrator::{Finished, Found, Integrator, Paths};
+use crate::film::{Band, LayerSet, Made, Splatter, looked_at};
+use crate::integrator::{Finished, FirstHit, Found, Integrator, Paths};
 use crate::math::lanes::Level;
 use crate::sampling::{Pixel, Region, Sample};
 use crossbeam_channel::{Receiver, Sender, never};
@@ -50,6 +51,8 @@ pub struct Worker<'a> {
     pub sends_samples: bool,
     /// What puts samples on a film where they count in all pixels around them.
     pub splatter: Option<&'a Splatter>,
+    /// The layers of the film, for which first hits are looked at.
+    pub layers: LayerSet,
 }
 
 impl Worker<'_> {
@@ -111,7 +114,11 @@ impl Worker<'_> {
                     let slots_per_block = (scratch.block / samples.len().max(1)).max(1) as u32;
                     let block = slot..last.min(slot.saturating_add(slots_per_block));
                     let pixels = block.clone().map(|slot| self.region.pixel(order.stride.place(slot)));
-                    (block.end, self.trace_block(pixels, &samples, scratch, stop, &mut batch))
+                    let traced = self.trace_block(pixels, &samples, scratch, stop, &mut batch);
+                    if traced.is_some() {
+                        self.look(block.clone(), &samples, scratch, &mut batch);
+                    }
+                    (block.end, traced)
                 }
                 // A block has the same samples for each of its pixels, but for those that lack none.
                 Some(rest) => {
@@ -122,6 +129,7 @@ impl Worker<'_> {
                     let traced = self.trace_block(pixels, &samples, scratch, stop, &mut batch);
                     if traced.is_some() {
                         spread(&mut batch.payload, scratch.pixels.len(), block.clone(), lacks);
+                        self.look(block.clone().filter(lacks), &samples, scratch, &mut batch);
                     }
                     (block.end, traced)
                 }
@@ -154,7 +162,8 @@ impl Worker<'_> {
                 Payload::Splats { first_slot, made: Vec::new(), band, bright: Vec::new() }
             }
         };
-        (SampleBatch::empty(self.index, stride, payload), last)
+        let first_hits = FirstHits::none(self.layers, first_slot);
+        (SampleBatch { first_hits, ..SampleBatch::empty(self.index, stride, payload) }, last)
     }
 
     /// A band for as many of the slots, from the first on, as may share one, and the end of these.
@@ -171,6 +180,24 @@ impl Worker<'_> {
             if u64::from(stride.place(middle)) < end { inside = middle } else { outside = middle }
         }
         (splatter.band(first, stride.place(inside), self.region.width), outside)
+    }
+
+    /// Looks at the first hits of a block that has been traced, whose pixels are of these slots.
+    fn look(
+        &self,
+        slots: impl Iterator<Item = u32>,
+        samples: &Range<u32>,
+        scratch: &mut Scratch,
+        batch: &mut SampleBatch,
+    ) {
+        if self.layers.is_empty() || looked_at(samples).is_empty() {
+            return;
+        }
+        let FirstHits { first_slot, sums } = &mut batch.first_hits;
+        let Scratch { pixels, hits, rows, .. } = scratch;
+        rows.clear();
+        rows.extend(slots.map(|slot| (slot - *first_slot) as usize));
+        look(self.integrator, self.level, pixels, samples, |i| rows[i], hits, sums);
     }
 
     /// Traces some samples of some pixels, or returns `None` when it is to stop before it has done all of them.
@@ -248,11 +275,11 @@ fn is_full(batch: &SampleBatch) -> bool {
     let (summed, alone) = match &batch.payload {
         Payload::Samples(samples) => (0, samples),
         Payload::Sums { sums, bright, .. } => (size_of_val(&sums[..]), bright),
-        Payload::Splats { bright, .. } => (0, bright),
+        Payload::Splats { bright, .. } => (BAND_BYTES, bright),
     };
     let samples = size_of_val(&batch.samples[..]) + size_of_val(&alone[..]);
     let listed = samples + size_of_val(&batch.contributions[..]);
-    listed >= MOST_LISTED || listed + summed >= MOST_BYTES
+    listed >= MOST_LISTED || listed + summed + batch.first_hits.sums.bytes() >= MOST_BYTES
 }
 
 /// Makes room in the last `traced` entries of a payload for those slots of a block that nothing was traced for.
@@ -304,13 +331,17 @@ fn add_unusual(
 struct Scratch {
     pixels: Vec<Pixel>,
     found: Found,
+    hits: Vec<FirstHit>,
+    /// Where among a batch's first hits each of the pixels is.
+    rows: Vec<usize>,
     /// How many paths to trace at a time. No result depends on it.
     block: usize,
 }
 
 impl Scratch {
     fn new() -> Scratch {
-        Scratch { pixels: Vec::new(), found: Found::default(), block: FIRST_BLOCK }
+        let (pixels, hits, rows) = (Vec::new(), Vec::new(), Vec::new());
+        Scratch { pixels, found: Found::default(), hits, rows, block: FIRST_BLOCK }
     }
 
     fn adapt(&mut self, took: Duration) {

@@ -10,12 +10,12 @@ use crate::camera::Camera;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
 use crate::integrator::{self, Integrator};
-use crate::render::Change;
 use crate::render::worker::Worker;
+use crate::render::{Change, Looker};
 use crate::render::{SampleBatch, Schedule};
 use crate::sampling::Region;
 use crate::scene::Scene;
-use crate::world::{self, TooLarge, World};
+use crate::world::{self, World};
 use crossbeam_channel::{Receiver, Sender};
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -30,6 +30,8 @@ const CPU: &str = "cpu";
 pub(super) struct Crew {
     splatter: Option<Arc<Splatter>>,
     integrator: Option<Arc<dyn Integrator>>,
+    /// What looks at first hits, if layers are wanted that need it: the CPU, whatever renders.
+    looker: Option<Arc<dyn Integrator>>,
     threads: usize,
     gpu: Option<Gpu>,
     /// The GPU's speed in those of a CPU worker, where there are both.
@@ -72,15 +74,16 @@ impl Crew {
             let worker = Box::new(gpu::GpuWorker::new(&device, &job)?);
             Ok::<_, gpu::GpuError>(Gpu { worker, name: device.description().to_string() })
         };
+        let integrator =
+            || integrator::build(render, offset, Arc::clone(&compiled), Arc::clone(&world)).into();
         if let DeviceChoice::Gpu(name) = &settings.devices.choice {
             let gpu = Some(open(name, 0)?);
-            return Ok(Crew { splatter, integrator: None, threads: 0, gpu, times: 1.0 });
+            let looker = (!settings.job.layers.is_empty()).then(integrator);
+            return Ok(Crew { splatter, integrator: None, looker, threads: 0, gpu, times: 1.0 });
         }
         // A worker without a pixel would have nothing to do.
         let threads = settings.devices.threads.get().min(settings.job.region.len() as usize);
-        let integrator: Arc<dyn Integrator> =
-            integrator::build(render, offset, Arc::clone(&compiled), Arc::clone(&world)).into();
-        let mut crew = Crew { splatter, integrator: Some(integrator), threads, gpu: None, times: 1.0 };
+        let mut crew = Crew::of_threads(settings, integrator(), threads);
         if let DeviceChoice::All(name) = &settings.devices.choice {
             let measured = open(name, threads).and_then(|gpu| crew.measured_with(settings, gpu, stop));
             if let Err(error) = measured {
@@ -102,8 +105,14 @@ impl Crew {
         let Scene { film, camera, .. } = &*settings.job.scene;
         let seen = integrator.seen_by(Camera::new(camera, film.width, film.height));
         let threads = settings.devices.threads.get().min(settings.job.region.len() as usize);
+        Ok(Crew::of_threads(settings, seen.into(), threads))
+    }
+
+    /// Threads of the CPU alone.
+    fn of_threads(settings: &Settings, integrator: Arc<dyn Integrator>, threads: usize) -> Crew {
+        let looker = (!settings.job.layers.is_empty()).then(|| Arc::clone(&integrator));
         let splatter = splatter(settings);
-        Ok(Crew { splatter, integrator: Some(seen.into()), threads, gpu: None, times: 1.0 })
+        Crew { splatter, integrator: Some(integrator), looker, threads, gpu: None, times: 1.0 }
     }
 
     /// A crew for a film that was begun on the devices of this description, by a crew whose integrator this was. Only
@@ -145,15 +154,9 @@ impl Crew {
         self.integrator.clone()
     }
 
-    /// Who looks at first hits for the layers, if any are wanted that need it: the CPU, whoever renders.
-    pub(super) fn layer_integrator(
-        &self,
-        settings: &Settings,
-    ) -> Result<Option<Arc<dyn Integrator>>, TooLarge> {
-        match &self.integrator {
-            Some(integrator) if wants_first_hits(settings) => Ok(Some(Arc::clone(integrator))),
-            _ => layer_integrator(settings),
-        }
+    /// What looks at first hits, if layers are wanted that need it.
+    pub(super) fn looker(&self) -> Option<Arc<dyn Integrator>> {
+        self.looker.clone()
     }
 
     pub(super) fn workers(&self) -> usize {
@@ -202,8 +205,8 @@ impl Crew {
         let Some(integrator) = self.integrator.as_deref() else { return };
         let (level, region, sends_samples) =
             (settings.devices.level, settings.job.region, settings.outputs.wants_samples());
-        let splatter = self.splatter.as_deref();
-        let worker = Worker { index, integrator, level, region, sends_samples, splatter };
+        let (splatter, layers) = (self.splatter.as_deref(), settings.job.layers);
+        let worker = Worker { index, integrator, level, region, sends_samples, splatter, layers };
         worker.run_until(&channels.orders, &channels.stop, &channels.batches);
     }
 
@@ -227,6 +230,15 @@ impl Crew {
             });
         }
         if let Some(mut gpu) = gpu {
+            let looker = crew.looker().map(|integrator| Looker {
+                integrator,
+                level: settings.devices.level,
+                layers: settings.job.layers,
+                region: settings.job.region,
+                // Beside threads that render it has one core's worth of time.
+                threads: if threads > 0 { 1 } else { settings.devices.threads.get() },
+            });
+            gpu.worker.look_with(looker);
             let port = PortSettings { may_be_lost: threads > 0, ..PortSettings::GPU };
             starter.start(format!("the GPU worker ({})", gpu.name), port, move |channels| {
                 let end = gpu.worker.run_until(&channels.orders, &channels.stop, &channels.batches);
@@ -238,22 +250,6 @@ impl Crew {
         }
         starter.done()
     }
-}
-
-/// Whether any layers are wanted for which first hits are looked at.
-fn wants_first_hits(settings: &Settings) -> bool {
-    !settings.outputs.layers.iter().all(|layer| layer.is_of_film())
-}
-
-/// One that is built for it, if any layers are wanted that need it.
-pub(super) fn layer_integrator(settings: &Settings) -> Result<Option<Arc<dyn Integrator>>, TooLarge> {
-    if !wants_first_hits(settings) {
-        return Ok(None);
-    }
-    let Scene { film, render, .. } = &*settings.job.scene;
-    let (compiled, surfaces) = world::compile(&settings.job.scene, film.width, film.height)?;
-    let world = Arc::new(World::new(&surfaces, settings.devices.finder));
-    Ok(Some(integrator::build(render, film_offset(film), Arc::new(compiled), world).into()))
 }
 
 /// What puts contributions to any pixel into the film's light image, if it has one.

@@ -1,10 +1,8 @@
 //! The end of a render: what is written then, and what is said of what went wrong.
 
-use super::crew;
 use super::error::{SessionError, Written};
 use super::event::{Event, narrate_notes};
 use super::identity;
-use super::layers::layers;
 use super::pictures::{Ended, Pictures};
 use super::process::Process;
 use super::report::sample_counts;
@@ -12,23 +10,18 @@ use super::settings::Settings;
 use crate::film::cryptomatte::Mattes;
 use crate::film::file::Head;
 use crate::film::{Channel, Picture};
-use crate::integrator::Integrator;
 use crate::output::FilmSink;
 use crate::output::window::Left;
 use crate::render::accumulator::{Inbox, Outcome, Unanswered};
 use crate::render::{Accumulator, Stride};
 use crate::sampling::Region;
 use crossbeam_channel::{Receiver, Sender, bounded};
-use std::convert::Infallible;
 use std::sync::Arc;
 
 /// The process from the film to the files. It is one, so that they are written while the window stays open.
 pub(super) struct Finisher<'a, 'scope> {
     pub(super) pictures: Pictures<'a>,
     pub(super) sink: Option<&'a FilmSink>,
-    pub(super) layer_integrator: Option<Arc<dyn Integrator>>,
-    /// Closes when the end is asked for.
-    pub(super) stop: &'a Receiver<Infallible>,
     /// The process that writes checkpoints.
     pub(super) keeper: Option<Process<'scope, ()>>,
     /// Why the window left the render, before the accumulator hears that it did.
@@ -49,7 +42,7 @@ pub(super) struct Finished {
 impl Finisher<'_, '_> {
     /// Runs the accumulator, and writes what it comes to: the film first, then the pictures.
     pub(super) fn run(self, accumulator: Accumulator, inbox: Inbox) -> Result<Finished, SessionError> {
-        let Finisher { pictures, sink, layer_integrator, stop, keeper, left, ending } = self;
+        let Finisher { pictures, sink, keeper, left, ending } = self;
         let outcome = accumulator.run(inbox);
         let is_aside = is_aside(&outcome, left.try_recv().ok().as_ref());
         // Whose pixels they are may have changed on the way.
@@ -60,13 +53,11 @@ impl Finisher<'_, '_> {
         let (written_out, written) = bounded(0);
         // Without a window there is nothing to wait for.
         let _ = ending.send(written);
-        let (settings, mattes) = (pictures.settings, pictures.mattes);
-        let layers = || layers(settings, layer_integrator.as_deref(), mattes, &outcome, stop);
         // A black picture is no replacement for whatever is there.
         let (written, layers) = match outcome.totals.samples {
             0 => (Ok(()), Vec::new()),
             _ if is_aside => (Ok(()), Vec::new()),
-            _ => pictures.write_end(sink, &outcome, &picture, layers),
+            _ => pictures.write_end(sink, &outcome, &picture),
         };
         drop(written_out);
         kept.map(|()| Finished { outcome, picture, layers, written, is_aside })
@@ -87,21 +78,18 @@ pub(super) fn write_aside(
     head: &Head,
     (outcome, picture): (&Outcome, &Picture),
     events: &Sender<Event>,
-    stop: &Receiver<Infallible>,
 ) -> Result<(), SessionError> {
     if outcome.totals.samples == 0 {
         return Ok(());
     }
     let sink = identity::film_sink(settings, head);
     let mattes = Mattes::of(&settings.job.scene);
-    let integrator = crew::layer_integrator(settings)?;
     let (notes_out, notes) = bounded(16);
     let written = std::thread::scope(|scope| {
         scope.spawn(move || narrate_notes(&notes, events));
         let (identity, mattes, owners) = (&head.identity, &mattes, Arc::clone(&outcome.owners));
         let pictures = Pictures { settings, identity, mattes, owners, notes: notes_out };
-        let layers = || layers(settings, integrator.as_deref(), mattes, outcome, stop);
-        pictures.write_end(sink.as_ref(), outcome, picture, layers).0
+        pictures.write_end(sink.as_ref(), outcome, picture).0
     });
     Ok(written?)
 }

@@ -3,7 +3,7 @@
 use super::error::Written;
 use super::settings::Settings;
 use crate::film::cryptomatte::{Mattes, Names};
-use crate::film::file::Head;
+use crate::film::head::{Head, NAMES};
 use crate::film::{Channel, Holding, Identity, Layer, Picture, ViewTransform};
 use crate::output::{Crop, FilmSink, OutputError, PictureOptions, write_picture};
 use crate::sampling::Region;
@@ -60,6 +60,13 @@ pub(super) fn head(settings: &Settings, device: &str) -> Head {
         let names: Vec<&str> = settings.outputs.layers.iter().map(|layer| layer.name()).collect();
         notes = notes.with("layers", names.join(","));
     }
+    let mattes = Mattes::of(&settings.job.scene);
+    let layers = [(Layer::CryptoEntity, &mattes.entities), (Layer::CryptoMaterial, &mattes.materials)];
+    for (name, (layer, names)) in NAMES.into_iter().zip(layers) {
+        if settings.job.layers.contains(layer) {
+            notes = notes.with(name, names.list());
+        }
+    }
     if let Some(outline) = settings.job.fingerprint.as_ref().and_then(Fingerprint::outline) {
         notes = notes.with("parts", outline);
     }
@@ -67,13 +74,14 @@ pub(super) fn head(settings: &Settings, device: &str) -> Head {
 }
 
 /// What a dump says beside the facts of its samples: notes that don't determine their bits.
-pub(crate) const NOTES: [&str; 6] = ["exposure", "tone", "asked", "layers", "parts", "rendered"];
+pub(crate) const NOTES: [&str; 5] = ["exposure", "tone", "asked", "layers", "rendered"];
 
 /// What a dump of this render's samples says of itself: facts and notes of a film, and where there are samples.
-/// A header has no room for the scene's parts, which only tell people what differs.
+/// A header has no room for the scene's parts, which only tell people what differs, and for the names of its things.
 pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
     let Region { x, y, width, height, .. } = settings.job.region;
-    let all = head.identity.facts().chain(head.notes.facts()).filter(|&(name, _)| name != "parts");
+    let notes = head.notes.facts().filter(|(name, _)| NOTES.contains(name));
+    let all = head.identity.facts().chain(notes);
     all.fold(Identity::default(), |all, (name, value)| all.with(name, value))
         .with("rendered", format_args!("{x},{y},{width},{height}"))
 }

@@ -3,6 +3,7 @@
 use super::error::Written;
 use super::event::{Event, tell};
 use super::identity::{facts, mattes_of, write_saying};
+use super::layers::layers;
 use super::settings::Settings;
 use crate::film::cryptomatte::Mattes;
 use crate::film::{Channel, Identity, Picture, Snapshot, ViewTransform};
@@ -116,14 +117,13 @@ impl Pictures<'_> {
         first_error
     }
 
-    /// Writes what there is at the end, with patience: the film first, then the pictures with the layers that
-    /// `layers` makes. Returns the first error, and the layers.
+    /// Writes what there is at the end, with patience: the film first, then the pictures with the layers that are wanted.
+    /// Returns the first error, and the layers.
     pub(super) fn write_end(
         &self,
         sink: Option<&FilmSink>,
         outcome: &Outcome,
         picture: &Picture,
-        layers: impl FnOnce() -> Vec<Channel>,
     ) -> (Written, Vec<Channel>) {
         let facts = facts(self.identity, &self.settings.holding(outcome.film.seen_range()));
         let (mut patience, say) = (Patience::default(), |line| note(&self.notes, line));
@@ -133,7 +133,8 @@ impl Pictures<'_> {
             let written = patience.write(&sink.path, &say, write);
             first_error = first_error.and(written);
         }
-        let (layers, view) = (layers(), ViewTransform::of(&self.settings.job.scene.film));
+        let layers = layers(self.settings, self.mattes, &outcome.film);
+        let view = ViewTransform::of(&self.settings.job.scene.film);
         for path in &self.settings.outputs.pictures {
             let write = |path: &Path| self.write(path, picture, &facts, &layers, view);
             let written = patience.write(path, &say, write);

@@ -2,7 +2,8 @@
 
 use super::error::SessionError;
 use super::settings::Settings;
-use crate::film::file::{FilmFileError, Head};
+use crate::film::file::FilmFileError;
+use crate::film::head::{Head, LAYERS};
 use crate::film::{Film, Milestone};
 use crate::output::{FilmError, open_film};
 
@@ -15,10 +16,16 @@ pub(super) fn first_film(
     let refuse = |reason: String| SessionError::Resume { path: path.clone(), reason };
     let file = open_film(path)?;
     if let Some(difference) = head.difference(file.head()) {
+        let lacks = head.layout.layers.without(file.head().layout.layers);
         let remedy = match difference.name.as_str() {
             "program" => "samples of different versions may differ: finish it with the one that began it",
             "scene" => {
                 "the scene file, or one that it names, is not what it was: undo that, or begin another film"
+            }
+            LAYERS => {
+                return Err(refuse(format!(
+                    "{difference}: nobody has looked at its samples for `layers` {lacks}; leave these out, or begin another film with them"
+                )));
             }
             _ => "give this render the settings of the film, or begin another film",
         };

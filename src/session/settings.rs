@@ -1,6 +1,6 @@
 //! What a render is asked for.
 
-use crate::film::{Holding, Layer, Layout, LightScale, Weights};
+use crate::film::{Holding, Layer, LayerSet, Layout, LightScale, Weights};
 use crate::integrator;
 use crate::math::lanes::Level;
 use crate::sampling::{Rectangle, Region};
@@ -59,6 +59,8 @@ pub struct Job {
     pub first: u32,
     /// Keep what a variance takes where samples are weighed, which costs memory and time.
     pub spreads: bool,
+    /// The layers of first hits that the film keeps the sums of, which costs memory and time.
+    pub layers: LayerSet,
     /// Where the scene's camera was moved to in the window, if it was.
     pub moved: Option<Viewpoint>,
 }
@@ -69,7 +71,8 @@ impl Job {
     pub fn new(scene: Arc<Scene>, picture: Region) -> Job {
         let reach = Weights::of(&scene.film).map_or(0, |weights| weights.reach());
         let (region, shown) = picture.with_margin(reach, scene.film.height);
-        Job { scene, fingerprint: None, region, shown, first: 0, spreads: false, moved: None }
+        let (fingerprint, layers) = (None, LayerSet::NONE);
+        Job { scene, fingerprint, region, shown, first: 0, spreads: false, layers, moved: None }
     }
 
     /// What the film's words are.
@@ -79,7 +82,8 @@ impl Job {
         let weighted = film.mode() == FilmMode::Continuous;
         let light = integrator::contributes(render.integrator)
             .then(|| LightScale::new(film.width * film.height, &Weights::of_contributions(film)));
-        Layout { width, height, weighted, spreads: weighted && self.spreads, light, shown }
+        let spreads = weighted && self.spreads;
+        Layout { width, height, weighted, spreads, light, layers: self.layers, shown }
     }
 
     /// The part of the film that becomes the picture.
@@ -161,7 +165,7 @@ pub struct Outputs {
     pub overlay: bool,
     /// Sample counts to write numbered pictures at.
     pub dump_at: Vec<u32>,
-    /// Layers that EXR files get beside colour, at the end.
+    /// Layers that EXR files get beside colour, at the end. Those that first hits tell must be among [`Job::layers`].
     pub layers: Vec<Layer>,
     /// A dump of every sample, if any.
     pub samples: Option<PathBuf>,

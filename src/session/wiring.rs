@@ -100,7 +100,7 @@ pub(super) fn render(
 ) -> Result<Rendered, SessionError> {
     let Task { settings, crew, head, begun, dump, samples, tev } = task;
     let sink = identity::film_sink(settings, head);
-    let layer_integrator = crew.layer_integrator(settings)?;
+    let looker = crew.looker();
     let mattes = Mattes::of(&settings.job.scene);
     let gpu = crew.gpu_worker();
 
@@ -138,22 +138,15 @@ pub(super) fn render(
         let inbox = Inbox { batches, changes, stop: stop.clone(), viewer };
         let (left_out, left) = bounded(1);
         let (ending_out, ending) = bounded(0);
-        let finisher = Finisher {
-            pictures: pictures.clone(),
-            sink: sink.as_ref(),
-            layer_integrator: layer_integrator.clone(),
-            stop,
-            keeper,
-            left,
-            ending: ending_out,
-        };
+        let finisher =
+            Finisher { pictures: pictures.clone(), sink: sink.as_ref(), keeper, left, ending: ending_out };
         let finisher = Process::start(scope, "accumulator", move || finisher.run(accumulator, inbox));
 
         let left = match window {
             Some(window) => {
                 scope.spawn(move || narrate_notes(&notes, events));
                 let requests = start_saver(scope, pictures, ending, events);
-                let layers = start_preview(settings, layer_integrator);
+                let layers = start_preview(settings, looker);
                 let feed = Feed { snapshots, layers, stop: stop.clone() };
                 let left = window.show(&feed, &requests, settings.job.moved.is_some());
                 // It lies there before the accumulator sees that the viewer is left.
@@ -292,7 +285,7 @@ fn start_preview(settings: &Settings, integrator: Option<Arc<dyn Integrator>>) -
         std::thread::spawn(move || {
             let mattes = Mattes::of(&settings.job.scene);
             // The viewer may have gone.
-            let _ = layers_out.send(preview(&settings, &*integrator, &mattes));
+            let _ = layers_out.send(preview(&settings, &integrator, &mattes));
         });
     }
     layers

@@ -132,8 +132,8 @@ fn killed_at_any_moment_and_gone_on_with_the_files_are_the_same() {
 }
 
 #[test]
-fn killed_at_any_moment_a_film_keeps_its_variance() {
-    kill_and_go_on(&["--layers", "variance"], kills(6).div_ceil(2));
+fn killed_at_any_moment_a_film_keeps_its_variance_and_its_layers() {
+    kill_and_go_on(&["--layers", "all"], kills(6).div_ceil(2));
 }
 
 // Of 320×240 pixels a checkpoint takes three pieces, and what is added meanwhile lies before, behind or across them.
@@ -292,20 +292,25 @@ fn a_crop_is_the_part_of_the_whole_with_what_reaches_into_it() {
     let (dir, scene) = (folder(), cover());
     for filter in ["mitchell", "lanczos", "blackman-harris"] {
         let common = ["--size", "40x30", "--filter", filter, "--spp", "3"];
-        succeed(dir.path(), &render(&scene, &[&common[..], &["-o", "whole.exr"]].concat()));
-        let whole = picture(dir.path(), "whole.exr");
+        succeed(
+            dir.path(),
+            &render(&scene, &[&common[..], &["--layers", "depth", "-o", "whole.exr"]].concat()),
+        );
+        let (whole, depth) = (picture(dir.path(), "whole.exr"), channel(dir.path(), "whole.exr", "depth.Z"));
         for [x, y, width, height] in [[3, 0, 9, 5], [0, 0, 40, 30], [20, 14, 1, 1], [30, 20, 10, 10]] {
             let crop = format!("{x},{y},{width},{height}");
             let layers = ["--layers", "samples,depth", "--film", "c.film", "-o", "c.exr"];
             succeed(dir.path(), &render(&scene, &[&common[..], &["--crop", &crop], &layers].concat()));
             let part = picture(dir.path(), "c.exr");
             assert_eq!([part.width, part.height], [width, height]);
+            let part_depth = channel(dir.path(), "c.exr", "depth.Z");
             for (i, rgb) in (0..).zip(&part.rgb) {
                 let place = (y + i / width) * 40 + x + i % width;
                 assert_eq!(*rgb, whole.rgb[place as usize], "{filter}, pixel {i} of {crop}");
+                assert_eq!(part_depth[i as usize], depth[place as usize], "{filter}, pixel {i} of {crop}");
             }
             succeed(dir.path(), &["merge", "-q", "c.film", "-o", "m.exr"]);
-            assert!(picture(dir.path(), "m.exr") == part, "a film of {crop}");
+            assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "c.exr"), "a film of {crop}");
         }
     }
 }

@@ -22,7 +22,7 @@ fn killed_at_any_moment_and_gone_on_with_the_files_are_the_same() {
         let begins = !dir.path().join("part.film").exists();
         let film = if begins { "--film" } else { "--resume" };
         let common = ["--spp", spp, "--threads", threads, "--checkpoint", "10ms", "-o", "part.exr"];
-        stride(dir.path(), &render(&scene, &[&[film, "part.film"][..], &common].concat()))
+        stride(dir.path(), &render(&scene, &[&[film, "part.film", "--layers", "all"][..], &common].concat()))
     };
     // Nobody waits for its end, so that no machine is too quick for the kills.
     let (kills, mut within_writes) = (kills(8), 0);
@@ -46,11 +46,16 @@ fn killed_at_any_moment_and_gone_on_with_the_files_are_the_same() {
     assert!(within_writes > 0, "no write was cut short");
     // What was begun when a render was killed has been swept up.
     assert_eq!(half_written(dir.path()), [""; 0]);
-    succeed(dir.path(), &render(&scene, &["--spp", spp, "--film", "whole.film", "-o", "whole.exr"]));
+    let whole = ["--spp", spp, "--layers", "all"];
+    succeed(
+        dir.path(),
+        &render(&scene, &[&whole[..], &["--film", "whole.film", "-o", "whole.exr"]].concat()),
+    );
     assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
     assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
     // Negative control: another seed's files are others.
-    succeed(dir.path(), &render(&scene, &["--spp", spp, "--seed", "9", "--film", "n.film", "-o", "n.exr"]));
+    let other = ["--seed", "9", "--film", "n.film", "-o", "n.exr"];
+    succeed(dir.path(), &render(&scene, &[&whole[..], &other].concat()));
     assert!(bytes(dir.path(), "n.exr") != bytes(dir.path(), "whole.exr"));
     assert!(bytes(dir.path(), "n.film") != bytes(dir.path(), "whole.film"));
 }

@@ -25,6 +25,10 @@ fn films_that_do_not_belong_together_are_refused_with_the_reason() {
         (&["--filter", "box"], "its filter is tent 1, not box 0.5"),
         (&["--crop", "1,1,5,5"], "its crop is 0,0,40,30, not 1,1,5,5"),
         (&["--dump-at", "5"], "it has 6 samples a pixel already"),
+        (
+            &["--layers", "depth,uv"],
+            "nobody has looked at its samples for --layers depth,uv; leave these out",
+        ),
     ] {
         let said = resume(more);
         assert!(said.contains(reason), "{more:?}: {said}");
@@ -51,6 +55,13 @@ fn films_that_do_not_belong_together_are_refused_with_the_reason() {
     succeed(dir.path(), &render("scene.toml", &other));
     let said = refused(dir.path(), 1, &["merge", "a.film", "c.film", "-o", "m.exr"]);
     assert!(said.contains("different renders") && said.contains("seed"), "{said}");
+    let other = ["--film", "c.film", "--range", "6..9", "--layers", "depth", "-o", "c.exr"];
+    succeed(dir.path(), &render("scene.toml", &other));
+    let said = refused(dir.path(), 1, &["merge", "a.film", "c.film", "-o", "m.exr"]);
+    assert!(
+        said.contains("of the first, its set of layers is depth, not none; films add up only if"),
+        "{said}"
+    );
     assert!(refused(dir.path(), 1, &["merge", "a.film", "a.exr", "-o", "m.exr"]).contains("no film"));
     refused(dir.path(), 2, &["merge", "a.film", "-o", "m.jpg"]);
     refused(dir.path(), 2, &["merge", "a.film"]);

@@ -26,14 +26,22 @@ fn wired(workers: usize, spp: u32) -> Wired {
         mailboxes.push((orders_in, stops_in, batches_out.clone()));
     }
     let schedule = Schedule::new(workers, WHOLE.len(), spp, None, Vec::new());
-    let film = Film::new(WIDTH, HEIGHT).unwrap();
+    let film = empty_film(WHOLE);
     let configuration = Configuration::new(film, WHOLE, schedule, ports);
     let inbox = Inbox { batches, changes: never(), stop, viewer: never() };
     Wired { configuration, inbox, stop: stop_out, mailboxes }
 }
 
 fn worker(index: usize, integrator: &dyn Integrator) -> Worker<'_> {
-    Worker { index, integrator, level: level(), region: WHOLE, sends_samples: false, splatter: None }
+    Worker {
+        index,
+        integrator,
+        level: level(),
+        region: WHOLE,
+        sends_samples: false,
+        splatter: None,
+        layers: layers(),
+    }
 }
 
 #[test]

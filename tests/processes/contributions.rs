@@ -102,7 +102,8 @@ impl Kind {
     fn new(region: Region, weighted: bool, filter: Filter) -> Kind {
         let splatter = Arc::new(Splatter::new(Weights::new(filter), [region.x, region.y]));
         let light = Some(LightScale::new(FULL[0] * FULL[1], splatter.weights()));
-        let layout = Layout { weighted, light, ..Layout::plain(region.width, region.height) };
+        let layout =
+            Layout { weighted, light, layers: layers(), ..Layout::plain(region.width, region.height) };
         Kind { region, layout, splatter: weighted.then(|| Arc::clone(&splatter)), light: splatter }
     }
 
@@ -145,6 +146,7 @@ impl Kind {
             for contribution in &found.contributions {
                 let _ = film.contribute(&self.light, place as usize, contribution);
             }
+            add_first_hits(&mut film, integrator, place, &paths);
         }
         film
     }

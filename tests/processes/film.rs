@@ -19,6 +19,27 @@ fn any_number_of_workers_makes_the_same_film() {
     }
 }
 
+// Orders and blocks begin and end anywhere: 24 of the first 32 samples are looked at here, and none of others.
+#[test]
+fn layers_are_of_the_first_samples_of_all_whichever_a_render_makes() {
+    let integrator = common::integrator(&scene());
+    for (first, spp, looked) in [(8, 40, 0xffff_ff00_u32), (32, 3, 0), (31, 2, 1 << 31)] {
+        let expected = plain_film_from(&*integrator, WHOLE, first, |_| spp);
+        for workers in [1, 5] {
+            let Rendered { outcome, .. } =
+                Wiring { workers, first, spp, ..Wiring::default() }.render(&*integrator);
+            assert!(outcome.film == expected, "{first}.., {workers} workers");
+        }
+        assert_eq!(expected.first_hits().looked(77), looked);
+    }
+    // Negative control: a film whose layers are of one sample more.
+    let mut film = plain_film(&*integrator, WHOLE, |_| 4);
+    let expected = film.clone();
+    let paths = Paths { pixels: &[WHOLE.pixel(7)], first_sample: 4, samples: 1 };
+    add_first_hits(&mut film, &*integrator, 7, &paths);
+    assert!(film != expected);
+}
+
 #[test]
 fn more_workers_than_pixels_are_no_harm() {
     let integrator = common::integrator(&scene());
@@ -101,10 +122,14 @@ fn a_lossless_sink_gets_every_sample_once_however_slow_it_is() {
     };
     let wiring = Wiring { workers: 3, sends_samples: true, sink: Box::new(sink), ..Wiring::default() };
     let Rendered { outcome, samples, .. } = wiring.render(&*integrator);
-    let mut film = Film::new(WIDTH, HEIGHT).unwrap();
+    let mut film = empty_film(WHOLE);
     let mut seen: Vec<(u32, u32)> = samples.iter().map(|s| (s.pixel, s.sample)).collect();
     for sample in &samples {
         film.add_sample(sample.pixel as usize, sample.radiance).unwrap();
+    }
+    for pixel in 0..WHOLE.len() {
+        let paths = Paths { pixels: &[WHOLE.pixel(pixel)], first_sample: 0, samples: 16 };
+        add_first_hits(&mut film, &*integrator, pixel, &paths);
     }
     assert!(film == outcome.film);
     seen.sort_unstable();

@@ -83,6 +83,7 @@ impl Stage<'_> {
             region: WHOLE,
             sends_samples: self.sends_samples,
             splatter: None,
+            layers: layers(),
         };
         let fate = self.roles[index].fate;
         let (stop, stays) = (&self.stops[index].1, fate == Fate::Stays);
@@ -166,7 +167,7 @@ fn render(roles: &[Role], sends_samples: bool, is_text: bool) -> (Outcome, Vec<B
         // Numbers are handed out in the order of joining: those who are there have the first ones.
         let ports = there.iter().map(|&index| start(index)).collect();
         let schedule = Schedule::new(there.len(), WHOLE.len(), SPP, None, vec![7, 20]);
-        let film = Film::new(WIDTH, HEIGHT).unwrap();
+        let film = empty_film(WHOLE);
         let accumulator = Accumulator::new(Configuration {
             barriers: vec![7, 20],
             outbox: Outbox { barriers: Some(barriers_out), samples: Some(samples_out), ..Outbox::default() },
@@ -250,9 +251,10 @@ impl Puppet {
         out.send(order.into()).unwrap();
         drop(out);
         let integrator = common::integrator(&scene());
-        let (level, region) = (level(), WHOLE);
+        let (level, region, layers) = (level(), WHOLE, layers());
         let integrator = &*integrator;
-        let worker = Worker { index, integrator, level, region, sends_samples: false, splatter: None };
+        let worker =
+            Worker { index, integrator, level, region, sends_samples: false, splatter: None, layers };
         worker.run(&orders, &self.batches);
     }
 }
@@ -268,7 +270,7 @@ fn puppets(count: usize) -> (Configuration, Receiver<SampleBatch>, Vec<Puppet>) 
         puppets.push(Puppet { orders, stop, batches: batches_out.clone() });
     }
     let schedule = Schedule::new(count, WHOLE.len(), 1, None, Vec::new());
-    let film = Film::new(WIDTH, HEIGHT).unwrap();
+    let film = empty_film(WHOLE);
     (Configuration::new(film, WHOLE, schedule, ports), batches, puppets)
 }
 
@@ -336,7 +338,7 @@ fn batches_of_a_number_that_is_not_there_are_not_taken() {
     let (orders_out, orders) = bounded(2);
     let (batches_out, batches) = bounded(4);
     let schedule = Schedule::new(1, WHOLE.len(), 1, None, Vec::new());
-    let film = Film::new(WIDTH, HEIGHT).unwrap();
+    let film = empty_film(WHOLE);
     let configuration = Configuration::new(film, WHOLE, schedule, vec![Port::new(orders_out)]);
     let integrator = common::integrator(&scene());
     let worker = |index| Worker {
@@ -346,6 +348,7 @@ fn batches_of_a_number_that_is_not_there_are_not_taken() {
         region: WHOLE,
         sends_samples: false,
         splatter: None,
+        layers: layers(),
     };
     let outcome = std::thread::scope(|scope| {
         let stranger = batches_out.clone();

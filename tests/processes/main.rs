@@ -24,8 +24,8 @@ use std::time::{Duration, Instant};
 use stride::camera::Camera;
 use stride::film::file::Head;
 use stride::film::{
-    Film, Identity, Layout, LightScale, Made, Milestone, Picture, Reject, Snapshot, Splatter, Statistics,
-    Weights,
+    Film, Identity, LOOKED_AT, Layer, LayerSet, LayerSums, Layout, LightScale, Made, Milestone, Picture,
+    Reject, Snapshot, Splatter, Statistics, Weights,
 };
 use stride::integrator::{Event, Finished, FirstHit, Found, Integrator, Paths};
 use stride::math::lanes::Level;
@@ -38,7 +38,7 @@ use stride::render::{
 };
 use stride::sampling::{Contribution, Pixel, Region, Sample, Stream};
 use stride::scene::{Filter, Scene};
-use wiring::{Rendered, Wiring, is_a_prefix, plain_film, plain_film_from, plain_picture};
+use wiring::{Rendered, Wiring, add_first_hits, is_a_prefix, plain_film, plain_film_from, plain_picture};
 
 /// After this long without a message a test fails instead of waiting longer. No passing test depends on it.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -53,6 +53,17 @@ fn level() -> Level {
 
 fn scene() -> Scene {
     cover(WIDTH, HEIGHT)
+}
+
+/// All layers of the scene.
+fn layers() -> LayerSet {
+    let scene = scene();
+    LayerSet::new(&Layer::ALL, scene.entities.len(), scene.materials.len())
+}
+
+/// A film with all layers and without a sample.
+fn empty_film(region: Region) -> Film {
+    Film::with_layout(Layout { layers: layers(), ..Layout::plain(region.width, region.height) }).unwrap()
 }
 
 /// An integrator with something done before and after each block that it traces.

@@ -84,7 +84,7 @@ fn films_written_on_the_way_hold_the_first_samples_of_each_pixel() {
             }
         });
         let head = Head {
-            layout: Layout::plain(WIDTH, HEIGHT),
+            layout: empty_film(WHOLE).layout(),
             identity: Identity::default().with("a", "b"),
             notes: Identity::default(),
         };

@@ -75,7 +75,8 @@ impl Wiring {
     pub(super) fn render(self, integrator: &dyn Integrator) -> Rendered {
         let workers = self.workers;
         let end = self.first.saturating_add(self.spp);
-        let film = self.film.unwrap_or_else(|| Film::new(self.region.width, self.region.height).unwrap());
+        let film = self.film.unwrap_or_else(|| empty_film(self.region));
+        let layers = film.layout().layers;
         let schedule = Schedule::new(workers, self.region.len(), end, self.deadline, self.dump_at.clone())
             .starting_at(self.first + film.seen_range()[0] as u32, self.first + film.seen_range()[1] as u32);
         let schedule = match self.spare {
@@ -104,6 +105,7 @@ impl Wiring {
                     region: self.region,
                     sends_samples: self.sends_samples,
                     splatter: self.splatter.as_deref(),
+                    layers,
                 };
                 let (batches_out, changes_out) = (batches_out.clone(), changes_out.clone());
                 let thread = std::thread::Builder::new().name(format!("worker {index}"));
@@ -200,7 +202,7 @@ pub(super) fn plain_film_from(
     first_sample: u32,
     count: impl Fn(u32) -> u32,
 ) -> Film {
-    let mut film = Film::new(region.width, region.height).unwrap();
+    let mut film = empty_film(region);
     let mut finished = Vec::new();
     for place in 0..region.len() {
         finished.clear();
@@ -210,8 +212,23 @@ pub(super) fn plain_film_from(
         for f in &finished {
             let _ = film.add_sample(place as usize, f.sample.radiance);
         }
+        add_first_hits(&mut film, integrator, place, &paths);
     }
     film
+}
+
+/// Adds the first hits of a place's paths to its pixel, for its layers.
+pub(super) fn add_first_hits(film: &mut Film, integrator: &dyn Integrator, place: u32, paths: &Paths<'_>) {
+    let (mut hits, mut sums) = (Vec::new(), LayerSums::new(film.layout().layers));
+    let first = paths.first_sample.min(LOOKED_AT);
+    let end = (paths.first_sample + paths.samples).min(LOOKED_AT);
+    if first == end {
+        return;
+    }
+    integrator.first_hits(level(), &Paths { first_sample: first, samples: end - first, ..*paths }, &mut hits);
+    sums.grow(1);
+    sums.add(0, first, &hits);
+    film.add_first_hits(place as usize, &sums, 0);
 }
 
 pub(super) fn plain_picture(spp: u32) -> Picture {

@@ -13,7 +13,7 @@ use super::variant::Plan;
 use crate::film::{Band, Made, Reject, Splatter};
 use crate::gpu::{GpuError, Job};
 use crate::render::batch::NAMED_REJECTS;
-use crate::render::{Assignment, Payload, SampleBatch, Stride, Traced};
+use crate::render::{Assignment, Looker, Payload, SampleBatch, Stride, Traced};
 use crate::sampling::Region;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, never};
 use std::collections::VecDeque;
@@ -40,6 +40,8 @@ pub struct GpuWorker {
     /// For how many samples that are too bright for a band there is room, and for how many there can be.
     bright: [u32; 2],
     pace: Pace,
+    /// What looks at first hits for the layers of the film, if it has any.
+    looker: Option<Looker>,
 }
 
 /// What a dispatch has come to.
@@ -103,7 +105,13 @@ impl GpuWorker {
             pace: if splatter.is_some() { Pace::of_splats() } else { Pace::new(sends_samples) },
             splatter,
             bright: [FIRST_BRIGHT.min(bright), bright],
+            looker: None,
         })
+    }
+
+    /// Has first hits looked at for the samples of each batch: on the CPU, so that layers are the same whatever renders.
+    pub fn look_with(&mut self, looker: Option<Looker>) {
+        self.looker = looker;
     }
 
     /// Goes on at another pace.
@@ -185,7 +193,12 @@ impl GpuWorker {
             let landed = self.land(submission, submitted.max(last_landing))?;
             last_landing = Instant::now();
             match landed {
-                Landed::Batch(batch) => {
+                Landed::Batch(mut batch) => {
+                    if let Some(looker) = &self.looker {
+                        let slots = task.first_slot..task.first_slot + task.slots;
+                        let samples = task.first_sample..task.first_sample + task.samples;
+                        batch.first_hits = looker.look(task.stride, slots, &samples);
+                    }
                     if batches.send(*batch).is_err() {
                         return self.wait_for_all(in_flight);
                     }

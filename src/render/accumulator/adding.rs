@@ -1,7 +1,7 @@
 //! Adds batches to the film, and counts what is left out of it.
 
 use crate::film::{Film, Reject, RejectCounts, Splatter};
-use crate::render::batch::{Payload, Traced};
+use crate::render::batch::{FirstHits, Payload, Traced};
 use crate::render::faint::Faint;
 use crate::render::outcome::NAMED_REJECTS;
 use crate::render::stride::Stride;
@@ -129,6 +129,14 @@ impl Adder {
                 self.reject_counts.add(reject, 1);
                 self.remember((Traced { pixel, sample }, reject));
             }
+        }
+    }
+
+    /// Adds the first hits of samples of a stride, each to its own pixel.
+    pub(super) fn add_first_hits(&mut self, stride: Stride, first_hits: &FirstHits) {
+        let FirstHits { first_slot, sums } = first_hits;
+        for (slot, other) in (*first_slot..).zip(0..sums.len()) {
+            self.film.add_first_hits(stride.place(slot) as usize, sums, other);
         }
     }
 

@@ -5,7 +5,7 @@ use super::super::settings::{Devices, Job, Outputs, Stopping, View};
 use super::super::wiring::{Begun, Rendered, Task, Viewer, render};
 use super::*;
 use crate::camera::CameraSettings;
-use crate::film::{Film, Layer};
+use crate::film::{Film, Layer, LayerSet};
 use crate::integrator::{self, FirstHit, Found, Paths};
 use crate::math::lanes::Level;
 use crate::output::window::orbit::Orbit;
@@ -93,9 +93,6 @@ impl Integrator for Stuck {
     }
 
     fn first_hits(&self, level: Level, paths: &Paths<'_>, out: &mut Vec<FirstHit>) {
-        if paths.pixels.iter().any(|pixel| pixel.index == 19) {
-            let _ = self.released.recv();
-        }
         self.inner.first_hits(level, paths, out);
     }
 
@@ -170,12 +167,13 @@ fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
         let [picture, layered] = ["a.png", "a.exr"].map(|name| folder.path().join(name));
         let outputs = Outputs {
             pictures: vec![picture.clone(), layered.clone()],
-            // The first hits of the path that takes forever are not looked at.
             layers: vec![Layer::Depth],
             ..Outputs::default()
         };
         let stopping = Stopping::at(1_000_000);
-        let settings = Settings { stopping, outputs, ..settings(DeviceChoice::Cpu) };
+        let settings = settings(DeviceChoice::Cpu);
+        let job = Job { layers: LayerSet::new(&[Layer::Depth], 0, 0), ..settings.job };
+        let settings = Settings { job, stopping, outputs, ..settings };
         let Rendered { outcome, problem, is_aside, is_written, .. } = render_stuck(&settings, left);
         let said = problem.as_ref().map(ToString::to_string).unwrap_or_default();
         assert!(matches!(problem, Some(SessionError::Unanswered(..))), "{said}");

@@ -1,7 +1,7 @@
 //! A device that is lost while the CPU renders beside it.
 
 use super::{GpuWorker, Prepared, device, scenes, splats};
-use crate::film::{Film, Layout};
+use crate::film::{Film, LayerSet, Layout};
 use crate::gpu::Job;
 use crate::math::lanes::Level;
 use crate::render::accumulator::{Inbox, Outbox, Outcome, Totals, WorkerFailure};
@@ -35,6 +35,7 @@ fn render(prepared: &Prepared, lost_after: u64) -> Option<Outcome> {
                     region,
                     sends_samples: false,
                     splatter: prepared.splatter.as_ref(),
+                    layers: LayerSet::NONE,
                 };
                 worker.run(&cpu_orders, &batches_out);
             }

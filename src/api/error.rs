@@ -106,6 +106,11 @@ pub enum SettingsError {
         /// The film's first one.
         first: u32,
     },
+    /// A variance is asked for of light that may come from any sample.
+    #[error(
+        "`layers` variance can't be had with an integrator that contributes light to other pixels, too: their variance is not known"
+    )]
+    VarianceOfContributions,
     /// An error is asked for of samples that do not begin with the first.
     #[error(
         "`noise` tells the error of renders from sample 0 on, and these samples begin later (`range`, or the film)"

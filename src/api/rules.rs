@@ -4,6 +4,7 @@ use super::builder::Render;
 use super::error::{Error, SettingsError};
 use super::places::check_places;
 use crate::film::{Film, Layer, LayerSet, Layout};
+use crate::integrator;
 use crate::math::lanes::Level;
 use crate::output::open_film;
 use crate::sampling::Region;
@@ -100,6 +101,9 @@ impl Render {
     fn check_together(&self, first: u32, spp: u32) -> Result<(), SettingsError> {
         if self.noise.is_some() && first > 0 {
             return Err(SettingsError::NoiseOfLaterSamples);
+        }
+        if self.layers.contains(&Layer::Variance) && integrator::contributes(self.scene.render.integrator) {
+            return Err(SettingsError::VarianceOfContributions);
         }
         if self.scene.render.adaptive {
             self.check_adaptive(first)?;

@@ -7,6 +7,7 @@ use crate::api::part;
 use crate::film::cryptomatte::Mattes;
 use crate::film::develop::Developer;
 use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Splatter, ViewTransform, Weights};
+use crate::integrator;
 use crate::math::lanes::Level;
 use crate::output::{self, Crop, PictureOptions, npy, write_picture};
 use crate::sampling::Region;
@@ -170,6 +171,12 @@ impl Dumped {
         if !even {
             return Err(anyhow::anyhow!(
                 "{path:?} has samples that were drawn from the filter {filter}, and no other can be had of them; render with mode \"continuous\" (--film-mode continuous) for samples that lie evenly"
+            )
+            .into());
+        }
+        if fact("integrator")?.parse().is_ok_and(integrator::contributes) {
+            return Err(anyhow::anyhow!(
+                "{path:?} has samples of an integrator that contributes light to other pixels, too, and not these contributions; render the scene with the filter"
             )
             .into());
         }

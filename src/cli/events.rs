@@ -111,9 +111,13 @@ fn conclude(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Resul
         let mean = totals.samples as f64 / f64::from(conclusion.pixels);
         writeln!(out, "pixels have {least} to {most} samples, {mean:.1} on average")?;
     }
-    let rejected = totals.rejected;
-    if rejected > 0 {
-        writeln!(out, "{rejected} {} left out:", if rejected == 1 { "sample was" } else { "samples were" })?;
+    if totals.rejected > 0 {
+        let contributions = conclusion.rejected_contributions;
+        writeln!(
+            out,
+            "{} left out:",
+            left_out([totals.rejected.saturating_sub(contributions), contributions])
+        )?;
     }
     for (traced, _, reject) in rejects {
         writeln!(out, "  pixel {} sample {}: {reject}", traced.pixel, traced.sample)?;
@@ -128,4 +132,26 @@ fn conclude(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Resul
         writeln!(out, "nothing was rendered yet: no picture is written")?;
     }
     Ok(())
+}
+
+/// So many samples and contributions, and the verb: "1 sample was", "2 samples and 1 contribution were".
+fn left_out([samples, contributions]: [u64; 2]) -> String {
+    let count = |count: u64, what: &str| {
+        (count > 0).then(|| format!("{count} {what}{}", if count == 1 { "" } else { "s" }))
+    };
+    let both = [count(samples, "sample"), count(contributions, "contribution")];
+    let verb = if samples + contributions == 1 { "was" } else { "were" };
+    format!("{} {verb}", both.into_iter().flatten().collect::<Vec<_>>().join(" and "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_and_contributions_that_were_left_out_are_told_apart() {
+        assert_eq!(left_out([1, 0]), "1 sample was");
+        assert_eq!(left_out([0, 3]), "3 contributions were");
+        assert_eq!(left_out([2, 1]), "2 samples and 1 contribution were");
+    }
 }

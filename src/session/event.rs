@@ -62,6 +62,8 @@ pub struct Conclusion {
     pub is_noise_asked: bool,
     /// Some of the samples that were left out, each with the column and row of its pixel.
     pub rejects: Vec<(Traced, [u32; 2], Reject)>,
+    /// Contributions of samples that were left out: the other [`Totals::rejected`] are samples.
+    pub rejected_contributions: u64,
     /// Samples that are infinite or too bright for a film.
     pub too_bright: u64,
     /// A warning that radiance is too small for a film, if it is and no note has said so.
@@ -93,6 +95,7 @@ impl Conclusion {
             noise: stopping.goal().map(|asked| Noise::of(asked, outcome)),
             is_noise_asked: stopping.noise.is_some(),
             rejects: rejects.map(|&(traced, reject)| (traced, place(traced), reject)).collect(),
+            rejected_contributions: outcome.film.lost_contributions()[0],
             too_bright: outcome.reject_counts.too_bright,
             faint: if is_faint_known { None } else { faint() },
         }

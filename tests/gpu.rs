@@ -16,7 +16,7 @@ use stride::gpu::{self, GpuError, GpuWorker, Job};
 use stride::math::lanes::Level;
 use stride::output::open_film;
 use stride::render::accumulator::{Inbox, Outcome};
-use stride::render::{Accumulator, Configuration, Looker, Port, Schedule, Stride};
+use stride::render::{Accumulator, Configuration, FirstHitTracer, Port, Schedule, Stride};
 use stride::sampling::Region;
 use stride::scene::{
     Entity, FilmSettings, Integrator, Material, MaterialKind, MatteParameters, MirrorParameters,
@@ -54,11 +54,11 @@ fn scene(width: u32, height: u32) -> Scene {
 }
 
 /// What looks at first hits for all layers of a scene.
-fn looker(scene: &Scene, threads: usize) -> Looker {
+fn first_hit_tracer(scene: &Scene, threads: usize) -> FirstHitTracer {
     let (integrator, level) = (Arc::from(common::integrator(scene)), Level::available()[0]);
     let layers = LayerSet::new(&Layer::ALL, scene.entities.len(), scene.materials.len());
     let region = Region::whole(scene.film.width, scene.film.height);
-    Looker { integrator, level, layers, region, threads }
+    FirstHitTracer { integrator, level, layers, region, threads }
 }
 
 /// Renders with so many GPU workers, or not at all where there is no GPU and that is allowed.
@@ -96,13 +96,13 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
                 splatter: None,
             };
             let mut worker = GpuWorker::new(&device, &job).unwrap();
-            worker.look_with(Some(looker(scene, 2)));
+            worker.trace_first_hits_with(Some(first_hit_tracer(scene, 2)));
             let batches_out = batches_out.clone();
             scope.spawn(move || worker.run(&orders_in, &batches_out).unwrap());
         }
         drop(batches_out);
         let schedule = Schedule::new(workers as usize, region.len(), spp, None, Vec::new());
-        let layers = looker(scene, 1).layers;
+        let layers = first_hit_tracer(scene, 1).layers;
         let film = Film::with_layout(Layout { layers, ..Layout::plain(width, height) }).unwrap();
         let ports = orders.into_iter().map(Port::new).collect();
         let accumulator = Accumulator::new(Configuration::new(film, region, schedule, ports));
@@ -123,8 +123,8 @@ fn the_film_is_the_same_from_run_to_run_and_for_any_number_of_workers() {
         assert_eq!(other.totals.rays, alone.totals.rays);
     }
     // Layers are the CPU's, of the first samples.
-    let looked = |end| looker(&scene, 1).look(Stride::ALL, 0..64 * 48, &(0..end)).sums;
-    assert!(*alone.film.first_hits() == looked(40) && looked(32) == looked(40) && looked(31) != looked(40));
+    let traced = |end| first_hit_tracer(&scene, 1).trace_first_hits(Stride::ALL, 0..64 * 48, &(0..end)).sums;
+    assert!(*alone.film.first_hits() == traced(40) && traced(32) == traced(40) && traced(31) != traced(40));
     // Negative control: one sample more makes another film.
     assert!(render(&scene, 1, 41).unwrap().film != alone.film);
 }
@@ -178,7 +178,7 @@ fn both_devices_together_make_the_whole_picture_and_say_what_they_promise() {
     assert!(all != cpu, "the GPU has had no part in it");
     let film = |name: &str| open_film(&dir.path().join(name)).expect("a film").read().expect("a whole film");
     let [all, cpu] = ["a.film", "b.film"].map(film);
-    assert!(all.first_hits() == cpu.first_hits() && all.first_hits().looked(1000) == u32::MAX);
+    assert!(all.first_hits() == cpu.first_hits() && all.first_hits().samples(1000) == u32::MAX);
 }
 
 #[test]

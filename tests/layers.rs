@@ -12,7 +12,7 @@ use stride::film::layers::NO_DEPTH;
 use stride::film::{Channel, Layer, LayerSet};
 use stride::integrator::{Event, Integrator};
 use stride::math::lanes::Level;
-use stride::render::{Looker, Stride, preview};
+use stride::render::{FirstHitTracer, Stride, preview};
 use stride::sampling::Region;
 use stride::scene::{Scene, parse};
 
@@ -127,18 +127,18 @@ fn no_threads_lanes_or_crops_show() {
     for level in Level::available() {
         assert!(layers_at(level, &scene, region, 5) == whole, "{level}");
     }
-    let looked = |threads, samples| {
+    let traced = |threads, samples| {
         let set = LayerSet::new(&Layer::ALL, scene.entities.len(), scene.materials.len());
         let (integrator, level) = (Arc::from(common::integrator(&scene)), Level::available()[0]);
-        let looker = Looker { integrator, level, layers: set, region, threads };
-        looker.look(Stride::every(3, 1), 7..390, &samples)
+        let tracer = FirstHitTracer { integrator, level, layers: set, region, threads };
+        tracer.trace_first_hits(Stride::every(3, 1), 7..390, &samples)
     };
-    let alone = looked(1, 20..40);
-    assert_eq!((alone.first_slot, alone.sums.len(), alone.sums.looked(5)), (7, 383, 0xfff0_0000));
+    let alone = traced(1, 20..40);
+    assert_eq!((alone.first_slot, alone.sums.len(), alone.sums.samples(5)), (7, 383, 0xfff0_0000));
     for threads in [2, 3, 50] {
-        assert!(looked(threads, 20..40) == alone, "{threads} threads");
+        assert!(traced(threads, 20..40) == alone, "{threads} threads");
     }
-    assert!(looked(2, 20..31) != alone && looked(2, 32..40).sums.is_empty());
+    assert!(traced(2, 20..31) != alone && traced(2, 32..40).sums.is_empty());
     let region = Region { film_width: 40, x: 11, y: 7, width: 9, height: 5 };
     let crop = layers(&scene, region, 5);
     for (part, whole) in crop.iter().zip(&whole) {

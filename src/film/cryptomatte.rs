@@ -89,8 +89,8 @@ impl Names {
         format!("{{{}}}", entries.collect::<Vec<_>>().join(","))
     }
 
-    /// The ranks of a pixel of which so many samples were looked at, and some met the things with these numbers: id and
-    /// coverage in turns, as the channels have them. What has no name is left out.
+    /// The ranks of a pixel whose first hits were traced for so many samples, some of which met the things with these
+    /// numbers: id and coverage in turns, as the channels have them. What has no name is left out.
     pub fn ranks(&self, met: impl Iterator<Item = u32>, samples: usize) -> [f32; CHANNELS] {
         let mut counts: Vec<(u32, u32)> = Vec::new();
         for number in met {
@@ -110,9 +110,9 @@ impl Names {
     }
 }
 
-/// What the channels of the two layers begin with.
+/// What the channels of the layer of entities begin with.
 pub const ENTITIES: &str = "CryptoEntity";
-/// Likewise.
+/// What the channels of the layer of materials begin with.
 pub const MATERIALS: &str = "CryptoMaterial";
 
 /// The names of a scene's things.

@@ -368,14 +368,14 @@ impl<R: Read + Seek> FilmReader<R> {
         let len = self.head.layout.len() as usize;
         let pixel_bytes = ours.pixel_bytes() as usize;
         let mut piece = vec![0; len.min(PIECE) * pixel_bytes];
-        let (mut range, mut looked_rightly) = ([u64::MAX, 0], true);
+        let (mut range, mut layers_agree) = ([u64::MAX, 0], true);
         for first in (0..len).step_by(PIECE) {
             let piece = &mut piece[..(len - first).min(PIECE) * pixel_bytes];
             self.input.read_exact(piece)?;
             self.digest.update(&piece);
-            film.add_bytes(first, piece, &ours, |seen, looked| {
+            film.add_bytes(first, piece, &ours, |seen, samples| {
                 range = [range[0].min(seen), range[1].max(seen)];
-                looked_rightly &= looked.is_none_or(|looked| looked == self.holding.first_samples(seen));
+                layers_agree &= samples.is_none_or(|samples| samples == self.holding.first_samples(seen));
             });
         }
         let (ranges, digest) = self.tail.split_at(self.tail.len() - DIGEST_BYTES as usize);
@@ -386,7 +386,7 @@ impl<R: Read + Seek> FilmReader<R> {
         if !self.holding.allows(range) {
             return Err(FilmFileError::Contradiction("its pixels count other samples than it says it holds"));
         }
-        if !looked_rightly {
+        if !layers_agree {
             return Err(FilmFileError::Contradiction("its layers are of other samples than its pixels hold"));
         }
         Ok(())

@@ -6,7 +6,7 @@ use std::fmt;
 
 /// Samples of a pixel that the layers are of: those with a number below this. So many are evenly spread with every
 /// sampler that spreads them, and edges are smooth with them.
-pub const LOOKED_AT: u32 = 32;
+pub const LAYER_SAMPLES: u32 = 32;
 
 /// All layers that first hits tell, in the order of their words.
 const ALL: [Layer; 7] = [
@@ -41,7 +41,7 @@ impl LayerSet {
     pub const BITS: u32 = 9;
 
     /// The most words that a pixel takes in all.
-    pub(super) const MOST_WORDS: usize = 1 + 6 + 12 + 2 * 4 * LOOKED_AT as usize / size_of::<u64>();
+    pub(super) const MOST_WORDS: usize = 1 + 6 + 12 + 2 * 4 * LAYER_SAMPLES as usize / size_of::<u64>();
 
     /// Those of some layers that first hits tell, of a scene with so many entities and materials.
     pub fn new(layers: &[Layer], entities: usize, materials: usize) -> LayerSet {
@@ -70,11 +70,11 @@ impl LayerSet {
                 0 | 1 => components,
                 2..PLAIN => 2 * components,
                 // A number for each sample.
-                _ => number_bytes(code, index) * LOOKED_AT as usize / size_of::<u64>(),
+                _ => number_bytes(code, index) * LAYER_SAMPLES as usize / size_of::<u64>(),
             };
             if field(code, index) > 0 { words as u8 } else { 0 }
         });
-        // One more says which samples were looked at.
+        // One more says of which samples the first hit was traced.
         let words_of_pixel = words.iter().sum::<u8>() + u8::from(code > 0);
         LayerSet { code, words, words_of_pixel }
     }
@@ -118,7 +118,7 @@ impl LayerSet {
 
     /// Bytes that the number of a thing takes in a layer of mattes; zero without the layer.
     pub(super) fn number_bytes(self, layer: Layer) -> usize {
-        self.words(layer) * size_of::<u64>() / LOOKED_AT as usize
+        self.words(layer) * size_of::<u64>() / LAYER_SAMPLES as usize
     }
 
     /// Words of 64 bits that a pixel takes for a layer.

@@ -1,13 +1,13 @@
 //! Exact sums of the first hits of a pixel's samples, for its layers.
 //!
-//! They are of the samples with a number below [`LOOKED_AT`], whatever else there is: parts of a render add up to the
-//! whole, and a render that goes on keeps its layers. Each component is rounded once and then added as an integer. A bit
-//! for each sample tells whether it was looked at and whether it met a surface, and mattes keep the number of the thing
-//! that each sample met, in the sample's own place: nothing depends on the order in which samples come.
+//! They are of the samples with a number below [`LAYER_SAMPLES`], whatever else there is: parts of a render add up to
+//! the whole, and a render that goes on keeps its layers. Each component is rounded once and then added as an integer. A
+//! bit for each sample tells whether its first hit was traced and whether it met a surface, and mattes keep the number of
+//! the thing that each sample met, in the sample's own place: nothing depends on the order in which samples come.
 
 use super::cryptomatte::{CHANNELS, Names};
 use super::fixed::{SCALE, round_small};
-use super::layer_set::{LOOKED_AT, LayerSet};
+use super::layer_set::{LAYER_SAMPLES, LayerSet};
 use super::layers::{Channel, Layer, NO_DEPTH};
 use crate::integrator::FirstHit;
 use serde::{Deserialize, Serialize};
@@ -27,12 +27,12 @@ const WIDE_SCALE: f64 = (1_u128 << WIDE_BITS) as f64;
 const MOST_WIDE: i32 = 57;
 
 /// Of some samples, those that layers are of.
-pub fn looked_at(samples: &Range<u32>) -> Range<u32> {
-    samples.start.min(LOOKED_AT)..samples.end.min(LOOKED_AT)
+pub fn layer_samples(samples: &Range<u32>) -> Range<u32> {
+    samples.start.min(LAYER_SAMPLES)..samples.end.min(LAYER_SAMPLES)
 }
 
-/// Sums of some pixels, one after the other. Each pixel has a word whose low half tells which samples were looked at, a
-/// bit each, and whose high half tells which of them met a surface; then the words of its layers.
+/// Sums of some pixels, one after the other. Each pixel has a word whose low half tells of which samples the first hit was
+/// traced, a bit each, and whose high half tells which of them met a surface; then the words of its layers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayerSums {
     set: LayerSet,
@@ -65,8 +65,8 @@ impl LayerSums {
         self.words.is_empty()
     }
 
-    /// Which samples of a pixel were looked at, a bit each.
-    pub fn looked(&self, pixel: usize) -> u32 {
+    /// The samples of a pixel whose first hit was traced, a bit each.
+    pub fn samples(&self, pixel: usize) -> u32 {
         self.row(pixel).first().map_or(0, |&seen| seen as u32)
     }
 
@@ -75,7 +75,7 @@ impl LayerSums {
         size_of_val(&self.words[..])
     }
 
-    /// Makes room for pixels up to so many, of which nothing was looked at yet.
+    /// Makes room for pixels up to so many, of which no first hit was traced yet.
     pub fn grow(&mut self, pixels: usize) {
         let words = pixels * self.set.words_of_pixel();
         self.words.resize(self.words.len().max(words), 0);
@@ -102,13 +102,13 @@ impl LayerSums {
         }
     }
 
-    /// Adds the first hits of a pixel's samples from this number on, all below [`LOOKED_AT`]. What is too large is added as
-    /// the largest number that there is room for, what is not a number as zero.
+    /// Adds the first hits of a pixel's samples from this number on, all below [`LAYER_SAMPLES`]. What is too large is
+    /// added as the largest number that there is room for, what is not a number as zero.
     pub fn add(&mut self, pixel: usize, first_sample: u32, hits: &[FirstHit]) {
         let (set, words) = (self.set, self.set.words_of_pixel());
         let Some((seen, mut rest)) = self.words[pixel * words..][..words].split_first_mut() else { return };
         for (sample, hit) in (first_sample..).zip(hits) {
-            *seen |= 1 << sample | u64::from(hit.met) << (LOOKED_AT + sample);
+            *seen |= 1 << sample | u64::from(hit.met) << (LAYER_SAMPLES + sample);
         }
         let mut next = |layer| {
             let (own, others) = std::mem::take(&mut rest).split_at_mut(set.words(layer));
@@ -168,7 +168,7 @@ impl LayerSums {
         self.row(pixel).iter().flat_map(|word| word.to_le_bytes())
     }
 
-    /// Adds the words of a pixel of a film file. Returns which of its samples were looked at, a bit each.
+    /// Adds the words of a pixel of a film file. Returns the samples whose first hit was traced, a bit each.
     pub(super) fn add_bytes(&mut self, pixel: usize, bytes: &[u8]) -> u32 {
         let mut words = [0; LayerSet::MOST_WORDS];
         let words = &mut words[..self.set.words_of_pixel()];
@@ -178,8 +178,8 @@ impl LayerSums {
     }
 
     /// The channels of a layer at some pixels, with the names of things for a layer of mattes: means of albedo and normal
-    /// over all samples that were looked at, so that they fade where the scene ends; of the rest over those that met
-    /// something. None of a layer that is not summed up.
+    /// over all samples whose first hit was traced, so that they fade where the scene ends; of the rest over those that
+    /// met something. None of a layer that is not summed up.
     pub fn channels(
         &self,
         layer: Layer,
@@ -202,13 +202,13 @@ impl LayerSums {
     fn values(&self, pixel: usize, layer: Layer, names: Option<&Names>) -> [f32; CHANNELS] {
         let (words, mut values) = (self.layer(pixel, layer), [0.0; CHANNELS]);
         let seen = self.row(pixel)[0];
-        let (looked, met) = (f64::from((seen as u32).count_ones()), (seen >> LOOKED_AT) as u32);
+        let (traced, met) = (f64::from((seen as u32).count_ones()), (seen >> LAYER_SAMPLES) as u32);
         let hits = f64::from(met.count_ones());
         match layer {
             Layer::Depth if met == 0 => values[0] = NO_DEPTH,
             Layer::Albedo | Layer::Normal => {
                 let sums = words.iter().map(|&sum| sum as i64 as f64 / SCALE);
-                values.iter_mut().zip(sums).for_each(|(to, sum)| *to = (sum / looked.max(1.0)) as f32);
+                values.iter_mut().zip(sums).for_each(|(to, sum)| *to = (sum / traced.max(1.0)) as f32);
             }
             Layer::Position | Layer::Depth | Layer::Uv => {
                 let sums = words.as_chunks().0.iter().map(|&sum| pair(sum) as f64 / WIDE_SCALE);
@@ -220,9 +220,9 @@ impl LayerSums {
                     let at = sample as usize * bytes;
                     (words[at / 8] >> (8 * (at % 8))) as u32 & (u32::MAX >> (32 - 8 * bytes))
                 };
-                let met = (0..LOOKED_AT).filter(|sample| met >> sample & 1 != 0).map(number);
+                let met = (0..LAYER_SAMPLES).filter(|sample| met >> sample & 1 != 0).map(number);
                 if let Some(names) = names {
-                    values = names.ranks(met, looked as usize);
+                    values = names.ranks(met, traced as usize);
                 }
             }
         }

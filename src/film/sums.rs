@@ -357,8 +357,8 @@ impl Film {
     }
 
     /// Adds the words of another film's pixels, from the pixel `first` on, as a film file has them. The other has all
-    /// that this one has. Calls `check` for each pixel with the samples that were made for it, and with a bit for each that
-    /// was looked at for layers, where there are any.
+    /// that this one has. Calls `check` for each pixel with the samples that were made for it, and with a bit for each
+    /// whose first hit is in the layers, where there are any.
     pub(super) fn add_bytes(
         &mut self,
         first: usize,
@@ -379,8 +379,8 @@ impl Film {
             }
             let before = (other.pixel_bytes() - other.layers.pixel_bytes()) as usize;
             let has_layers = !self.layout.layers.is_empty();
-            let looked = has_layers.then(|| self.first_hits.add_bytes(place, &bytes[before..]));
-            check(pixel.seen(), looked);
+            let samples = has_layers.then(|| self.first_hits.add_bytes(place, &bytes[before..]));
+            check(pixel.seen(), samples);
         }
     }
 

@@ -1,7 +1,7 @@
 //! The room without a GPU: the same signatures, and nothing behind them.
 
 use super::{AdapterInfo, GpuError, Job};
-use crate::render::{Assignment, Looker, SampleBatch};
+use crate::render::{Assignment, FirstHitTracer, SampleBatch};
 use crossbeam_channel::{Receiver, Sender};
 
 /// A GPU, of which there is none in this build.
@@ -41,7 +41,7 @@ impl GpuWorker {
     }
 
     /// A worker that cannot be there looks at nothing.
-    pub fn look_with(&mut self, _looker: Option<Looker>) {
+    pub fn trace_first_hits_with(&mut self, _tracer: Option<FirstHitTracer>) {
         match *self {}
     }
 

@@ -66,7 +66,7 @@ impl SampleBatch {
 pub struct FirstHits {
     /// The first slot of the stride.
     pub first_slot: u32,
-    /// Those of consecutive slots from that one on, each as a pixel; of no slot where no sample is looked at.
+    /// Those of consecutive slots from that one on, each as a pixel; of no slot where layers are of none of the samples.
     pub sums: LayerSums,
 }
 

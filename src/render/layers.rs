@@ -1,9 +1,9 @@
-//! Looks at the first hits of samples, for layers.
+//! Traces the first hits of samples, for layers.
 
 use super::batch::FirstHits;
 use super::stride::Stride;
 use crate::film::cryptomatte::Mattes;
-use crate::film::{Channel, Layer, LayerSet, LayerSums, looked_at};
+use crate::film::{Channel, Layer, LayerSet, LayerSums, layer_samples};
 use crate::integrator::{FirstHit, Integrator, Paths};
 use crate::math::lanes::Level;
 use crate::sampling::{Pixel, Region};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// Adds the first hits of some samples of some pixels to sums, as far as layers are of these samples. `place` says where
 /// among the sums each of the pixels is. `hits` is for scratch.
-pub(super) fn look(
+pub(super) fn trace_first_hits(
     integrator: &dyn Integrator,
     level: Level,
     pixels: &[Pixel],
@@ -21,22 +21,22 @@ pub(super) fn look(
     hits: &mut Vec<FirstHit>,
     sums: &mut LayerSums,
 ) {
-    let looked = looked_at(samples);
-    if looked.is_empty() || pixels.is_empty() || sums.set().is_empty() {
+    let traced = layer_samples(samples);
+    if traced.is_empty() || pixels.is_empty() || sums.set().is_empty() {
         return;
     }
     hits.clear();
-    let samples = looked.end - looked.start;
-    integrator.first_hits(level, &Paths { pixels, first_sample: looked.start, samples }, hits);
+    let samples = traced.end - traced.start;
+    integrator.first_hits(level, &Paths { pixels, first_sample: traced.start, samples }, hits);
     sums.grow(place(pixels.len() - 1) + 1);
     for (pixel, hits) in hits.chunks_exact(samples as usize).enumerate() {
-        sums.add(place(pixel), looked.start, hits);
+        sums.add(place(pixel), traced.start, hits);
     }
 }
 
-/// What looks at first hits on the CPU for a worker on another device.
+/// What traces first hits on the CPU for a worker on another device.
 #[derive(Clone)]
-pub struct Looker {
+pub struct FirstHitTracer {
     /// What follows the camera's rays.
     pub integrator: Arc<dyn Integrator>,
     /// The lanes that it uses.
@@ -45,25 +45,25 @@ pub struct Looker {
     pub layers: LayerSet,
     /// The part of the film that is rendered.
     pub region: Region,
-    /// Threads that look side by side.
+    /// Threads that trace side by side.
     pub threads: usize,
 }
 
-impl Looker {
+impl FirstHitTracer {
     /// The first hits of some samples of some slots of a stride.
-    pub fn look(&self, stride: Stride, slots: Range<u32>, samples: &Range<u32>) -> FirstHits {
+    pub fn trace_first_hits(&self, stride: Stride, slots: Range<u32>, samples: &Range<u32>) -> FirstHits {
         let mut all = FirstHits::none(self.layers, slots.start);
-        if looked_at(samples).is_empty() || slots.is_empty() || self.layers.is_empty() {
+        if layer_samples(samples).is_empty() || slots.is_empty() || self.layers.is_empty() {
             return all;
         }
         let share = slots.len().div_ceil(self.threads.max(1)).max(1);
         let shares: Vec<_> =
             slots.clone().step_by(share).map(|from| from..slots.end.min(from + share as u32)).collect();
         std::thread::scope(|scope| {
-            let look = |slots| self.look_alone(stride, slots, samples);
+            let trace = |slots| self.trace_alone(stride, slots, samples);
             let threads: Vec<_> =
-                shares.iter().skip(1).cloned().map(|slots| scope.spawn(move || look(slots))).collect();
-            all.sums.append(look(shares[0].clone()));
+                shares.iter().skip(1).cloned().map(|slots| scope.spawn(move || trace(slots))).collect();
+            all.sums.append(trace(shares[0].clone()));
             for thread in threads {
                 // A panic goes on here, as it would without threads.
                 let sums = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
@@ -73,13 +73,13 @@ impl Looker {
         all
     }
 
-    fn look_alone(&self, stride: Stride, slots: Range<u32>, samples: &Range<u32>) -> LayerSums {
+    fn trace_alone(&self, stride: Stride, slots: Range<u32>, samples: &Range<u32>) -> LayerSums {
         const BLOCK: usize = 128;
         let (mut sums, mut hits) = (LayerSums::new(self.layers), Vec::new());
         let pixels: Vec<Pixel> = slots.map(|slot| self.region.pixel(stride.place(slot))).collect();
         for (block, pixels) in pixels.chunks(BLOCK).enumerate() {
             let place = |i| block * BLOCK + i;
-            look(&*self.integrator, self.level, pixels, samples, place, &mut hits, &mut sums);
+            trace_first_hits(&*self.integrator, self.level, pixels, samples, place, &mut hits, &mut sums);
         }
         sums
     }
@@ -96,8 +96,9 @@ pub fn preview(
     mattes: &Mattes,
 ) -> Vec<Channel> {
     let set = LayerSet::new(layers, mattes.entities.len(), mattes.materials.len());
-    let looker = Looker { integrator: Arc::clone(integrator), level, layers: set, region, threads: 1 };
-    let sums = looker.look(Stride::ALL, 0..region.len(), &(0..samples)).sums;
+    let tracer =
+        FirstHitTracer { integrator: Arc::clone(integrator), level, layers: set, region, threads: 1 };
+    let sums = tracer.trace_first_hits(Stride::ALL, 0..region.len(), &(0..samples)).sums;
     let channels = |layer: Layer| sums.channels(layer, 0..sums.len(), layer.names(mattes));
     set.layers().flat_map(channels).collect()
 }

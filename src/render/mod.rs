@@ -19,6 +19,6 @@ pub use accumulator::{Accumulator, Barrier, Change, Configuration, Port};
 pub use assignment::Assignment;
 pub use batch::{FirstHits, Payload, SampleBatch, Traced};
 pub use faint::Faint;
-pub use layers::{Looker, preview};
+pub use layers::{FirstHitTracer, preview};
 pub use schedule::{Deal, Order, Schedule};
 pub use stride::Stride;

@@ -2,12 +2,12 @@
 
 use super::assignment::Assignment;
 use super::batch::{FirstHits, NAMED_REJECTS, Payload, SampleBatch, Traced};
-use super::layers::look;
+use super::layers::trace_first_hits;
 use super::stride::Stride;
 use crate::film::reject::{Reject, RejectCounts, check};
 use crate::film::splat::BAND_BYTES;
 use crate::film::sums::{PixelSums, fits};
-use crate::film::{Band, LayerSet, Made, Splatter, looked_at};
+use crate::film::{Band, LayerSet, Made, Splatter, layer_samples};
 use crate::integrator::{Finished, FirstHit, Found, Integrator, Paths};
 use crate::math::lanes::Level;
 use crate::sampling::{Pixel, Region, Sample};
@@ -51,7 +51,7 @@ pub struct Worker<'a> {
     pub sends_samples: bool,
     /// What puts samples on a film where they count in all pixels around them.
     pub splatter: Option<&'a Splatter>,
-    /// The layers of the film, for which first hits are looked at.
+    /// The layers of the film, for which first hits are traced.
     pub layers: LayerSet,
 }
 
@@ -116,7 +116,7 @@ impl Worker<'_> {
                     let pixels = block.clone().map(|slot| self.region.pixel(order.stride.place(slot)));
                     let traced = self.trace_block(pixels, &samples, scratch, stop, &mut batch);
                     if traced.is_some() {
-                        self.look(block.clone(), &samples, scratch, &mut batch);
+                        self.trace_first_hits(block.clone(), &samples, scratch, &mut batch);
                     }
                     (block.end, traced)
                 }
@@ -129,7 +129,7 @@ impl Worker<'_> {
                     let traced = self.trace_block(pixels, &samples, scratch, stop, &mut batch);
                     if traced.is_some() {
                         spread(&mut batch.payload, scratch.pixels.len(), block.clone(), lacks);
-                        self.look(block.clone().filter(lacks), &samples, scratch, &mut batch);
+                        self.trace_first_hits(block.clone().filter(lacks), &samples, scratch, &mut batch);
                     }
                     (block.end, traced)
                 }
@@ -182,22 +182,22 @@ impl Worker<'_> {
         (splatter.band(first, stride.place(inside), self.region.width), outside)
     }
 
-    /// Looks at the first hits of a block that has been traced, whose pixels are of these slots.
-    fn look(
+    /// Traces the first hits of a block whose paths have been traced. Its pixels are of these slots.
+    fn trace_first_hits(
         &self,
         slots: impl Iterator<Item = u32>,
         samples: &Range<u32>,
         scratch: &mut Scratch,
         batch: &mut SampleBatch,
     ) {
-        if self.layers.is_empty() || looked_at(samples).is_empty() {
+        if self.layers.is_empty() || layer_samples(samples).is_empty() {
             return;
         }
         let FirstHits { first_slot, sums } = &mut batch.first_hits;
         let Scratch { pixels, hits, rows, .. } = scratch;
         rows.clear();
         rows.extend(slots.map(|slot| (slot - *first_slot) as usize));
-        look(self.integrator, self.level, pixels, samples, |i| rows[i], hits, sums);
+        trace_first_hits(self.integrator, self.level, pixels, samples, |i| rows[i], hits, sums);
     }
 
     /// Traces some samples of some pixels, or returns `None` when it is to stop before it has done all of them.

@@ -11,7 +11,7 @@ use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
 use crate::integrator::{self, Integrator};
 use crate::render::worker::Worker;
-use crate::render::{Change, Looker};
+use crate::render::{Change, FirstHitTracer};
 use crate::render::{SampleBatch, Schedule};
 use crate::sampling::Region;
 use crate::scene::Scene;
@@ -30,8 +30,8 @@ const CPU: &str = "cpu";
 pub(super) struct Crew {
     splatter: Option<Arc<Splatter>>,
     integrator: Option<Arc<dyn Integrator>>,
-    /// What looks at first hits, if layers are wanted that need it: the CPU, whatever renders.
-    looker: Option<Arc<dyn Integrator>>,
+    /// What traces first hits, if layers are wanted that need it: the CPU, whatever renders.
+    first_hit_tracer: Option<Arc<dyn Integrator>>,
     threads: usize,
     gpu: Option<Gpu>,
     /// The GPU's speed in those of a CPU worker, where there are both.
@@ -78,8 +78,8 @@ impl Crew {
             || integrator::build(render, offset, Arc::clone(&compiled), Arc::clone(&world)).into();
         if let DeviceChoice::Gpu(name) = &settings.devices.choice {
             let gpu = Some(open(name, 0)?);
-            let looker = (!settings.job.layers.is_empty()).then(integrator);
-            return Ok(Crew { splatter, integrator: None, looker, threads: 0, gpu, times: 1.0 });
+            let first_hit_tracer = (!settings.job.layers.is_empty()).then(integrator);
+            return Ok(Crew { splatter, integrator: None, first_hit_tracer, threads: 0, gpu, times: 1.0 });
         }
         // A worker without a pixel would have nothing to do.
         let threads = settings.devices.threads.get().min(settings.job.region.len() as usize);
@@ -110,9 +110,9 @@ impl Crew {
 
     /// Threads of the CPU alone.
     fn of_threads(settings: &Settings, integrator: Arc<dyn Integrator>, threads: usize) -> Crew {
-        let looker = (!settings.job.layers.is_empty()).then(|| Arc::clone(&integrator));
+        let first_hit_tracer = (!settings.job.layers.is_empty()).then(|| Arc::clone(&integrator));
         let splatter = splatter(settings);
-        Crew { splatter, integrator: Some(integrator), looker, threads, gpu: None, times: 1.0 }
+        Crew { splatter, integrator: Some(integrator), first_hit_tracer, threads, gpu: None, times: 1.0 }
     }
 
     /// A crew for a film that was begun on the devices of this description, by a crew whose integrator this was. Only
@@ -154,9 +154,9 @@ impl Crew {
         self.integrator.clone()
     }
 
-    /// What looks at first hits, if layers are wanted that need it.
-    pub(super) fn looker(&self) -> Option<Arc<dyn Integrator>> {
-        self.looker.clone()
+    /// What traces first hits, if layers are wanted that need it.
+    pub(super) fn first_hit_tracer(&self) -> Option<Arc<dyn Integrator>> {
+        self.first_hit_tracer.clone()
     }
 
     pub(super) fn workers(&self) -> usize {
@@ -230,7 +230,7 @@ impl Crew {
             });
         }
         if let Some(mut gpu) = gpu {
-            let looker = crew.looker().map(|integrator| Looker {
+            let first_hit_tracer = crew.first_hit_tracer().map(|integrator| FirstHitTracer {
                 integrator,
                 level: settings.devices.level,
                 layers: settings.job.layers,
@@ -238,7 +238,7 @@ impl Crew {
                 // Beside threads that render it has one core's worth of time.
                 threads: if threads > 0 { 1 } else { settings.devices.threads.get() },
             });
-            gpu.worker.look_with(looker);
+            gpu.worker.trace_first_hits_with(first_hit_tracer);
             let port = PortSettings { may_be_lost: threads > 0, ..PortSettings::GPU };
             starter.start(format!("the GPU worker ({})", gpu.name), port, move |channels| {
                 let end = gpu.worker.run_until(&channels.orders, &channels.stop, &channels.batches);

@@ -100,7 +100,7 @@ pub(super) fn render(
 ) -> Result<Rendered, SessionError> {
     let Task { settings, crew, head, begun, dump, samples, tev } = task;
     let sink = identity::film_sink(settings, head);
-    let looker = crew.looker();
+    let first_hit_tracer = crew.first_hit_tracer();
     let mattes = Mattes::of(&settings.job.scene);
     let gpu = crew.gpu_worker();
 
@@ -146,7 +146,7 @@ pub(super) fn render(
             Some(window) => {
                 scope.spawn(move || narrate_notes(&notes, events));
                 let requests = start_saver(scope, pictures, ending, events);
-                let layers = start_preview(settings, looker);
+                let layers = start_preview(settings, first_hit_tracer);
                 let feed = Feed { snapshots, layers, stop: stop.clone() };
                 let left = window.show(&feed, &requests, settings.job.moved.is_some());
                 // It lies there before the accumulator sees that the viewer is left.

@@ -5,7 +5,7 @@ use rand::RngExt;
 use std::fs;
 use stride::sampling::Stream;
 
-// The layers are of the first 32 samples: some shards have looked at none.
+// The layers are of the first 32 samples: some shards have none of these.
 #[test]
 fn shards_rendered_and_merged_in_any_order_are_the_whole() {
     let dir = folder();

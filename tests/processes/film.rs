@@ -19,18 +19,18 @@ fn any_number_of_workers_makes_the_same_film() {
     }
 }
 
-// Orders and blocks begin and end anywhere: 24 of the first 32 samples are looked at here, and none of others.
+// Orders and blocks begin and end anywhere: layers are of 24 of the first 32 samples here, and of no others.
 #[test]
 fn layers_are_of_the_first_samples_of_all_whichever_a_render_makes() {
     let integrator = common::integrator(&scene());
-    for (first, spp, looked) in [(8, 40, 0xffff_ff00_u32), (32, 3, 0), (31, 2, 1 << 31)] {
+    for (first, spp, traced) in [(8, 40, 0xffff_ff00_u32), (32, 3, 0), (31, 2, 1 << 31)] {
         let expected = plain_film_from(&*integrator, WHOLE, first, |_| spp);
         for workers in [1, 5] {
             let Rendered { outcome, .. } =
                 Wiring { workers, first, spp, ..Wiring::default() }.render(&*integrator);
             assert!(outcome.film == expected, "{first}.., {workers} workers");
         }
-        assert_eq!(expected.first_hits().looked(77), looked);
+        assert_eq!(expected.first_hits().samples(77), traced);
     }
     // Negative control: a film whose layers are of one sample more.
     let mut film = plain_film(&*integrator, WHOLE, |_| 4);

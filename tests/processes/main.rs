@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 use stride::camera::Camera;
 use stride::film::file::Head;
 use stride::film::{
-    Film, Identity, LOOKED_AT, Layer, LayerSet, LayerSums, Layout, LightScale, Made, Milestone, Picture,
+    Film, Identity, LAYER_SAMPLES, Layer, LayerSet, LayerSums, Layout, LightScale, Made, Milestone, Picture,
     Reject, Snapshot, Splatter, Statistics, Weights,
 };
 use stride::integrator::{Event, Finished, FirstHit, Found, Integrator, Paths};

@@ -220,8 +220,8 @@ pub(super) fn plain_film_from(
 /// Adds the first hits of a place's paths to its pixel, for its layers.
 pub(super) fn add_first_hits(film: &mut Film, integrator: &dyn Integrator, place: u32, paths: &Paths<'_>) {
     let (mut hits, mut sums) = (Vec::new(), LayerSums::new(film.layout().layers));
-    let first = paths.first_sample.min(LOOKED_AT);
-    let end = (paths.first_sample + paths.samples).min(LOOKED_AT);
+    let first = paths.first_sample.min(LAYER_SAMPLES);
+    let end = (paths.first_sample + paths.samples).min(LAYER_SAMPLES);
     if first == end {
         return;
     }

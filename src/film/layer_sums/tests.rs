@@ -39,7 +39,7 @@ fn parts_add_up_to_the_whole_in_any_order() {
     let stream = &mut Stream::new(1, 0, 0);
     for things in [7, 300, 100_000] {
         let set = LayerSet::new(&LAYERS, things as usize, 5);
-        let hits: Vec<_> = (0..LOOKED_AT).map(|sample| (sample, hit(stream, things))).collect();
+        let hits: Vec<_> = (0..LAYER_SAMPLES).map(|sample| (sample, hit(stream, things))).collect();
         let whole = sums_of(set, &hits);
         let mut shuffled = hits.clone();
         (1..shuffled.len()).rev().for_each(|i| shuffled.swap(i, stream.random_range(0..=i)));
@@ -137,7 +137,7 @@ fn a_surface_of_one_colour_keeps_its_bits_and_nothing_is_far_away() {
         depth: 1e10,
         ..FirstHit::default()
     };
-    let sums = sums_of(set, &(0..LOOKED_AT).map(|sample| (sample, hit)).collect::<Vec<_>>());
+    let sums = sums_of(set, &(0..LAYER_SAMPLES).map(|sample| (sample, hit)).collect::<Vec<_>>());
     let values = |layer| {
         let channels = sums.channels(layer, 0..1, None);
         channels.iter().map(|channel| channel.values[0]).collect::<Vec<_>>()
@@ -167,7 +167,7 @@ fn numbers_that_are_too_large_or_none_do_not_wrap_around() {
         (f32::MIN_POSITIVE, 0.0, 0.0),
     ] {
         let hit = FirstHit { met: true, albedo: [value; 3], position: [value; 3], ..FirstHit::default() };
-        let sums = sums_of(set, &(0..LOOKED_AT).map(|sample| (sample, hit)).collect::<Vec<_>>());
+        let sums = sums_of(set, &(0..LAYER_SAMPLES).map(|sample| (sample, hit)).collect::<Vec<_>>());
         assert_eq!(sums.channels(Layer::Albedo, 0..1, None)[1].values, [albedo], "{value}");
         assert_eq!(sums.channels(Layer::Position, 0..1, None)[2].values, [position], "{value}");
     }

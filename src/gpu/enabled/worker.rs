@@ -13,7 +13,7 @@ use super::variant::Plan;
 use crate::film::{Band, Made, Reject, Splatter};
 use crate::gpu::{GpuError, Job};
 use crate::render::batch::NAMED_REJECTS;
-use crate::render::{Assignment, Looker, Payload, SampleBatch, Stride, Traced};
+use crate::render::{Assignment, FirstHitTracer, Payload, SampleBatch, Stride, Traced};
 use crate::sampling::Region;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, never};
 use std::collections::VecDeque;
@@ -40,8 +40,8 @@ pub struct GpuWorker {
     /// For how many samples that are too bright for a band there is room, and for how many there can be.
     bright: [u32; 2],
     pace: Pace,
-    /// What looks at first hits for the layers of the film, if it has any.
-    looker: Option<Looker>,
+    /// What traces first hits for the layers of the film, if it has any.
+    tracer: Option<FirstHitTracer>,
 }
 
 /// What a dispatch has come to.
@@ -105,13 +105,13 @@ impl GpuWorker {
             pace: if splatter.is_some() { Pace::of_splats() } else { Pace::new(sends_samples) },
             splatter,
             bright: [FIRST_BRIGHT.min(bright), bright],
-            looker: None,
+            tracer: None,
         })
     }
 
-    /// Has first hits looked at for the samples of each batch: on the CPU, so that layers are the same whatever renders.
-    pub fn look_with(&mut self, looker: Option<Looker>) {
-        self.looker = looker;
+    /// Has first hits traced for the samples of each batch: on the CPU, so that layers are the same whatever renders.
+    pub fn trace_first_hits_with(&mut self, tracer: Option<FirstHitTracer>) {
+        self.tracer = tracer;
     }
 
     /// Goes on at another pace.
@@ -194,10 +194,10 @@ impl GpuWorker {
             last_landing = Instant::now();
             match landed {
                 Landed::Batch(mut batch) => {
-                    if let Some(looker) = &self.looker {
+                    if let Some(tracer) = &self.tracer {
                         let slots = task.first_slot..task.first_slot + task.slots;
                         let samples = task.first_sample..task.first_sample + task.samples;
-                        batch.first_hits = looker.look(task.stride, slots, &samples);
+                        batch.first_hits = tracer.trace_first_hits(task.stride, slots, &samples);
                     }
                     if batches.send(*batch).is_err() {
                         return self.wait_for_all(in_flight);

@@ -29,8 +29,8 @@ impl Crew {
     ) -> Result<(), gpu::GpuError> {
         let adapter = gpu.name.clone();
         let (splatter, integrator, threads) = (self.splatter.clone(), self.integrator.clone(), self.threads);
-        let looker = self.looker.clone();
-        let measured = Crew { splatter, integrator, looker, threads, gpu: Some(gpu), times: 1.0 };
+        let first_hit_tracer = self.first_hit_tracer.clone();
+        let measured = Crew { splatter, integrator, first_hit_tracer, threads, gpu: Some(gpu), times: 1.0 };
         let (batches_out, batches) = bounded(2 * (threads + 1));
         let (changes_out, changes) = bounded(threads + 1);
         let (returned_out, returned) = bounded(1);

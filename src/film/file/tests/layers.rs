@@ -18,7 +18,7 @@ fn hit(depth: f32, entity: u32) -> FirstHit {
     FirstHit { met: true, albedo: [0.5, 0.25, 1.0], depth, entity, ..FirstHit::default() }
 }
 
-/// A film of pixels whose samples from 10 on are looked at, but for one of each that meets nothing.
+/// A film of pixels whose samples from 10 on have first hits, but for one of each that meets nothing.
 fn film_of(head: &Head, counts: &[u32]) -> Film {
     let mut film = Film::with_layout(head.layout).unwrap();
     for (pixel, &count) in counts.iter().enumerate() {
@@ -48,8 +48,8 @@ fn layers_are_read_back_in_the_documented_layout_and_added_up() {
     let (read_head, _, read_film) = read(&bytes).unwrap();
     assert!(read_head == head && read_film == film);
     assert_eq!(read_head.mattes().unwrap().entities.len(), 2);
-    // Behind the words of radiance: the samples that were looked at, those that met something, three sums of 64 bits, one
-    // of 128, and a number of two bytes for each of 32 samples.
+    // Behind the words of radiance: the samples whose first hit was traced, those that met something, three sums of 64
+    // bits, one of 128, and a number of two bytes for each of 32 samples.
     let (first, pixel_bytes) = (START_BYTES as usize + head.text().len(), 64 + 4 + 4 + 24 + 16 + 64);
     assert_eq!(head.layout.pixel_bytes(), pixel_bytes as u64);
     let layers = |pixel: usize| &bytes[first + pixel * pixel_bytes + 64..][..pixel_bytes - 64];
@@ -95,11 +95,11 @@ fn layers_that_are_damaged_or_of_other_samples_are_refused() {
     for length in 0..good.len() {
         assert!(matches!(read(&good[..length]), Err(FilmFileError::NotAFilm | FilmFileError::Length { .. })));
     }
-    // A right digest over samples that were not looked at, or were and are not in the film.
-    let looked = START_BYTES as usize + head.text().len() + 64;
+    // A right digest over samples whose first hit was not traced, or was and that are not in the film.
+    let traced = START_BYTES as usize + head.text().len() + 64;
     for (pixel, bits) in [(0, 0b1000), (1, 0b10_0000), (2, 0b100)] {
         let mut other = good.clone();
-        other[looked + pixel * head.layout.pixel_bytes() as usize + 1] ^= bits;
+        other[traced + pixel * head.layout.pixel_bytes() as usize + 1] ^= bits;
         let error = read(&sealed(other)).unwrap_err();
         assert!(error.to_string().contains("its layers are of other samples"), "{error}");
     }

@@ -3,8 +3,8 @@
 use super::failure::{Failure, usage};
 use super::render::Layers;
 use crate::film::cryptomatte::Mattes;
-use crate::film::file::{FilmFileError, Head};
-use crate::film::head::{LAYERS, NAMES};
+use crate::film::file::FilmFileError;
+use crate::film::head::{Head, LAYERS, NAMES};
 use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Ranges, ViewTransform};
 use crate::output::{
     self, Crop, FilmError, FilmFile, Format, OutputError, PictureOptions, film, open_film, write_film,

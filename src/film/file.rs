@@ -5,7 +5,7 @@
 //! file of which anything is missing or changed is not a film.
 
 use super::adaptive::Plan;
-use super::head::LONGEST_TEXT;
+use super::head::{Head, LONGEST_TEXT};
 use super::holding::Holding;
 use super::identity::Identity;
 use super::layer_set::LayerSet;
@@ -18,8 +18,6 @@ use crate::sampling::Rectangle;
 use sha2::{Digest, Sha256};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::sync::Arc;
-
-pub use super::head::Head;
 
 /// What every film file begins with. A program that takes it for text changes it.
 const MAGIC: [u8; 8] = *b"\x89FILM\r\n\x1a";

@@ -10,7 +10,8 @@ use thiserror::Error;
 
 use super::atomic::{self, Draft};
 use super::error::OutputError;
-use crate::film::file::{self, FilmFileError, FilmReader, FilmWriter, Head, Piece};
+use crate::film::file::{self, FilmFileError, FilmReader, FilmWriter, Piece};
+use crate::film::head::Head;
 use crate::film::{Film, Holding, Milestone};
 
 /// A film file that can't be read, or is none.

@@ -8,7 +8,7 @@ use super::process::Process;
 use super::report::sample_counts;
 use super::settings::Settings;
 use crate::film::cryptomatte::Mattes;
-use crate::film::file::Head;
+use crate::film::head::Head;
 use crate::film::{Channel, Picture};
 use crate::output::FilmSink;
 use crate::output::window::Left;

@@ -7,7 +7,7 @@ use super::identity;
 use super::settings::{Job, Outputs, Settings};
 use super::wiring::{Begun, Rendered, Task, render};
 use crate::film::Film;
-use crate::film::file::Head;
+use crate::film::head::Head;
 use crate::integrator::Integrator;
 use crate::output::suffixed_path;
 use crate::output::window::{Left, Window};

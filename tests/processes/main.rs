@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use stride::camera::Camera;
-use stride::film::file::Head;
+use stride::film::head::Head;
 use stride::film::{
     Film, Identity, LAYER_SAMPLES, Layer, LayerSet, LayerSums, Layout, LightScale, Made, Milestone, Picture,
     Reject, Snapshot, Splatter, Statistics, Weights,

@@ -367,13 +367,14 @@ impl<R: Read + Seek> FilmReader<R> {
         let pixel_bytes = ours.pixel_bytes() as usize;
         let mut piece = vec![0; len.min(PIECE) * pixel_bytes];
         let (mut range, mut layers_agree) = ([u64::MAX, 0], true);
+        let first_samples = self.holding.first_samples();
         for first in (0..len).step_by(PIECE) {
             let piece = &mut piece[..(len - first).min(PIECE) * pixel_bytes];
             self.input.read_exact(piece)?;
             self.digest.update(&piece);
             film.add_bytes(first, piece, &ours, |seen, samples| {
                 range = [range[0].min(seen), range[1].max(seen)];
-                layers_agree &= samples.is_none_or(|samples| samples == self.holding.first_samples(seen));
+                layers_agree &= samples.is_none_or(|samples| samples == first_samples(seen));
             });
         }
         let (ranges, digest) = self.tail.split_at(self.tail.len() - DIGEST_BYTES as usize);

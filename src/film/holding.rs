@@ -1,6 +1,7 @@
 //! Which samples of its pixels a film holds, whoever made them.
 #![allow(clippy::single_range_in_vec_init, reason = "lists of ranges are what this is about")]
 
+use super::layer_set::LAYER_SAMPLES;
 use std::fmt;
 use std::ops::Range;
 
@@ -65,17 +66,17 @@ impl Holding {
         (whole..=whole + open).contains(&least) && (whole..=whole + open).contains(&most)
     }
 
-    /// Which of the samples with a number below 32 a pixel holds for which so many were made, a bit each.
-    pub(super) fn first_samples(&self, seen: u64) -> u32 {
-        let bits = |range: Range<u32>| {
-            let below = |end: u32| (1_u64 << end.min(u32::BITS)) - 1;
-            (below(range.end) & !below(range.start)) as u32
-        };
-        let open = self.open.clone().map(|Range { start, end }| {
-            let begun = u32::try_from(seen.saturating_sub(self.least())).unwrap_or(u32::MAX);
-            start..start.saturating_add(begun).min(end)
-        });
-        self.whole.iter().cloned().chain(open).map(bits).fold(0, |all, bits| all | bits)
+    /// Tells, of a pixel for which so many samples were made, which of those that layers are of it holds, a bit each. A
+    /// file may name any number of ranges: they are counted once, not for each pixel.
+    pub(super) fn first_samples(&self) -> impl Fn(u64) -> u32 {
+        let ranges = self.whole.iter().take_while(|range| range.start < LAYER_SAMPLES);
+        let whole = ranges.fold(0, |all, range| all | layer_bits(range));
+        let (least, open) = (self.least(), self.open.as_ref());
+        move |seen| {
+            let begun = u32::try_from(seen.saturating_sub(least)).unwrap_or(u32::MAX);
+            let open = open.map(|open| open.start..open.start.saturating_add(begun).min(open.end));
+            whole | open.as_ref().map_or(0, layer_bits)
+        }
     }
 
     /// Samples that another film holds too, or may hold: all of a range under way counts.
@@ -123,6 +124,12 @@ impl Holding {
         }
         missing
     }
+}
+
+/// A bit for each sample of a range that layers are of.
+fn layer_bits(range: &Range<u32>) -> u32 {
+    let below = |end: u32| (1_u64 << end.min(LAYER_SAMPLES)) - 1;
+    (below(range.end) & !below(range.start)) as u32
 }
 
 fn common(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
@@ -209,12 +216,15 @@ mod tests {
     #[test]
     fn the_first_samples_of_a_pixel_are_those_of_whole_ranges_and_the_begun_part_of_the_open_one() {
         let mut holding = whole(1, 3);
-        assert_eq!(holding.first_samples(2), 0b110);
+        assert_eq!(holding.first_samples()(2), 0b110);
         holding.join(&Holding::prefix(4..40, 0, 9));
-        assert_eq!([2, 3, 5].map(|seen| holding.first_samples(seen)), [0b110, 0b1_0110, 0b111_0110]);
-        assert_eq!(holding.first_samples(u64::MAX), u32::MAX << 4 | 0b110);
-        assert_eq!((whole(0, 32).first_samples(32), whole(31, 64).first_samples(33)), (u32::MAX, 1 << 31));
-        assert_eq!((whole(32, 64).first_samples(32), whole(0, 64).first_samples(64)), (0, u32::MAX));
+        assert_eq!([2, 3, 5].map(|seen| holding.first_samples()(seen)), [0b110, 0b1_0110, 0b111_0110]);
+        assert_eq!(holding.first_samples()(u64::MAX), u32::MAX << 4 | 0b110);
+        assert_eq!(
+            (whole(0, 32).first_samples()(32), whole(31, 64).first_samples()(33)),
+            (u32::MAX, 1 << 31)
+        );
+        assert_eq!((whole(32, 64).first_samples()(32), whole(0, 64).first_samples()(64)), (0, u32::MAX));
     }
 
     #[test]

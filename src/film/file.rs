@@ -374,7 +374,8 @@ impl<R: Read + Seek> FilmReader<R> {
             self.digest.update(&piece);
             film.add_bytes(first, piece, &ours, |seen, samples| {
                 range = [range[0].min(seen), range[1].max(seen)];
-                layers_agree &= samples.is_none_or(|samples| samples == first_samples(seen));
+                layers_agree &=
+                    samples.is_none_or(|[traced, met]| traced == first_samples(seen) && met & !traced == 0);
             });
         }
         let (ranges, digest) = self.tail.split_at(self.tail.len() - DIGEST_BYTES as usize);

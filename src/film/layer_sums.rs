@@ -168,13 +168,14 @@ impl LayerSums {
         self.row(pixel).iter().flat_map(|word| word.to_le_bytes())
     }
 
-    /// Adds the words of a pixel of a film file. Returns the samples whose first hit was traced, a bit each.
-    pub(super) fn add_bytes(&mut self, pixel: usize, bytes: &[u8]) -> u32 {
+    /// Adds the words of a pixel of a film file. Returns the samples whose first hit was traced and those that met a
+    /// surface, a bit each.
+    pub(super) fn add_bytes(&mut self, pixel: usize, bytes: &[u8]) -> [u32; 2] {
         let mut words = [0; LayerSet::MOST_WORDS];
         let words = &mut words[..self.set.words_of_pixel()];
         words.iter_mut().zip(bytes.as_chunks().0).for_each(|(to, from)| *to = u64::from_le_bytes(*from));
         self.merge_words(pixel, words);
-        words[0] as u32
+        [words[0] as u32, (words[0] >> LAYER_SAMPLES) as u32]
     }
 
     /// The channels of a layer at some pixels, with the names of things for a layer of mattes: means of albedo and normal

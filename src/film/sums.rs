@@ -357,14 +357,14 @@ impl Film {
     }
 
     /// Adds the words of another film's pixels, from the pixel `first` on, as a film file has them. The other has all
-    /// that this one has. Calls `check` for each pixel with the samples that were made for it, and with a bit for each
-    /// whose first hit is in the layers, where there are any.
+    /// that this one has. Calls `check` for each pixel with the samples that were made for it, and, where
+    /// there are layers, with a bit for each whose first hit was traced, and for each that met a surface.
     pub(super) fn add_bytes(
         &mut self,
         first: usize,
         bytes: &[u8],
         other: &Layout,
-        mut check: impl FnMut(u64, Option<u32>),
+        mut check: impl FnMut(u64, Option<[u32; 2]>),
     ) {
         for (place, bytes) in (first..).zip(bytes.chunks_exact(other.pixel_bytes() as usize)) {
             let (parts, _) = bytes.as_chunks();

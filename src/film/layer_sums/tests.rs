@@ -60,7 +60,8 @@ fn parts_add_up_to_the_whole_in_any_order() {
         for part in [&a, &b] {
             let bytes: Vec<u8> = part.pixel_bytes(0).collect();
             assert_eq!(bytes.len() as u64, set.pixel_bytes());
-            assert_eq!(read.add_bytes(0, &bytes), part.words[0] as u32);
+            let [traced, met] = read.add_bytes(0, &bytes);
+            assert_eq!(u64::from(met) << 32 | u64::from(traced), part.words[0]);
         }
         assert!(read == whole && whole.words[0] as u32 == u32::MAX);
         // Negative controls: one sample fewer, and one that is hardly another.

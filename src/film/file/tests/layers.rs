@@ -95,11 +95,15 @@ fn layers_that_are_damaged_or_of_other_samples_are_refused() {
     for length in 0..good.len() {
         assert!(matches!(read(&good[..length]), Err(FilmFileError::NotAFilm | FilmFileError::Length { .. })));
     }
-    // A right digest over samples whose first hit was not traced, or was and that are not in the film.
+    // A right digest over samples whose first hit was not traced, over some that are not in the film, and over surfaces that
+    // such samples met.
     let traced = START_BYTES as usize + head.text().len() + 64;
-    for (pixel, bits) in [(0, 0b1000), (1, 0b10_0000), (2, 0b100)] {
+    let met = traced + 4;
+    for (word, pixel, bits) in
+        [(traced, 0, 0b1000), (traced, 1, 0b10_0000), (traced, 2, 0b100), (met, 0, 0b1_0000), (met, 2, 0b10)]
+    {
         let mut other = good.clone();
-        other[traced + pixel * head.layout.pixel_bytes() as usize + 1] ^= bits;
+        other[word + pixel * head.layout.pixel_bytes() as usize + 1] ^= bits;
         let error = read(&sealed(other)).unwrap_err();
         assert!(error.to_string().contains("its layers are of other samples"), "{error}");
     }

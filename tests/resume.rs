@@ -166,7 +166,7 @@ fn a_film_keeps_its_layers_and_gets_no_others() {
     let before = bytes("a.film");
     let text = go(1, &["--resume", "a.film", "--spp", "9", "--layers", "depth,uv"]);
     assert!(text.contains("not albedo,depth,uv,crypto-material: "), "{text}");
-    assert!(text.contains("for --layers uv; leave these out, or begin another film"), "{text}");
+    assert!(text.contains("without --layers uv; leave these out, or begin another film"), "{text}");
     assert!(bytes("a.film") == before);
     // What the film has goes on, whatever the picture shows of it.
     go(0, &["--resume", "a.film", "--spp", "9", "-o", "b.exr"]);

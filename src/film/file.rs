@@ -7,7 +7,6 @@
 use super::adaptive::Plan;
 use super::head::{Head, LONGEST_TEXT};
 use super::holding::Holding;
-use super::identity::Identity;
 use super::layer_set::LayerSet;
 use super::layout::Layout;
 use super::light_image::LightScale;
@@ -282,11 +281,7 @@ impl<R: Read + Seek> FilmReader<R> {
         }
         let mut text = vec![0; text_length as usize];
         input.read_exact(&mut text)?;
-        let text_str = std::str::from_utf8(&text).map_err(|_| FilmFileError::Damaged)?;
-        let (identity, notes) = text_str.split_once("\n\n").ok_or(FilmFileError::Damaged)?;
-        let identity = Identity::parse(identity).ok_or(FilmFileError::Damaged)?;
-        let notes = Identity::parse(notes).ok_or(FilmFileError::Damaged)?;
-        let head = Head { layout, identity, notes };
+        let head = Head::parse(layout, &text).ok_or(FilmFileError::Damaged)?;
         input.seek(SeekFrom::Start(before_tail))?;
         let mut tail = vec![0; TAIL_BYTES as usize];
         input.read_exact(&mut tail)?;

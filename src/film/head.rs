@@ -2,6 +2,7 @@
 
 use super::cryptomatte::Mattes;
 use super::identity::{Difference, Identity};
+use super::layers::Layer;
 use super::layout::Layout;
 use crate::scene::fingerprint;
 use std::io::{self, ErrorKind};
@@ -9,6 +10,9 @@ use std::ops::Range;
 
 /// The longest text: half a million names for mattes fit into it.
 pub(super) const LONGEST_TEXT: u32 = 1 << 24;
+
+/// The most facts, and the most notes. A program writes two dozen in all; those of two films are compared each with each.
+const MOST_LINES: usize = 64;
 
 /// What a difference in layers is called.
 pub const LAYERS: &str = "set of layers";
@@ -24,8 +28,8 @@ pub struct Head {
     /// What determines the bits.
     pub identity: Identity,
     /// What does not: `exposure`, `tone`, `asked` (the range of samples that the film is to have in the end), `layers`
-    /// (those that its picture was to have), `parts` (the outline of the scene), `entities` and `materials` (the names that
-    /// mattes are about, which films of one render have in common).
+    /// (those that its picture was to have), `parts` (the outline of the scene). And the names that mattes are about,
+    /// `entities` and `materials`: no sample's bits depend on them, but films of one render have them in common.
     pub notes: Identity,
 }
 
@@ -34,14 +38,35 @@ impl Head {
         format!("{}\n{}", self.identity, self.notes)
     }
 
+    /// From such a text; none if it is not written as it should be.
+    pub(super) fn parse(layout: Layout, text: &[u8]) -> Option<Head> {
+        let (identity, notes) = std::str::from_utf8(text).ok()?.split_once("\n\n")?;
+        let fits = |lines: &&str| lines.lines().nth(MOST_LINES).is_none();
+        let parse = |lines: &str| Some(lines).filter(fits).and_then(Identity::parse);
+        Some(Head { layout, identity: parse(identity)?, notes: parse(notes)? })
+    }
+
     /// Whether a film can say all this; why not, otherwise. A reader takes a longer text for damage.
     pub fn check(&self) -> io::Result<()> {
         let length = self.text().len();
         if length > LONGEST_TEXT as usize {
             let most = format!("what it is of takes {length} bytes, and a film has room for {LONGEST_TEXT}");
-            return Err(io::Error::new(ErrorKind::InvalidInput, most));
+            let remedy = self.without_names().map(|remedy| format!("; {remedy}")).unwrap_or_default();
+            return Err(io::Error::new(ErrorKind::InvalidInput, most + &remedy));
         }
         Ok(())
+    }
+
+    /// How the text gets shorter, if there are names in it.
+    fn without_names(&self) -> Option<String> {
+        let mattes = NAMES.into_iter().zip([Layer::CryptoEntity, Layer::CryptoMaterial]);
+        let named = mattes.filter(|(name, _)| self.notes.get(name).is_some());
+        let layers: Vec<&str> = named.map(|(_, layer)| layer.name()).collect();
+        match layers[..] {
+            [] => None,
+            [one] => Some(format!("leave out the layer {one}, whose names take most of it")),
+            _ => Some(format!("leave out the layers {}, whose names take most of it", layers.join(" and "))),
+        }
     }
 
     /// Whether a milestone with an error has a plan: where samples go where the error is.

@@ -24,7 +24,7 @@ pub(super) fn first_film(
             }
             LAYERS => {
                 return Err(refuse(format!(
-                    "{difference}: nobody has looked at its samples for `layers` {lacks}; leave these out, or begin another film with them"
+                    "{difference}: the film was begun without `layers` {lacks}; leave these out, or begin another film with them"
                 )));
             }
             _ => "give this render the settings of the film, or begin another film",

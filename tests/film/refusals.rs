@@ -27,7 +27,7 @@ fn films_that_do_not_belong_together_are_refused_with_the_reason() {
         (&["--dump-at", "5"], "it has 6 samples a pixel already"),
         (
             &["--layers", "depth,uv"],
-            "nobody has looked at its samples for --layers depth,uv; leave these out",
+            "the film was begun without --layers depth,uv; leave these out, or begin another film with them",
         ),
     ] {
         let said = resume(more);

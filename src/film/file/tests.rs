@@ -1,5 +1,5 @@
 use super::*;
-use crate::film::{MAX_RADIANCE, PixelSums};
+use crate::film::{Identity, MAX_RADIANCE, PixelSums};
 use crate::film::{Splatter, Weights};
 use crate::sampling::{Contribution, Sample};
 use crate::scene::Filter;
@@ -425,6 +425,32 @@ fn a_film_with_more_text_than_a_reader_takes_is_not_written() {
     let longer = with(LONGEST_TEXT as usize - rest + 1);
     let mut out = Vec::new();
     let error = write(&mut out, &longer, &film, &Holding::prefix(10..20, 1, 1), None).unwrap_err();
-    assert!(error.to_string().contains("room for 16777216"), "{error}");
+    assert!(error.to_string().ends_with("room for 16777216"), "{error}");
     assert!(out.is_empty());
+    // With names the remedy is told.
+    let named = |names: &[&str]| {
+        let notes = names.iter().fold(longer.notes.clone(), |notes, name| notes.with(name, "[]"));
+        Head { notes, ..head.clone() }.check().unwrap_err().to_string()
+    };
+    assert!(
+        named(&["materials"]).ends_with("; leave out the layer crypto-material, whose names take most of it")
+    );
+    assert!(
+        named(&["entities", "materials"])
+            .contains("; leave out the layers crypto-entity and crypto-material,")
+    );
+}
+
+#[test]
+fn a_film_has_at_most_64_facts_and_64_notes() {
+    let (head, film) = (head(2, 2), film(2, 2, 1, 1));
+    let lines = |count: usize| {
+        let line = |lines: Identity, i| lines.with(&format!("name {i}"), i);
+        (0..count).fold(Identity::default(), line)
+    };
+    let with = |facts, notes| Head { identity: lines(facts), notes: lines(notes), ..head.clone() };
+    assert!(read(&file(&with(64, 64), &film)).unwrap().0 == with(64, 64));
+    for more in [with(65, 64), with(64, 65)] {
+        assert!(matches!(read(&file(&more, &film)), Err(FilmFileError::Damaged)));
+    }
 }

@@ -98,7 +98,14 @@ pub fn preview(
     let set = LayerSet::new(layers, mattes.entities.len(), mattes.materials.len());
     let tracer =
         FirstHitTracer { integrator: Arc::clone(integrator), level, layers: set, region, threads: 1 };
-    let sums = tracer.trace_first_hits(Stride::ALL, 0..region.len(), &(0..samples)).sums;
-    let channels = |layer: Layer| sums.channels(layer, 0..sums.len(), layer.names(mattes));
-    set.layers().flat_map(channels).collect()
+    let names = set.layers().flat_map(Layer::channels);
+    let mut all: Vec<Channel> = names.map(|name| Channel { name, values: Vec::new() }).collect();
+    // The sums of a pixel take several times as much as its channels: there are those of one row at a time.
+    for row in 0..region.height {
+        let slots = row * region.width..(row + 1) * region.width;
+        let sums = tracer.trace_first_hits(Stride::ALL, slots, &(0..samples)).sums;
+        let of_row = set.layers().flat_map(|layer| sums.channels(layer, 0..sums.len(), layer.names(mattes)));
+        all.iter_mut().zip(of_row).for_each(|(channel, more)| channel.values.extend(more.values));
+    }
+    all
 }

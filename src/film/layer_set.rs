@@ -45,14 +45,19 @@ impl LayerSet {
 
     /// Those of some layers that first hits tell, of a scene with so many entities and materials.
     pub fn new(layers: &[Layer], entities: usize, materials: usize) -> LayerSet {
+        let of_things = |things: usize| match things {
+            0..=0x100 => 1,
+            0x101..=0x1_0000 => 2,
+            _ => 3,
+        };
         let code = |(index, layer): (usize, &Layer)| {
-            let width = match if *layer == Layer::CryptoEntity { entities } else { materials } {
-                _ if index < PLAIN => 1,
-                0..=0x100 => 1,
-                0x101..=0x1_0000 => 2,
-                _ => 3,
+            let field = match layer {
+                _ if !layers.contains(layer) => 0,
+                Layer::CryptoEntity => of_things(entities),
+                Layer::CryptoMaterial => of_things(materials),
+                _ => 1,
             };
-            if layers.contains(layer) { width << shift(index) } else { 0 }
+            field << shift(index)
         };
         LayerSet::of(ALL.iter().enumerate().map(code).sum())
     }
@@ -211,6 +216,8 @@ mod tests {
         assert_eq!(all.to_string(), "albedo,normal,position,depth,uv,crypto-entity,crypto-material");
         assert_eq!(LayerSet::from_code(all.code()), Some(all));
         assert_eq!(LayerSet::from_code(1 << LayerSet::BITS), None);
+        let full = LayerSet::from_code((1 << LayerSet::BITS) - 1).unwrap();
+        assert_eq!(full.words_of_pixel(), LayerSet::MOST_WORDS);
     }
 
     #[test]

@@ -268,7 +268,7 @@ fn unit(value: f32) -> i64 {
     }
 }
 
-/// Any number, in multiples of 2⁻⁶⁴, ties to even. Numbers from 2⁻⁴⁰ on lose nothing.
+/// Any number, in multiples of 2⁻⁶⁴, ties to even. Numbers from 2⁻⁴¹ on lose nothing.
 fn wide(value: f32) -> i128 {
     let exponent = (value.to_bits() >> 23 & 0xff) as i32 - 127;
     if value.is_nan() {

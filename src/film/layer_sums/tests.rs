@@ -79,16 +79,17 @@ fn channels_are_the_means_of_the_hits() {
     let names: Vec<String> = (0..400).map(|i| format!("thing {}", i % 390)).collect();
     let names = Names::new("CryptoEntity", names);
     let set = LayerSet::new(&LAYERS, 400, 400);
+    let (mut compared, mut told_apart) = (0, 0);
     for _ in 0..50 {
         let hits: Vec<_> = (0..20).map(|sample| (sample, hit(stream, 400))).collect();
-        let sums = sums_of(set, &hits);
+        let (sums, fewer) = (sums_of(set, &hits), sums_of(set, &hits[1..]));
         let met: Vec<&FirstHit> = hits.iter().map(|(_, hit)| hit).filter(|hit| hit.met).collect();
         let mean = |of: &dyn Fn(&FirstHit) -> f32, count: usize| {
             let sum: f64 = met.iter().map(|hit| f64::from(of(hit))).sum();
             let size: f64 = met.iter().map(|hit| f64::from(of(hit).abs())).sum();
             (sum / count as f64, size / count as f64)
         };
-        let channel = |layer: Layer, component: usize| {
+        let channel = |sums: &LayerSums, layer: Layer, component: usize| {
             let channels = sums.channels(layer, 0..1, Some(&names));
             assert_eq!(channels.len(), layer.channels().len());
             f64::from(channels[component].values[0])
@@ -111,10 +112,9 @@ fn channels_are_the_means_of_the_hits() {
                 // Half a unit of single precision; and 2⁻³² or 2⁻⁶⁴ of rounding.
                 let bound =
                     mean.abs() * 6e-8 + size * 1e-15 + if set.words(layer) == 3 { 1.2e-10 } else { 2.8e-20 };
-                let off = (channel(layer, c) - mean).abs();
-                assert!(off <= bound, "{layer:?} {c}: off by {off}, {mean}");
-                let one_fewer = mean * 20.0 / 19.0;
-                assert!((one_fewer - mean).abs() > bound || mean.abs() < 1e-8, "negative control");
+                let off = |sums| (channel(sums, layer, c) - mean).abs();
+                assert!(off(&sums) <= bound, "{layer:?} {c}: off by {}, {mean}", off(&sums));
+                (compared, told_apart) = (compared + 1, told_apart + u32::from(off(&fewer) > bound));
             }
         }
         let ids = met.iter().map(|hit| id(&format!("thing {}", hit.entity % 390)));
@@ -126,6 +126,8 @@ fn channels_are_the_means_of_the_hits() {
         assert_eq!(Some(ranks[0].values[0].to_bits()), first);
         assert_eq!(ranks[1].values[0], coverage);
     }
+    // Negative control: one sample fewer, which may have met nothing and then changes no mean over those that did.
+    assert!(told_apart > compared / 2, "{told_apart} of {compared}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Films with the sums of first hits.
 
 use super::*;
+use crate::film::cryptomatte::{ENTITIES, MATERIALS, Mattes, Names, id};
 use crate::film::{Layer, LayerSums};
 use crate::integrator::FirstHit;
 
@@ -70,6 +71,17 @@ fn layers_are_read_back_in_the_documented_layout_and_added_up() {
     FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut other).unwrap();
     let depth = other.channels(Layer::Depth, &read_head.mattes().unwrap());
     assert_eq!(depth[0].values[1], 8.0);
+    // Four samples, one of which met nothing.
+    let name = |number: u32| format!("thing {number}");
+    let entities = Names::new(ENTITIES, (0..300).map(name).collect());
+    let mattes = Mattes { entities, materials: Names::new(MATERIALS, Vec::new()) };
+    let ranks = other.channels(Layer::CryptoEntity, &mattes);
+    let mut ids = [10, 12, 299].map(|number| id(&name(number)));
+    ids.sort_unstable();
+    for (rank, id) in ranks.chunks_exact(2).zip(ids) {
+        assert_eq!((rank[0].values[1].to_bits(), rank[1].values[1]), (id, 0.25));
+    }
+    assert_eq!(ranks[7].values[1], 0.0);
     // A film without layers is not added to one with them, nor the other way round.
     let plain = super::head(2, 1);
     let mut without = Film::with_layout(plain.layout).unwrap();

@@ -11,7 +11,7 @@ use crate::film::{Film, Milestone};
 use crossbeam_channel::Sender;
 use std::time::{Duration, Instant};
 
-/// Pixels that are sent at a time: 2 MiB of plain ones, 6 MiB of those with all sums.
+/// Pixels that are sent at a time: 2 MiB of plain ones, less than 19 MiB of those with all sums.
 const PIECE: u32 = 1 << 15;
 
 /// What sends the film.

@@ -2,6 +2,7 @@
 
 use super::threads::{ANSWERED_WITHIN, GPU_ANSWERS_WITHIN, RunningCrew};
 use super::{Crew, Gpu};
+use crate::film::LayerSet;
 use crate::gpu;
 use crate::render::{Order, Port, SampleBatch, Stride};
 use crate::session::settings::Settings;
@@ -29,13 +30,16 @@ impl Crew {
     ) -> Result<(), gpu::GpuError> {
         let adapter = gpu.name.clone();
         let (splatter, integrator, threads) = (self.splatter.clone(), self.integrator.clone(), self.threads);
-        let first_hit_tracer = self.first_hit_tracer.clone();
-        let measured = Crew { splatter, integrator, first_hit_tracer, threads, gpu: Some(gpu), times: 1.0 };
+        // Layers are of few samples of a render: both are measured by what they do with all the others.
+        let mut settings = settings.clone();
+        settings.job.layers = LayerSet::NONE;
+        let (first_hit_tracer, gpu) = (None, Some(gpu));
+        let measured = Crew { splatter, integrator, first_hit_tracer, threads, gpu, times: 1.0 };
         let (batches_out, batches) = bounded(2 * (threads + 1));
         let (changes_out, changes) = bounded(threads + 1);
         let (returned_out, returned) = bounded(1);
         let RunningCrew { ports, .. } =
-            measured.start(settings, &batches_out, &changes_out, Some(returned_out));
+            measured.start(&settings, &batches_out, &changes_out, Some(returned_out));
         drop((batches_out, changes_out));
         let speeds = watch(&ports, &batches, stop);
         for stop in ports.iter().filter_map(|port| port.stop.as_ref()) {

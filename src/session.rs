@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `settings` | what a render is asked for |
 //! | `crew` | the workers: CPU threads, a GPU, or both |
-//! | `wiring`, `process` | the processes of a render and the channels between them |
+//! | `wiring`, `process` | the processes of a render, the channels between them, and what Ctrl-C closes |
 //! | `finishing` | what is written at the end, and what went wrong |
 //! | `opening`, `tour` | the window, and the renders of the cameras that it is moved to |
 //! | `resuming` | the film that a render begins with |

@@ -12,6 +12,9 @@
 //! | `publishing` | sends progress and snapshots to viewers |
 //! | `stopping` | ends the workers |
 //!
+//! A checkpoint goes out in pieces, between batches (`checkpoints`). A batch has a pixel's samples and their first hits
+//! together, so that no piece has one without the other.
+//!
 //! Ctrl-C closes [`Inbox::stop`], which ends the loop: the workers are asked to stop, and what they have made by then is
 //! in the [`Outcome`], which the session writes.
 //!
@@ -210,6 +213,7 @@ impl Accumulator {
         self.adder.count(rejects, &reject_counts, &faint);
         let samples = self.adder.add(stride, payload).unwrap_or(samples);
         self.adder.contribute(&contributions);
+        // In one go with their samples: a checkpoint has both or neither.
         self.adder.add_first_hits(stride, &first_hits);
         self.totals.adding += start.elapsed();
         self.pass_on(samples);

@@ -19,7 +19,8 @@ const FIRST_PATHS: f64 = 4096.0;
 /// A dispatch has at least this many paths.
 const FEWEST_PATHS: f64 = 256.0;
 
-/// The most slots in a dispatch: 16 MiB of sums.
+/// The most slots in a dispatch: 16 MiB of sums, and at most 102 MiB of those of its first hits, as far as layers are
+/// asked for and are of its samples.
 pub(super) const MOST_SLOTS: u32 = 1 << 18;
 
 /// The most samples that a dispatch sends one by one: 7 MB.

@@ -5,7 +5,9 @@ use super::render::Layers;
 use crate::film::cryptomatte::Mattes;
 use crate::film::file::FilmFileError;
 use crate::film::head::{Head, LAYERS, NAMES};
-use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Ranges, ViewTransform};
+use crate::film::{
+    Channel, Film, Holding, Identity, LAYER_SAMPLES, Layer, LayerSet, Layout, Ranges, ViewTransform,
+};
 use crate::output::{
     self, Crop, FilmError, FilmFile, Format, OutputError, PictureOptions, film, open_film, write_film,
     write_picture,
@@ -94,7 +96,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     write_outputs(&arguments.outputs, &head, &film, &holding, view, (&layers, &mattes))?;
     if !arguments.quiet {
         // Standard error may be closed: these are courtesies.
-        let _ = tell(arguments, &holding, no_variance, &mut std::io::stderr().lock());
+        let _ = tell(arguments, &holding, layout.layers, no_variance, &mut std::io::stderr().lock());
     }
     Ok(())
 }
@@ -284,6 +286,7 @@ fn write_outputs(
 fn tell(
     arguments: &MergeArguments,
     holding: &Holding,
+    layers: LayerSet,
     no_variance: Option<&Part<'_>>,
     out: &mut impl Write,
 ) -> std::io::Result<()> {
@@ -294,6 +297,11 @@ fn tell(
     let is_exr = |path: &PathBuf| Format::of(path).is_ok_and(|format| format == Format::Exr);
     if let Some(part) = no_variance.filter(|_| arguments.outputs.iter().any(is_exr)) {
         writeln!(out, "without the layer variance: {:?} {}", part.path, why_no_variance(part))?;
+    }
+    let missing = holding.missing_of_layers();
+    if !layers.is_empty() && !missing.is_empty() {
+        let missing = Ranges(&missing);
+        writeln!(out, "the layers {layers} lack the samples {missing} of 0..{LAYER_SAMPLES}")?;
     }
     let missing = holding.missing();
     if !missing.is_empty() {

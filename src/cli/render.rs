@@ -6,7 +6,7 @@ use super::failure::{Failure, usage};
 use super::stats::Stats;
 use super::stop;
 use crate::api::Render;
-use crate::film::Layer;
+use crate::film::{LAYER_SAMPLES, Layer};
 use crate::math::lanes::Level;
 use crate::output::atomic;
 use crate::scene::{EXPOSURES, Scene, Sources, Tone};
@@ -82,7 +82,8 @@ pub(super) struct RenderArguments {
     #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     dump_at: Vec<u32>,
     /// Layers that EXR files get beside colour, and that films keep: albedo, normal, position, depth, uv, variance,
-    /// samples, crypto-entity and crypto-material (Cryptomatte), or all
+    /// samples, crypto-entity and crypto-material (Cryptomatte), or all; but for variance and samples they are of each
+    /// pixel's samples 0 to 31
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = layer)]
     layers: Vec<Layers>,
     /// Dump every sample to a NumPy file
@@ -182,6 +183,18 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
         let film = film.display();
         let _ =
             writeln!(std::io::stderr(), "warning: {film} will be replaced; --resume goes on with it instead");
+    }
+    let layers = settings.job.layers;
+    if !layers.is_empty() && settings.range().start >= LAYER_SAMPLES && !arguments.quiet {
+        let last = LAYER_SAMPLES - 1;
+        let until = match &settings.outputs.film {
+            Some(_) => " until its film is merged with films that have them",
+            None => ", and without --film they cannot be merged with films that have them",
+        };
+        let _ = writeln!(
+            std::io::stderr(),
+            "warning: the layers {layers} are of samples 0 to {last}, of which this render makes none: they stay empty{until}"
+        );
     }
 
     let report = print_events(arguments.quiet, |events| -> Result<Report, Failure> {

@@ -108,6 +108,16 @@ impl Holding {
         self.open.is_none() || other.open.is_none()
     }
 
+    /// Which of the samples that layers are of lack before others that are held or under way: a film that ends before the
+    /// last of them lacks nothing.
+    pub fn missing_of_layers(&self) -> Vec<Range<u32>> {
+        let mut held: Vec<&Range<u32>> = self.whole.iter().chain(&self.open).collect();
+        held.sort_unstable_by_key(|range| range.start);
+        let ends = std::iter::once(0).chain(held.iter().map(|range| range.end));
+        let gaps = ends.zip(&held).map(|(end, next)| end..next.start.min(LAYER_SAMPLES));
+        gaps.filter(|gap| !gap.is_empty()).collect()
+    }
+
     /// What lacks between the first sample of all, number 0, and the last that is held or under way.
     pub fn missing(&self) -> Vec<Range<u32>> {
         let end = self.whole.iter().chain(&self.open).map(|range| range.end).max().unwrap_or(0);
@@ -225,6 +235,27 @@ mod tests {
             (u32::MAX, 1 << 31)
         );
         assert_eq!((whole(32, 64).first_samples()(32), whole(0, 64).first_samples()(64)), (0, u32::MAX));
+    }
+
+    #[test]
+    fn layers_lack_what_is_not_held_before_other_samples() {
+        let mut holding = whole(8, 64);
+        assert_eq!(holding.missing_of_layers(), [0..8]);
+        holding.join(&whole(0, 8));
+        assert_eq!((holding.missing_of_layers(), whole(0, 8).missing_of_layers()), (vec![], vec![]));
+        assert_eq!(
+            (whole(40, 64).missing_of_layers(), Holding::default().missing_of_layers()),
+            (vec![0..32], vec![])
+        );
+        // What is under way is no gap.
+        let mut holding = Holding::prefix(10..500, 2, 5);
+        assert_eq!(holding.missing_of_layers(), [0..10]);
+        holding.join(&whole(2, 6));
+        assert_eq!(holding.missing_of_layers(), [0..2, 6..10]);
+        let mut apart = whole(0, 30);
+        apart.join(&whole(50, 60));
+        apart.join(&whole(70, 80));
+        assert_eq!(apart.missing_of_layers(), [30..32]);
     }
 
     #[test]

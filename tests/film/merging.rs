@@ -68,7 +68,11 @@ fn shards_rendered_and_merged_in_any_order_are_the_whole() {
     let output = merge(&order, &["m.film", "m.exr"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && said.contains("missing: 60..64"), "{said}");
+    assert!(!said.contains("the layers"), "{said}");
     assert!(bytes(dir.path(), "m.exr") != bytes(dir.path(), "whole.exr"));
+    let said = merge(&[1, 2, 9, 40], &["part.exr"]).stderr;
+    let said = String::from_utf8_lossy(&said);
+    assert!(said.contains("crypto-material lack the samples 0..2, 6..18, 20..32 of 0..32"), "{said}");
     let (told, _) = succeed(dir.path(), &["info", "m.film"]);
     assert!(told.contains("samples     0..60, 64..128") && told.contains("missing     60..64"), "{told}");
     // It can't be gone on with; what is missing can be rendered.
@@ -83,6 +87,32 @@ fn shards_rendered_and_merged_in_any_order_are_the_whole() {
     go(small(&["--resume", "n.film", "--spp", "130", "-o", "m.exr"]));
     go(small(&["--spp", "130", "-o", "longer.exr"]));
     assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "longer.exr"));
+}
+
+#[test]
+fn a_render_of_none_of_the_samples_that_layers_are_of_says_so() {
+    let (dir, scene) = (folder(), cover());
+    let said = |range: &str, more: &[&str]| {
+        let base = ["render", &scene, "--headless", "--size", "4x3", "--range", range, "-o", "a.exr"];
+        let output = run(dir.path(), &[&base[..], more].concat());
+        assert!(output.status.success());
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let text = said("32..34", &["--layers", "albedo"]);
+    let warning =
+        "warning: the layers albedo are of samples 0 to 31, of which this render makes none: they stay empty";
+    assert!(text.contains(&format!("{warning}, and without --film")), "{text}");
+    let text = said("32..34", &["--layers", "albedo", "--film", "a.film"]);
+    assert!(
+        text.contains(&format!("{warning} until its film is merged with films that have them\n")),
+        "{text}"
+    );
+    for (range, more) in
+        [("31..33", &["--layers", "albedo"][..]), ("32..34", &["--layers", "samples"]), ("32..34", &[])]
+    {
+        let text = said(range, more);
+        assert!(!text.contains("the layers"), "{range} {more:?}: {text}");
+    }
 }
 
 #[test]

@@ -63,12 +63,19 @@ pub(super) fn choose<F: Float>(all: &Instructions, at: F::Uint, [u, v]: [F; 2]) 
     let half = (line + column) * 0.5;
     let is_even = half.floor().ge(half);
     let next = F::Uint::select(is_even, all.next(at), all.other(at));
-    let keeps = all.flags(at).eq(F::Uint::splat(KEEPS_UV));
+    let keeps = keeps_uv::<F>(all, at);
     (next, [F::select(keeps, u, a - line), F::select(keeps, v, b - column)])
 }
 
 /// The area of uv within a check for each area of uv.
 #[inline(always)]
-pub(super) fn magnified<F: Float>(all: &Instructions, at: F::Uint) -> F {
-    (all.number::<F>(0, at) * all.number::<F>(1, at)).abs()
+pub(super) fn uv_area_scale<F: Float>(all: &Instructions, at: F::Uint) -> F {
+    let scale = (all.number::<F>(0, at) * all.number::<F>(1, at)).abs();
+    F::select(keeps_uv::<F>(all, at), F::splat(1.0), scale)
+}
+
+/// Whether uv, and the area of them that a pixel covers, stay as they are: nothing restores them then.
+#[inline(always)]
+fn keeps_uv<F: Float>(all: &Instructions, at: F::Uint) -> F::Mask {
+    all.flags(at).eq(F::Uint::splat(KEEPS_UV))
 }

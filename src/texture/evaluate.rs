@@ -102,7 +102,7 @@ impl TextureTable {
             next_footprint = F::select(is_restore, saved.b, next_footprint);
         }
         if self.has_mipmaps && has.check {
-            let within = next_footprint * checkerboard::magnified::<F>(all, at);
+            let within = next_footprint * checkerboard::uv_area_scale::<F>(all, at);
             next_footprint = F::select(is_check, within, next_footprint);
         }
         let mut new = [top; D];

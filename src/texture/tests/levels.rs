@@ -86,6 +86,25 @@ fn levels_count_what_is_done_to_uv() {
 }
 
 #[test]
+fn a_check_of_constants_leaves_the_area_of_a_pixel_as_it_is() {
+    let images = [file(greys(16, &numbers()))];
+    let with = ImageTexture { mipmap: true, ..plain() };
+    let [even, odd] = [0.25, 0.5].map(|grey| Varying::Colour([grey; 3]));
+    let checks = CheckerboardTexture { even, odd, checks_per_unit: [4.0, 2.0] };
+    let product = ScaleTexture { texture: Varying::Texture(1), by: Varying::Texture(0) };
+    let products = [with.into(), checks.into(), product.into()];
+    for (uv, grey) in [([0.3, 0.8], 0.25), ([0.1, 0.8], 0.5)] {
+        for footprint in [0.0, 2.0 * TEXEL, 16.0 * TEXEL] {
+            let expected = grey * seen(&[with.into()], &images, uv, footprint);
+            assert_eq!(seen(&products, &images, uv, footprint), expected, "{uv:?}, {footprint}");
+        }
+    }
+    // Negative control: eight times the area shows another level.
+    let [own, larger] = [2.0, 16.0].map(|texels| seen(&[with.into()], &images, [0.3, 0.8], texels * TEXEL));
+    assert!((own - larger).abs() > 0.01, "{own}, {larger}");
+}
+
+#[test]
 fn tiles_have_levels_of_their_own_and_one_file_has_them_once() {
     let tile = |number, grey| Tile { number, picture: Arc::new(greys(4, &[grey, 0.0, grey, 0.0])) };
     let images =

@@ -263,10 +263,11 @@ impl Digest {
     fn texture(&mut self, index: usize, scene: &Scene, images: &mut Vec<usize>) {
         let kind = &scene.textures[index].kind;
         self.declared(kind);
-        for value in kind.values() {
+        let parameters = kind.declaration().into_iter().flat_map(|declaration| declaration.parameters);
+        for (value, parameter) in kind.values().into_iter().zip(parameters) {
             match value {
                 Value::Varying(Varying::Texture(named)) => {
-                    self.tag("texture");
+                    self.tag(parameter.name);
                     self.texture(named, scene, images);
                 }
                 Value::Image(image) => {

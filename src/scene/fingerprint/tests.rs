@@ -127,6 +127,29 @@ fn textures_count_with_their_pictures_where_they_are_used() {
 }
 
 #[test]
+fn textures_count_by_the_parameters_that_they_are() {
+    let of = |texture: &str| {
+        let textures = format!(
+            "[textures]\n inner = {{ type = \"constant\", value = 0.5 }}\n wood = {{ {texture} }}\n [render]"
+        );
+        let text = SCENE.replacen("[render]", &textures, 1).replacen("[0.5, 0.5, 0.5]", "\"wood\"", 1);
+        let loaded =
+            crate::scene::parse(&text, Path::new("a.toml")).unwrap_or_else(|error| panic!("{error}"));
+        Fingerprint::of(&loaded.scene, &loaded.sources).digits()
+    };
+    for (kind, [a, b], more) in [
+        ("checkerboard", ["even", "odd"], ""),
+        ("mix", ["a", "b"], ", amount = 0.25"),
+        ("noise", ["a", "b"], ""),
+        ("scale", ["texture", "by"], ""),
+    ] {
+        let with = |a: &str, b: &str| of(&format!("type = \"{kind}\", {a} = \"inner\", {b} = 0.2{more}"));
+        assert_ne!(with(a, b), with(b, a), "{kind}");
+        assert_eq!(with(a, b), with(a, b), "{kind}");
+    }
+}
+
+#[test]
 fn each_number_of_a_disk_a_cylinder_and_a_box_counts() {
     let sphere = "type = \"sphere\", center = [0, 0.5, 1], radius = 1";
     let mut seen = vec![of(SCENE).digits()];

@@ -29,7 +29,7 @@ pub struct LightRow {
     pub inward: bool,
     /// Whether a quad's sides meet at right angles.
     pub square: bool,
-    /// Of a spot: the cosine or the angle of darkness,
+    /// Of a spot: the cosine less one, or the angle, of darkness,
     pub ramp_from: f32,
     /// the slope of intensity by cosine or angle,
     pub ramp_slope: f32,

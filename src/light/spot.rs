@@ -82,6 +82,11 @@ pub struct Ramp {
     pub falloff: Falloff,
 }
 
+/// 1 − cos of an angle, which does not cancel where the angle is small.
+fn versine(angle: f64) -> f64 {
+    2.0 * libm::sin(angle / 2.0).powi(2)
+}
+
 /// No ramp is steeper, so that the product with a difference is a number.
 const STEEPEST: f64 = 1e30;
 
@@ -95,25 +100,26 @@ impl Ramp {
 
     /// ∫ of the share of the intensity over all directions.
     fn solid_angle(&self) -> f64 {
-        let [outer, inner] = [self.outer, self.inner].map(libm::cos);
-        let fall = inner - outer;
+        let [outer, inner] = [self.outer, self.inner].map(versine);
+        let fall = outer - inner;
         TAU * match self.falloff {
             // Of the cosine's fall, ½ on average, and ⅓.
-            Falloff::Smoothstep => 1.0 - inner + fall / 2.0,
-            Falloff::Squared => 1.0 - inner + fall / 3.0,
-            // 1 − cos θᵢ + ∫ (θₒ − θ)/(θₒ − θᵢ)·sin θ dθ, by parts.
-            Falloff::Angle if self.outer > self.inner => {
-                1.0 - (libm::sin(self.outer) - libm::sin(self.inner)) / (self.outer - self.inner)
+            Falloff::Smoothstep => inner + fall / 2.0,
+            Falloff::Squared => inner + fall / 3.0,
+            // 1 − cos θᵢ + ∫ (θₒ − θ)/(θₒ − θᵢ)·sin θ dθ, by parts: 1 − (sin θₒ − sin θᵢ)/(θₒ − θᵢ).
+            Falloff::Angle => {
+                let [middle, half] = [self.outer + self.inner, self.outer - self.inner].map(|x| x / 2.0);
+                let sinc = if half > 0.0 { libm::sin(half) / half } else { 1.0 };
+                versine(middle) + libm::cos(middle) * (1.0 - sinc)
             }
-            Falloff::Angle => 1.0 - outer,
         }
     }
 
-    /// Where the fall ends and its slope, in the cosine or, for [`Falloff::Angle`], in radians.
+    /// Where the fall ends and its slope, in the cosine less one or, for [`Falloff::Angle`], in radians.
     fn line(&self) -> [f64; 2] {
         let [from, to] = match self.falloff {
             Falloff::Angle => [self.outer, self.inner],
-            Falloff::Smoothstep | Falloff::Squared => [self.outer, self.inner].map(libm::cos),
+            Falloff::Smoothstep | Falloff::Squared => [self.outer, self.inner].map(|angle| -versine(angle)),
         };
         let slope = 1.0 / (to - from);
         let steepest = if self.falloff == Falloff::Angle { -STEEPEST } else { STEEPEST };
@@ -156,13 +162,14 @@ impl SpotLight {
     #[inline(always)]
     fn share<F: Float>(lights: &LaneLights<'_, F>, d: Vec3<F>) -> F {
         let (axis, [from, slope, form]) = (lights.normal(), lights.ramp());
-        let cos = d.dot(axis);
+        // |d − axis|² = 2·(1 − cos), which does not cancel where the cone is narrow.
+        let off = d - axis;
         let is = |falloff: Falloff| form.to_uint().eq(F::Uint::splat(falloff as u32));
         let x = F::branch(
             is(Falloff::Angle),
-            cos,
+            off.dot(off) * -0.5,
             #[inline(always)]
-            || trig::angle_turns(d.cross(axis).length(), cos) * std::f32::consts::TAU,
+            || trig::angle_turns(d.cross(axis).length(), d.dot(axis)) * std::f32::consts::TAU,
         );
         let t = ((x - from) * slope).max(F::zero()).min(F::splat(1.0));
         let smooth = t * t * (t * -2.0 + 3.0);
@@ -177,7 +184,7 @@ impl Light for SpotLight {
         LightRow {
             origin: self.position,
             normal: self.axis,
-            radius: (2.0 * libm::sin(self.ramp.outer / 2.0).powi(2)) as f32,
+            radius: versine(self.ramp.outer) as f32,
             ramp_from: self.ramp.line()[0] as f32,
             ramp_slope: self.ramp.line()[1] as f32,
             ramp_form: self.ramp.falloff as u32 as f32,

@@ -63,6 +63,28 @@ fn a_spot_gives_what_its_falloff_says() {
     }
 }
 
+/// In single precision cosines of narrow cones are all one.
+#[test]
+fn a_narrow_spot_emits_its_power() {
+    let stream = &mut Stream::new(55, 0, 0);
+    for falloff in FALLOFFS {
+        for cone in [0.01, 0.1, 1.0] {
+            for penumbra in [0.0, cone / 2.0, cone] {
+                let light = spot(cone, penumbra, falloff);
+                let mut table = LightTable::default();
+                table.push(light);
+                let (mut flux, draws) = (0.0, 100_000);
+                for _ in 0..draws {
+                    let u = [stream.random(), stream.random(), stream.random(), stream.random()];
+                    flux += f64::from(table.emit::<f32>(Wrapping(0), u).flux().r);
+                }
+                let ratio = flux / f64::from(draws) / light.power();
+                assert!((ratio - 1.0).abs() < 1e-2, "{falloff:?}, {cone}, {penumbra}: {ratio} of the power");
+            }
+        }
+    }
+}
+
 /// No place within the cone of a spot is without its light, whatever else there is.
 #[test]
 fn spots_are_chosen_wherever_they_shine() {

@@ -143,15 +143,19 @@ impl Camera {
         })
     }
 
-    /// The area that a pixel covers at a point, of a plane that faces the eye.
+    /// The area that a pixel covers at a point, of a plane that faces the eye. Behind the eye it is what it is at the same
+    /// depth before it.
     #[inline(always)]
     pub fn footprint<F: Float>(&self, p: Vec3<F>) -> F {
         let side = F::given(&self.pixel_side);
         if self.is_orthographic {
             return side * side;
         }
-        let to_eye = p - Vec3::given(&self.eye);
-        to_eye.dot(to_eye) * (side * side)
+        // A pixel at the angle θ from the axis covers the solid angle side²·cos³θ, and r²·cos³θ = z³/r.
+        let from_eye = p - Vec3::given(&self.eye);
+        let z = from_eye.dot(Vec3::given(&self.forward)).abs();
+        let r = from_eye.length().max(F::splat(f32::MIN_POSITIVE));
+        z * z * (z / r) * (side * side)
     }
 }
 
@@ -184,6 +188,22 @@ mod tests {
         let near = Camera::new(&settings(), 64, 48);
         let far = Camera::new(&CameraSettings { focal_length: 4.0, ..settings() }, 64, 48);
         assert_eq!(near, far);
+    }
+
+    #[test]
+    fn a_footprint_is_the_area_between_the_rays_of_a_pixel() {
+        let camera = Camera::new(&settings(), 64, 48);
+        for (x, y) in [(32.0, 24.0), (0.5, 0.5), (63.5, 24.0), (40.0, 47.5)] {
+            let d = |x: f32, y: f32| camera.ray(x, y, [0.0; 2]).d;
+            let across = d(x + 0.5, y) - d(x - 0.5, y);
+            let along = d(x, y + 0.5) - d(x, y - 0.5);
+            for distance in [0.5_f32, 3.0, 40.0] {
+                let area = across.cross(along).length() * distance * distance;
+                let found = camera.footprint(Vec3::splat(camera.eye) + d(x, y) * distance);
+                assert!((found / area - 1.0).abs() < 2e-3, "({x}, {y}): {found}, not {area}");
+            }
+        }
+        assert_eq!(camera.footprint(Vec3::<f32>::splat(camera.eye)), 0.0);
     }
 
     #[test]

@@ -88,6 +88,10 @@ impl Place {
         if row.kind.is_chooser() || (row.kind, row.choices) != (other_row.kind, other_row.choices) {
             return None;
         }
+        // Another program, as that of a smooth surface, would not look at the texture.
+        if row.kind != kind.row().kind {
+            return None;
+        }
         let (numbers, others) = (numbers_of(row), numbers_of(other_row));
         let changed: Vec<usize> = (0..numbers.len()).filter(|&i| numbers[i] != others[i]).collect();
         let first = *changed.first()?;
@@ -115,6 +119,22 @@ impl Place {
         }
         Some(Place { target: Target { slot, is_squared }, least, most })
     }
+}
+
+/// A material with other values in the place of those that are textures, so that its program is one that looks at them:
+/// a surface whose roughness is a texture is none of the smooth ones, whatever number it has beside the texture.
+pub fn with_stand_ins<'p>(
+    kind: &MaterialKind,
+    textured: impl Iterator<Item = &'p str> + Clone,
+) -> MaterialKind {
+    let Some(family) = kind.place() else { return kind.clone() };
+    let mut values = kind.values();
+    for (value, parameter) in values.iter_mut().zip(MaterialKind::DECLARATIONS[family].parameters) {
+        if textured.clone().any(|name| name == parameter.name) {
+            *value = parameter.kind.stand_in().unwrap_or(*value);
+        }
+    }
+    MaterialKind::build(family, &values, &mut Vec::new()).unwrap_or_else(|_| kind.clone())
 }
 
 /// Some value within limits, another one for each number. Their ratios are such that no formula maps one to another.
@@ -315,6 +335,22 @@ mod tests {
         let board = CheckerboardParameters { even: 0, odd: 0, checks_per_unit: [1.0; 2] };
         assert_eq!(slot(board.into(), "checks_per_unit"), None);
         assert_eq!(slot(board.into(), "even"), None);
+    }
+
+    #[test]
+    fn a_texture_is_looked_at_whatever_number_is_beside_it() {
+        let (eta, k) = (Some([1.5; 3]), Some([1.5; 3]));
+        let reflectance = [0.5; 3];
+        for smooth in [
+            MaterialKind::from(MatteParameters { reflectance, roughness: 0.0 }),
+            ConductorParameters { metal: None, eta, k, roughness: [0.0; 2] }.into(),
+        ] {
+            assert_eq!(Place::of(&smooth, "roughness"), None, "{smooth:?} is smooth");
+            let rough = with_stand_ins(&smooth, ["roughness"].into_iter());
+            assert!(Place::of(&rough, "roughness").is_some(), "{rough:?}");
+            assert!(Place::of(&rough, "reflectance").is_some() || Place::of(&rough, "eta").is_some());
+            assert_eq!(with_stand_ins(&smooth, [].into_iter()), smooth);
+        }
     }
 
     #[test]

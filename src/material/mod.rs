@@ -24,7 +24,7 @@ mod program;
 mod row;
 mod table;
 
-pub use bindings::{Binding, Bindings, Place, Slot};
+pub use bindings::{Binding, Bindings, Place, Slot, with_stand_ins};
 pub use bsdf::{Bsdf, Local};
 pub use bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
 pub use kind::{Kind, Kinds};

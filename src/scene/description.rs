@@ -16,6 +16,7 @@ pub use crate::camera::CameraSettings;
 pub use crate::light::AnyLight as Light;
 pub use crate::light::list::*;
 pub use crate::material::list::*;
+use crate::material::with_stand_ins;
 pub use crate::parameter::Colour;
 use crate::parameter::{Family, Value};
 pub use crate::shape::list::*;
@@ -70,6 +71,13 @@ pub struct Material {
     pub kind: MaterialKind,
     /// The parameters that are textures. Their values in `kind` do not count.
     pub textures: Vec<Textured>,
+}
+
+impl Material {
+    /// What it does with light, with values of parameters that are textures which make it one that looks at them.
+    pub fn textured_kind(&self) -> MaterialKind {
+        with_stand_ins(&self.kind, self.textures.iter().map(|textured| textured.parameter))
+    }
 }
 
 /// A parameter that is a texture.

@@ -250,8 +250,9 @@ impl Digest {
     /// A material, its textures, and the materials that it names after it, in order. They come before it in the scene, so
     /// that this ends. Images go by their place among those that are named.
     fn material(&mut self, index: usize, scene: &Scene, images: &mut Vec<usize>) {
-        let Material { name: _, kind, textures } = &scene.materials[index];
-        self.declared(kind);
+        let material = &scene.materials[index];
+        let Material { name: _, kind, textures } = material;
+        self.declared(&material.textured_kind());
         for Textured { parameter, texture } in textures {
             self.tag(parameter);
             self.texture(*texture, scene, images);

@@ -8,9 +8,9 @@ use super::surfaces::SurfaceTable;
 use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
 use crate::light::{Environment, LightTable, NO_LIGHT};
-use crate::material::{Binding, MaterialTable, Place};
+use crate::material::{Binding, MaterialKind, MaterialTable, Place};
 use crate::math::narrow;
-use crate::scene::{self, Scene};
+use crate::scene::{self, Material, Scene};
 use crate::shape::{Piece, Shape};
 use crate::texture::{Compiler, NO_TEXTURE};
 use std::sync::Arc;
@@ -150,12 +150,13 @@ fn textures(scene: &Scene) -> Textures {
     let emitted = scene.entities.iter().map(|entity| entity.emission_texture);
     let emitted =
         emitted.map(|texture| texture.map_or(NO_TEXTURE, |texture| compiler.root(texture))).collect();
-    let rows = scene.materials.iter().map(|material| material.kind.row()).collect();
+    let kinds: Vec<MaterialKind> = scene.materials.iter().map(Material::textured_kind).collect();
+    let rows = kinds.iter().map(MaterialKind::row).collect();
     let mut bindings = Vec::new();
     for (row, material) in scene.materials.iter().enumerate() {
         for textured in &material.textures {
             // What can be no texture is refused when a scene is checked.
-            if let Some(place) = Place::of(&material.kind, textured.parameter) {
+            if let Some(place) = Place::of(&kinds[row], textured.parameter) {
                 bindings.push(Binding { row, place, texture: compiler.root(textured.texture) });
             }
         }

@@ -1,6 +1,6 @@
 //! The image files of a scene, each read once.
 
-use crate::texture::{FilesError, ImageFile, read_files};
+use crate::texture::{FilesError, ImageFile, MOST_BYTES_IN_ALL, read_files};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -12,6 +12,8 @@ pub(super) struct ImageCache {
     /// The index of each that was read; none of one that cannot be.
     known: HashMap<PathBuf, Option<usize>>,
     images: Vec<ImageFile>,
+    /// The bytes that further pictures may take.
+    room: u64,
 }
 
 /// An image that cannot be read.
@@ -26,7 +28,12 @@ pub(super) enum Unreadable {
 impl ImageCache {
     /// An empty cache for paths relative to `folder`.
     pub(super) fn new(folder: &Path) -> ImageCache {
-        ImageCache { folder: folder.into(), known: HashMap::new(), images: Vec::new() }
+        ImageCache {
+            folder: folder.into(),
+            known: HashMap::new(),
+            images: Vec::new(),
+            room: MOST_BYTES_IN_ALL,
+        }
     }
 
     /// The index of an image file, which is read if it is new.
@@ -35,7 +42,7 @@ impl ImageCache {
         if let Some(known) = self.known.get(&path) {
             return known.ok_or(Unreadable::Again);
         }
-        let read = read_files(&self.folder, file);
+        let read = read_files(&self.folder, file, &mut self.room);
         let index = read.map(|image| {
             self.images.push(image);
             self.images.len() - 1

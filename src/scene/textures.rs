@@ -4,7 +4,7 @@ use super::description::Scene;
 use super::names::MAX_NESTING;
 use crate::material::Place;
 use crate::parameter::{Family, Value};
-use crate::texture::costs;
+use crate::texture::{ImageFile, costs};
 
 /// What breaks a promise.
 pub(super) enum Broken {
@@ -30,25 +30,24 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
             }
         }
         for value in texture.kind.values() {
-            if let Value::Image(image) = value
-                && scene.images.get(image.0).is_none_or(|image| image.tiles.is_empty())
-            {
-                let message = format!("there is no image {}, only {}", image.0 + 1, scene.images.len());
-                all.push(Broken::Texture(i, message));
-            }
+            let Value::Image(image) = value else { continue };
+            let no_image = || format!("there is no image {}, only {}", image.0 + 1, scene.images.len());
+            let objection = scene.images.get(image.0).map_or_else(|| Some(no_image()), ImageFile::objection);
+            all.extend(objection.map(|message| Broken::Texture(i, message)));
         }
         if nesting[i] == MAX_NESTING + 1 {
             all.push(Broken::Texture(i, format!("it is nested more than {MAX_NESTING} deep")));
         }
     }
     for (i, material) in scene.materials.iter().enumerate() {
+        let kind = material.textured_kind();
         for (place, textured) in material.textures.iter().enumerate() {
             let name = textured.parameter;
             if textured.texture >= scene.textures.len() {
                 let (number, count) = (textured.texture + 1, scene.textures.len());
                 all.push(Broken::Material(i, format!("there is no texture {number}, only {count}")));
             }
-            if Place::of(&material.kind, name).is_none() {
+            if Place::of(&kind, name).is_none() {
                 all.push(Broken::Material(i, format!("{name} can be no texture")));
             }
             if material.textures[..place].iter().any(|other| other.parameter == name) {

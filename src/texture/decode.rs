@@ -13,8 +13,8 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// Reads a picture file, whose extension says what it is.
-pub fn read(path: &Path) -> Result<Picture, PictureError> {
+/// Reads a picture file, whose extension says what it is, into at most `room` bytes.
+pub fn read(path: &Path, room: u64) -> Result<Picture, PictureError> {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     let extension = extension.to_ascii_lowercase();
     if !EXTENSIONS.contains(&extension.as_str()) {
@@ -30,30 +30,36 @@ pub fn read(path: &Path) -> Result<Picture, PictureError> {
     let mut bytes = Vec::new();
     File::open(path).and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes)).map_err(failed)?;
     if bytes.len() as u64 > MOST_BYTES {
-        return Err(PictureError::TooLong);
+        return Err(PictureError::FileTooLarge);
     }
-    decode(&extension, &bytes)
+    decode_within(&extension, &bytes, room)
 }
 
 /// The picture in the bytes of a file with this extension, in lower case.
 ///
 /// Transparency is left out, palettes are looked up, and fewer bits than eight become eight.
 pub fn decode(extension: &str, bytes: &[u8]) -> Result<Picture, PictureError> {
+    decode_within(extension, bytes, MOST_BYTES)
+}
+
+/// The same where `room` bytes are left to it. More are refused before they are taken.
+pub(super) fn decode_within(extension: &str, bytes: &[u8], room: u64) -> Result<Picture, PictureError> {
     match extension {
-        "png" => by_image(bytes, ImageFormat::Png, "PNG", true),
-        "tga" => by_image(bytes, ImageFormat::Tga, "TGA", false),
-        "bmp" => by_image(bytes, ImageFormat::Bmp, "BMP", false),
-        "webp" => by_image(bytes, ImageFormat::WebP, "WebP", false),
-        "hdr" => by_image(bytes, ImageFormat::Hdr, "Radiance HDR", false),
-        "jpg" | "jpeg" => decode_jpeg(bytes),
-        "tif" | "tiff" => decode_tiff(bytes),
-        "exr" => decode_exr(bytes),
+        "png" => by_image(bytes, room, ImageFormat::Png, "PNG", true),
+        "tga" => by_image(bytes, room, ImageFormat::Tga, "TGA", false),
+        "bmp" => by_image(bytes, room, ImageFormat::Bmp, "BMP", false),
+        "webp" => by_image(bytes, room, ImageFormat::WebP, "WebP", false),
+        "hdr" => by_image(bytes, room, ImageFormat::Hdr, "Radiance HDR", false),
+        "jpg" | "jpeg" => decode_jpeg(bytes, room),
+        "tif" | "tiff" => decode_tiff(bytes, room),
+        "exr" => decode_exr(bytes, room),
         _ => Err(PictureError::UnknownFormat),
     }
 }
 
 fn by_image(
     bytes: &[u8],
+    room: u64,
     format: ImageFormat,
     name: &'static str,
     is_deflated: bool,
@@ -66,7 +72,7 @@ fn by_image(
     let decoder = reader.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
     let colour = decoder.color_type();
-    check_size(width.into(), height.into(), colour.bytes_per_pixel().into())?;
+    check_size(width.into(), height.into(), colour.bytes_per_pixel().into(), room)?;
     if is_deflated {
         check_promise(width.into(), height.into(), bytes)?;
     }
@@ -91,7 +97,7 @@ fn into_little_endian(bytes: &mut [u8], depth: Depth) {
 }
 
 /// The crate is built without its SIMD paths, so that all processors compute the same bytes.
-fn decode_jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
+fn decode_jpeg(bytes: &[u8], room: u64) -> Result<Picture, PictureError> {
     let broken = |error: &dyn std::fmt::Debug| PictureError::Broken("JPEG", format!("{error:?}"));
     let side = LONGEST_SIDE as usize;
     let options = DecoderOptions::default().set_max_width(side).set_max_height(side).set_strict_mode(true);
@@ -100,7 +106,7 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
     let (width, height) = decoder.dimensions().ok_or_else(|| broken(&"no size"))?;
     let is_grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
     let channels = if is_grey { 1 } else { 3 };
-    check_size(width as u64, height as u64, channels.into())?;
+    check_size(width as u64, height as u64, channels.into(), room)?;
     let out = if is_grey { ColorSpace::Luma } else { ColorSpace::RGB };
     decoder.set_options(options.jpeg_set_out_colorspace(out));
     let own = decoder.decode().map_err(|error| broken(&error))?;
@@ -110,7 +116,7 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Picture, PictureError> {
     Ok(Picture::new([width as u32, height as u32], [channels; 2], Depth::Bits8, &own))
 }
 
-fn decode_tiff(bytes: &[u8]) -> Result<Picture, PictureError> {
+fn decode_tiff(bytes: &[u8], room: u64) -> Result<Picture, PictureError> {
     let broken = |error: tiff::TiffError| match error {
         tiff::TiffError::UnsupportedError(error) => PictureError::Unsupported(error.to_string()),
         error => PictureError::Broken("TIFF", error.to_string()),
@@ -128,7 +134,8 @@ fn decode_tiff(bytes: &[u8]) -> Result<Picture, PictureError> {
         tiff::ColorType::RGBA(_) => 4,
         other => return Err(PictureError::Unsupported(format!("textures take no TIFF of {other:?}"))),
     };
-    check_size(width.into(), height.into(), u64::from(stored) * u64::from(colour.bit_depth()).div_ceil(8))?;
+    let texel = u64::from(stored) * u64::from(colour.bit_depth()).div_ceil(8);
+    check_size(width.into(), height.into(), texel, room)?;
     check_promise(width.into(), height.into(), bytes)?;
     let (depth, own) = match decoder.read_image().map_err(broken)? {
         DecodingResult::U8(own) if colour.bit_depth() == 8 => (Depth::Bits8, own),

@@ -11,7 +11,7 @@ type FlatLayer = Layer<AnyChannels<FlatSamples>>;
 
 /// The first layer with channels R, G and B, or else with Y alone, by these names or by names that end in them behind a
 /// point; the picture is its data window.
-pub(super) fn decode_exr(bytes: &[u8]) -> Result<Picture, PictureError> {
+pub(super) fn decode_exr(bytes: &[u8], room: u64) -> Result<Picture, PictureError> {
     let broken = |error: exr::error::Error| PictureError::Broken("EXR", error.to_string());
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
     // All parts are decoded, whichever has the picture.
@@ -19,11 +19,14 @@ pub(super) fn decode_exr(bytes: &[u8]) -> Result<Picture, PictureError> {
     for header in &meta.headers {
         let [width, height] = [header.layer_size.x(), header.layer_size.y()].map(|side| side as u64);
         let texel = header.channels.bytes_per_pixel as u64;
-        check_size(width, height, texel)?;
+        check_size(width, height, texel, room)?;
         check_promise(width, height, bytes)?;
         taken += width * height * texel;
         if taken > MOST_BYTES {
             return Err(PictureError::TooLarge(width, height));
+        }
+        if taken > room {
+            return Err(PictureError::TooMuchInAll(width, height));
         }
     }
     let image = read()

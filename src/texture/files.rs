@@ -10,8 +10,9 @@ use thiserror::Error;
 /// What stands for the numbers of tiles in the name of a file.
 pub const UDIM: &str = "<UDIM>";
 
-/// The number of the first tile.
+/// The numbers of the first tile and of the last.
 const FIRST: u32 = 1001;
+const LAST: u32 = 1999;
 
 /// Tiles for each unit of v.
 const ACROSS: u32 = 10;
@@ -23,14 +24,14 @@ pub struct ImageFile {
     pub name: String,
     /// Whether the name stands for tiles.
     pub is_tiled: bool,
-    /// The tiles, in the order of their numbers; of an image that is none of tiles one.
+    /// The tiles, in the order of their numbers; of an image that is none of tiles one, of the number 1001.
     pub tiles: Vec<Tile>,
 }
 
 /// A tile of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
-    /// From 1001 on: one more for each unit of u, ten more for each unit of v.
+    /// From 1001 to 1999: one more for each unit of u, ten more for each unit of v.
     pub number: u32,
     /// What is on it.
     pub picture: Arc<Picture>,
@@ -43,6 +44,27 @@ impl ImageFile {
     /// An image that is one picture.
     pub fn of(name: String, picture: Arc<Picture>) -> ImageFile {
         ImageFile { name, is_tiled: false, tiles: vec![Tile { number: FIRST, picture }] }
+    }
+
+    /// What is wrong with the tiles, if anything is.
+    pub(crate) fn objection(&self) -> Option<String> {
+        let numbers: Vec<u32> = self.tiles.iter().map(|tile| tile.number).collect();
+        if !self.is_tiled {
+            let message = || format!("an image without tiles has one picture, of the number {FIRST}");
+            return (numbers != [FIRST]).then(message);
+        }
+        if numbers.is_empty() {
+            return Some("an image has no tile".to_owned());
+        }
+        for (i, number) in numbers.iter().enumerate() {
+            if !(FIRST..=LAST).contains(number) {
+                return Some(format!("the number of a tile must be from {FIRST} to {LAST}, not {number}"));
+            }
+            if numbers[..i].contains(number) {
+                return Some(format!("an image has two tiles of the number {number}"));
+            }
+        }
+        None
     }
 
     /// The places that tiles may have: ten for each unit of v.
@@ -73,20 +95,31 @@ pub enum FilesError {
         error: PictureError,
     },
     /// No file has the name of a tile.
-    #[error("{}: there is no tile from 1001 to 1999 of this name", .path.display())]
+    #[error("{}: there is no tile from {first} to {last} of this name", .path.display(), first = FIRST, last = LAST)]
     NoTile {
         /// The name.
         path: PathBuf,
     },
 }
 
-/// Reads the image that a scene calls `name`, relative to a folder.
-pub fn read_files(folder: &Path, name: &str) -> Result<ImageFile, FilesError> {
-    let one = |path: PathBuf| read(&path).map(Arc::new).map_err(|error| FilesError::Picture { path, error });
+/// Reads the image that a scene calls `name`, relative to a folder, into at most `room` bytes, of which it leaves the
+/// rest.
+///
+/// # Errors
+///
+/// If a file cannot be read, has no picture, or has one that takes more memory than is left.
+pub fn read_files(folder: &Path, name: &str, room: &mut u64) -> Result<ImageFile, FilesError> {
+    let mut one = |path: PathBuf| match read(&path, *room) {
+        Ok(picture) => {
+            *room = room.saturating_sub(picture.bytes() as u64);
+            Ok(Arc::new(picture))
+        }
+        Err(error) => Err(FilesError::Picture { path, error }),
+    };
     if !name.contains(UDIM) {
         return Ok(ImageFile::of(name.to_owned(), one(folder.join(name))?));
     }
-    let tiles = (FIRST..2000).map(|number| (number, folder.join(name.replace(UDIM, &number.to_string()))));
+    let tiles = (FIRST..=LAST).map(|number| (number, folder.join(name.replace(UDIM, &number.to_string()))));
     let tiles = tiles.filter(|(_, path)| path.exists());
     let tiles: Result<Vec<_>, _> =
         tiles.map(|(number, path)| Ok(Tile { number, picture: one(path)? })).collect();

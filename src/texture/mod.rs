@@ -46,7 +46,7 @@ mod table;
 pub use columns::{COLOURED, SRGB};
 pub use compile::{Compiler, TooDeep, costs};
 pub use decode::{decode, read};
-pub use fault::{EXTENSIONS, MOST_BYTES, PictureError};
+pub use fault::{EXTENSIONS, MOST_BYTES, MOST_BYTES_IN_ALL, PictureError};
 pub use files::{FilesError, ImageFile, Tile, UDIM, read_files};
 pub use image::{ColorSpace, TexelFilter, Wrap};
 pub use list::*;

@@ -1,6 +1,9 @@
 //! Picture files.
 
-use super::super::{EXTENSIONS, FilesError, PictureError, decode, read, read_files};
+use super::super::decode::decode_within;
+use super::super::{
+    EXTENSIONS, FilesError, MOST_BYTES, MOST_BYTES_IN_ALL, PictureError, decode, read, read_files,
+};
 use super::*;
 use ::image::{DynamicImage, ImageFormat};
 use exr::prelude::{WritableImage, f16};
@@ -153,15 +156,17 @@ fn pictures_that_lie_about_their_size_take_no_memory() {
     assert!(decode("png", &lying_png(3, 2)).is_ok(), "a lie that is none");
     assert!(matches!(decode("png", &lying_png(70_000, 2)), Err(PictureError::TooLarge(70_000, 2))));
     assert!(matches!(decode("png", &lying_png(30_000, 30_000)), Err(PictureError::TooLarge(..))));
-    assert!(matches!(decode("png", &lying_png(10_000, 10_000)), Err(PictureError::Lies(..))));
+    assert!(matches!(decode("png", &lying_png(10_000, 10_000)), Err(PictureError::TooFewBytes(..))));
     assert!(matches!(decode("png", &lying_png(300, 200)), Err(PictureError::Broken("PNG", _))));
     let mut bmp = encoded(&rgb8(), ImageFormat::Bmp);
     bmp[18..22].copy_from_slice(&60_000_i32.to_le_bytes());
     bmp[22..26].copy_from_slice(&60_000_i32.to_le_bytes());
-    assert!(decode("bmp", &bmp).is_err());
+    let error = decode("bmp", &bmp);
+    assert!(matches!(error, Err(PictureError::TooLarge(60_000, 60_000))), "{error:?}");
     let mut tga = encoded(&rgb8(), ImageFormat::Tga);
     tga[12..16].copy_from_slice(&[0xff; 4]);
-    assert!(decode("tga", &tga).is_err());
+    let error = decode("tga", &tga);
+    assert!(matches!(error, Err(PictureError::TooLarge(65_535, 65_535))), "{error:?}");
 }
 
 #[test]
@@ -169,7 +174,7 @@ fn files_are_told_from_what_is_none() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::create_dir(folder.path().join("folder.png")).expect("a folder");
     std::fs::write(folder.path().join("notes.txt"), "no picture").expect("written");
-    let error = |name: &str| read(&folder.path().join(name)).expect_err(name);
+    let error = |name: &str| read(&folder.path().join(name), MOST_BYTES).expect_err(name);
     assert!(matches!(error("nothing.png"), PictureError::Missing));
     assert!(matches!(error("folder.png"), PictureError::IsFolder));
     assert!(matches!(error("notes.txt"), PictureError::UnknownFormat));
@@ -186,11 +191,72 @@ fn tiles_are_found_by_their_numbers() {
     for name in ["wall.1001.png", "wall.1013.png", "wall.2001.png", "wall.png"] {
         write(name);
     }
-    let image = read_files(folder.path(), "wall.<UDIM>.png").expect("tiles");
+    let mut room = MOST_BYTES_IN_ALL;
+    let image = read_files(folder.path(), "wall.<UDIM>.png", &mut room).expect("tiles");
     let numbers: Vec<_> = image.tiles.iter().map(|tile| tile.number).collect();
     assert!(image.is_tiled && numbers == [1001, 1013] && image.places() == 20);
-    let none = read_files(folder.path(), "roof.<UDIM>.png");
+    let none = read_files(folder.path(), "roof.<UDIM>.png", &mut room);
     assert!(matches!(none, Err(FilesError::NoTile { .. })));
-    let one = read_files(folder.path(), "wall.png").expect("a picture");
+    let one = read_files(folder.path(), "wall.png", &mut room).expect("a picture");
     assert!(!one.is_tiled && one.tiles.len() == 1);
+}
+
+#[test]
+fn wrong_numbers_of_tiles_are_named() {
+    let of = |is_tiled, numbers: &[u32]| {
+        let tile = |&number| Tile { number, picture: Arc::new(Picture::black()) };
+        ImageFile { name: "wall".into(), is_tiled, tiles: numbers.iter().map(tile).collect() }.objection()
+    };
+    for (is_tiled, numbers) in [(false, &[1001][..]), (true, &[1001]), (true, &[1999, 1001, 1013])] {
+        assert_eq!(of(is_tiled, numbers), None, "{numbers:?}");
+    }
+    for (is_tiled, numbers, told) in [
+        (true, &[][..], "an image has no tile"),
+        (true, &[1001, 1000], "the number of a tile must be from 1001 to 1999, not 1000"),
+        (true, &[u32::MAX], "the number of a tile must be from 1001 to 1999, not 4294967295"),
+        (true, &[1013, 1001, 1013], "an image has two tiles of the number 1013"),
+        (false, &[], "an image without tiles has one picture, of the number 1001"),
+        (false, &[1002], "an image without tiles has one picture, of the number 1001"),
+        (false, &[1001, 1002], "an image without tiles has one picture, of the number 1001"),
+    ] {
+        assert_eq!(of(is_tiled, numbers).as_deref(), Some(told), "{numbers:?}");
+    }
+}
+
+#[test]
+fn pictures_that_take_more_than_is_left_are_refused_by_their_headers() {
+    for (extension, bytes, taken) in [
+        ("png", encoded(&rgb8(), ImageFormat::Png), 18),
+        ("tga", encoded(&rgb8(), ImageFormat::Tga), 18),
+        ("bmp", encoded(&rgb8(), ImageFormat::Bmp), 18),
+        ("webp", encoded(&rgb8(), ImageFormat::WebP), 18),
+        ("tif", tiff_of_16_bits(), 36),
+        ("exr", exr(), 36),
+        ("jpg", include_bytes!("gradient.jpg").to_vec(), 32 * 24 * 3),
+    ] {
+        assert!(decode_within(extension, &bytes, taken).is_ok(), "{extension}");
+        let error = decode_within(extension, &bytes, taken - 1);
+        assert!(matches!(error, Err(PictureError::TooMuchInAll(..))), "{extension}: {error:?}");
+    }
+    let told = PictureError::TooMuchInAll(3, 2).to_string();
+    assert_eq!(told, "with this picture of 3×2 texels the pictures of the scene take more than 8 GiB in all");
+}
+
+#[test]
+fn tiles_share_the_memory_that_is_left() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for number in [1001, 1002, 1003] {
+        let path = folder.path().join(format!("wall.{number}.png"));
+        std::fs::write(path, encoded(&rgb8(), ImageFormat::Png)).expect("written");
+    }
+    let own = decode("png", &encoded(&rgb8(), ImageFormat::Png)).expect("a picture").bytes() as u64;
+    let mut room = 3 * own;
+    assert!(read_files(folder.path(), "wall.<UDIM>.png", &mut room).is_ok());
+    assert_eq!(room, 0);
+    let mut room = 2 * own + 17;
+    let error = read_files(folder.path(), "wall.<UDIM>.png", &mut room).expect_err("too much");
+    let FilesError::Picture { path, error: PictureError::TooMuchInAll(3, 2) } = &error else {
+        panic!("{error}")
+    };
+    assert!(path.ends_with("wall.1003.png"), "{error}");
 }

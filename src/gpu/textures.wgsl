@@ -47,7 +47,8 @@ fn picture_number(row: PictureRow, i: u32) -> f32 {
     return value;
 }
 
-fn texel(row: PictureRow, place: u32) -> vec3f {
+fn texel(row: PictureRow, own_place: u32) -> vec3f {
+    let place = min(own_place, row.width * row.height - 1u);
     if (row.form & PICTURE_COLOURED) == 0u {
         return vec3f(picture_number(row, place));
     }

@@ -150,13 +150,32 @@ mod tests {
         let gold = check(named("gold"), &mut Vec::new()).unwrap();
         assert_eq!((gold.metal, gold.eta.is_some(), gold.k.is_some()), (None, true, true));
         assert_eq!(gold.row(), named("gold").row());
-        // Reflectances at normal incidence of spectra under D65, in linear Rec. 709.
-        for (name, expected) in [
-            ("silver", [0.989, 0.984, 0.978]),
-            ("copper", [0.932, 0.623, 0.522]),
+        // Reflectances at normal incidence of spectra under D65, in linear Rec. 709, as `benches/metals.py` prints
+        // them; red of gold is out of gamut there (1.04).
+        let reflectances = [
             ("aluminium", [0.907, 0.916, 0.922]),
+            ("beryllium", [0.539, 0.533, 0.534]),
             ("brass", [0.910, 0.778, 0.423]),
-        ] {
+            ("chromium", [0.550, 0.556, 0.554]),
+            ("cobalt", [0.683, 0.655, 0.616]),
+            ("copper", [0.932, 0.623, 0.522]),
+            ("gold", [0.980, 0.728, 0.365]),
+            ("iron", [0.530, 0.513, 0.494]),
+            ("lead", [0.657, 0.661, 0.693]),
+            ("manganese", [0.603, 0.574, 0.541]),
+            ("mercury", [0.781, 0.779, 0.778]),
+            ("nickel", [0.697, 0.640, 0.563]),
+            ("niobium", [0.500, 0.507, 0.501]),
+            ("palladium", [0.733, 0.697, 0.652]),
+            ("platinum", [0.679, 0.640, 0.584]),
+            ("rhodium", [0.797, 0.765, 0.742]),
+            ("silver", [0.989, 0.984, 0.978]),
+            ("titanium", [0.619, 0.579, 0.543]),
+            ("tungsten", [0.516, 0.496, 0.467]),
+            ("vanadium", [0.520, 0.535, 0.567]),
+        ];
+        assert_eq!(reflectances.map(|(name, _)| name), NAMES);
+        for (name, expected) in reflectances {
             let [eta, k] = named(name).index().map(narrow);
             for (i, expected) in expected.into_iter().enumerate() {
                 let ours = fresnel_conductor(1.0_f32, eta[i], k[i]);

@@ -10,8 +10,8 @@ use thiserror::Error;
 /// A texture that takes too much to be evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum TooDeep {
-    /// Too many colours have to wait.
-    #[error("too many textures stand inside each other: {0} colours have to wait, of at most {STACK}")]
+    /// It needs too many values at a time.
+    #[error("too many textures stand inside each other: it needs {0} values at a time, of at most {STACK}")]
     Stack(usize),
     /// Its program is too long.
     #[error(

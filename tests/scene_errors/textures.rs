@@ -99,7 +99,7 @@ broken!(
         matte("\"t2\"", &(0..3).map(mix).collect::<String>())
     },
     [
-        "14:11: texture \"t2\": too many textures stand inside each other: 7 colours have to wait, of at most 6"
+        "14:11: texture \"t2\": too many textures stand inside each other: it needs 7 values at a time, of at most 6"
     ]
 );
 broken!(
@@ -147,7 +147,7 @@ broken!(
 broken!(
     what_can_be_no_texture,
     "[materials.a]\ntype = \"matte\"\nreflectance = [0, 0, 0]\n[materials.b]\ntype = \"checkerboard\"\neven = \"a\"\nodd = \"a\"\nchecks_per_unit = \"t\"\n[textures.t]\ntype = \"constant\"\nvalue = 1\n",
-    ["8:19: checks_per_unit of a checkerboard can be no texture"]
+    ["8:19: checks_per_unit must be a number, or an array of 2 numbers (along u, along v), not a string"]
 );
 broken!(
     shapes_take_no_textures,
@@ -158,6 +158,17 @@ broken!(
     ["5:57: radius must be a number, not a string"]
 );
 
+/// The CRC-32 of a chunk of a PNG file.
+fn png_checksum(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0_u32, |mut crc, byte| {
+        crc ^= u32::from(*byte);
+        for _ in 0..8 {
+            crc = if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
+        }
+        crc
+    })
+}
+
 #[test]
 fn broken_files_are_told_where_the_scene_names_them() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -167,6 +178,8 @@ fn broken_files_are_told_where_the_scene_names_them() {
     let mut lies = png.clone();
     // A width of 70,000 in the header, and its checksum.
     lies[16..20].copy_from_slice(&70_000_u32.to_be_bytes());
+    let checksum = png_checksum(&lies[12..29]);
+    lies[29..33].copy_from_slice(&checksum.to_be_bytes());
     fs::write(folder.path().join("lies.png"), &lies).expect("written");
     fs::create_dir(folder.path().join("folder.png")).expect("a folder");
     let image = |name: &str| format!("[textures.{name}]\ntype = \"image\"\nfile = \"{name}\"\n");
@@ -182,6 +195,8 @@ fn broken_files_are_told_where_the_scene_names_them() {
     }
     assert!(lines[0].contains("this is no whole PNG file"), "{}", lines[0]);
     assert!(lines[1].contains("this is no whole EXR file"), "{}", lines[1]);
+    let limits = "a picture of 70000×480 texels is larger than the limits of 65536 a side and 1 GiB";
+    assert!(lines[2].ends_with(limits), "{}", lines[2]);
     assert!(lines[3].ends_with("this is a folder"), "{}", lines[3]);
 }
 

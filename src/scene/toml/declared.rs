@@ -110,13 +110,20 @@ fn key(parameter: &Parameter, textured: bool) -> Key<Slot> {
     }
 }
 
+/// Whether numbers and colours of what is declared may be textures, in a family of which they may: not of a material that
+/// names others, which chooses among them.
+fn takes_textures(declaration: &Declaration, family_does: bool) -> bool {
+    family_does && !declaration.parameters.iter().any(|parameter| parameter.kind == ParameterKind::Material)
+}
+
 /// The keys of a declared table.
 pub(super) fn names(declaration: &'static Declaration) -> impl Iterator<Item = &'static str> + Clone {
     declaration.parameters.iter().map(|parameter| parameter.name)
 }
 
-/// The schema of a declared table, whose numbers and colours may be textures.
+/// The schema of a declared table, in a family whose numbers and colours may be textures.
 pub(super) fn schema(declaration: &Declaration, textured: bool) -> Json {
+    let textured = takes_textures(declaration, textured);
     let keys: Vec<_> = declaration.parameters.iter().map(|parameter| key(parameter, textured)).collect();
     let mut schema = table::schema(keys.iter().map(|key| key as &dyn AnyKey), Some(declaration.name));
     schema["description"] = declaration.about.into();
@@ -124,8 +131,8 @@ pub(super) fn schema(declaration: &Declaration, textured: bool) -> Json {
     schema
 }
 
-/// The values of a declared table, in which materials and textures are still names. They are kept apart, so that a wrong value does
-/// not hide a wrong name.
+/// The values of a declared table, in which materials and textures are still names. They are kept apart, so that a wrong
+/// value does not hide a wrong name.
 pub(super) struct Values {
     /// The place of the declaration in its family.
     place: usize,
@@ -135,7 +142,7 @@ pub(super) struct Values {
 }
 
 impl Values {
-    /// Reads a table by the declaration at a place in its family, whose numbers and colours may be textures.
+    /// Reads a table by the declaration at a place in its family, of which numbers and colours may be textures.
     pub(super) fn read(
         place: usize,
         declaration: &'static Declaration,
@@ -143,6 +150,7 @@ impl Values {
         fields: &Fields<'_, '_>,
         reports: &mut Reports<'_>,
     ) -> Values {
+        let textured = takes_textures(declaration, textured);
         let read = |parameter| {
             let key = key(parameter, textured);
             let given = match parameter.absence {

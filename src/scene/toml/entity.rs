@@ -55,7 +55,7 @@ static EMISSION: Key<ColourOr> = Key::default(
     "emission",
     ColourOr(RADIANCE),
     "[0, 0, 0]",
-    "Radiance that leaves the outward side, in W/(m² sr): red, green, blue, or the name of a texture. Points of quads and boxes are drawn in proportion to it; the light of other shapes paths find by chance, and whitted only where it looks.",
+    "Radiance that leaves the outward side, in W/(m² sr): red, green, blue, or the name of a texture. Points of quads and boxes are drawn in proportion to it; the light of other shapes paths find by chance, and whitted only where it looks. Emission is always of a picture's finest level, whatever its mipmap.",
 );
 static POWER: Key<At<value::Colour>> = Key::optional(
     "power",
@@ -111,6 +111,12 @@ fn area(shape: &Shape) -> f64 {
         Piece::Rare(rare) => rare.surface().area,
     };
     shape.pieces().iter().map(|piece| f64::from(of_piece(piece))).sum()
+}
+
+/// Whether a shape that emits a texture is no light that is sampled, where it would be one if it emitted a colour.
+fn is_found_by_chance(shape: &Shape) -> bool {
+    matches!(shape, Shape::Mesh { .. })
+        || shape.pieces().iter().any(|piece| !matches!(piece, Piece::Quad(_) | Piece::Plane(_)))
 }
 
 /// The radiance of a matte emitter of so much power and area: Φ = π·A·L.
@@ -197,7 +203,16 @@ pub(super) fn link_entities(
             let (emission, emission_texture) = match emission {
                 Emission::Radiance(ColourOrName::Colour(radiance)) => (radiance, None),
                 Emission::Radiance(ColourOrName::Name(name)) => {
-                    ([0.0; 3], Some(textures.find(&name, reports)?))
+                    let texture = textures.find(&name, reports)?;
+                    if parts.iter().any(|part| is_found_by_chance(&part.shape)) {
+                        let message = "only quads and boxes that emit a texture are sampled as lights";
+                        reports.warn(
+                            Some(name.at),
+                            message,
+                            "paths find the light of other shapes by chance",
+                        );
+                    }
+                    ([0.0; 3], Some(texture))
                 }
                 Emission::Power(power) => {
                     let is_own = |part: &&RawPart| match &part.material {

@@ -11,7 +11,7 @@ use common::scenes::{
     point_light, quad, scene, sized, smallpt, sphere, v,
 };
 use common::{blocks::Estimate, blocks::Verdict, estimate, for_each_sample};
-use stride::parameter::Word;
+use stride::light::Falloff;
 use stride::scene::{
     ConductorParameters, DielectricParameters, DirectionalLightParameters, Entity, Integrator, Material,
     MaterialKind, MatteParameters, Sampler, Scene, SpotLightParameters,
@@ -142,21 +142,24 @@ fn rough_surfaces() -> Scene {
     ];
     let mut scene = sized(scene(materials, entities), 64, 48);
     scene.camera.eye = v(0.0, 0.0, 1.5);
-    let spot = |falloff| SpotLightParameters {
-        position: v(2.0, 3.0 - 2.0 * falloff as f64, 3.0),
+    let spot = |falloff: Falloff| SpotLightParameters {
+        position: v(2.0, 3.0 - 2.0 * f64::from(falloff as u8), 3.0),
         direction: v(2.5, -1.0, -2.5),
         intensity: Some([4.0, 3.0, 2.0]),
         power: None,
         cone_angle: 40.0,
-        penumbra_angle: 25.0,
-        falloff: Word(falloff),
+        penumbra_angle: Some(25.0),
+        falloff,
     };
     let sun = DirectionalLightParameters {
         direction: v(0.4, 0.5, -1.0),
         irradiance: [0.8, 0.7, 0.6],
         angular_diameter: 50.0,
     };
-    scene.lights = vec![sun.into(), spot(0).into(), spot(1).into(), spot(2).into()];
+    scene.lights = vec![sun.into()];
+    scene
+        .lights
+        .extend([Falloff::Smoothstep, Falloff::Angle, Falloff::Squared].map(|falloff| spot(falloff).into()));
     scene.lights.push(DirectionalLightParameters { angular_diameter: 0.0, ..sun }.into());
     scene.environment = [0.1, 0.12, 0.15];
     scene.render.max_depth = 5;

@@ -34,7 +34,7 @@ pub struct LightRow {
     /// the slope of intensity by cosine or angle,
     pub ramp_slope: f32,
     /// and the number of its [`Falloff`](super::Falloff).
-    pub ramp_form: f32,
+    pub falloff: f32,
     /// Of a quad that emits a texture: the texture,
     pub texture: u32,
     /// and where its grid begins.
@@ -62,7 +62,7 @@ pub(super) struct Columns {
     square: Vec<f32>,
     ramp_from: Vec<f32>,
     ramp_slope: Vec<f32>,
-    ramp_form: Vec<f32>,
+    falloff: Vec<f32>,
     texture: Vec<u32>,
     grid: Vec<u32>,
     emission: [Vec<f32>; 3],
@@ -91,7 +91,7 @@ impl Columns {
             square,
             ramp_from,
             ramp_slope,
-            ramp_form,
+            falloff,
             texture,
             grid,
             emission,
@@ -108,7 +108,7 @@ impl Columns {
         self.square.push(f32::from(u8::from(square)));
         self.ramp_from.push(ramp_from);
         self.ramp_slope.push(ramp_slope);
-        self.ramp_form.push(ramp_form);
+        self.falloff.push(falloff);
         self.texture.push(texture);
         self.grid.push(grid);
         push3(&mut self.emission, emission);
@@ -130,7 +130,7 @@ impl Columns {
             square,
             ramp_from,
             ramp_slope,
-            ramp_form,
+            falloff,
             texture,
             grid,
             emission,
@@ -151,7 +151,7 @@ impl Columns {
         reader.floats("square", square);
         reader.floats("ramp_from", ramp_from);
         reader.floats("ramp_slope", ramp_slope);
-        reader.floats("ramp_form", ramp_form);
+        reader.floats("falloff", falloff);
         reader.words("texture", texture);
         reader.words("grid", grid);
         reader.vectors("emission", emission);
@@ -296,13 +296,13 @@ impl<'a, F: Float> LaneLights<'a, F> {
         F::gather(&self.columns.square, self.light).gt(F::zero())
     }
 
-    /// See [`LightRow::ramp_from`], [`LightRow::ramp_slope`] and [`LightRow::ramp_form`].
+    /// See [`LightRow::ramp_from`], [`LightRow::ramp_slope`] and [`LightRow::falloff`].
     #[inline(always)]
     pub fn ramp(&self) -> [F; 3] {
         [
             F::gather(&self.columns.ramp_from, self.light),
             F::gather(&self.columns.ramp_slope, self.light),
-            F::gather(&self.columns.ramp_form, self.light),
+            F::gather(&self.columns.falloff, self.light),
         ]
     }
 

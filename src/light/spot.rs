@@ -7,13 +7,22 @@ use super::power;
 use super::sample::{EmittedRay, LightSample};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, narrow, trig};
 use crate::parameter::limits::{DIRECTION, INTENSITY, POINT};
-use crate::parameter::{Colour, Number, ParameterKind, Problem, Word, parameters};
+use crate::parameter::{Colour, Number, ParameterKind, Problem, parameters, words};
 use crate::sampling::warp;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// The ways in which intensity falls from the middle to the edge, in the order of [`Falloff`].
-const FALLOFFS: &[&str] = &["smoothstep", "angle", "squared"];
+words! {
+    /// How intensity falls.
+    pub enum Falloff {
+        /// 3t² − 2t³ of the share t of the cosine's fall, as in pbrt.
+        Smoothstep = "smoothstep",
+        /// The share of the angle's fall, as in Mitsuba.
+        Angle = "angle",
+        /// t² of the share t of the cosine's fall, as in glTF.
+        Squared = "squared",
+    }
+}
 
 parameters! {
     /// A point that shines into a cone.
@@ -28,11 +37,12 @@ parameters! {
         power: Option<Colour> = ParameterKind::Colour(INTENSITY) => nothing,
         /// The angle in degrees from the axis to darkness.
         cone_angle: f64 = ParameterKind::Number(Number::between(0.01, 180.0)) => "30",
-        /// The angle in degrees, within the cone, over which intensity falls to nothing; 0 is a sharp edge.
-        penumbra_angle: f64 = ParameterKind::Number(Number::between(0.0, 180.0)) => "5",
+        /// The angle in degrees, within the cone, over which intensity falls to nothing; 0 is a sharp edge. By default it
+        /// is 5, or the cone's angle if that is less.
+        penumbra_angle: Option<f64> = ParameterKind::Number(Number::between(0.0, 180.0)) => nothing,
         /// How intensity falls in the penumbra: smoothstep, 3t² − 2t³ of the share t of the cosine's fall; angle,
         /// linear in the angle; squared, t².
-        falloff: Word = ParameterKind::Word(FALLOFFS) => "\"smoothstep\"",
+        falloff: Falloff = ParameterKind::Word(Falloff::WORDS) => "\"smoothstep\"",
     }
     check = check;
     rules = r#"{ "oneOf": [{ "required": ["intensity"] }, { "required": ["power"] }] }"#;
@@ -43,32 +53,30 @@ fn check(
     parameters: SpotLightParameters,
     _warnings: &mut Vec<Problem>,
 ) -> Result<SpotLightParameters, Problem> {
-    let SpotLightParameters { intensity, power, cone_angle, penumbra_angle, .. } = parameters;
+    let SpotLightParameters { intensity, power, cone_angle, .. } = parameters;
+    let penumbra_angle = parameters.penumbra();
     if penumbra_angle > cone_angle {
         return Err(Problem {
             parameter: "penumbra_angle",
             message: format!("penumbra_angle, {penumbra_angle}, is above cone_angle, {cone_angle}"),
-            help: Some("penumbra_angle is 5 unless the file says otherwise, and lies within the cone".into()),
+            help: Some("the penumbra lies within the cone".into()),
         });
     }
     let solid_angle = Ramp::of(&parameters).solid_angle();
     let intensity = power::intensity("a spot light", intensity, power, solid_angle)?;
-    Ok(SpotLightParameters { intensity: Some(intensity), power: None, ..parameters })
+    Ok(SpotLightParameters {
+        intensity: Some(intensity),
+        power: None,
+        penumbra_angle: Some(penumbra_angle),
+        ..parameters
+    })
 }
 
-/// How intensity falls.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Falloff {
-    /// 3t² − 2t³ of the share t of the cosine's fall, as in pbrt.
-    Smoothstep,
-    /// The share of the angle's fall, as in Mitsuba.
-    Angle,
-    /// t² of the share t of the cosine's fall, as in glTF.
-    Squared,
-}
-
-impl Falloff {
-    const ALL: [Falloff; 3] = [Falloff::Smoothstep, Falloff::Angle, Falloff::Squared];
+impl SpotLightParameters {
+    /// The angle of the penumbra in degrees.
+    fn penumbra(&self) -> f64 {
+        self.penumbra_angle.unwrap_or_else(|| self.cone_angle.min(5.0))
+    }
 }
 
 /// The cone, its penumbra, and the fall of intensity there.
@@ -93,9 +101,8 @@ const STEEPEST: f64 = 1e30;
 impl Ramp {
     fn of(parameters: &SpotLightParameters) -> Ramp {
         let outer = parameters.cone_angle.to_radians();
-        let inner = (parameters.cone_angle - parameters.penumbra_angle).to_radians();
-        let falloff = Falloff::ALL.get(parameters.falloff.0).copied().unwrap_or(Falloff::Smoothstep);
-        Ramp { outer, inner, falloff }
+        let inner = (parameters.cone_angle - parameters.penumbra()).to_radians();
+        Ramp { outer, inner, falloff: parameters.falloff }
     }
 
     /// ∫ of the share of the intensity over all directions.
@@ -161,10 +168,10 @@ impl SpotLight {
     /// The share of the intensity in a direction.
     #[inline(always)]
     fn share<F: Float>(lights: &LaneLights<'_, F>, d: Vec3<F>) -> F {
-        let (axis, [from, slope, form]) = (lights.normal(), lights.ramp());
+        let (axis, [from, slope, falloff]) = (lights.normal(), lights.ramp());
         // |d − axis|² = 2·(1 − cos), which does not cancel where the cone is narrow.
         let off = d - axis;
-        let is = |falloff: Falloff| form.to_uint().eq(F::Uint::splat(falloff as u32));
+        let is = |one: Falloff| falloff.to_uint().eq(F::Uint::splat(one as u32));
         let x = F::branch(
             is(Falloff::Angle),
             off.dot(off) * -0.5,
@@ -187,7 +194,7 @@ impl Light for SpotLight {
             radius: versine(self.ramp.outer) as f32,
             ramp_from: self.ramp.line()[0] as f32,
             ramp_slope: self.ramp.line()[1] as f32,
-            ramp_form: self.ramp.falloff as u32 as f32,
+            falloff: self.ramp.falloff as u32 as f32,
             emission: self.intensity,
             ..LightRow::default()
         }

@@ -27,7 +27,8 @@ pub trait Listed: Light {
 /// a light of its own.
 ///
 /// A new kind is a file that implements this, a `mod` line, and a line in the list of `kinds.rs`; one that is not a
-/// surface has a line in `list.rs` too, which lists the parameters of lights for scenes. Directions are of length one, densities of directions by solid angle, and `emission` is that of the row unless a caller has scaled it.
+/// surface has a line in `list.rs` too, which lists the parameters of lights for scenes. Directions are of length one,
+/// densities of directions by solid angle, and `emission` is that of the row unless a caller has scaled it.
 pub trait Light {
     /// Whether its light reaches a point along a single direction, which sampling the BxDF cannot find: a point light, a
     /// sun without a size. `path-naive` samples these lights only. Sampling one uses no random numbers.

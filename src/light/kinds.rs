@@ -6,8 +6,8 @@ use super::contract::{Light, Listed};
 use super::directional::{Distant, DistantDisk};
 use super::point::PointLight;
 use super::sample::{EmittedRay, Escaped, LightSample};
-use super::screen::Screen;
 use super::spot::SpotLight;
+use super::textured_quad::TexturedQuad;
 use super::triangle::Triangle;
 use crate::math::{Float, Mask, Rgb, Vec3, function};
 use crate::shape::{Cylinder, Disk, Quad, Sphere};
@@ -207,7 +207,7 @@ kinds! {
     Distant: Distant,
     DistantDisk: DistantDisk,
     Spot: SpotLight,
-    Screen: Screen,
+    TexturedQuad: TexturedQuad,
     #[cfg(test)]
     Sky: super::made_up::Sky,
 }

@@ -11,7 +11,7 @@
 //! | `lamps` | the lights as `whitted` samples them: a mesh of many triangles is one |
 //! | `sample` | the results of sampling |
 //! | `area`, `flat`, `rectangle` | code that kinds share |
-//! | `point`, `spot`, `directional`, `sphere`, `quad`, `triangle`, `disk`, `cylinder`, `screen` | the kinds |
+//! | `point`, `spot`, `directional`, `sphere`, `quad`, `triangle`, `disk`, `cylinder`, `textured_quad` | the kinds |
 //! | `power` | intensities that are given as power |
 //! | `environment` | the constant environment |
 //!
@@ -36,10 +36,10 @@ mod power;
 mod quad;
 mod rectangle;
 mod sample;
-mod screen;
 mod sphere;
 mod spot;
 mod table;
+mod textured_quad;
 mod tree;
 mod triangle;
 
@@ -55,9 +55,9 @@ pub use list::*;
 pub use point::PointLight;
 pub use quad::LEAST_SOLID_ANGLE;
 pub use sample::{EmittedRay, Escaped, LightSample, SHADOW_LENGTH};
-pub use screen::{Screen, textured_radiance};
 pub use spot::{Falloff, Ramp, SpotLight};
 pub use table::{Groups, LightTable, NO_LIGHT};
+pub use textured_quad::{TexturedQuad, textured_radiance};
 pub use tree::{
     COUNT_FROM, FACING, GREATEST, LEAF, LEAST_SHARE, LightChoice, LightNode, LightTree, NARROW, NEARNESS,
 };

@@ -8,7 +8,7 @@ use super::environment::Environment;
 use super::kinds::{self, LightKind};
 use super::lamps::{self, Lamp, MeshLamp};
 use super::sample::{EmittedRay, LightSample};
-use super::screen::Screen;
+use super::textured_quad::TexturedQuad;
 use super::tree::LightTree;
 use super::triangle::Triangle;
 use crate::math::{BELOW_ONE, Bounds, ColumnReader, Float, Mask, Rgb, Uint, Vec3};
@@ -110,8 +110,8 @@ impl LightTable {
     pub fn push_textured(&mut self, piece: &Piece, flipped: bool, texture: u32) -> u32 {
         let Piece::Quad(quad) = *piece else { return NO_LIGHT };
         let textures = Arc::clone(&self.columns.textures);
-        let screen = Screen::new(quad, flipped, texture, &textures, &mut self.columns.grids);
-        screen.map_or(NO_LIGHT, |screen| self.push(screen))
+        let light = TexturedQuad::new(quad, flipped, texture, &textures, &mut self.columns.grids);
+        light.map_or(NO_LIGHT, |light| self.push(light))
     }
 
     /// The grids by which points of textures are drawn.

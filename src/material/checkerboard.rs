@@ -49,7 +49,7 @@ impl Chooser for Checkerboard {
     }
 
     #[inline(always)]
-    fn magnified<F: Float>(columns: &Columns, row: F::Uint) -> F {
+    fn uv_area_scale<F: Float>(columns: &Columns, row: F::Uint) -> F {
         columns.number::<F>(0, row) * columns.number::<F>(1, row)
     }
 }

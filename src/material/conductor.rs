@@ -95,7 +95,7 @@ impl MaterialParameters for ConductorParameters {
             None => Row { numbers: padded([er, eg, eb, kr, kg, kb]), ..row(Kind::SmoothConductor) },
             Some([along_u, along_v]) => Row {
                 numbers: [er, eg, eb, kr, kg, kb, along_u, along_v],
-                has_grain: along_u != along_v,
+                is_anisotropic: along_u != along_v,
                 ..row(Kind::Conductor)
             },
         }
@@ -192,8 +192,8 @@ mod tests {
         assert_eq!(row([0.0; 2]).kind, Kind::SmoothConductor);
         assert_eq!(row([0.0099; 2]).kind, Kind::SmoothConductor);
         let brushed = row([0.0, 0.5]);
-        assert_eq!((brushed.kind, brushed.has_grain), (Kind::Conductor, true));
+        assert_eq!((brushed.kind, brushed.is_anisotropic), (Kind::Conductor, true));
         assert_eq!(brushed.numbers[6..], [LEAST_ALPHA, 0.25]);
-        assert!(!row([0.5; 2]).has_grain);
+        assert!(!row([0.5; 2]).is_anisotropic);
     }
 }

@@ -48,7 +48,7 @@ impl MaterialParameters for DielectricParameters {
             None => Row { numbers: padded([r, g, b, ior]), ..row },
             Some([along_u, along_v]) => Row {
                 numbers: padded([r, g, b, ior, along_u, along_v]),
-                has_grain: along_u != along_v,
+                is_anisotropic: along_u != along_v,
                 ..row
             },
         }

@@ -9,12 +9,11 @@ use crate::parameter::limits::FRACTION;
 use crate::parameter::{Colour, Number, ParameterKind, Value, parameters};
 
 parameters! {
-    /// Scatters evenly, or by grooves, on both sides.
+    /// A diffuse surface, smooth or rough, on both sides.
     pub struct MatteParameters: "matte", "a matte material" {
         /// The fraction of light that is reflected: red, green, blue, each 0 to 1.
         reflectance: Colour = FRACTION,
-        /// Roughness, 0 to 1: grooves that shine towards the light and keep its energy, by the model of Oren and Nayar as
-        /// Portsmouth, Kutz and Hill (2025) have it. At 0 light is scattered evenly.
+        /// Roughness, 0 to 1: an energy-preserving Oren–Nayar model (EON; Portsmouth, Kutz and Hill 2025); 0 is Lambertian.
         roughness: f64 = ParameterKind::Number(Number::between(0.0, 1.0)) => "0" uncounted Value::Number(0.0),
     }
 }
@@ -43,7 +42,7 @@ impl Leaf for Matte {
     }
 }
 
-/// Scatters by grooves, on both sides.
+/// Scatters by the Oren–Nayar model, on both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughMatte;
 

@@ -33,5 +33,5 @@ pub trait Chooser {
     fn choose<F: Float>(columns: &Columns, row: F::Uint, uv: [F; 2]) -> (F::Uint, [F; 2]);
 
     /// The area of the chosen one's uv for each area of uv.
-    fn magnified<F: Float>(columns: &Columns, row: F::Uint) -> F;
+    fn uv_area_scale<F: Float>(columns: &Columns, row: F::Uint) -> F;
 }

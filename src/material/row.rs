@@ -17,8 +17,8 @@ const NUMBER_NAMES: [&str; NUMBERS] =
 /// The names of the columns of choices.
 const CHOICE_NAMES: [&str; CHOICES] = ["choice_0", "choice_1"];
 
-/// One material: its program, and the program's parameters. A parameter may be a texture if its value, or the square of it, is here as the scene
-/// says it: what depends on it otherwise is computed at the hit.
+/// One material: its program, and the program's parameters. A parameter may be a texture if its value, or the square of
+/// it, is here as the scene says it: what depends on it otherwise is computed at the hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// The program.
@@ -30,13 +30,13 @@ pub struct Row {
     /// The rows that a chooser chooses among, all of them before this one.
     pub choices: [u32; CHOICES],
     /// Whether it scatters differently along u and along v, so that frames have to follow uv.
-    pub has_grain: bool,
+    pub is_anisotropic: bool,
 }
 
 impl Row {
     /// A row that has no more than a colour.
     pub(super) fn new(kind: Kind, colour: [f32; 3]) -> Row {
-        Row { kind, colour, numbers: [0.0; NUMBERS], choices: [0; CHOICES], has_grain: false }
+        Row { kind, colour, numbers: [0.0; NUMBERS], choices: [0; CHOICES], is_anisotropic: false }
     }
 }
 

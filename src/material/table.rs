@@ -17,7 +17,7 @@ pub struct MaterialTable {
     /// The greatest depth of choosers inside choosers.
     nesting: u32,
     uses_uv: bool,
-    has_grain: bool,
+    is_anisotropic: bool,
     kinds: Kinds,
     rows: Vec<Row>,
     bindings: Bindings,
@@ -100,7 +100,7 @@ macro_rules! magnify {
             $(#[$cfg])*
             {
                 let lanes = $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
-                let within = $area * super::$module::$Chooser::magnified::<F>(&$table.columns, $row);
+                let within = $area * super::$module::$Chooser::uv_area_scale::<F>(&$table.columns, $row);
                 $area = F::select(lanes, within, $area);
             }
         )*
@@ -127,10 +127,18 @@ impl MaterialTable {
         }
         let nesting = depths.into_iter().max().unwrap_or(0);
         let kinds = rows.iter().fold(Kinds::default(), |kinds, row| kinds.with(row.kind));
-        let has_grain = rows.iter().any(|row| row.has_grain);
+        let is_anisotropic = rows.iter().any(|row| row.is_anisotropic);
         let bindings = Bindings::new(rows.len(), bindings);
-        let mut table =
-            MaterialTable { columns, nesting, uses_uv: false, has_grain, kinds, rows, bindings, textures };
+        let mut table = MaterialTable {
+            columns,
+            nesting,
+            uses_uv: false,
+            is_anisotropic,
+            kinds,
+            rows,
+            bindings,
+            textures,
+        };
         table.uses_uv = (0..table.rows.len() as u32).any(|row| table.looks_at_uv::<f32>(Wrapping(row)));
         table
     }
@@ -163,8 +171,8 @@ impl MaterialTable {
 
     /// Whether any material scatters differently along u and along v.
     #[inline(always)]
-    pub fn has_grain(&self) -> bool {
-        self.has_grain
+    pub fn is_anisotropic(&self) -> bool {
+        self.is_anisotropic
     }
 
     /// The lanes whose material uses uv.
@@ -187,7 +195,7 @@ impl MaterialTable {
 
     /// The area of the uv that [`Self::resolve`] gives for each area of those that it is given.
     #[inline(always)]
-    pub fn magnified<F: Float>(&self, mut material: F::Uint, mut uv: [F; 2]) -> F {
+    pub fn uv_area_scale<F: Float>(&self, mut material: F::Uint, mut uv: [F; 2]) -> F {
         let mut area = F::splat(1.0);
         for _ in 0..self.nesting {
             let kind = self.columns.kind(material);
@@ -245,7 +253,7 @@ mod tests {
     fn nested_checks_see_the_coordinates_within_their_check() {
         let table = checkers();
         assert_eq!(
-            [0, 2, 3].map(|row| table.magnified::<f32>(Wrapping(row), [0.05, 0.02])),
+            [0, 2, 3].map(|row| table.uv_area_scale::<f32>(Wrapping(row), [0.05, 0.02])),
             [1.0, 100.0, 200.0]
         );
         let at = |u: f32, v: f32| table.resolve::<f32>(Wrapping(3), [u, v]).0.0;

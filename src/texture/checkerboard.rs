@@ -9,8 +9,7 @@ use crate::parameter::{ParameterKind, Varying, parameters};
 
 parameters! {
     /// Alternates two textures over the surface's uv: `even` is where ⌊u·a⌋ + ⌊v·b⌋ is even, with a and b checks for
-    /// each
-    /// unit. A texture inside a check takes the coordinates within it, scaled to 0…1.
+    /// each unit. A texture inside a check takes the coordinates within it, scaled to 0…1.
     pub struct CheckerboardTexture: "checkerboard", "a checkerboard texture" {
         /// What is seen where the numbers of the check along u and along v have an even sum: a number, a colour, or the
         /// name of a texture.

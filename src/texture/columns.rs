@@ -112,8 +112,7 @@ impl Instructions {
     }
 }
 
-/// The pictures that instructions look up. A picture has a row for each way in which its numbers are understood, and
-/// one
+/// The pictures that instructions look up. A picture has a row for each way in which its numbers are understood, and one
 /// for each place where it stands among tiles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct PictureRows {

@@ -156,25 +156,24 @@ pub(super) fn look_up<F: Float>(
     let mut s = u * number[0] + v * number[1] + number[2];
     let mut t = u * number[3] + v * number[4] + number[5];
     let flags = all.flags(at);
-    let (mut row, mut there) = (all.link(at), F::splat(1.0));
+    let (mut row, mut is_tile) = (all.link(at), F::splat(1.0));
     if table.has_tiles {
         let bit = F::Uint::splat(TILES);
-        (row, there, s, t) = F::branch(
+        (row, is_tile, s, t) = F::branch(
             (flags & bit).eq(bit),
-            (row, there, s, t),
+            (row, is_tile, s, t),
             #[inline(always)]
             || {
                 let (column, line) = (s.floor(), t.floor());
                 let below = column.lt(F::splat(10.0)) & line.lt(all.other(at).to_float());
-                let is_tile = column.ge(F::zero()) & line.ge(F::zero()) & below;
-                let place =
-                    column.only(is_tile).to_uint() + line.only(is_tile).to_uint() * F::Uint::splat(10);
-                (row + place, F::splat(1.0).only(is_tile), s - column, t - line)
+                let known = column.ge(F::zero()) & line.ge(F::zero()) & below;
+                let place = column.only(known).to_uint() + line.only(known).to_uint() * F::Uint::splat(10);
+                (row + place, F::splat(1.0).only(known), s - column, t - line)
             },
         );
     }
     if !table.has_mipmaps {
-        return texels(table, row, flags, [s, t], there, asks);
+        return texels(table, row, flags, [s, t], is_tile, asks);
     }
     let levels = F::branch(
         asks & (flags & F::Uint::splat(MIPMAP)).eq(F::Uint::splat(MIPMAP)),
@@ -196,13 +195,13 @@ pub(super) fn look_up<F: Float>(
         },
     );
     let (finer, coarser, share) = levels;
-    let sharp = texels(table, finer, flags, [s, t], there, asks);
+    let sharp = texels(table, finer, flags, [s, t], is_tile, asks);
     let mixes = asks & share.gt(F::zero());
     F::branch(
         mixes,
         sharp,
         #[inline(always)]
-        || sharp * (F::splat(1.0) - share) + texels(table, coarser, flags, [s, t], there, mixes) * share,
+        || sharp * (F::splat(1.0) - share) + texels(table, coarser, flags, [s, t], is_tile, mixes) * share,
     )
 }
 
@@ -213,14 +212,14 @@ fn log2<F: Float>(x: F) -> F {
     x.to_bits().to_float() * (1.0 / 8_388_608.0) - 127.0
 }
 
-/// The colour of a picture at coordinates over its sides, times `there`, in the lanes of `asks`.
+/// The colour of a picture at coordinates over its sides, times `is_tile`, in the lanes of `asks`.
 #[inline(always)]
 fn texels<F: Float>(
     table: &TextureTable,
     row: F::Uint,
     flags: F::Uint,
     [s, t]: [F; 2],
-    there: F,
+    is_tile: F,
     asks: F::Mask,
 ) -> Rgb<F> {
     let [width, height] = table.rows.size(row);
@@ -233,7 +232,7 @@ fn texels<F: Float>(
     let (left, right) = (left.to_uint(), right.to_uint());
     let (low, high) = (low.to_uint() * width, high.to_uint() * width);
     let places = [low + left, low + right, high + left, high + right];
-    let (of_low, of_high) = (of_low * there, of_high * there);
+    let (of_low, of_high) = (of_low * is_tile, of_high * is_tile);
     let weights = [of_left * of_low, of_right * of_low, of_left * of_high, of_right * of_high];
     F::device(&Texels(table), (row, places, weights, asks))
 }

@@ -90,7 +90,7 @@ impl CompiledScene {
     pub fn bsdf<F: Float>(&self, at: &Interaction<F>) -> Bsdf<F> {
         let mut footprint = F::zero();
         if self.materials.textures().has_mipmaps() {
-            footprint = self.footprint(at) * self.materials.magnified(at.entity_material, at.uv);
+            footprint = self.footprint(at) * self.materials.uv_area_scale(at.entity_material, at.uv);
         }
         self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv, footprint })
     }
@@ -109,7 +109,7 @@ impl CompiledScene {
     /// scene scatters differently along u and along v.
     #[inline(always)]
     pub fn frame<F: Float>(&self, at: &Interaction<F>) -> Frame<F> {
-        if self.materials.has_grain() {
+        if self.materials.is_anisotropic() {
             Frame::along(at.point.shading, self.surfaces.tangent(&at.point, at.instance))
         } else {
             Frame::around(at.point.shading)

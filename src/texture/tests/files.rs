@@ -1,6 +1,7 @@
 //! Picture files.
 
 use super::super::decode::decode_within;
+use super::super::fault::LONGEST_SIDE;
 use super::super::{
     EXTENSIONS, FilesError, MOST_BYTES, MOST_BYTES_IN_ALL, PictureError, decode, read, read_files,
 };
@@ -259,4 +260,13 @@ fn tiles_share_the_memory_that_is_left() {
         panic!("{error}")
     };
     assert!(path.ends_with("wall.1003.png"), "{error}");
+}
+
+#[test]
+fn the_description_of_an_image_names_its_limits() {
+    use crate::parameter::Family as _;
+    let declaration = TextureKind::from(plain()).declaration().expect("a declaration");
+    let file = declaration.parameters.iter().find(|parameter| parameter.name == "file").expect("a file");
+    let limits = format!("at most {LONGEST_SIDE} texels a side and {} GiB", MOST_BYTES >> 30);
+    assert!(file.about.contains(&limits), "{}: no {limits}", file.about);
 }

@@ -1,4 +1,4 @@
-//! The grain of brushed surfaces: tangents along which u grows and v does not change, on every shape.
+//! Tangents, along which u grows and v does not change, on every shape.
 
 mod common;
 
@@ -120,7 +120,7 @@ fn along_a_tangent_u_grows_and_v_stays() {
     }
 }
 
-/// A frame follows the grain where there is one, and is the usual one in scenes without any.
+/// A frame follows uv where a surface is anisotropic, and is the usual one in scenes without any such.
 #[test]
 fn frames_follow_the_grain() {
     let ball = || vec![sphere(DVec3::ZERO, 1.0, 0)];

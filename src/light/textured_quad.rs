@@ -17,7 +17,7 @@ const POINTS: usize = 2;
 
 /// A quad whose radiance is a texture. Points of it are drawn in proportion to the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Screen {
+pub struct TexturedQuad {
     /// The surface.
     quad: Quad,
     /// Whether the side that emits is the inward one.
@@ -43,7 +43,7 @@ pub fn textured_radiance<F: Float>(
     Rgb::new(value.r.max(least).min(most), value.g.max(least).min(most), value.b.max(least).min(most))
 }
 
-impl Screen {
+impl TexturedQuad {
     /// A quad that emits a texture, with its grid among others; none if it is dark.
     pub(super) fn new(
         quad: Quad,
@@ -51,7 +51,7 @@ impl Screen {
         texture: u32,
         textures: &TextureTable,
         grids: &mut Grids,
-    ) -> Option<Screen> {
+    ) -> Option<TexturedQuad> {
         let [corner, u, v] = [quad.corner, quad.u, quad.v].map(Vec3::<f32>::splat);
         let side = CELLS * POINTS;
         let mut numbers = vec![0.0; CELLS * CELLS];
@@ -66,7 +66,7 @@ impl Screen {
         }
         let mean = sum.map(|sum| (sum / (side * side) as f64) as f32);
         let shines = mean.iter().any(|&x| x > 0.0);
-        shines.then(|| Screen { quad, flipped, texture, grid: grids.push(&numbers), mean })
+        shines.then(|| TexturedQuad { quad, flipped, texture, grid: grids.push(&numbers), mean })
     }
 }
 
@@ -78,7 +78,7 @@ fn shares<F: Float>(lights: &LaneLights<'_, F>, [u, v]: [Vec3<F>; 2], on: Vec3<F
     [from.dot(across_v) / u.dot(across_v), from.dot(across_u) / v.dot(across_u)]
 }
 
-impl Light for Screen {
+impl Light for TexturedQuad {
     const HAS_OWN_PDF: bool = true;
 
     fn row(&self) -> LightRow {

@@ -30,6 +30,24 @@ fn a_scene_without_light_is_warned_of() {
 }
 
 #[test]
+fn a_texture_whose_light_is_found_by_chance_is_warned_of() {
+    let emits = "emission = \"t\"\n[textures.t]\ntype = \"constant\"\nvalue = 1";
+    let chance = "box.toml:8:12: only quads and boxes that emit a texture are sampled as lights; \
+                  paths find the light of other shapes by chance";
+    assert_eq!(warnings(&format!("{BALL}{emits}")), [chance]);
+    let ball = r#"type = "sphere", center = [0, 0, 0], radius = 1"#;
+    let none: [&str; 0] = [];
+    for shape in [
+        r#"type = "quad", corner = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0]"#,
+        r#"type = "box", min = [0, 0, 0], max = [1, 1, 1]"#,
+    ] {
+        let text = BALL.replace(ball, shape);
+        assert_ne!(text, BALL);
+        assert_eq!(warnings(&format!("{text}{emits}")), none);
+    }
+}
+
+#[test]
 fn an_empty_scene_is_warned_of() {
     let empty = "box.toml: there is nothing in this scene; add [[entities]] with a shape and a material";
     assert_eq!(warnings("[environment]\nradiance = [1, 1, 1]"), [empty]);

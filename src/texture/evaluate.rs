@@ -15,12 +15,17 @@ impl TextureTable {
     #[inline(always)]
     pub fn value<F: Float>(&self, texture: F::Uint, site: Site<F>) -> Rgb<F> {
         function!(F, texture_value(texture, site), {
-            // Most programs are of one instruction, or choose among such.
-            if self.depth <= 1 {
-                self.run::<F, 1>(texture, site)
-            } else {
-                self.run::<F, STACK>(texture, site)
-            }
+            F::out_of_line(
+                #[inline(always)]
+                || {
+                    // Most programs are of one instruction, or choose among such.
+                    if self.depth <= 1 {
+                        self.run::<F, 1>(texture, site)
+                    } else {
+                        self.run::<F, STACK>(texture, site)
+                    }
+                },
+            )
         })
     }
 

@@ -151,6 +151,10 @@ macro_rules! for_lanes {
             body(arguments)
         }
         #[inline(always)]
+        fn out_of_line<T>(body: impl FnOnce() -> T) -> T {
+            <Self as $crate::math::lanes::LaneFloat>::outlined($crate::math::lanes::number::Closure(body))
+        }
+        #[inline(always)]
         fn device<D: $crate::math::lanes::Device>(
             device: &D,
             arguments: D::Arguments<Self>,

@@ -421,6 +421,9 @@ impl Float for RecordedFloat {
         let layouts = (A::layout(), R::layout());
         structure(with(|state| state.called(function, layouts, &numbers(&arguments))))
     }
+    fn out_of_line<T>(body: impl FnOnce() -> T) -> T {
+        body()
+    }
     fn device<D: Device>(device: &D, arguments: D::Arguments<Self>) -> D::Output<Self> {
         if let Some(output) = device.recorded(arguments) {
             return output;

@@ -297,6 +297,9 @@ impl Float for Watched {
         result
     }
     // What is written by hand is not watched, and not compiled once more.
+    fn out_of_line<T>(body: impl FnOnce() -> T) -> T {
+        body()
+    }
     fn device<D: Device>(device: &D, arguments: D::Arguments<Self>) -> D::Output<Self> {
         match device.recorded(arguments) {
             Some(output) => output,

@@ -286,8 +286,8 @@ impl Lanes {
     ) -> Lanes {
         Lanes {
             going,
-            p: [p.x, p.y, p.z].map(floats),
-            n: [n.x, n.y, n.z].map(floats),
+            p: [floats(p.x), floats(p.y), floats(p.z)],
+            n: [floats(n.x), floats(n.y), floats(n.z)],
             node: words(node),
             place: words(place),
             light: words(end.light),

@@ -33,11 +33,7 @@ pub(super) struct Rays {
 
 #[inline(always)]
 fn columns<F: LaneFloat>(v: Vec3<F>) -> [[f32; MAX_LANES]; 3] {
-    [v.x, v.y, v.z].map(|x| {
-        let mut column = [0.0; MAX_LANES];
-        x.store(&mut column);
-        column
-    })
+    [column(v.x), column(v.y), column(v.z)]
 }
 
 impl Rays {

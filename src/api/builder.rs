@@ -206,7 +206,8 @@ impl Render {
 
 /// What becomes of it.
 impl Render {
-    /// Layers beside colour, in memory, in EXR files and in film files, each once and in the order of [`Layer::ALL`].
+    /// Layers beside colour, in memory, in EXR files and in film files, each once and in the order of [`Layer::ALL`]. A
+    /// render that goes on with a film shows the layers that were shown before, unless some are given.
     pub fn layers(self, layers: impl IntoIterator<Item = Layer>) -> Render {
         let asked: Vec<Layer> = layers.into_iter().collect();
         let layers = Layer::ALL.into_iter().filter(|layer| asked.contains(layer)).collect();

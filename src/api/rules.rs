@@ -36,10 +36,13 @@ impl Render {
         let picture = part(self.crop, scene.film.width, scene.film.height)?;
         let resumed = self.resume.as_deref().map(Resumed::read).transpose()?;
         let Range { start: first, end } = self.which_samples(resumed.as_ref())?;
+        let shown = match &resumed {
+            Some(film) if self.layers.is_empty() => film.shown.clone(),
+            _ => self.layers.clone(),
+        };
         // What a film has goes on, whatever is written this time.
-        let spreads =
-            self.layers.contains(&Layer::Variance) || resumed.as_ref().is_some_and(|film| film.spreads);
-        let layers = LayerSet::new(&self.layers, scene.entities.len(), scene.materials.len());
+        let spreads = shown.contains(&Layer::Variance) || resumed.as_ref().is_some_and(|film| film.spreads);
+        let layers = LayerSet::new(&shown, scene.entities.len(), scene.materials.len());
         let layers = resumed.map_or(layers, |film| film.layers.with(layers));
         let spp = end - first;
         self.check_together(first, spp)?;
@@ -54,7 +57,7 @@ impl Render {
                 pictures: self.files.clone(),
                 overlay: self.overlay,
                 dump_at: self.dump_at.clone(),
-                layers: self.layers.clone(),
+                layers: shown,
                 samples: self.sample_file.clone(),
                 sends_samples: false,
                 film: self.film.clone().or_else(|| self.resume.clone()),
@@ -162,6 +165,8 @@ struct Resumed {
     spreads: bool,
     /// The layers of first hits that it has the sums of.
     layers: LayerSet,
+    /// The layers that the last render showed of it.
+    shown: Vec<Layer>,
 }
 
 impl Resumed {
@@ -171,7 +176,8 @@ impl Resumed {
         let first = film.holding().start().or(asked.as_ref().map(|asked| asked.start)).unwrap_or(0);
         let end = asked.map(|asked| asked.end).filter(|&end| end > first && end < u32::MAX);
         let Layout { spreads, layers, .. } = film.head().layout;
-        Ok(Resumed { first, end, spreads, layers })
+        let shown = film.head().layers_shown();
+        Ok(Resumed { first, end, spreads, layers, shown })
     }
 }
 

@@ -96,7 +96,8 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     write_outputs(&arguments.outputs, &head, &film, &holding, view, (&layers, &mattes))?;
     if !arguments.quiet {
         // Standard error may be closed: these are courtesies.
-        let _ = tell(arguments, &holding, layout.layers, no_variance, &mut std::io::stderr().lock());
+        let told = (layout.layers, &noted_layers(&parts)[..]);
+        let _ = tell(arguments, &holding, told, no_variance, &mut std::io::stderr().lock());
     }
     Ok(())
 }
@@ -149,11 +150,8 @@ fn why_no_variance(part: &Part<'_>) -> &'static str {
 
 /// The layers that the films were rendered with.
 fn noted_layers(parts: &[Part<'_>]) -> Vec<Layer> {
-    let noted = |layer: &Layer| {
-        let mut notes = parts.iter().filter_map(|part| part.head.notes.get("layers"));
-        notes.any(|names| names.split(',').any(|name| name == layer.name()))
-    };
-    Layer::ALL.into_iter().filter(noted).collect()
+    let noted: Vec<Layer> = parts.iter().flat_map(|part| part.head.layers_shown()).collect();
+    Layer::ALL.into_iter().filter(|layer| noted.contains(layer)).collect()
 }
 
 fn is_film(path: &Path) -> bool {
@@ -286,7 +284,7 @@ fn write_outputs(
 fn tell(
     arguments: &MergeArguments,
     holding: &Holding,
-    layers: LayerSet,
+    (layers, noted): (LayerSet, &[Layer]),
     no_variance: Option<&Part<'_>>,
     out: &mut impl Write,
 ) -> std::io::Result<()> {
@@ -306,7 +304,9 @@ fn tell(
     let missing = holding.missing();
     if !missing.is_empty() {
         let hint = Ranges(&missing[..1]);
-        writeln!(out, "missing: {} (render --range {hint})", Ranges(&missing))?;
+        let names: Vec<&str> = noted.iter().map(|layer| layer.name()).collect();
+        let with = if names.is_empty() { String::new() } else { format!(" --layers {}", names.join(",")) };
+        writeln!(out, "missing: {} (render --range {hint}{with})", Ranges(&missing))?;
     }
     Ok(())
 }

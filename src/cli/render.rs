@@ -83,7 +83,7 @@ pub(super) struct RenderArguments {
     dump_at: Vec<u32>,
     /// Layers that EXR files get beside colour, and that films keep: albedo, normal, position, depth, uv, variance,
     /// samples, crypto-entity and crypto-material (Cryptomatte), or all; but for variance and samples they are of each
-    /// pixel's samples 0 to 31
+    /// pixel's samples 0 to 31 [default: none; with --resume those that the film was last rendered with]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = layer)]
     layers: Vec<Layers>,
     /// Dump every sample to a NumPy file

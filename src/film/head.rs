@@ -110,4 +110,10 @@ impl Head {
         let (first, end) = self.notes.get("asked")?.split_once("..")?;
         Some(first.parse().ok()?..end.parse().ok()?)
     }
+
+    /// The layers of the pictures that were written with the film.
+    pub fn layers_shown(&self) -> Vec<Layer> {
+        let names = self.notes.get("layers").unwrap_or_default();
+        Layer::ALL.into_iter().filter(|layer| names.split(',').any(|name| name == layer.name())).collect()
+    }
 }

@@ -329,7 +329,7 @@ mod tests {
             assert_eq!(slot(frosted.into(), parameter), Some(place), "{parameter}");
             assert_eq!(slot(sheet.into(), parameter), Some(place), "{parameter} of a sheet");
         }
-        // Where the colour of a row is black, paths ask no lights.
+        // Paths sample no light where the colour of a row is black.
         let tint = Place::of(&frosted.into(), "reflectance").map(|place| place.least);
         assert!(tint > Some(0.0), "{tint:?}");
         let board = CheckerboardParameters { even: 0, odd: 0, checks_per_unit: [1.0; 2] };

@@ -44,7 +44,7 @@ macro_rules! of_leaf {
 /// Evaluates each lane's lobe, if it has a flag; other lanes are unspecified. `$function` names what is evaluated.
 ///
 /// The first leaf's lobe is evaluated in all lanes, each other one only if there is a lane that has it. Of kinds that
-/// the scene lacks there is no code in recorded programs, and lanes do not ask for them.
+/// the scene lacks there is no code in recorded programs, and lanes do not test for them.
 macro_rules! answer {
     (
         { $kinds:ident, $local:ident, $flag:ident, $function:literal, $arguments:tt, $bxdf:ident => $answer:expr }

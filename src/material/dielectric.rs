@@ -41,7 +41,7 @@ impl MaterialParameters for DielectricParameters {
             (true, false) => Kind::Dielectric,
             (true, true) => Kind::RoughThinDielectric,
         };
-        // Paths ask no lights where the colour is black, though light may be transmitted.
+        // Paths sample no light where the colour is black, though light may be transmitted.
         let least = if rough.is_some() { f32::MIN_POSITIVE } else { 0.0 };
         let row = Row::new(kind, narrow(self.reflectance).map(|channel: f32| channel.max(least)));
         match rough {

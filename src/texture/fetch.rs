@@ -8,7 +8,7 @@ use crate::math::lanes::{Device, MAX_LANES};
 use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Rgb};
 
 /// The weighted sum of four texels of the picture of a row, given by their places from the lower left on. The
-/// results of lanes that do not ask are unspecified.
+/// results of lanes outside the mask are unspecified.
 pub(super) struct Texels<'a>(pub(super) &'a TextureTable);
 
 impl Device for Texels<'_> {

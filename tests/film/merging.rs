@@ -68,6 +68,8 @@ fn shards_rendered_and_merged_in_any_order_are_the_whole() {
     let output = merge(&order, &["m.film", "m.exr"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && said.contains("missing: 60..64"), "{said}");
+    // The hint, followed to the letter, gives a film that adds up with these.
+    assert!(said.contains("(render --range 60..64 --layers albedo,normal,"), "{said}");
     assert!(!said.contains("the layers"), "{said}");
     assert!(bytes(dir.path(), "m.exr") != bytes(dir.path(), "whole.exr"));
     let said = merge(&[1, 2, 9, 40], &["part.exr"]).stderr;

@@ -169,7 +169,7 @@ fn meshes_and_what_is_in_the_tree_are_the_same_picture() {
     assert!(Prepared::new(&scenes[1].1, 0).scene.surfaces.instances().is_some_and(|all| all.len() == 5));
     let scenes = scenes.map(|(name, scene)| (name.to_owned(), scene));
     hold_all(&scenes, &[Integrator::Path, Integrator::PathNaive], 8);
-    // `whitted` asks every light at every point, and of those near a point it chooses a random point with a variance
+    // `whitted` samples every light at every point, and of those near a point it chooses a random point with a variance
     // that may be infinite.
     let few_lamps = ("few lamps".to_owned(), scenes::crowd_with_few_lamps(48, 32));
     let of_triangles = ("lamps of many triangles".to_owned(), scenes::lamps_of_triangles(48, 32));

@@ -48,10 +48,13 @@ fn blend_masks(mask: RecordedMask, a: RecordedMask, b: RecordedMask) -> Recorded
     (mask & a) | (!mask & b)
 }
 
+// Operations are called, not inlined: recording need not be fast, and there are thousands of places that record one.
+
 macro_rules! operator {
     ($Type:ident, $kind:ident, $Trait:ident, $method:ident, $function:ident, $op:expr) => {
         impl $Trait for $Type {
             type Output = Self;
+            #[inline(never)]
             fn $method(self, other: Self) -> Self {
                 let operands = [(self.0, Kind::$kind), (other.0, Kind::$kind)];
                 $Type(with(|state| state.apply(operands, |graph, [a, b]| graph.$function($op, a, b))))
@@ -88,6 +91,7 @@ with_constant!(Div, div);
 
 impl Not for RecordedMask {
     type Output = Self;
+    #[inline(never)]
     fn not(self) -> Self {
         RecordedMask(with(|state| state.apply([(self.0, Kind::Mask)], |graph, [a]| graph.not(a))))
     }
@@ -95,12 +99,14 @@ impl Not for RecordedMask {
 
 impl Neg for RecordedFloat {
     type Output = Self;
+    #[inline(never)]
     fn neg(self) -> Self {
         RecordedFloat(with(|state| state.apply([(self.0, Kind::Float)], |graph, [a]| graph.negate(a))))
     }
 }
 
 impl Mask for RecordedMask {
+    #[inline(never)]
     fn splat(value: bool) -> Self {
         RecordedMask(with(|state| state.apply([], |graph, []| graph.mask(value))))
     }
@@ -110,6 +116,7 @@ impl Mask for RecordedMask {
 }
 
 impl RecordedUint {
+    #[inline(never)]
     fn with_constant(self, op: Binary, b: u32) -> Self {
         RecordedUint(with(|state| {
             state.apply([(self.0, Kind::Uint)], |graph, [a]| {
@@ -118,6 +125,7 @@ impl RecordedUint {
             })
         }))
     }
+    #[inline(never)]
     fn compare(self, op: Binary, other: Self) -> RecordedMask {
         let operands = [(self.0, Kind::Uint), (other.0, Kind::Uint)];
         RecordedMask(with(|state| state.apply(operands, |graph, [a, b]| graph.compare(op, a, b))))
@@ -128,12 +136,15 @@ impl Uint for RecordedUint {
     type Float = RecordedFloat;
     type Mask = RecordedMask;
 
+    #[inline(never)]
     fn splat(value: u32) -> Self {
         RecordedUint(with(|state| state.apply([], |graph, []| graph.uint(value))))
     }
+    #[inline(never)]
     fn given(number: &u32) -> Self {
         RecordedUint(with(|state| state.given(number, Kind::Uint)))
     }
+    #[inline(never)]
     fn gather(table: &[u32], index: Self) -> Self {
         RecordedUint(with(|state| state.gather(table, index.0, Kind::Uint)))
     }
@@ -143,6 +154,7 @@ impl Uint for RecordedUint {
     fn shr<const K: u32>(self) -> Self {
         self.with_constant(Binary::ShiftRight, K)
     }
+    #[inline(never)]
     fn reverse_bits(self) -> Self {
         RecordedUint(with(|state| state.apply([(self.0, Kind::Uint)], |graph, [a]| graph.reverse_bits(a))))
     }
@@ -152,10 +164,12 @@ impl Uint for RecordedUint {
     fn lt(self, other: Self) -> RecordedMask {
         self.compare(Binary::Less, other)
     }
+    #[inline(never)]
     fn select(mask: RecordedMask, a: Self, b: Self) -> Self {
         let operands = [(mask.0, Kind::Mask), (a.0, Kind::Uint), (b.0, Kind::Uint)];
         RecordedUint(with(|state| state.apply(operands, |graph, [mask, a, b]| graph.select(mask, a, b))))
     }
+    #[inline(never)]
     fn to_float(self) -> RecordedFloat {
         RecordedFloat(with(|state| state.apply([(self.0, Kind::Uint)], |graph, [a]| graph.float_of_uint(a))))
     }
@@ -165,17 +179,20 @@ impl Uint for RecordedUint {
 }
 
 impl RecordedFloat {
+    #[inline(never)]
     fn function(self, name: &str, exact: fn(f32) -> f32) -> Self {
         RecordedFloat(with(|state| {
             state.apply([(self.0, Kind::Float)], |graph, [a]| graph.function_of_float(name, a, exact))
         }))
     }
+    #[inline(never)]
     fn function2(self, name: &str, other: Self, exact: fn(f32, f32) -> f32) -> Self {
         let operands = [(self.0, Kind::Float), (other.0, Kind::Float)];
         RecordedFloat(with(|state| {
             state.apply(operands, |graph, operands| graph.function_of_floats(name, operands, exact))
         }))
     }
+    #[inline(never)]
     fn compare(self, op: Binary, other: Self) -> RecordedMask {
         let operands = [(self.0, Kind::Float), (other.0, Kind::Float)];
         RecordedMask(with(|state| state.apply(operands, |graph, [a, b]| graph.compare(op, a, b))))
@@ -186,7 +203,9 @@ fn handles([x, y, z]: [RecordedFloat; 3]) -> [Handle; 3] {
     [x.0, y.0, z.0]
 }
 
-/// The numbers of a structure.
+/// The numbers of a structure. Like [`structure`] once in the code for each type, not at each place that needs them:
+/// recording a program need not be fast.
+#[inline(never)]
 fn numbers<T: Value<RecordedFloat>>(value: &T) -> Vec<(Handle, Kind)> {
     let mut parts = Vec::new();
     value.parts(&mut parts);
@@ -199,6 +218,7 @@ fn numbers<T: Value<RecordedFloat>>(value: &T) -> Vec<(Handle, Kind)> {
 }
 
 /// The structure of some numbers.
+#[inline(never)]
 fn structure<T: Value<RecordedFloat>>(handles: Vec<Handle>) -> T {
     fn kinds(layout: &Layout, into: &mut Vec<Kind>) {
         match layout {
@@ -253,12 +273,15 @@ impl Float for RecordedFloat {
     type Mask = RecordedMask;
     const LANES: usize = 0;
 
+    #[inline(never)]
     fn splat(value: f32) -> Self {
         RecordedFloat(with(|state| state.apply([], |graph, []| graph.float(value))))
     }
+    #[inline(never)]
     fn given(number: &f32) -> Self {
         RecordedFloat(with(|state| state.given(number, Kind::Float)))
     }
+    #[inline(never)]
     fn gather(table: &[f32], index: RecordedUint) -> Self {
         RecordedFloat(with(|state| state.gather(table, index.0, Kind::Float)))
     }
@@ -289,16 +312,20 @@ impl Float for RecordedFloat {
     fn ge(self, other: Self) -> RecordedMask {
         self.compare(Binary::GreaterOrEqual, other)
     }
+    #[inline(never)]
     fn select(mask: RecordedMask, a: Self, b: Self) -> Self {
         let operands = [(mask.0, Kind::Mask), (a.0, Kind::Float), (b.0, Kind::Float)];
         RecordedFloat(with(|state| state.apply(operands, |graph, [mask, a, b]| graph.select(mask, a, b))))
     }
+    #[inline(never)]
     fn to_bits(self) -> RecordedUint {
         RecordedUint(with(|state| state.apply([(self.0, Kind::Float)], |graph, [a]| graph.bits_of(a))))
     }
+    #[inline(never)]
     fn from_bits(bits: RecordedUint) -> Self {
         RecordedFloat(with(|state| state.apply([(bits.0, Kind::Uint)], |graph, [a]| graph.float_of_bits(a))))
     }
+    #[inline(never)]
     fn to_uint(self) -> RecordedUint {
         RecordedUint(with(|state| state.apply([(self.0, Kind::Float)], |graph, [a]| graph.uint_of_float(a))))
     }
@@ -309,15 +336,19 @@ impl Float for RecordedFloat {
         self.function2("copysign", sign, f32::copysign)
     }
 
+    #[inline(never)]
     fn add3(a: [Self; 3], b: [Self; 3]) -> [Self; 3] {
         on_vectors(Binary::Add, handles(a), handles(b)).map(RecordedFloat)
     }
+    #[inline(never)]
     fn sub3(a: [Self; 3], b: [Self; 3]) -> [Self; 3] {
         on_vectors(Binary::Subtract, handles(a), handles(b)).map(RecordedFloat)
     }
+    #[inline(never)]
     fn mul3(a: [Self; 3], b: [Self; 3]) -> [Self; 3] {
         on_vectors(Binary::Multiply, handles(a), handles(b)).map(RecordedFloat)
     }
+    #[inline(never)]
     fn scale3(v: [Self; 3], k: Self) -> [Self; 3] {
         with(|state| {
             let (v, k) = (state.vector(handles(v)), state.node(k.0, Kind::Float));
@@ -325,6 +356,7 @@ impl Float for RecordedFloat {
             state.coordinates(node).map(RecordedFloat)
         })
     }
+    #[inline(never)]
     fn neg3(v: [Self; 3]) -> [Self; 3] {
         with(|state| {
             let v = state.vector(handles(v));
@@ -332,6 +364,7 @@ impl Float for RecordedFloat {
             state.coordinates(node).map(RecordedFloat)
         })
     }
+    #[inline(never)]
     fn dot3(a: [Self; 3], b: [Self; 3]) -> Self {
         with(|state| {
             let vectors = [a, b].map(|v| state.vector(handles(v)));
@@ -339,6 +372,7 @@ impl Float for RecordedFloat {
             RecordedFloat(state.handle(node))
         })
     }
+    #[inline(never)]
     fn cross3(a: [Self; 3], b: [Self; 3]) -> [Self; 3] {
         with(|state| {
             let vectors = [a, b].map(|v| state.vector(handles(v)));
@@ -346,6 +380,7 @@ impl Float for RecordedFloat {
             state.coordinates(node).map(RecordedFloat)
         })
     }
+    #[inline(never)]
     fn select3(mask: RecordedMask, a: [Self; 3], b: [Self; 3]) -> [Self; 3] {
         with(|state| {
             let [a, b] = [a, b].map(|v| state.vector(handles(v)));
@@ -356,15 +391,17 @@ impl Float for RecordedFloat {
     }
 
     fn branch<T: Value<Self>>(mask: RecordedMask, otherwise: T, then: impl FnOnce() -> T) -> T {
-        match with(|state| state.constant_mask(mask.0)) {
-            Some(true) => return then(),
-            Some(false) => return otherwise,
-            None => {}
+        let constant = with(|state| state.constant_mask(mask.0));
+        if constant == Some(false) {
+            return otherwise;
         }
         let layout = T::layout();
-        let (second, block) =
-            with(|state| (state.values(&layout, &numbers(&otherwise)), state.open(mask.0, true)));
+        let begun = constant
+            .is_none()
+            .then(|| with(|state| (state.values(&layout, &numbers(&otherwise)), state.open(mask.0, true))));
+        // Once in the code, as in `fork`: branches within branches would double it each time.
         let result = then();
+        let Some((second, block)) = begun else { return result };
         structure(with(|state| {
             let first = state.close(&layout, &numbers(&result));
             let blocks = vec![block, state.empty(mask.0)];
@@ -379,17 +416,19 @@ impl Float for RecordedFloat {
         then: impl FnOnce() -> T,
         otherwise: impl FnOnce() -> T,
     ) -> T {
-        match with(|state| state.constant_mask(mask.0)) {
-            Some(true) => return then(),
-            Some(false) => return otherwise(),
-            None => {}
-        }
+        let constant = with(|state| state.constant_mask(mask.0));
         let layout = T::layout();
-        let then_block = with(|state| state.open(mask.0, true));
-        let result = then();
-        let (first, else_block) =
-            with(|state| (state.close(&layout, &numbers(&result)), state.open(mask.0, false)));
+        let mut begun = None;
+        if constant != Some(false) {
+            let then_block = constant.is_none().then(|| with(|state| state.open(mask.0, true)));
+            let result = then();
+            let Some(then_block) = then_block else { return result };
+            let (first, else_block) =
+                with(|state| (state.close(&layout, &numbers(&result)), state.open(mask.0, false)));
+            begun = Some((then_block, first, else_block));
+        }
         let result = otherwise();
+        let Some((then_block, first, else_block)) = begun else { return result };
         structure(with(|state| {
             let second = state.close(&layout, &numbers(&result));
             state.end_branch(Form::Fork, mask.0, vec![then_block, else_block], first, second)

@@ -4,7 +4,7 @@ use super::blocks::path::LIGHT;
 use super::observe::{Event, Observer, rgb, vec3};
 use super::vertex::{Departure, Scattering, State, Vertex, View};
 use crate::light::NO_LIGHT;
-use crate::material::{Bxdf, TransportMode};
+use crate::material::TransportMode;
 use crate::math::{Float, Rgb, Uint, function, value};
 use crate::world::Interaction;
 
@@ -100,7 +100,8 @@ pub(super) fn direct_light<F: Float>(
         let sample = lights.sample(light, point.p, [u, v]);
         let (bsdf, Scattering { frame, wo, .. }) = (scattering.bsdf(view.scene), scattering);
         let wi = frame.to_local(sample.wi);
-        let f = bsdf.eval(wo, wi, TransportMode::Radiance) * wi.z.abs();
+        // All lanes that matter scatter by other lobes than deltas.
+        let f = bsdf.eval_non_delta(wo, wi, TransportMode::Radiance) * wi.z.abs();
         let pdf = sample.pdf * chance;
         let share = f * sample.radiance * (F::splat(1.0) / pdf);
         let possible = asks
@@ -112,7 +113,7 @@ pub(super) fn direct_light<F: Float>(
             Rgb::black(),
             #[inline(always)]
             || {
-                let found = bsdf.pdf(wo, wi).only(!sample.delta);
+                let found = bsdf.pdf_non_delta(wo, wi).only(!sample.delta);
                 let (shadow, length) = at.shadow(&sample);
                 let past_triangles = lights.is_past_triangles::<F>(light);
                 let visible = possible & !view.world.occluded(&shadow, length, possible, past_triangles);

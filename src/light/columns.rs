@@ -234,6 +234,18 @@ impl<'a, F: Float> LaneLights<'a, F> {
         self.columns.has(kind)
     }
 
+    /// Whether there are lights of any of these kinds, which are bits.
+    #[inline(always)]
+    pub(super) fn has_any(&self, kinds: u32) -> bool {
+        self.columns.kinds & kinds != 0
+    }
+
+    /// The lanes whose light is of this kind or of one after it.
+    #[inline(always)]
+    pub(super) fn are_from(&self, kind: u32) -> F::Mask {
+        !self.kind.lt(F::Uint::splat(kind))
+    }
+
     /// The lanes whose light is of a kind.
     #[inline(always)]
     pub(super) fn are(&self, kind: u32) -> F::Mask {

@@ -41,6 +41,10 @@ pub trait Light {
     /// Whether [`Light::pdf`] may be another density than `by_area`.
     const HAS_OWN_PDF: bool = false;
 
+    /// Whether it is sampled where lanes need it, as frequent kinds are. All others together are out of line: scenes
+    /// without them would pay for tests and registers between the frequent ones.
+    const IS_FREQUENT: bool = false;
+
     /// The light's row in the table.
     fn row(&self) -> LightRow;
 

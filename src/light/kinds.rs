@@ -24,6 +24,26 @@ macro_rules! of_kind {
     }};
 }
 
+/// A sample of the lights of a kind in their lanes, if a condition holds of it and the scene has some, and another one
+/// elsewhere.
+macro_rules! sample_of {
+    (
+        $name:ident: $Type:ty, $condition:expr,
+        ($lights:ident, $p:ident, $emission:ident, $u:ident), $otherwise:ident
+    ) => {
+        if $condition && $lights.has(<$Type>::KIND) {
+            F::branch(
+                $lights.are(<$Type>::KIND),
+                $otherwise,
+                #[inline(always)]
+                || of_kind!($name "_sample", <$Type>::sample($lights, $p, $emission, $u)),
+            )
+        } else {
+            $otherwise
+        }
+    };
+}
+
 macro_rules! kinds {
     (
         $first:ident: $First:ty,
@@ -75,6 +95,24 @@ macro_rules! kinds {
             any
         };
 
+        /// How many kinds are frequent: the first ones.
+        const FREQUENT: u32 = {
+            let mut frequent = 1;
+            $(
+                $(#[$attribute])*
+                {
+                    if <$Type>::IS_FREQUENT {
+                        assert!(frequent == <$Type>::KIND, "a frequent kind comes after one that is not");
+                        frequent += 1;
+                    }
+                }
+            )+
+            frequent
+        };
+
+        /// The kinds that are not frequent, as bits.
+        const INFREQUENT: u32 = !((1 << FREQUENT) - 1);
+
         /// Whether rays that leave the scene see lights of a kind.
         pub(super) fn are_seen(kind: u32) -> bool {
             let mut seen = <$First>::INFINITE && !<$First>::DELTA && kind == <$First>::KIND;
@@ -110,20 +148,42 @@ macro_rules! kinds {
             emission: Rgb<F>,
             u: [F; 2],
         ) -> LightSample<F> {
-            let sample = of_kind!($first "_sample", <$First>::sample(lights, p, emission, u));
+            let mut sample = of_kind!($first "_sample", <$First>::sample(lights, p, emission, u));
             $(
                 $(#[$attribute])*
-                let sample = if (<$Type>::DELTA || !DELTA) && lights.has(<$Type>::KIND) {
-                    F::branch(
-                        lights.are(<$Type>::KIND),
-                        sample,
-                        #[inline(always)]
-                        || of_kind!($name "_sample", <$Type>::sample(lights, p, emission, u)),
-                    )
-                } else {
-                    sample
-                };
+                {
+                    sample = sample_of!(
+                        $name: $Type, <$Type>::IS_FREQUENT && (<$Type>::DELTA || !DELTA),
+                        (lights, p, emission, u), sample
+                    );
+                }
             )+
+            if lights.has_any(INFREQUENT) {
+                sample = F::branch(
+                    lights.are_from(FREQUENT),
+                    sample,
+                    #[inline(always)]
+                    || {
+                        let lights = *lights;
+                        F::out_of_line(
+                            #[inline(always)]
+                            move || {
+                                let (lights, mut sample) = (&lights, sample);
+                                $(
+                                    $(#[$attribute])*
+                                    {
+                                        sample = sample_of!(
+                                            $name: $Type, !<$Type>::IS_FREQUENT && (<$Type>::DELTA || !DELTA),
+                                            (lights, p, emission, u), sample
+                                        );
+                                    }
+                                )+
+                                sample
+                            },
+                        )
+                    },
+                );
+            }
             sample
         }
 

@@ -21,6 +21,7 @@ const SQUARE: f32 = 1e-6;
 /// others uniformly by area.
 impl Light for AreaLight<Quad> {
     const HAS_OWN_PDF: bool = true;
+    const IS_FREQUENT: bool = true;
 
     fn row(&self) -> LightRow {
         let (quad, surface) = (&self.shape, self.shape.surface());

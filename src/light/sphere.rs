@@ -14,6 +14,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 /// emits inwards, uniformly by area.
 impl Light for AreaLight<Sphere> {
     const HAS_OWN_PDF: bool = true;
+    const IS_FREQUENT: bool = true;
 
     fn row(&self) -> LightRow {
         let (sphere, surface) = (&self.shape, self.shape.surface());

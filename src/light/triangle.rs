@@ -35,6 +35,8 @@ fn array(v: Vec3<f32>) -> [f32; 3] {
 
 /// Sampled uniformly by area.
 impl Light for AreaLight<Triangle> {
+    const IS_FREQUENT: bool = true;
+
     fn row(&self) -> LightRow {
         let (sides, edges, normal) = self.form();
         let [edge_u, edge_v] = edges.map(array);

@@ -220,7 +220,23 @@ impl Bindings {
         &self,
         textures: &TextureTable,
         row: F::Uint,
-        site: &Site<F>,
+        site: Site<F>,
+        numbers: Numbers<F>,
+    ) -> Numbers<F> {
+        // The places of numbers are known at run time alone, for which all of them must be in memory.
+        F::out_of_line(
+            #[inline(always)]
+            move || self.applied(textures, row, site, numbers),
+        )
+    }
+
+    /// See [`Self::apply`].
+    #[inline(always)]
+    fn applied<F: Float>(
+        &self,
+        textures: &TextureTable,
+        row: F::Uint,
+        site: Site<F>,
         mut numbers: Numbers<F>,
     ) -> Numbers<F> {
         let mut i = 0;
@@ -233,7 +249,7 @@ impl Bindings {
                 Rgb::black(),
                 #[inline(always)]
                 || {
-                    let [r, g, b] = textures.value(texture, *site).channels();
+                    let [r, g, b] = textures.value(texture, site).channels();
                     let (least, most) = (F::gather(&self.least, at), F::gather(&self.most, at));
                     Rgb::new(r.max(least).min(most), g.max(least).min(most), b.max(least).min(most))
                 },
@@ -367,7 +383,7 @@ mod tests {
         let textures = compiler.finish();
         let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2], footprint: 0.0 };
         let own = Numbers { colour: Rgb::splat([0.1; 3]), further: [0.125; NUMBERS] };
-        let apply = |row| bindings.apply(&textures, Wrapping(row), &site, own);
+        let apply = |row| bindings.apply(&textures, Wrapping(row), site, own);
         assert_eq!(apply(0).further, own.further);
         let found = apply(1);
         assert_eq!(found.colour, own.colour);
@@ -386,7 +402,7 @@ mod tests {
         let bindings = Bindings::new(1, &all);
         let site = Site { p: Vec3::zero(), uv: [0.0_f32; 2], footprint: 0.0 };
         let own = Numbers { colour: Rgb::black(), further: [0.125; NUMBERS] };
-        let found = bindings.apply(&compiler.finish(), Wrapping(0), &site, own);
+        let found = bindings.apply(&compiler.finish(), Wrapping(0), site, own);
         assert_eq!(found.colour, Rgb::splat([0.25, 0.0625, LEAST_ALPHA]));
         let square = 0.3_f32 * 0.3;
         assert_eq!(found.further, [LEAST_ALPHA, 0.125, 0.125, 0.125, 0.125, 0.125, square, square]);

@@ -44,7 +44,8 @@ macro_rules! of_leaf {
 /// Evaluates each lane's lobe, if it has a flag; other lanes are unspecified. `$function` names what is evaluated.
 ///
 /// The first leaf's lobe is evaluated in all lanes, each other one only if there is a lane that has it. Of kinds that
-/// the scene lacks there is no code in recorded programs, and lanes do not test for them.
+/// the scene lacks there is no code in recorded programs, and lanes do not test for them: once for each frequent one,
+/// and once for all others together, which are out of line.
 macro_rules! answer {
     (
         { $kinds:ident, $local:ident, $flag:ident, $function:literal, $arguments:tt, $bxdf:ident => $answer:expr }
@@ -55,25 +56,66 @@ macro_rules! answer {
         choosers $choosers:tt
     ) => {{
         let $bxdf = $local.lobe::<super::$first_module::$First>();
-        let answer = of_leaf!($First, $function, $bxdf, $arguments, $answer);
+        let mut answer = of_leaf!($First, $function, $bxdf, $arguments, $answer);
         $(
             $(#[$cfg])*
-            let answer = if has!($flag, super::$module::$Leaf) && $kinds.has(Kind::$Leaf) {
-                F::branch(
-                    $local.is(Kind::$Leaf),
-                    answer,
-                    #[inline(always)]
-                    || {
-                        let $bxdf = $local.lobe::<super::$module::$Leaf>();
-                        of_leaf!($Leaf, $function, $bxdf, $arguments, $answer)
-                    },
-                )
-            } else {
-                answer
-            };
+            {
+                answer = answer_of!(
+                    $module::$Leaf, super::$module::$Leaf::IS_FREQUENT,
+                    { $kinds, $local, $flag, $function, $arguments, $bxdf => $answer }, answer
+                );
+            }
         )*
+        if $kinds.has_infrequent() {
+            answer = F::branch(
+                $local.is_infrequent(),
+                answer,
+                #[inline(always)]
+                || {
+                    F::out_of_line(
+                        #[inline(always)]
+                        move || {
+                            let mut answer = answer;
+                            $(
+                                $(#[$cfg])*
+                                {
+                                    answer = answer_of!(
+                                        $module::$Leaf, !super::$module::$Leaf::IS_FREQUENT,
+                                        { $kinds, $local, $flag, $function, $arguments, $bxdf => $answer }, answer
+                                    );
+                                }
+                            )*
+                            answer
+                        },
+                    )
+                },
+            );
+        }
         answer
     }};
+}
+
+/// The answer of a leaf in its lanes, if a condition holds of it and the scene has some, and another one elsewhere.
+macro_rules! answer_of {
+    (
+        $module:ident::$Leaf:ident, $condition:expr,
+        { $kinds:ident, $local:ident, $flag:ident, $function:literal, $arguments:tt, $bxdf:ident => $answer:expr },
+        $otherwise:ident
+    ) => {
+        if $condition && has!($flag, super::$module::$Leaf) && $kinds.has(Kind::$Leaf) {
+            F::branch(
+                $local.is(Kind::$Leaf),
+                $otherwise,
+                #[inline(always)]
+                || {
+                    let $bxdf = $local.lobe::<super::$module::$Leaf>();
+                    of_leaf!($Leaf, $function, $bxdf, $arguments, $answer)
+                },
+            )
+        } else {
+            $otherwise
+        }
+    };
 }
 
 /// The lanes whose lobe has a flag.
@@ -87,11 +129,27 @@ macro_rules! lanes_with {
         $(
             $(#[$cfg])*
             {
-                if has!($flag, super::$module::$Leaf) && $bsdf.kinds.has(Kind::$Leaf) {
+                if super::$module::$Leaf::IS_FREQUENT
+                    && has!($flag, super::$module::$Leaf)
+                    && $bsdf.kinds.has(Kind::$Leaf)
+                {
                     lanes = lanes | $bsdf.local.is(Kind::$Leaf);
                 }
             }
         )*
+        if $bsdf.kinds.has_infrequent() {
+            $(
+                $(#[$cfg])*
+                {
+                    if !super::$module::$Leaf::IS_FREQUENT
+                        && has!($flag, super::$module::$Leaf)
+                        && $bsdf.kinds.has(Kind::$Leaf)
+                    {
+                        lanes = lanes | $bsdf.local.is(Kind::$Leaf);
+                    }
+                }
+            )*
+        }
         lanes
     }};
 }
@@ -101,6 +159,12 @@ impl<F: Float> Local<F> {
     #[inline(always)]
     fn is(&self, kind: Kind) -> F::Mask {
         self.kind.eq(F::Uint::splat(kind as u32))
+    }
+
+    /// The lanes whose material is of a kind that is not frequent.
+    #[inline(always)]
+    fn is_infrequent(&self) -> F::Mask {
+        !self.kind.lt(F::Uint::splat(Kinds::FREQUENT))
     }
 
     /// The lobe of a kind, valid in lanes of that kind.
@@ -122,6 +186,24 @@ impl<F: Float> Bsdf<F> {
     pub fn is_black(&self) -> F::Mask {
         self.local.numbers.colour.max_channel().le(F::zero())
     }
+
+    /// [`Bxdf::eval`] in the lanes of [`Bxdf::has_non_delta`]; others are unspecified.
+    #[inline(always)]
+    pub fn eval_non_delta(&self, wo: Vec3<F>, wi: Vec3<F>, mode: TransportMode) -> Rgb<F> {
+        let Bsdf { local, kinds } = *self;
+        function!(F, bsdf_eval(local, wo, wi), {
+            materials!(answer kinds, local, HAS_NON_DELTA, "eval", (wo, wi), lobe => lobe.eval(wo, wi, mode))
+        })
+    }
+
+    /// [`Bxdf::pdf`] in the lanes of [`Bxdf::has_non_delta`]; others are unspecified.
+    #[inline(always)]
+    pub fn pdf_non_delta(&self, wo: Vec3<F>, wi: Vec3<F>) -> F {
+        let Bsdf { local, kinds } = *self;
+        function!(F, bsdf_pdf(local, wo, wi), {
+            materials!(answer kinds, local, HAS_NON_DELTA, "pdf", (wo, wi), lobe => lobe.pdf(wo, wi))
+        })
+    }
 }
 
 impl<F: Float> Bxdf<F> for Bsdf<F> {
@@ -130,11 +212,7 @@ impl<F: Float> Bxdf<F> for Bsdf<F> {
 
     #[inline(always)]
     fn eval(&self, wo: Vec3<F>, wi: Vec3<F>, mode: TransportMode) -> Rgb<F> {
-        let Bsdf { local, kinds } = *self;
-        function!(F, bsdf_eval(local, wo, wi), {
-            materials!(answer kinds, local, HAS_NON_DELTA, "eval", (wo, wi), lobe => lobe.eval(wo, wi, mode))
-                .only(Bsdf { local, kinds }.has_non_delta())
-        })
+        self.eval_non_delta(wo, wi, mode).only(self.has_non_delta())
     }
 
     #[inline(always)]
@@ -147,11 +225,7 @@ impl<F: Float> Bxdf<F> for Bsdf<F> {
 
     #[inline(always)]
     fn pdf(&self, wo: Vec3<F>, wi: Vec3<F>) -> F {
-        let Bsdf { local, kinds } = *self;
-        function!(F, bsdf_pdf(local, wo, wi), {
-            materials!(answer kinds, local, HAS_NON_DELTA, "pdf", (wo, wi), lobe => lobe.pdf(wo, wi))
-                .only(Bsdf { local, kinds }.has_non_delta())
-        })
+        self.pdf_non_delta(wo, wi).only(self.has_non_delta())
     }
 
     #[inline(always)]

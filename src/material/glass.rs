@@ -32,6 +32,8 @@ impl MaterialParameters for GlassParameters {
 }
 
 impl Leaf for Glass {
+    const IS_FREQUENT: bool = true;
+
     type Lobe<F: Float> = SmoothDielectric<F>;
 
     #[inline(always)]

@@ -34,6 +34,8 @@ impl MaterialParameters for MatteParameters {
 }
 
 impl Leaf for Matte {
+    const IS_FREQUENT: bool = true;
+
     type Lobe<F: Float> = Lambertian<F>;
 
     #[inline(always)]

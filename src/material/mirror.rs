@@ -27,6 +27,8 @@ impl MaterialParameters for MirrorParameters {
 }
 
 impl Leaf for Mirror {
+    const IS_FREQUENT: bool = true;
+
     type Lobe<F: Float> = SpecularReflection<F>;
 
     #[inline(always)]

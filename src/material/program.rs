@@ -20,6 +20,10 @@ pub trait Leaf {
     /// Whether it uses [`Site::uv`], which are unspecified otherwise.
     const LOOKS_AT_UV: bool = false;
 
+    /// Whether its lobe is computed where lanes need it, as those of frequent materials are. All others together are out
+    /// of line: scenes without them would pay for tests and registers between the frequent ones.
+    const IS_FREQUENT: bool = false;
+
     /// Its BxDF.
     type Lobe<F: Float>: Bxdf<F> + Value<F>;
 

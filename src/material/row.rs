@@ -112,25 +112,17 @@ impl Columns {
     #[inline(always)]
     pub(super) fn numbers<F: Float>(&self, row: F::Uint) -> Numbers<F> {
         // Most scenes use colours alone. `used` is the same at every hit, so that the branches are predicted.
-        let further = if self.used > 0 {
-            [
-                self.number_if_used(0, row),
-                self.number_if_used(1, row),
-                self.number_if_used(2, row),
-                self.number_if_used(3, row),
-                self.number_if_used(4, row),
-                self.number_if_used(5, row),
-                self.number_if_used(6, row),
-                self.number_if_used(7, row),
-            ]
-        } else {
-            [F::zero(); NUMBERS]
-        };
+        // Array by array, as loops over one would keep it in memory.
+        let mut first = [F::zero(); NUMBERS / 2];
+        if self.used > 0 {
+            first = [self.number(0, row), self.number(1, row), self.number(2, row), self.number(3, row)];
+        }
+        let mut last = [F::zero(); NUMBERS / 2];
+        if self.used > NUMBERS / 2 {
+            last = [self.number(4, row), self.number(5, row), self.number(6, row), self.number(7, row)];
+        }
+        let ([a, b, c, d], [e, f, g, h]) = (first, last);
+        let further = [a, b, c, d, e, f, g, h];
         Numbers { colour: Rgb::gather(&self.colour, row), further }
-    }
-
-    #[inline(always)]
-    fn number_if_used<F: Float>(&self, i: usize, row: F::Uint) -> F {
-        if i < self.used { self.number(i, row) } else { F::zero() }
     }
 }

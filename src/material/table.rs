@@ -210,7 +210,15 @@ impl MaterialTable {
     pub fn bsdf<F: Float>(&self, material: F::Uint, site: Site<F>) -> Bsdf<F> {
         let (kind, mut numbers) = (self.columns.kind(material), self.columns.numbers(material));
         if !self.bindings.is_empty() {
-            numbers = self.bindings.apply(&self.textures, material, &site, numbers);
+            // Blended, as all `out_of_line` answers on the way of scenes without them: what may come from two places in
+            // memory would have to go through it.
+            let own = numbers;
+            numbers = F::branch(
+                self.bindings.lanes::<F>(material),
+                own,
+                #[inline(always)]
+                || self.bindings.apply(&self.textures, material, site, own),
+            );
         }
         self.bsdf_of(Local { kind, numbers, site })
     }

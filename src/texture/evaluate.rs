@@ -17,7 +17,7 @@ impl TextureTable {
         function!(F, texture_value(texture, site), {
             F::out_of_line(
                 #[inline(always)]
-                || {
+                move || {
                     // Most programs are of one instruction, or choose among such.
                     if self.depth <= 1 {
                         self.run::<F, 1>(texture, site)

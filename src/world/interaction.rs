@@ -3,6 +3,7 @@
 use super::{CompiledScene, Hit, SurfacePoint};
 use crate::light::{LightSample, textured_radiance};
 use crate::material::{Bsdf, Site};
+use crate::math::lanes::Value;
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, function, value};
 use crate::shape::offset_origin;
 use crate::texture::NO_TEXTURE;
@@ -101,7 +102,10 @@ impl CompiledScene {
     fn footprint<F: Float>(&self, at: &Interaction<F>) -> F {
         let (point, instance) = (at.point, at.instance);
         function!(F, footprint(point, instance), {
-            self.camera.footprint(point.p) * self.surfaces.uv_per_area(&point, instance)
+            F::out_of_line(
+                #[inline(always)]
+                move || self.camera.footprint(point.p) * self.surfaces.uv_per_area(&point, instance),
+            )
         })
     }
 
@@ -109,11 +113,19 @@ impl CompiledScene {
     /// scene scatters differently along u and along v.
     #[inline(always)]
     pub fn frame<F: Float>(&self, at: &Interaction<F>) -> Frame<F> {
-        if self.materials.is_anisotropic() {
-            Frame::along(at.point.shading, self.surfaces.tangent(&at.point, at.instance))
-        } else {
-            Frame::around(at.point.shading)
+        let around = Frame::around(at.point.shading);
+        if !self.materials.is_anisotropic() {
+            return around;
         }
+        let (point, instance) = (at.point, at.instance);
+        let (along, has_tangent) = F::out_of_line(
+            #[inline(always)]
+            move || {
+                let tangent = self.surfaces.tangent(&point, instance);
+                (Frame::along(point.shading, tangent), tangent.max_abs().gt(F::zero()))
+            },
+        );
+        Frame::blend(has_tangent, along, around)
     }
 
     /// The lanes in which a direction, given in the world and in the frame, is on the same side by the true normal and

@@ -307,4 +307,15 @@ impl LaneFloat for Float8 {
         }
         unsafe { run(kernel) }
     }
+
+    #[inline(always)]
+    fn seldom<K: Kernel>(kernel: K) -> K::Output {
+        #[target_feature(enable = "avx2")]
+        #[cold]
+        #[inline(never)]
+        fn run<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run::<Float8>()
+        }
+        unsafe { run(kernel) }
+    }
 }

@@ -284,6 +284,17 @@ impl LaneFloat for Float16 {
         }
         unsafe { run(kernel) }
     }
+
+    #[inline(always)]
+    fn seldom<K: Kernel>(kernel: K) -> K::Output {
+        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+        #[cold]
+        #[inline(never)]
+        fn run<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run::<Float16>()
+        }
+        unsafe { run(kernel) }
+    }
 }
 
 /// The lanes up to and with `last`, which is below sixteen.

@@ -152,7 +152,7 @@ macro_rules! for_lanes {
         }
         #[inline(always)]
         fn out_of_line<T>(body: impl FnOnce() -> T) -> T {
-            <Self as $crate::math::lanes::LaneFloat>::outlined($crate::math::lanes::number::Closure(body))
+            <Self as $crate::math::lanes::LaneFloat>::seldom($crate::math::lanes::number::Closure(body))
         }
         #[inline(always)]
         fn device<D: $crate::math::lanes::Device>(

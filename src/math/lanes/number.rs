@@ -221,8 +221,9 @@ pub trait Float:
         arguments: A,
         body: impl FnOnce(A) -> R,
     ) -> R;
-    /// `body()`, in a function of its own that is compiled for the level's instructions: for what is too large to be
-    /// inlined wherever it is called. It makes no difference in recorded programs.
+    /// `body()`, in a function of its own that is compiled for the level's instructions: for what most scenes do without,
+    /// which would cost those scenes registers where it is inlined, and every kernel time to compile. It makes no
+    /// difference in recorded programs.
     fn out_of_line<T>(body: impl FnOnce() -> T) -> T;
     /// A function that recorded programs have written by hand.
     fn device<D: Device>(device: &D, arguments: D::Arguments<Self>) -> D::Output<Self>;
@@ -363,6 +364,8 @@ pub trait LaneFloat: Float<Uint: LaneUint, Mask: LaneMask> {
     /// Runs a program with these lanes in a function of its own, for what is too large to be inlined wherever
     /// it is called. The function is compiled for the level's instructions, as [`dispatch`](super::dispatch)'s are.
     fn outlined<K: Kernel>(kernel: K) -> K::Output;
+    /// The same for what most scenes do without: code around the call is laid out for paths that do not take it.
+    fn seldom<K: Kernel>(kernel: K) -> K::Output;
 }
 
 /// The program that a closure is.

@@ -233,4 +233,10 @@ impl<const N: usize> LaneFloat for Floats<N> {
     fn outlined<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Self>()
     }
+
+    #[cold]
+    #[inline(never)]
+    fn seldom<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
+    }
 }

@@ -175,4 +175,10 @@ impl LaneFloat for f32 {
     fn outlined<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Self>()
     }
+
+    #[cold]
+    #[inline(never)]
+    fn seldom<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
+    }
 }

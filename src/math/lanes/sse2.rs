@@ -334,4 +334,10 @@ impl<const M: usize> LaneFloat for Floats<M> {
     fn outlined<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Self>()
     }
+
+    #[cold]
+    #[inline(never)]
+    fn seldom<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
+    }
 }

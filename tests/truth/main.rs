@@ -1,146 +1,15 @@
-//! Pictures against an independent renderer, and against mathematics.
+//! Pictures against mathematics, and against an independent renderer.
 
+#[path = "../common/mod.rs"]
 mod common;
+mod references;
 
-use common::blocks::{Estimate, Reference, Verdict, compare};
+use common::blocks::compare;
 use common::scenes::*;
 use common::{estimate, for_each_sample};
-use exr::prelude::read_first_rgba_layer_from_file;
 use glam::DVec3;
 use std::f64::consts::PI;
-use std::path::Path;
-use stride::scene::{Entity, Integrator, MaterialKind, PlaneParameters, Sampler, Scene, Shape, load};
-
-fn reference(name: &str, spp: u32) -> Reference {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/reference/{name}.exr"));
-    let image = read_first_rgba_layer_from_file(
-        path,
-        |size, _| (size.width() as u32, vec![[0.0; 3]; size.area()]),
-        |(width, rgb), at, (r, g, b, _): (f32, f32, f32, f32)| {
-            rgb[at.y() * *width as usize + at.x()] = [r, g, b].map(f64::from);
-        },
-    );
-    let (width, rgb) = image.expect("a reference picture").layer_data.channel_data.pixels;
-    Reference { width, height: rgb.len() as u32 / width, rgb, spp }
-}
-
-fn cover_with(samples: u32, change: impl FnOnce(&mut Scene)) -> Scene {
-    let mut scene = cover(160, 120);
-    scene.render.samples = samples;
-    change(&mut scene);
-    scene
-}
-
-fn judge(ours: &Estimate, theirs: &Reference) -> Verdict {
-    compare(&ours.blocks(), &theirs.blocks(ours))
-}
-
-/// Demands that our picture is the reference's: in the mean within 0.3%, in blocks at the kit's error level.
-fn must_be(scene: &Scene, theirs: &Reference) {
-    must_be_with(scene, theirs, 1.05);
-}
-
-/// The same with a limit for the root mean square of all z.
-fn must_be_with(scene: &Scene, theirs: &Reference, limit: f64) {
-    let ours = estimate(scene);
-    for (a, b) in ours.mean().into_iter().zip(theirs.mean()) {
-        assert!((a / b - 1.0).abs() < 0.003, "means {a} and {b} differ by {:.2}%", (a / b - 1.0) * 100.0);
-    }
-    let verdict = judge(&ours, theirs);
-    println!("{verdict}");
-    assert!(verdict.agrees(), "{verdict}");
-    // The reference samples lights and so has less noise than as many of our samples: with none at all, the
-    // rms of these z would be √⅔ or √½. Outside these limits noise is misjudged and the bound means nothing.
-    assert!((0.65..limit).contains(&verdict.rms), "{verdict}");
-}
-
-#[test]
-fn the_cover_is_the_independent_renderers() {
-    must_be(&cover_with(4096, |_| {}), &reference("cover-160x120", 8192));
-}
-
-#[test]
-fn the_cover_at_depth_2_is_the_independent_renderers() {
-    must_be(&cover_with(4096, |scene| scene.render.max_depth = 2), &reference("cover-depth2-160x120", 4096));
-}
-
-#[test]
-fn the_cover_at_depth_3_is_the_independent_renderers() {
-    must_be(&cover_with(4096, |scene| scene.render.max_depth = 3), &reference("cover-depth3-160x120", 4096));
-}
-
-#[test]
-fn the_cover_with_a_big_light_is_the_independent_renderers() {
-    let big_light = |scene: &mut Scene| {
-        scene.entities[COVER_LIGHT] = emitting(sphere(v(7.0, 0.0, 3.0), 2.0, 2), 0.25);
-    };
-    must_be(&cover_with(2048, big_light), &reference("cover-big-light-160x120", 4096));
-}
-
-/// Demands that the picture of a changed cover is told from the reference.
-fn must_not_be(samples: u32, change: impl FnOnce(&mut Scene)) {
-    is_told_apart(&cover_with(samples, change), &reference("cover-160x120", 8192));
-}
-
-fn is_told_apart(scene: &Scene, theirs: &Reference) {
-    let verdict = judge(&estimate(scene), theirs);
-    println!("{verdict}");
-    // With room to spare: another seed must not change the verdict.
-    assert!(verdict.worst > 1.3 * verdict.bound, "{verdict}");
-}
-
-#[test]
-fn a_mirror_sphere_moved_by_a_twentieth_is_noticed() {
-    must_not_be(2048, |scene| {
-        scene.entities[COVER_WHITE_SPHERE] = sphere(v(6.0, -2.05, -1.0), 2.0, COVER_WHITE_MIRROR);
-    });
-}
-
-#[test]
-fn a_mirror_darker_by_a_twentieth_is_noticed() {
-    must_not_be(2048, |scene| scene.materials[COVER_WHITE_MIRROR] = mirror([0.95; 3]));
-}
-
-#[test]
-fn one_bounce_too_few_is_noticed() {
-    must_not_be(1024, |scene| scene.render.max_depth = 4);
-}
-
-/// A scene that is described beside the references.
-fn described(name: &str, samples: u32) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/reference/{name}.toml"));
-    let mut scene = load(&path).unwrap_or_else(|errors| panic!("{errors}")).scene;
-    scene.render.sampler = Sampler::Independent;
-    scene.render.samples = samples;
-    scene
-}
-
-/// The samples of ours that have the noise of the references' 8192: Mitsuba draws one light of all, the environment among
-/// them, and its samples have 1.7 times the variance.
-const AS_MANY_OF_OURS: u32 = 4800;
-
-/// The limit where both sample lights: an rms of one is expected, of some two hundred independent z.
-const OF_ONE_METHOD: f64 = 1.15;
-
-#[test]
-fn metals_under_a_spot_and_a_sun_are_the_independent_renderers() {
-    must_be_with(&described("metals", 4096), &reference("metals-120x90", AS_MANY_OF_OURS), OF_ONE_METHOD);
-    let mut rougher = described("metals", 1024);
-    let gold = rougher.materials.iter_mut().find(|material| material.name == "gold").expect("gold");
-    let MaterialKind::Conductor(metal) = &mut gold.kind else { panic!("{gold:?}") };
-    metal.roughness = [0.33; 2];
-    is_told_apart(&rougher, &reference("metals-120x90", AS_MANY_OF_OURS));
-}
-
-#[test]
-fn frosted_glass_and_a_sheet_are_the_independent_renderers() {
-    must_be_with(&described("frosted", 4096), &reference("frosted-120x90", AS_MANY_OF_OURS), OF_ONE_METHOD);
-    let mut rougher = described("frosted", 1024);
-    let glass = rougher.materials.iter_mut().find(|material| material.name == "frosted").expect("glass");
-    let MaterialKind::Dielectric(interface) = &mut glass.kind else { panic!("{glass:?}") };
-    interface.roughness = [0.28; 2];
-    is_told_apart(&rougher, &reference("frosted-120x90", AS_MANY_OF_OURS));
-}
+use stride::scene::{Entity, Integrator, PlaneParameters, Scene, Shape};
 
 /// Demands that every sample of a scene has one radiance, within a relative error.
 fn every_sample_is(scene: &Scene, expected: [f64; 3], tolerance: f64) {
@@ -453,20 +322,6 @@ fn whitted_adds_the_ambient_term_times_the_reflectance() {
         dim.render.max_depth = depth;
         every_sample_is(&dim, [0.08, 0.08, 0.08], 1e-6);
     }
-}
-
-#[test]
-fn the_block_test_knows_two_seeds_for_the_same_and_swapped_mirrors_for_another() {
-    let (a, b) = (cover_with(64, |_| {}), cover_with(64, |scene| scene.render.seed = 1));
-    let (a, b) = (estimate(&a), estimate(&b));
-    let same = compare(&a.blocks(), &b.blocks());
-    // The rms of 900 standard normal variables is one within 0.024·√3, as the channels go together.
-    assert!(same.agrees() && (0.85..1.15).contains(&same.rms), "{same}");
-    let mut swapped = cover_with(64, |scene| scene.render.seed = 2);
-    let (first, second) = (COVER_COLOURED_SPHERE, COVER_WHITE_SPHERE);
-    let materials = [swapped.entities[first].material, swapped.entities[second].material];
-    [swapped.entities[second].material, swapped.entities[first].material] = materials;
-    assert!(!compare(&a.blocks(), &estimate(&swapped).blocks()).agrees());
 }
 
 #[test]

@@ -4,8 +4,9 @@ use crate::common::blocks::{Estimate, Reference, Verdict, compare};
 use crate::common::estimate;
 use crate::common::scenes::*;
 use exr::prelude::read_first_rgba_layer_from_file;
+use std::fs;
 use std::path::Path;
-use stride::scene::{MaterialKind, Sampler, Scene, load};
+use stride::scene::{Sampler, Scene, parse};
 
 fn reference(name: &str, spp: u32) -> Reference {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/reference/{name}.exr"));
@@ -102,40 +103,75 @@ fn one_bounce_too_few_is_noticed() {
     must_not_be(1024, |scene| scene.render.max_depth = 4);
 }
 
-/// A scene that is described beside the references.
-fn described(name: &str, samples: u32) -> Scene {
+/// A scene that is described beside the references, with parts of its text replaced.
+fn changed(name: &str, samples: u32, changes: &[(&str, &str)]) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/reference/{name}.toml"));
-    let mut scene = load(&path).unwrap_or_else(|errors| panic!("{errors}")).scene;
+    let text = fs::read_to_string(&path).expect("a scene");
+    let text = changes.iter().fold(text, |text, (right, wrong)| {
+        assert_eq!(text.matches(right).count(), 1, "{right:?} in {name}");
+        text.replace(right, wrong)
+    });
+    let mut scene = parse(&text, &path).unwrap_or_else(|errors| panic!("{errors}")).scene;
     scene.render.sampler = Sampler::Independent;
     scene.render.samples = samples;
     scene
+}
+
+fn described(name: &str, samples: u32) -> Scene {
+    changed(name, samples, &[])
+}
+
+/// Demands that each of these changes to a scene is told from its reference, by few samples.
+fn each_is_told_apart(name: &str, theirs: &Reference, changes: &[(&str, &str)]) {
+    for change in changes {
+        println!("{change:?}");
+        is_told_apart(&changed(name, 64, &[*change]), theirs);
+    }
 }
 
 /// The samples of ours that have the noise of the references' 8192: Mitsuba draws one light of all, the environment among
 /// them, and its samples have 1.7 times the variance.
 const AS_MANY_OF_OURS: u32 = 4800;
 
+/// The same where there are four lights: it has 2.7 times the variance.
+const AS_MANY_OF_FOUR_LIGHTS: u32 = 3000;
+
 /// The limit where both sample lights: an rms of one is expected, of some two hundred independent z.
 const OF_ONE_METHOD: f64 = 1.15;
 
 #[test]
 fn metals_under_a_spot_and_a_sun_are_the_independent_renderers() {
-    must_be_with(&described("metals", 4096), &reference("metals-120x90", AS_MANY_OF_OURS), OF_ONE_METHOD);
-    let mut rougher = described("metals", 1024);
-    let gold = rougher.materials.iter_mut().find(|material| material.name == "gold").expect("gold");
-    let MaterialKind::Conductor(metal) = &mut gold.kind else { panic!("{gold:?}") };
-    metal.roughness = [0.33; 2];
-    is_told_apart(&rougher, &reference("metals-120x90", AS_MANY_OF_OURS));
+    let theirs = reference("metals-120x90", AS_MANY_OF_OURS);
+    must_be_with(&described("metals", 4096), &theirs, OF_ONE_METHOD);
+    is_told_apart(&changed("metals", 1024, &[("roughness = 0.3 }", "roughness = 0.33 }")]), &theirs);
 }
 
 #[test]
 fn frosted_glass_and_a_sheet_are_the_independent_renderers() {
-    must_be_with(&described("frosted", 4096), &reference("frosted-120x90", AS_MANY_OF_OURS), OF_ONE_METHOD);
-    let mut rougher = described("frosted", 1024);
-    let glass = rougher.materials.iter_mut().find(|material| material.name == "frosted").expect("glass");
-    let MaterialKind::Dielectric(interface) = &mut glass.kind else { panic!("{glass:?}") };
-    interface.roughness = [0.28; 2];
-    is_told_apart(&rougher, &reference("frosted-120x90", AS_MANY_OF_OURS));
+    let theirs = reference("frosted-120x90", AS_MANY_OF_OURS);
+    must_be_with(&described("frosted", 4096), &theirs, OF_ONE_METHOD);
+    is_told_apart(&changed("frosted", 1024, &[("roughness = 0.25", "roughness = 0.28")]), &theirs);
+}
+
+#[test]
+fn pictures_in_every_wrap_mode_are_the_independent_renderers() {
+    let theirs = reference("wraps-120x90", AS_MANY_OF_FOUR_LIGHTS);
+    must_be_with(&described("wraps", 512), &theirs, OF_ONE_METHOD);
+    each_is_told_apart(
+        "wraps",
+        &theirs,
+        &[
+            ("wrap = \"repeat\"", "wrap = \"mirror\""),
+            ("wrap = \"mirror\"", "wrap = [\"mirror\", \"repeat\"]"),
+            ("wrap = \"clamp\", uv", "wrap = \"repeat\", uv"),
+            ("wrap = \"black\"", "wrap = \"clamp\""),
+            ("filter = \"nearest\"", "filter = \"linear\""),
+            ("uv_rotate = -15", "uv_rotate = -12"),
+            // Mirrored, what glows.
+            ("glow.exr\",", "glow.exr\", uv_scale = [-1, 1], uv_offset = [1, 0],"),
+            ("penumbra_angle = 18", "penumbra_angle = 14"),
+        ],
+    );
 }
 
 #[test]

@@ -13,14 +13,43 @@ const UNIFORM: f64 = 0.02;
 
 /// Grids of numbers over the unit square. The square is halved along u and v by turns down to single cells; points that
 /// are drawn fall into the halves in proportion to the numbers there. Hence points of a stratified sequence stay
-/// stratified.
+/// stratified (Clarberg, Jarosz, Akenine-Möller and Jensen 2005, "Wavelet Importance Sampling", §4.2, and McCool and
+/// Harwood 1997, "Probability Trees").
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grids {
     /// For each grid, the share of the first half in each part: of the square at 1, of the halves of the part `i` at 2·i
     /// and 2·i + 1.
-    share: Vec<f32>,
-    /// For each grid, the density in each cell, row by row from v = 0 on.
-    density: Vec<f32>,
+    pub(super) share: Vec<f32>,
+    /// For each grid, the density in each cell, row by row from v = 0 on; of the smooth grid, that at each point.
+    pub(super) density: Vec<f32>,
+    /// The form of the smooth grid, of which there is one at most.
+    pub(super) smooth: Smooth,
+}
+
+/// The form of the smooth grid: see [`Grids::push_smooth`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Smooth {
+    /// Columns and rows of points.
+    pub(super) size: [u32; 2],
+    /// The least powers of two that are no less, by their logarithms.
+    pub(super) bits: [u32; 2],
+}
+
+impl Smooth {
+    /// Columns of points. By reference: recorded programs know a number by its address.
+    pub fn columns(&self) -> &u32 {
+        &self.size[0]
+    }
+
+    /// Rows of points, likewise.
+    pub fn rows(&self) -> &u32 {
+        &self.size[1]
+    }
+
+    /// What it takes in memory.
+    pub fn bytes(&self) -> usize {
+        2 * size_of::<f32>() << (self.bits[0] + self.bits[1])
+    }
 }
 
 impl Grids {
@@ -33,7 +62,6 @@ impl Grids {
     pub fn push(&mut self, numbers: &[f32]) -> u32 {
         let cells = CELLS * CELLS;
         assert_eq!(numbers.len(), cells, "numbers of a grid");
-        let first = self.share.len();
         let total: f64 = numbers.iter().copied().map(f64::from).sum();
         let uniform = if total > 0.0 { UNIFORM } else { 1.0 };
         let density = |number: f32| {
@@ -41,35 +69,70 @@ impl Grids {
             relative * (1.0 - uniform) + uniform
         };
         self.density.extend(numbers.iter().map(|&number| density(number) as f32));
+        self.push_shares([CELLS; 2], [BITS; 2], |x, y| density(numbers[y * CELLS + x]))
+    }
+
+    /// Adds the shares of halves, where a cell has the mass that `mass` gives for its column and row, and returns where
+    /// they begin. The square is cut into 2^bits columns and rows, of which those behind `size` have none.
+    pub(super) fn push_shares(
+        &mut self,
+        size: [usize; 2],
+        bits: [u32; 2],
+        mass: impl Fn(usize, usize) -> f64,
+    ) -> u32 {
+        let first = self.share.len();
+        let cells = 1 << (bits[0] + bits[1]);
         let mut sums = vec![0.0; 2 * cells];
-        for (i, &number) in numbers.iter().enumerate() {
-            sums[cells + leaf(i % CELLS, i / CELLS)] = density(number);
+        for y in 0..size[1] {
+            for x in 0..size[0] {
+                sums[cells + leaf([x, y], bits)] = mass(x, y);
+            }
         }
         for part in (1..cells).rev() {
             sums[part] = sums[2 * part] + sums[2 * part + 1];
         }
         self.share.push(0.0);
-        self.share.extend((1..cells).map(|part| (sums[2 * part] / sums[part]) as f32));
+        // No point falls into a part without mass.
+        let share = |part: usize| if sums[part] > 0.0 { sums[2 * part] / sums[part] } else { 1.0 };
+        self.share.extend((1..cells).map(|part| share(part) as f32));
         first as u32
     }
 
     /// Gives the columns to a reader.
     pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
-        let Grids { share, density } = self;
+        let Grids { share, density, smooth: _ } = self;
         reader.floats("share", share);
         reader.floats("density", density);
     }
 
     /// A point by the grid that begins at `first`, drawn with `u` in [0, 1)². There must be a grid.
     #[inline(always)]
-    pub fn sample<F: Float>(&self, first: F::Uint, [u, v]: [F; 2]) -> [F; 2] {
+    pub fn sample<F: Float>(&self, first: F::Uint, u: [F; 2]) -> [F; 2] {
+        let [along_u, along_v] = self.descend(first, u, [BITS; 2]);
+        [along_u.point(), along_v.point()]
+    }
+
+    /// The columns and rows down to which `u` leads, where the square is cut into 2^bits of them.
+    #[inline(always)]
+    pub(super) fn descend<F: Float>(
+        &self,
+        first: F::Uint,
+        [u, v]: [F; 2],
+        [bits_u, bits_v]: [u32; 2],
+    ) -> [Halving<F>; 2] {
         let mut part = F::Uint::splat(1);
         let (mut along_u, mut along_v) = (Halving::new(u), Halving::new(v));
-        for _ in 0..BITS {
-            part = self.halve(first, part, &mut along_u);
-            part = self.halve(first, part, &mut along_v);
+        let (mut left_u, mut left_v) = (bits_u, bits_v);
+        while left_u + left_v > 0 {
+            if left_u >= left_v {
+                part = self.halve(first, part, &mut along_u);
+                left_u -= 1;
+            } else {
+                part = self.halve(first, part, &mut along_v);
+                left_v -= 1;
+            }
         }
-        [along_u.point(), along_v.point()]
+        [along_u, along_v]
     }
 
     /// Goes on to one half of a part.
@@ -98,11 +161,11 @@ fn cell<F: Float>(x: F) -> F::Uint {
 }
 
 /// A part of the unit interval, and where in it a point shall be.
-struct Halving<F> {
-    from: F,
+pub(super) struct Halving<F> {
+    pub(super) from: F,
     size: F,
     /// In [0, 1).
-    rest: F,
+    pub(super) rest: F,
 }
 
 impl<F: Float> Halving<F> {
@@ -117,9 +180,20 @@ impl<F: Float> Halving<F> {
     }
 }
 
-/// The place of a cell among the last halves: the bits of both numbers by turns, u first.
-fn leaf(x: usize, y: usize) -> usize {
-    (0..BITS).rev().fold(0, |leaf, bit| leaf << 2 | (x >> bit & 1) << 1 | y >> bit & 1)
+/// The place of a cell among the last halves: the bits of both numbers in the order of [`Grids::descend`].
+fn leaf([x, y]: [usize; 2], [mut left_u, mut left_v]: [u32; 2]) -> usize {
+    let mut leaf = 0;
+    while left_u + left_v > 0 {
+        let bit = if left_u >= left_v {
+            left_u -= 1;
+            x >> left_u & 1
+        } else {
+            left_v -= 1;
+            y >> left_v & 1
+        };
+        leaf = leaf << 1 | bit;
+    }
+    leaf
 }
 
 #[cfg(test)]

@@ -2,10 +2,10 @@
 
 use super::columns::{COLOURED, SRGB};
 use super::picture::{Depth, Picture};
-use super::table::TextureTable;
+use super::table::{Floats, TextureTable};
 use crate::math::colour::srgb_to_linear;
 use crate::math::lanes::{Device, MAX_LANES};
-use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Rgb};
+use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Rgb, Uint};
 
 /// The weighted sum of four texels of the picture of a row, given by their places from the lower left on. The
 /// results of lanes outside the mask are unspecified.
@@ -20,6 +20,17 @@ impl Device for Texels<'_> {
     fn run<F: LaneFloat>(&self, (row, places, weights, asks): Self::Arguments<F>) -> Rgb<F> {
         let mut rows = [0; MAX_LANES];
         row.store(&mut rows);
+        if self.0.has_floats {
+            let lanes = asks.bits();
+            // Without any lane, any will do.
+            let one = rows[lanes.trailing_zeros() as usize % F::LANES];
+            let (picture, form) = self.0.rows.of(one as usize);
+            if let Some(form) = Floats::of(form)
+                && (asks & row.eq(F::Uint::splat(one))).bits() == lanes
+            {
+                return gathered(&self.0.pictures[picture], form, places, weights);
+            }
+        }
         let (mut at, mut share) = ([[0; MAX_LANES]; 4], [[0.0; MAX_LANES]; 4]);
         let mut i = 0;
         while i < 4 {
@@ -32,6 +43,48 @@ impl Device for Texels<'_> {
         let [r, g, b] = &sums;
         Rgb::new(F::load(r), F::load(g), F::load(b))
     }
+}
+
+/// [`Texels`] of one picture of floats, all lanes together. The same bits: a texel without weight adds zero.
+#[inline(always)]
+fn gathered<F: LaneFloat>(picture: &Picture, form: Floats, places: [F::Uint; 4], weights: [F; 4]) -> Rgb<F> {
+    let words = picture.words().as_flattened();
+    let mut sum = Rgb::black();
+    let mut i = 0;
+    while i < 4 {
+        let texel = if form.is_coloured {
+            let first = places[i] * F::Uint::splat(3);
+            let [second, third] = [first + F::Uint::splat(1), first + F::Uint::splat(2)];
+            Rgb::new(
+                float::<F>(words, form.is_half, first),
+                float::<F>(words, form.is_half, second),
+                float::<F>(words, form.is_half, third),
+            )
+        } else {
+            let grey = float::<F>(words, form.is_half, places[i]);
+            Rgb::new(grey, grey, grey)
+        };
+        sum = sum + texel * weights[i];
+        i += 1;
+    }
+    sum
+}
+
+/// A float of a picture, by its number.
+#[inline(always)]
+fn float<F: LaneFloat>(words: &[u32], is_half: bool, number: F::Uint) -> F {
+    if !is_half {
+        return F::from_bits(F::Uint::gather(words, number));
+    }
+    let word = F::Uint::gather(words, number.shr::<1>());
+    let is_upper = (number & F::Uint::splat(1)).eq(F::Uint::splat(1));
+    let bits = F::Uint::select(is_upper, word.shr::<16>(), word & F::Uint::splat(0xffff));
+    let magnitude = bits & F::Uint::splat(0x7fff);
+    // The exponent's bias is 15 there and 127 here. Without an exponent, units are of 2⁻²⁴.
+    let normal = magnitude.shl::<13>() + F::Uint::splat(112 << 23);
+    let small = (magnitude.to_float() * (1.0 / 16_777_216.0)).to_bits();
+    let value = F::Uint::select(magnitude.lt(F::Uint::splat(0x400)), small, normal);
+    F::from_bits(value | (bits & F::Uint::splat(0x8000)).shl::<16>())
 }
 
 impl TextureTable {

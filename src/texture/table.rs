@@ -1,6 +1,6 @@
 //! The textures of a scene as a table.
 
-use super::columns::{Instructions, MIPMAP, PictureRows, SRGB, TILES};
+use super::columns::{COLOURED, Instructions, MIPMAP, PictureRows, SRGB, TILES};
 use super::instruction::{END, Op};
 use super::picture::{Depth, Picture};
 use crate::math::{ColumnReader, colour};
@@ -22,10 +22,31 @@ pub struct TextureTable {
     /// Linear values of encoded ones, where there are pictures of as many bits.
     pub(super) srgb_8: Vec<f32>,
     pub(super) srgb_16: Vec<f32>,
+    /// Whether there are pictures of [`Floats`].
+    pub(super) has_floats: bool,
     /// The most colours that wait.
     pub(super) depth: usize,
     /// Whether there are instructions of each kind.
     pub(super) has: Has,
+}
+
+/// The form of a picture whose numbers are floats as they are meant. Lanes look it up all together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Floats {
+    /// Whether they have 16 bits.
+    pub(super) is_half: bool,
+    /// Whether a texel has three of them.
+    pub(super) is_coloured: bool,
+}
+
+impl Floats {
+    /// That of a row of pictures, from its form.
+    #[inline(always)]
+    pub(super) fn of(form: u32) -> Option<Floats> {
+        let is_half = form & 3 == Depth::Half as u32;
+        let is_float = is_half || form & 3 == Depth::Float as u32;
+        (is_float && form & SRGB == 0).then_some(Floats { is_half, is_coloured: form & COLOURED != 0 })
+    }
 }
 
 /// Which instructions there are: code for others is left out.
@@ -67,7 +88,19 @@ impl TextureTable {
         };
         let any = |bit: u32| instructions.flags_of(Op::Image).any(|flags| flags & bit != 0);
         let (has_tiles, has_mipmaps) = (any(TILES), any(MIPMAP));
-        TextureTable { instructions, rows, pictures, has_tiles, has_mipmaps, srgb_8, srgb_16, depth, has }
+        let has_floats = rows.forms().iter().any(|&form| Floats::of(form).is_some());
+        TextureTable {
+            instructions,
+            rows,
+            pictures,
+            has_tiles,
+            has_mipmaps,
+            srgb_8,
+            srgb_16,
+            has_floats,
+            depth,
+            has,
+        }
     }
 
     /// Whether values depend on [`Site::footprint`](super::Site::footprint).

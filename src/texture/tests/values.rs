@@ -1,10 +1,13 @@
 //! The values of textures.
 
 use super::super::{
-    CheckerboardTexture, ConstantTexture, MixTexture, NoiseTexture, STACK, ScaleTexture, TooDeep, costs,
+    CheckerboardTexture, ConstantTexture, MixTexture, NoiseTexture, STACK, ScaleTexture, TextureTable,
+    TooDeep, costs,
 };
 use super::*;
 use crate::math::colour::srgb_to_linear;
+use crate::math::lanes::{Kernel, Level, MAX_LANES, dispatch};
+use crate::math::{LaneFloat, LaneUint, Rgb};
 use crate::parameter::Varying;
 use crate::sampling::Stream;
 use rand::RngExt;
@@ -57,6 +60,61 @@ fn texels_are_mixed_and_repeated_by_the_formula() {
                 for channel in found {
                     let off = (f64::from(channel) - expected).abs();
                     assert!(off < 1e-5, "{wrap:?} {filter:?} {uv:?}: {channel}, not {expected}");
+                }
+            }
+        }
+    }
+}
+
+/// Looks textures up, one a lane, at uv.
+struct LookUp<'a> {
+    table: &'a TextureTable,
+    textures: [u32; MAX_LANES],
+    uv: [[f32; MAX_LANES]; 2],
+}
+
+impl Kernel for LookUp<'_> {
+    type Output = Vec<[u32; 3]>;
+
+    #[inline(always)]
+    fn run<F: LaneFloat>(self) -> Vec<[u32; 3]> {
+        let uv = [F::load(&self.uv[0]), F::load(&self.uv[1])];
+        let site = Site { p: Vec3::zero(), uv, footprint: F::zero() };
+        let Rgb { r, g, b } = self.table.value::<F>(F::Uint::load(&self.textures), site);
+        let mut channels = [[0.0; MAX_LANES]; 3];
+        r.store(&mut channels[0]);
+        g.store(&mut channels[1]);
+        b.store(&mut channels[2]);
+        (0..F::LANES).map(|lane| channels.map(|channel| channel[lane].to_bits())).collect()
+    }
+}
+
+/// A picture of floats that all lanes look up is looked up by another way than two of them side by side.
+#[test]
+fn a_picture_of_floats_has_the_same_bits_alone_and_beside_others() {
+    let mut stream = Stream::new(17, 1, 0);
+    for (depth, channels) in [Depth::Float, Depth::Half].into_iter().flat_map(|d| [(d, 1), (d, 3)]) {
+        let mut number = || match depth {
+            // Halves that are finite, denormal ones among them.
+            Depth::Half => (stream.random::<u16>() & 0xbfff).to_le_bytes().to_vec(),
+            _ => stream.random_range(-1.0..5.0_f32).to_le_bytes().to_vec(),
+        };
+        let bytes: Vec<u8> = (0..7 * 5 * channels).flat_map(|_| number()).collect();
+        let images = [file(Picture::new([7, 5], [channels; 2], depth, &bytes)), file(greys(2, &[0.0; 2]))];
+        let textures: [TextureKind; 2] =
+            [plain().into(), ImageTexture { file: ImageIndex(1), ..plain() }.into()];
+        let mut compiler = Compiler::new(&textures, &images);
+        let [floats, other] = [compiler.root(0), compiler.root(1)];
+        let table = &compiler.finish();
+        for level in Level::available() {
+            for _ in 0..50 {
+                let uv = [(); 2].map(|()| [(); MAX_LANES].map(|()| stream.random_range(-1.5..2.5_f32)));
+                let alone = dispatch(level, LookUp { table, textures: [floats; MAX_LANES], uv });
+                let mut textures = [floats; MAX_LANES];
+                textures[1] = other;
+                let beside = dispatch(level, LookUp { table, textures, uv });
+                for lane in (0..alone.len()).filter(|lane| *lane != 1) {
+                    assert_eq!(alone[lane], beside[lane], "{level}, {depth:?}, {channels}, {lane}");
                 }
             }
         }

@@ -12,14 +12,17 @@ use std::sync::Arc;
 pub struct LightRow {
     /// Position of a point, centre of a sphere or disk, corner of a quad or triangle, one end of a cylinder's axis.
     pub origin: [f32; 3],
-    /// First edge of a quad or triangle, from the corner; a radius of a disk.
+    /// First edge of a quad or triangle, from the corner; a radius of a disk; the direction of the middle of a picture at
+    /// infinity.
     pub edge_u: [f32; 3],
-    /// Second edge; the radius at a right angle; a cylinder's axis from end to end.
+    /// Second edge; the radius at a right angle; a cylinder's axis from end to end; the direction of the quarter left of
+    /// that middle.
     pub edge_v: [f32; 3],
     /// Normal of the side of a quad, triangle or disk that emits; direction of a cylinder's axis, or of a spot's; the
-    /// direction to the middle of a light at infinity.
+    /// direction to the middle of a light at infinity, or to the upper edge of a picture there.
     pub normal: [f32; 3],
-    /// Radius of a sphere or cylinder; 1 − cos of the half angle of a spot's cone, or of a disk at infinity.
+    /// Radius of a sphere or cylinder; 1 − cos of the half angle of a spot's cone, or of a disk at infinity; of a picture
+    /// at infinity the share of emitted rays that its grid draws.
     pub radius: f32,
     /// Area of a surface.
     pub area: f32,
@@ -35,7 +38,7 @@ pub struct LightRow {
     pub ramp_slope: f32,
     /// and the number of its [`Falloff`](super::Falloff).
     pub falloff: f32,
-    /// Of a quad that emits a texture: the texture,
+    /// Of a quad that emits a texture, or of a picture at infinity: the texture,
     pub texture: u32,
     /// and where its grid begins.
     pub grid: u32,

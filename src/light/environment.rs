@@ -1,4 +1,5 @@
-//! The environment: radiance along rays that leave the scene.
+//! The constant environment: radiance along rays that leave the scene. One that is a picture is a light: see
+//! [`DistantPicture`](super::DistantPicture).
 
 /// The same radiance from all directions, behind all lights.
 ///

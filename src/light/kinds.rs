@@ -4,6 +4,7 @@ use super::area::AreaLight;
 use super::columns::{Columns, LaneLights};
 use super::contract::{Light, Listed};
 use super::directional::{Distant, DistantDisk};
+use super::distant_picture::DistantPicture;
 use super::point::PointLight;
 use super::sample::{EmittedRay, Escaped, LightSample};
 use super::spot::SpotLight;
@@ -268,6 +269,7 @@ kinds! {
     DistantDisk: DistantDisk,
     Spot: SpotLight,
     TexturedQuad: TexturedQuad,
+    DistantPicture: DistantPicture,
     #[cfg(test)]
     Sky: super::made_up::Sky,
 }

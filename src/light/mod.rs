@@ -11,7 +11,7 @@
 //! | `lamps` | the lights as `whitted` samples them: a mesh of many triangles is one |
 //! | `sample` | the results of sampling |
 //! | `area`, `flat`, `rectangle` | code that kinds share |
-//! | `point`, `spot`, `directional`, `sphere`, `quad`, `triangle`, `disk`, `cylinder`, `textured_quad` | the kinds |
+//! | `point`, `spot`, `directional`, `sphere`, `quad`, `triangle`, `disk`, `cylinder`, `textured_quad`, `distant_picture` | the kinds |
 //! | `power` | intensities that are given as power |
 //! | `environment` | the constant environment |
 //!
@@ -24,6 +24,7 @@ mod contract;
 mod cylinder;
 mod directional;
 mod disk;
+mod distant_picture;
 mod environment;
 mod flat;
 mod kinds;
@@ -48,6 +49,7 @@ pub use bounds::LightBounds;
 pub use columns::{LaneLights, LightRow};
 pub use contract::{Light, LightList, LightParameters, Listed};
 pub use directional::{Distant, DistantDisk};
+pub use distant_picture::{DistantPicture, Surroundings};
 pub use environment::Environment;
 pub use kinds::LightKind;
 pub use lamps::{LEAST_TRIANGLES, Lamp, MeshLamp};

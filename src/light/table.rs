@@ -4,6 +4,7 @@ use super::area::AreaLight;
 use super::bounds::LightBounds;
 use super::columns::{Columns, LaneLights};
 use super::contract::{LightList, Listed};
+use super::distant_picture::{DistantPicture, Surroundings};
 use super::environment::Environment;
 use super::kinds::{self, LightKind};
 use super::lamps::{self, Lamp, MeshLamp};
@@ -111,6 +112,17 @@ impl LightTable {
         let Piece::Quad(quad) = *piece else { return NO_LIGHT };
         let textures = Arc::clone(&self.columns.textures);
         let light = TexturedQuad::new(quad, flipped, texture, &textures, &mut self.columns.grids);
+        light.map_or(NO_LIGHT, |light| self.push(light))
+    }
+
+    /// Adds a picture of what is all around, one of the textures. Returns its index, or [`NO_LIGHT`] if it is dark.
+    ///
+    /// # Panics
+    ///
+    /// If the texture is no image, or there is such a picture already.
+    pub fn push_surroundings(&mut self, around: &Surroundings) -> u32 {
+        let textures = Arc::clone(&self.columns.textures);
+        let light = DistantPicture::new(around, &textures, &mut self.columns.grids);
         light.map_or(NO_LIGHT, |light| self.push(light))
     }
 

@@ -59,6 +59,13 @@ impl Instructions {
         self.op.contains(&(op as u32))
     }
 
+    /// The row of the picture of an instruction that looks one up, without tiles.
+    pub(super) fn image_row(&self, at: u32) -> Option<usize> {
+        let at = at as usize;
+        let is_image = self.op[at] == Op::Image as u32 && self.flags[at] & TILES == 0;
+        is_image.then(|| self.link[at] as usize)
+    }
+
     /// The flags of those that do this.
     pub(super) fn flags_of(&self, op: Op) -> impl Iterator<Item = u32> {
         self.op.iter().zip(&self.flags).filter(move |(own, _)| **own == op as u32).map(|(_, flags)| *flags)

@@ -119,6 +119,20 @@ impl TextureTable {
         }
     }
 
+    /// The picture of a texture that is nothing but an image, and not of tiles: its columns and rows, and the value of the
+    /// texel of a column and a row, of which the lowest is the first.
+    ///
+    /// # Panics
+    ///
+    /// If the texture is another one.
+    pub fn image_texels(&self, texture: u32) -> ([usize; 2], impl Fn(usize, usize) -> [f32; 3] + '_) {
+        let row = self.instructions.image_row(texture);
+        let (picture, form) = self.rows.of(row.unwrap_or_else(|| panic!("texture {texture} is no image")));
+        let picture = &self.pictures[picture];
+        let size = [picture.width() as usize, picture.height() as usize];
+        (size, move |column, row| self.texel(picture, form, row * size[0] + column))
+    }
+
     fn texel(&self, picture: &Picture, form: u32, place: usize) -> [f32; 3] {
         // Wrapping keeps places within the picture; a mistake there is to be a wrong colour, and no end of the program.
         let place = place.min(picture.texels() - 1);

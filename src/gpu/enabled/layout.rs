@@ -177,7 +177,10 @@ shared! {
         /// rounded, so that there may be ties.
         tap_shift: i32,
         tap_ties: u32,
-        _before_nodes: u32,
+        /// Columns and rows of the grid by which a picture at infinity is sampled.
+        smooth_columns: u32,
+        smooth_rows: u32,
+        _before_nodes: [u32; 3],
         /// Of `FilmOffset::Drawn`: 65 nodes, four a row.
         offset_nodes: [[f32; 4]; 17],
     }

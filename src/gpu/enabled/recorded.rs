@@ -116,6 +116,9 @@ fn read_numbers<'a>(scene: &'a CompiledScene, settings: &'a Settings, reader: &m
         reader.float("offset_radius", radius);
     }
     reader.vector("environment", &lights.environment().radiance);
+    let smooth = lights.grids().smooth();
+    reader.word("smooth_columns", smooth.columns());
+    reader.word("smooth_rows", smooth.rows());
     let (centre, radius) = lights.extent();
     reader.vector("extent_centre", centre);
     reader.float("extent_radius", radius);

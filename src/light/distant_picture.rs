@@ -1,0 +1,342 @@
+//! A picture of what is all around, infinitely far away.
+
+use super::bounds::LightBounds;
+use super::columns::{LaneLights, LightRow};
+use super::contract::Light;
+use super::sample::{EmittedRay, Escaped, LightSample};
+use super::textured_quad::textured_radiance;
+use crate::math::trig::{angle_turns, sin_cos_turns};
+use crate::math::{BELOW_ONE, Float, Frame, Mask, Rgb, Vec3, narrow};
+use crate::parameter::limits::RADIANCE;
+use crate::sampling::{Grids, MOST_POINTS, SmoothPoint, warp};
+use crate::texture::TextureTable;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// A picture of what is all around, and how it is turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surroundings {
+    /// The picture, by its number in the [`TextureTable`]: an image, equirectangular, without transformed uv, repeated
+    /// along u and clamped along v.
+    pub texture: u32,
+    /// What its radiance is multiplied by.
+    pub scale: [f64; 3],
+    /// Radians by which it is turned about `up`, counter-clockwise seen from above.
+    pub rotate: f64,
+    /// The direction to its upper edge, of length one. With +z and without rotation the middle column is seen along +x and
+    /// the quarter left of the middle along +y; with another the frame is that of Duff et al. (see [`Frame::around`]).
+    pub up: DVec3,
+    /// Whether directions to it are drawn for integrators that find it by the BxDF's directions as well (see
+    /// [`DistantPicture`]).
+    pub is_contested: bool,
+}
+
+/// A picture of what is all around, sampled in proportion to its radiance by solid angle.
+///
+/// Of the picture's area, directions have a density that is bilinear between the centres of its texels, as the radiance
+/// is: see [`Grids::push_smooth`].
+///
+/// Where the BxDF's directions find the picture as well and the two are weighed by multiple importance sampling, drawing
+/// what is darker than the mean gains little: the density is that of the radiance less its mean over the sphere, and zero
+/// where that is negative (Karlík, Šik, Vévoda, Skřivan and Křivánek 2019, "MIS Compensation: Optimizing Sampling
+/// Techniques in Multiple Importance Sampling", §5.1). There the BxDF's directions alone find it, and count in full.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistantPicture {
+    /// The directions of the middle column and of the quarter left of it at the horizon, and up.
+    axes: [[f32; 3]; 3],
+    /// The texture, by its number in the [`TextureTable`].
+    texture: u32,
+    /// Where the smooth grid begins.
+    grid: u32,
+    /// What the texture is multiplied by.
+    scale: [f32; 3],
+    /// The share of emitted rays whose directions are drawn by the grid; the others are uniform. Where the grid leaves out
+    /// what is darker than the mean, these stand for the mean.
+    share: f32,
+}
+
+/// The least share of the light that is brighter than its mean for which what is darker is left out: in the light of a
+/// picture that is nearly the same everywhere such a rest would be noise.
+const LEAST_CONTRAST: f64 = 1e-3;
+
+/// The mean radiance of the part of a picture around each point of a smooth grid, the lowest row first, and the columns
+/// and rows of that grid.
+fn radiances(around: &Surroundings, textures: &TextureTable) -> ([usize; 2], Vec<f64>) {
+    let ([width, height], texel) = textures.image_texels(around.texture);
+    let [columns, rows] = [width.min(MOST_POINTS[0]), height.min(MOST_POINTS[1])];
+    let radiance = |x: usize, y: usize| {
+        let channels = texel(x, y).map(|value| f64::from(value).clamp(0.0, RADIANCE.most));
+        [0, 1, 2].map(|i| channels[i] * around.scale[i]).iter().sum::<f64>() / 3.0
+    };
+    let mut means = Vec::with_capacity(columns * rows);
+    for row in 0..rows {
+        let lines = row * height / rows..((row + 1) * height).div_ceil(rows);
+        for column in 0..columns {
+            let places = column * width / columns..((column + 1) * width).div_ceil(columns);
+            let sum: f64 = lines
+                .clone()
+                .flat_map(|y| places.clone().map(move |x| (x, y)))
+                .map(|(x, y)| radiance(x, y))
+                .sum();
+            means.push(sum / (lines.len() * places.len()) as f64);
+        }
+    }
+    ([columns, rows], means)
+}
+
+impl DistantPicture {
+    /// The light of a picture, with its grid among others; none if it is dark.
+    pub(super) fn new(
+        around: &Surroundings,
+        textures: &TextureTable,
+        grids: &mut Grids,
+    ) -> Option<DistantPicture> {
+        let ([columns, rows], radiances) = radiances(around, textures);
+        // The solid angle of a texel is proportional to the sine of its angle from above.
+        let sines: Vec<f64> = (0..rows).map(|row| libm::sin((row as f64 + 0.5) / rows as f64 * PI)).collect();
+        let by_angle = |less: f64| -> Vec<f64> {
+            let number = |(i, radiance): (usize, &f64)| (radiance - less).max(0.0) * sines[i / columns];
+            radiances.iter().enumerate().map(number).collect()
+        };
+        let sum = |numbers: &[f64]| numbers.iter().sum::<f64>();
+        let all = by_angle(0.0);
+        let total = sum(&all);
+        if total <= 0.0 {
+            return None;
+        }
+        let brighter = by_angle(total / (columns as f64 * sum(&sines)));
+        let above = sum(&brighter);
+        let (numbers, share) = if around.is_contested && above > LEAST_CONTRAST * total {
+            (brighter, above / (above + total))
+        } else {
+            (all, 1.0)
+        };
+        // Adding zero makes −0 a 0, which has another frame.
+        let up = narrow((around.up + DVec3::ZERO).to_array());
+        let frame = Frame::around(Vec3::<f32>::splat(up));
+        let (sin, cos) = (libm::sin(around.rotate) as f32, libm::cos(around.rotate) as f32);
+        let axes = [frame.s * cos + frame.t * sin, frame.t * cos - frame.s * sin, frame.n];
+        Some(DistantPicture {
+            axes: axes.map(|axis| axis.lane(0)),
+            texture: around.texture,
+            grid: grids.push_smooth([columns, rows], &numbers),
+            scale: narrow(around.scale),
+            share: share as f32,
+        })
+    }
+}
+
+/// The direction to a point of the picture, and the sine of its angle from above.
+#[inline(always)]
+fn direction<F: Float>(lights: &LaneLights<'_, F>, [u, v]: [F; 2]) -> (Vec3<F>, F) {
+    let [ahead, left] = lights.edges();
+    let azimuth = -u + 0.5;
+    let azimuth = F::select(azimuth.lt(F::zero()), azimuth + 1.0, azimuth);
+    let (across, along) = sin_cos_turns(azimuth);
+    let (sin, cos) = sin_cos_turns((-v + 1.0) * 0.5);
+    (ahead * (along * sin) + left * (across * sin) + lights.normal() * cos, sin)
+}
+
+/// The point of the picture that is seen in a direction, and the sine of that direction's angle from above.
+#[inline(always)]
+fn place<F: Float>(lights: &LaneLights<'_, F>, d: Vec3<F>) -> ([F; 2], F) {
+    let [ahead, left] = lights.edges();
+    let (x, y, z) = (d.dot(ahead), d.dot(left), d.dot(lights.normal()));
+    let sin = (x * x + y * y).sqrt();
+    let azimuth = angle_turns(y, x);
+    let half = F::splat(0.5);
+    let u = F::select(azimuth.le(half), half - azimuth, -azimuth + 1.5);
+    ([u, -angle_turns(sin, z) * 2.0 + 1.0], sin)
+}
+
+/// A density by solid angle from one by the picture's area: a whole turn of it along u, and half a turn along v.
+#[inline(always)]
+fn by_solid_angle<F: Float>(density: F, sin: F) -> F {
+    density * (1.0 / (2.0 * PI * PI)) as f32 / sin.max(F::splat(1e-9))
+}
+
+/// The radiance of a point of the picture.
+#[inline(always)]
+fn radiance<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, at: [F; 2]) -> Rgb<F> {
+    textured_radiance(lights.textures(), lights.texture(), at, Vec3::zero()) * emission
+}
+
+impl Light for DistantPicture {
+    const INFINITE: bool = true;
+
+    fn row(&self) -> LightRow {
+        let [ahead, left, up] = self.axes;
+        LightRow {
+            edge_u: ahead,
+            edge_v: left,
+            normal: up,
+            radius: self.share,
+            texture: self.texture,
+            grid: self.grid,
+            emission: self.scale,
+            ..LightRow::default()
+        }
+    }
+
+    fn bounds(&self) -> Option<LightBounds> {
+        None
+    }
+
+    #[inline(always)]
+    fn sample<F: Float>(
+        lights: &LaneLights<'_, F>,
+        _p: Vec3<F>,
+        emission: Rgb<F>,
+        u: [F; 2],
+    ) -> LightSample<F> {
+        F::out_of_line(
+            #[inline(always)]
+            || {
+                let SmoothPoint { at, density } = lights.grids().sample_smooth(lights.grid(), u);
+                let (wi, sin) = direction(lights, at);
+                LightSample {
+                    wi,
+                    target: Vec3::zero(),
+                    radiance: radiance(lights, emission, at),
+                    pdf: by_solid_angle(density, sin),
+                    delta: F::Mask::splat(false),
+                    infinite: F::Mask::splat(true),
+                }
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn escaped<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, d: Vec3<F>) -> Escaped<F> {
+        F::out_of_line(
+            #[inline(always)]
+            || {
+                let (at, sin) = place(lights, d);
+                let density = lights.grids().density_smooth(lights.grid(), at);
+                Escaped { radiance: radiance(lights, emission, at), pdf: by_solid_angle(density, sin) }
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn emit<F: Float>(lights: &LaneLights<'_, F>, emission: Rgb<F>, [a, b, c, d]: [F; 4]) -> EmittedRay<F> {
+        let share = lights.radius();
+        let by_grid = c.lt(share);
+        let rest = F::select(by_grid, c / share, (c - share) / (-share + 1.0)).min(F::splat(BELOW_ONE));
+        let point = lights.grids().sample_smooth(lights.grid(), [rest, d]);
+        let (drawn, _) = direction(lights, point.at);
+        let towards = Vec3::select(by_grid, drawn, warp::uniform_sphere([rest, d]));
+        let Escaped { radiance, pdf } = Self::escaped(lights, emission, towards);
+        let uniform = warp::uniform_sphere_pdf::<F>() * (-share + 1.0);
+        EmittedRay {
+            pdf_direction: pdf * share + uniform,
+            ..EmittedRay::from_beyond(lights.extent(), -towards, radiance, [a, b])
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::table::LightTable;
+    use super::*;
+    use crate::math::Bounds;
+    use crate::math::lanes::scalar::Wrapping;
+    use crate::parameter::ImageIndex;
+    use crate::sampling::Stream;
+    use crate::texture::{
+        ColorSpace, Compiler, Depth, ImageFile, ImageTexture, Picture, TexelFilter, TextureKind, Wrap,
+    };
+    use rand::RngExt;
+    use std::sync::Arc;
+
+    /// A picture of 8 × 4 greys with a bright spot, around a box.
+    fn table(is_contested: bool) -> LightTable {
+        let grey = |i: u32| if i == 9 { 20.0_f32 } else { 0.2 + 0.1 * (i % 5) as f32 };
+        let bytes: Vec<u8> = (0..32).flat_map(|i| grey(i).to_le_bytes()).collect();
+        let picture = Picture::new([8, 4], [1, 1], Depth::Float, &bytes);
+        let images = [ImageFile::of("greys".into(), Arc::new(picture))];
+        let texture: TextureKind = ImageTexture {
+            file: ImageIndex(0),
+            color_space: ColorSpace::Auto,
+            wrap: [Wrap::Repeat, Wrap::Clamp],
+            filter: TexelFilter::Linear,
+            mipmap: false,
+            uv_scale: [1.0; 2],
+            uv_offset: [0.0; 2],
+            uv_rotate: 0.0,
+            uv_set: 0.0,
+        }
+        .into();
+        let textures = [texture];
+        let mut compiler = Compiler::new(&textures, &images);
+        let texture = compiler.root(0);
+        let mut lights = LightTable::default();
+        lights.set_textures(Arc::new(compiler.finish()));
+        let up = DVec3::new(0.6, 0.0, 0.8);
+        lights.push_surroundings(&Surroundings {
+            texture,
+            scale: [1.0, 2.0, 0.5],
+            rotate: 0.7,
+            up,
+            is_contested,
+        });
+        lights.set_extent(Bounds { low: [-1.0; 3], high: [1.0, 2.0, 1.0] });
+        lights
+    }
+
+    /// The radiance from everywhere, integrated over the sphere.
+    fn all_around(lights: &LightTable) -> f64 {
+        let side = 400;
+        let sum: f64 = (0..side * side)
+            .map(|i| {
+                let u = [i % side, i / side].map(|i| (i as f32 + 0.5) / side as f32);
+                f64::from(lights.escaped(warp::uniform_sphere::<f32>(u), |_| 1.0).g)
+            })
+            .sum();
+        sum / f64::from(side * side) * 4.0 * PI
+    }
+
+    #[test]
+    fn rays_carry_the_power_of_the_picture_with_what_sampling_leaves_out() {
+        for is_contested in [true, false] {
+            let lights = table(is_contested);
+            let &(_, radius) = lights.extent();
+            let stream = &mut Stream::new(71, 0, 0);
+            let (mut flux, draws) = (0.0, 200_000);
+            for _ in 0..draws {
+                let u = [stream.random(), stream.random(), stream.random(), stream.random()];
+                let emitted = lights.emit::<f32>(Wrapping(0), u);
+                flux += f64::from(emitted.flux().g);
+                assert!((emitted.ray.d.length() - 1.0).abs() < 1e-5 && emitted.pdf_direction > 0.0);
+            }
+            let power = all_around(&lights) * PI * f64::from(radius * radius);
+            let ratio = flux / f64::from(draws) / power;
+            assert!((ratio - 1.0).abs() < 0.01, "{is_contested}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn what_is_darker_than_the_mean_is_left_out_where_it_is_found_otherwise() {
+        let drawn = |is_contested: bool| {
+            let lights = table(is_contested);
+            let (mut sum, mut dark) = (0.0, 0);
+            for i in 0..4096_u16 {
+                let u = [f32::from(i) / 4096.0, f32::from(i.reverse_bits() >> 4) / 4096.0];
+                let direction = warp::uniform_sphere::<f32>(u);
+                let found = std::cell::Cell::new(0.0);
+                lights.escaped(direction, |pdf| {
+                    found.set(pdf);
+                    1.0
+                });
+                let density = f64::from(found.get());
+                dark += u32::from(density == 0.0);
+                sum += density;
+            }
+            (sum / 4096.0 * 4.0 * PI, dark)
+        };
+        let (whole, dark) = drawn(true);
+        assert!((whole - 1.0).abs() < 0.05 && dark > 2000, "{whole}, {dark}");
+        let (whole, dark) = drawn(false);
+        assert!((whole - 1.0).abs() < 0.05 && dark == 0, "{whole}, {dark}");
+    }
+}

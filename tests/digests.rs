@@ -49,6 +49,7 @@ fn scenes() -> Vec<(String, Scene)> {
         ("built: bazaar", bazaar(width, height)),
         ("built: gallery", gallery(width, height)),
         ("built: meshes", mesh_room(width, height)),
+        ("built: sunny", sunny(width, height)),
     ];
     files.chain(built.map(|(name, scene)| (name.to_owned(), scene))).collect()
 }

@@ -127,6 +127,23 @@ fn a_scene_says_what_is_in_it() {
 }
 
 #[test]
+fn a_scene_says_what_its_environment_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = image::RgbImage::from_raw(3, 2, (0..18).collect()).unwrap();
+    picture.save(folder.path().join("sky.png")).unwrap();
+    fs::write(folder.path().join("a.toml"), "environment.file = \"sky.png\"\n").unwrap();
+    let told = info(folder.path(), "a.toml").unwrap();
+    for line in [
+        "lights      none; 1 to choose among",
+        "environment sky.png, sampled by a grid of 3×2, 64 bytes",
+        "picture     sky.png: 3×2, 3 channels, 8-bit, 32 bytes",
+        "pictures    32 bytes in use",
+    ] {
+        assert!(told.lines().any(|l| l == line), "{told} lacks {line:?}");
+    }
+}
+
+#[test]
 fn a_scene_says_what_its_pictures_take() {
     let folder = tempfile::tempdir().unwrap();
     let picture = image::RgbImage::from_raw(3, 2, (0..18).collect()).unwrap();

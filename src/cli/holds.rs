@@ -80,22 +80,37 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
         "materials",
         or_none(list(scene.materials.iter().map(|m| format!("{} ({})", m.name, kind(&m.kind))))),
     );
+    environment(scene, &compiled, &mut facts);
     textures(scene, &compiled, &mut facts);
     facts.structure(&surfaces);
     loaded.warnings.iter().for_each(|warning| facts.line("warning", warning));
     Ok(facts.0)
 }
 
+/// The picture that is the environment, and the grid by which it is sampled.
+fn environment(scene: &Scene, compiled: &CompiledScene, facts: &mut Facts) {
+    let Some(around) = scene.environment_picture else { return };
+    let name = &scene.images[around.file.0].name;
+    let smooth = compiled.lights.grids().smooth();
+    let grid = match (*smooth.columns(), *smooth.rows()) {
+        (0, 0) => "it is dark".to_owned(),
+        (columns, rows) => format!("sampled by a grid of {columns}×{rows}, {}", bytes(smooth.bytes())),
+    };
+    facts.line("environment", format!("{name}, {grid}"));
+}
+
 /// The textures, and what the pictures of each file take, if there are any.
 fn textures(scene: &Scene, compiled: &CompiledScene, facts: &mut Facts) {
-    if scene.textures.is_empty() {
+    if scene.images.is_empty() && scene.textures.is_empty() {
         return;
     }
     let kind = |texture: &Texture| texture.kind.declaration().map_or("", |declaration| declaration.name);
-    facts.line(
-        "textures",
-        list(scene.textures.iter().map(|texture| format!("{} ({})", texture.name, kind(texture)))),
-    );
+    if !scene.textures.is_empty() {
+        facts.line(
+            "textures",
+            list(scene.textures.iter().map(|texture| format!("{} ({})", texture.name, kind(texture)))),
+        );
+    }
     for image in &scene.images {
         for Tile { number, picture } in &image.tiles {
             let tile = if image.is_tiled { format!(" {number}") } else { String::new() };

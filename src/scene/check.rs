@@ -2,8 +2,8 @@
 //! scenes themselves.
 
 use super::description::{
-    CameraSettings, EXPOSURES, Entity, FilmSettings, Filter, LONGEST_SIDE, Light, MOST_BOUNCES, Material,
-    Mesh, RenderSettings, Scene, Shape, UNLIMITED, endless,
+    CameraSettings, EXPOSURES, Entity, EnvironmentPicture, FilmSettings, Filter, LONGEST_SIDE, Light,
+    MOST_BOUNCES, Material, Mesh, RenderSettings, Scene, Shape, UNLIMITED, endless,
 };
 use super::names::MAX_NESTING;
 use super::placement::{is_flat, misplaced};
@@ -131,7 +131,20 @@ fn check_values(scene: &Scene, problems: &mut Vec<SceneProblem>) {
     check_film(&scene.film, &mut Findings { part: &|| Part::Film, problems });
     check_camera(&scene.camera, &mut Findings { part: &|| Part::Camera, problems });
     check_render(&scene.render, &mut Findings { part: &|| Part::Render, problems });
-    Findings { part: &|| Part::Environment, problems }.numbers("radiance", &scene.environment, RADIANCE);
+    check_environment(scene, &mut Findings { part: &|| Part::Environment, problems });
+}
+
+fn check_environment(scene: &Scene, found: &mut Findings<'_>) {
+    found.numbers("radiance", &scene.environment, RADIANCE);
+    let Some(EnvironmentPicture { file, scale, rotate, up }) = &scene.environment_picture else { return };
+    found.numbers("scale", scale, RADIANCE);
+    found.number("rotate", rotate.to_degrees(), EnvironmentPicture::TURNS);
+    found.direction("up", *up);
+    match scene.images.get(file.0) {
+        None => found.add(format!("there is no image {}, only {}", file.0 + 1, scene.images.len())),
+        Some(image) if image.is_tiled => found.add("its picture is one of tiles"),
+        Some(image) => image.objection().into_iter().for_each(|message| found.add(message)),
+    }
 }
 
 fn check_film(film: &FilmSettings, found: &mut Findings<'_>) {

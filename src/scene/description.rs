@@ -4,11 +4,13 @@
 //! W·m⁻²·sr⁻¹. Vectors are in world space, right-handed.
 
 mod choice;
+mod environment;
 mod film;
 mod filter;
 mod render;
 
 pub use self::choice::Choice;
+pub use self::environment::EnvironmentPicture;
 pub use self::film::{EXPOSURES, FilmMode, FilmSettings, LONGEST_SIDE, Tone};
 pub use self::filter::Filter;
 pub use self::render::{Integrator, MOST_BOUNCES, RenderSettings, Sampler, UNLIMITED, endless};
@@ -45,8 +47,10 @@ pub struct Scene {
     pub entities: Vec<Entity>,
     /// The lights that are not surfaces.
     pub lights: Vec<Light>,
-    /// What a ray that leaves the scene sees: radiance from everywhere.
+    /// What a ray that leaves the scene sees: radiance from everywhere,
     pub environment: Colour,
+    /// and a picture of what is all around, which is added to it.
+    pub environment_picture: Option<EnvironmentPicture>,
 }
 
 impl Scene {
@@ -58,6 +62,7 @@ impl Scene {
                 light.values().iter().any(|value| matches!(value, Value::Colour(colour) if shines(colour)))
             })
             || shines(&self.environment)
+            || self.environment_picture.is_some_and(|picture| shines(&picture.scale))
             || self.render.integrator == Integrator::Whitted && shines(&self.render.ambient)
     }
 }

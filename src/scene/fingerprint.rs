@@ -9,8 +9,10 @@ use std::sync::Arc;
 
 use sha2::{Digest as _, Sha256};
 
-use super::description::{CameraSettings, Entity, ImageFile, Integrator, Material, Scene, Shape, Textured};
-use crate::parameter::{Family, ParameterKind, Value, Varying};
+use super::description::{
+    CameraSettings, Entity, EnvironmentPicture, ImageFile, Integrator, Material, Scene, Shape, Textured,
+};
+use crate::parameter::{Family, ImageIndex, ParameterKind, Value, Varying};
 use crate::shape::Mesh;
 
 /// The meshes that a scene was read from, in any order, each with its file's name and that of its part.
@@ -55,6 +57,7 @@ impl Fingerprint {
             entities,
             lights,
             environment,
+            environment_picture,
         } = scene;
         let mut parts = camera_parts(camera);
         parts.push(Part::new("environment.radiance", |digest| digest.numbers(environment)));
@@ -63,6 +66,12 @@ impl Fingerprint {
         }
         let mut meshes: Vec<&Arc<Mesh>> = Vec::new();
         let mut named = Vec::new();
+        if let Some(EnvironmentPicture { file, scale, rotate, up }) = environment_picture {
+            parts.push(Part::new("environment.file", |digest| digest.named_image(*file, &mut named)));
+            parts.push(Part::new("environment.scale", |digest| digest.numbers(scale)));
+            parts.push(Part::new("environment.rotate", |digest| digest.numbers(&[*rotate])));
+            parts.push(Part::new("environment.up", |digest| digest.numbers(&up.to_array())));
+        }
         for entity in entities {
             let Entity { name, shape, material, emission, emission_texture, flip_normal } = entity;
             parts.push(Part::new(&format!("the shape of {name}"), |digest| {
@@ -271,17 +280,20 @@ impl Digest {
                     self.tag(parameter.name);
                     self.texture(named, scene, images);
                 }
-                Value::Image(image) => {
-                    let known = images.iter().position(|known| *known == image.0);
-                    let place = known.unwrap_or_else(|| {
-                        images.push(image.0);
-                        images.len() - 1
-                    });
-                    self.word(place as u64);
-                }
+                Value::Image(image) => self.named_image(image, images),
                 _ => {}
             }
         }
+    }
+
+    /// An image by its place among those that are named: what is in it counts once.
+    fn named_image(&mut self, image: ImageIndex, images: &mut Vec<usize>) {
+        let known = images.iter().position(|known| *known == image.0);
+        let place = known.unwrap_or_else(|| {
+            images.push(image.0);
+            images.len() - 1
+        });
+        self.word(place as u64);
     }
 
     fn image(&mut self, image: &ImageFile) {

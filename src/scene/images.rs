@@ -51,6 +51,14 @@ impl ImageCache {
         index.map_err(Unreadable::First)
     }
 
+    /// How many numbers of the pictures of an image are negative, and how many were not finite in the file.
+    pub(super) fn odd_numbers(&self, image: usize) -> (u64, u64) {
+        let pictures = self.images[image].tiles.iter().map(|tile| &tile.picture);
+        pictures.fold((0, 0), |(negative, not_finite), picture| {
+            (negative + picture.negative_numbers(), not_finite + picture.repaired_numbers())
+        })
+    }
+
     /// All that were read, in the order of their indices.
     pub(super) fn take(&mut self) -> Vec<ImageFile> {
         std::mem::take(&mut self.images)

@@ -44,6 +44,8 @@ pub struct Picture {
     depth: Depth,
     /// The numbers, lower ones in lower bits, filled up with zeros: as devices have them.
     words: Vec<[u32; 4]>,
+    /// How many of them were not finite.
+    repaired: u64,
 }
 
 impl Picture {
@@ -69,19 +71,22 @@ impl Picture {
         let per_line = width as usize * kept;
         let mut words = vec![[0; 4]; (height as usize * per_line).div_ceil(16)];
         let numbers = words.as_flattened_mut();
+        let mut repaired = 0;
         for (row, line) in bytes.chunks_exact(line.max(1)).rev().enumerate() {
             let mut at = row * per_line;
             for texel in line.chunks_exact(texel) {
                 for number in texel[..kept].chunks_exact(depth.bytes()) {
                     let mut bits = [0; 4];
                     bits[..number.len()].copy_from_slice(number);
-                    let bits = finite(depth, u32::from_le_bytes(bits));
+                    let given = u32::from_le_bytes(bits);
+                    let bits = finite(depth, given);
+                    repaired += u64::from(bits != given);
                     numbers[at / 4] |= bits << (8 * (at % 4));
                     at += depth.bytes();
                 }
             }
         }
-        Picture { width, height, channels, depth, words }
+        Picture { width, height, channels, depth, words, repaired }
     }
 
     /// One black texel.
@@ -112,6 +117,22 @@ impl Picture {
     /// The numbers as words of sixteen bytes.
     pub fn words(&self) -> &[[u32; 4]] {
         &self.words
+    }
+
+    /// How many numbers were not finite when the picture was made.
+    pub fn repaired_numbers(&self) -> u64 {
+        self.repaired
+    }
+
+    /// How many numbers are below zero.
+    pub fn negative_numbers(&self) -> u64 {
+        let sign = match self.depth {
+            Depth::Bits8 | Depth::Bits16 => return 0,
+            Depth::Half => 0x8000,
+            Depth::Float => 0x8000_0000,
+        };
+        let numbers = 0..self.texels() * self.channels as usize;
+        numbers.filter(|&i| self.number(i) > sign).count() as u64
     }
 
     /// How many texels there are.

@@ -7,7 +7,7 @@ use super::size::{Size, TooLarge};
 use super::surfaces::SurfaceTable;
 use super::{Instances, Simple, Triangles};
 use crate::camera::Camera;
-use crate::light::{Environment, LightTable, NO_LIGHT};
+use crate::light::{Environment, LightTable, NO_LIGHT, Surroundings};
 use crate::material::{Binding, MaterialKind, MaterialTable, Place};
 use crate::math::narrow;
 use crate::scene::{self, Material, Scene};
@@ -60,8 +60,11 @@ pub fn compile_sharing(
     let mut all = Simple::default();
     let mut triangles = Triangles::default();
     let mut lights = LightTable::default();
-    let Textures { materials, emitted } = textures(scene);
+    let Textures { materials, emitted, surroundings } = textures(scene);
     lights.set_textures(Arc::clone(materials.textures()));
+    if let Some(around) = surroundings {
+        lights.push_surroundings(&around);
+    }
     // The last mesh that emits.
     let mut lamp = None;
     for light in &scene.lights {
@@ -142,14 +145,25 @@ struct Textures {
     materials: MaterialTable,
     /// For each entity the texture that its emission is, or [`NO_TEXTURE`].
     emitted: Vec<u32>,
+    /// The picture that is the environment.
+    surroundings: Option<Surroundings>,
 }
 
 fn textures(scene: &Scene) -> Textures {
-    let kinds: Vec<_> = scene.textures.iter().map(|texture| texture.kind.clone()).collect();
+    let mut kinds: Vec<_> = scene.textures.iter().map(|texture| texture.kind.clone()).collect();
+    kinds.extend(scene.environment_picture.map(|picture| picture.texture().into()));
     let mut compiler = Compiler::new(&kinds, &scene.images);
     let emitted = scene.entities.iter().map(|entity| entity.emission_texture);
     let emitted =
         emitted.map(|texture| texture.map_or(NO_TEXTURE, |texture| compiler.root(texture))).collect();
+    let surroundings = scene.environment_picture.map(|picture| Surroundings {
+        texture: compiler.root(scene.textures.len()),
+        scale: picture.scale,
+        rotate: picture.rotate,
+        up: picture.up,
+        // `whitted` finds no light but by sampling it.
+        is_contested: scene.render.integrator != scene::Integrator::Whitted,
+    });
     let kinds: Vec<MaterialKind> = scene.materials.iter().map(Material::textured_kind).collect();
     let rows = kinds.iter().map(MaterialKind::row).collect();
     let mut bindings = Vec::new();
@@ -164,5 +178,6 @@ fn textures(scene: &Scene) -> Textures {
     Textures {
         materials: MaterialTable::with_textures(rows, &bindings, Arc::new(compiler.finish())),
         emitted,
+        surroundings,
     }
 }

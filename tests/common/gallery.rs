@@ -37,6 +37,24 @@ pub(super) fn image(file: usize) -> ImageTexture {
     }
 }
 
+/// Surroundings with a sun, upwards and to one side.
+pub(super) fn sunny_sky() -> ImageFile {
+    let texel = |x: u32, y: u32| {
+        let sun = if x == 5 && (3..5).contains(&y) { 60.0 } else { 0.0 };
+        let sky = 0.3 + 0.02 * ((x * 7 + y * 5) % 11) as f32;
+        [0.8 * sky + sun, sky + 0.9 * sun, 1.3 * sky + 0.7 * sun]
+    };
+    let places = (0..12).flat_map(|y| (0..20).map(move |x| (x, y)));
+    let bytes: Vec<u8> = places.flat_map(|(x, y)| texel(x, y)).flat_map(f32::to_le_bytes).collect();
+    ImageFile::of("sky".into(), Arc::new(Picture::new([20, 12], [3; 2], Depth::Float, &bytes)))
+}
+
+/// The same, turned, tilted and tinted.
+pub(super) fn sunny() -> EnvironmentPicture {
+    let up = glam::DVec3::new(0.2, -0.3, 0.9).normalize();
+    EnvironmentPicture { scale: [1.0, 0.9, 0.8], rotate: 2.0, up, ..EnvironmentPicture::of(ImageIndex(0)) }
+}
+
 /// Materials, textures and image files.
 pub(super) fn textured_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFile>) {
     let tile = |number, seed| Tile { number, picture: speckled([5, 4], 3, Depth::Bits8, seed) };

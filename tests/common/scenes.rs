@@ -7,10 +7,10 @@ use std::sync::Arc;
 use stride::math::Vec3;
 use stride::sampling::Stream;
 use stride::scene::{
-    BoxParameters, CheckerboardParameters, CylinderParameters, DiskParameters, Entity, FilmSettings, Filter,
-    GlassParameters, Integrator, Light, Material, MaterialKind, MatteParameters, Mesh, MirrorParameters,
-    PlaneParameters, PointLightParameters, QuadParameters, RenderSettings, Sampler, Scene, Shape,
-    SphereParameters,
+    BoxParameters, CheckerboardParameters, ConductorParameters, CylinderParameters, DiskParameters, Entity,
+    FilmSettings, Filter, GlassParameters, Integrator, Light, Material, MaterialKind, MatteParameters, Mesh,
+    MirrorParameters, PlaneParameters, PointLightParameters, QuadParameters, RenderSettings, Sampler, Scene,
+    Shape, SphereParameters,
 };
 
 pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -317,6 +317,28 @@ pub fn gallery(width: u32, height: u32) -> Scene {
     let mut all = Scene { textures, images, ..scene(materials, entities) };
     all.environment = [0.2, 0.3, 0.4];
     all.render.max_depth = 6;
+    sized(all, width, height)
+}
+
+/// Rough metal, glass and matte balls on a floor, under a picture with a sun, beside a lamp.
+pub fn sunny(width: u32, height: u32) -> Scene {
+    let metal = ConductorParameters {
+        metal: None,
+        eta: Some([0.2, 0.9, 1.1]),
+        k: Some([3.9, 2.4, 2.1]),
+        roughness: [0.4; 2],
+    };
+    let metal = Material { kind: MaterialKind::Conductor(metal), ..matte([0.0; 3]) };
+    let materials = vec![matte([0.6, 0.5, 0.4]), metal, glass(1.5)];
+    let entities = vec![
+        plane(DVec3::Z, -1.0, 0),
+        sphere(v(4.0, 1.4, -0.3), 0.7, 0),
+        sphere(v(4.0, 0.0, -0.3), 0.7, 1),
+        sphere(v(4.0, -1.4, -0.3), 0.7, 2),
+        emitting(quad(v(3.5, -3.5, 1.5), v(0.0, 1.0, 0.0), v(1.0, 0.0, 0.0), 0), 5.0),
+    ];
+    let mut all = Scene { images: vec![textured::sunny_sky()], ..scene(materials, entities) };
+    all.environment_picture = Some(textured::sunny());
     sized(all, width, height)
 }
 

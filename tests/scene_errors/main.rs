@@ -12,6 +12,7 @@ macro_rules! broken {
 }
 
 mod entities;
+mod environment;
 mod keys;
 mod lights;
 mod materials;

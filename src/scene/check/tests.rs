@@ -1,8 +1,10 @@
 use super::*;
+use crate::parameter::ImageIndex;
 use crate::scene::{
-    CheckerboardParameters, ConstantTexture, FilmMode, Integrator, MaterialKind, MatteParameters,
+    CheckerboardParameters, ConstantTexture, FilmMode, ImageFile, Integrator, MaterialKind, MatteParameters,
     PlaneParameters, PointLightParameters, QuadParameters, SphereParameters, Texture, Textured,
 };
+use crate::texture::Picture;
 use glam::DMat3;
 
 /// A scene of two materials, the second of them a checkerboard of the first, and of a sphere and a triangle.
@@ -22,6 +24,14 @@ fn good() -> Scene {
         entities: vec![Entity::default(), Entity { name: "ramp".into(), shape, ..Entity::default() }],
         ..Scene::default()
     }
+}
+
+/// Adds a picture of what is all around.
+fn surround(scene: &mut Scene, change: fn(&mut EnvironmentPicture)) {
+    scene.images.push(ImageFile::of("sky".into(), Arc::new(Picture::black())));
+    let mut picture = EnvironmentPicture::of(ImageIndex(0));
+    change(&mut picture);
+    scene.environment_picture = Some(picture);
 }
 
 fn board(name: &str, even: usize, odd: usize) -> Material {
@@ -94,6 +104,13 @@ fn every_kind_of_problem_is_found_alone() {
         ),
         (|s| s.render.ambient[1] = -1.0, "the render settings: ambient must be"),
         (|s| s.environment[2] = f64::NAN, "the environment: radiance must be"),
+        (
+            |s| s.environment_picture = Some(EnvironmentPicture::of(ImageIndex(0))),
+            "the environment: there is no image 1, only 0",
+        ),
+        (|s| surround(s, |picture| picture.scale[1] = -1.0), "the environment: scale must be from 0"),
+        (|s| surround(s, |picture| picture.rotate = f64::NAN), "the environment: rotate must be a finite"),
+        (|s| surround(s, |picture| picture.up *= 2.0), "the environment: up must have a length of 1"),
         (
             |s| s.materials[1] = board("board", 0, 1),
             "material 2 (\"board\"): it names material 2, which is not before it",

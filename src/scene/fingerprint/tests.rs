@@ -127,6 +127,39 @@ fn textures_count_with_their_pictures_where_they_are_used() {
 }
 
 #[test]
+fn environment_pictures_count_by_what_is_in_them_and_how_they_are_turned() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let picture = |name: &str, code: u8| {
+        let path = folder.path().join(name);
+        image::GrayImage::from_raw(2, 1, vec![7, code]).expect("a picture").save(path).expect("written");
+    };
+    picture("a.png", 1);
+    picture("b.png", 2);
+    let of = |keys: &str| {
+        let text = SCENE.replacen("[render]", &format!("[environment]\n {keys}\n [render]"), 1);
+        let loaded = crate::scene::parse(&text, &folder.path().join("a.toml")).expect("a scene");
+        let fingerprint = Fingerprint::of(&loaded.scene, &loaded.sources);
+        (fingerprint.digits(), fingerprint.outline().expect("few parts"))
+    };
+    let ours = of("file = \"a.png\"");
+    assert_eq!(of("file = \"a.png\"\n scale = [1, 1, 1]\n rotate = 0\n up = [0, 0, 2]"), ours);
+    for (keys, named) in [
+        ("file = \"b.png\"", "b.png, a.png"),
+        ("file = \"a.png\"\n scale = 2", "environment.scale"),
+        ("file = \"a.png\"\n rotate = 10", "environment.rotate"),
+        ("file = \"a.png\"\n up = [0, 1, 0]", "environment.up"),
+        ("", "environment.file, environment.scale, environment.rotate, environment.up and 1 more"),
+    ] {
+        let other = of(keys);
+        assert_ne!(other.0, ours.0, "{keys}");
+        assert_eq!(differing(&other.1, &ours.1), named, "{keys}");
+    }
+    // The same picture under another name is the same.
+    picture("b.png", 1);
+    assert_eq!(of("file = \"b.png\"").0, ours.0);
+}
+
+#[test]
 fn textures_count_by_the_parameters_that_they_are() {
     let of = |texture: &str| {
         let textures = format!(

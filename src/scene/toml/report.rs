@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use ::toml::de::Error as SyntaxError;
 
+use crate::parameter::ImageIndex;
 use crate::scene::description::ImageFile;
 use crate::scene::diagnostic::{Cursor, Diagnostic, Position, SceneErrors};
 use crate::scene::fingerprint::Sources;
@@ -90,6 +91,19 @@ impl<'t> Reports<'t> {
             images::Unreadable::First(error) => self.error(file.at, error.to_string()),
             images::Unreadable::Again => Reported(()),
         })
+    }
+
+    /// A message about the numbers of an image that can be no radiance, if there are any.
+    pub(super) fn odd_numbers(&self, image: ImageIndex, name: &str) -> Option<String> {
+        let (negative, not_finite) = self.images.odd_numbers(image.0);
+        let some = |count: u64, what: &str| match count {
+            0 => None,
+            1 => Some(format!("1 number that is {what}")),
+            n => Some(format!("{n} numbers that are {what}")),
+        };
+        let all: Vec<_> =
+            [some(negative, "negative"), some(not_finite, "not finite")].into_iter().flatten().collect();
+        (!all.is_empty()).then(|| format!("{name} has {}", all.join(" and ")))
     }
 
     /// The image files that were read, in the order of their indices.

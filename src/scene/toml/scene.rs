@@ -2,6 +2,7 @@
 
 use super::declared::Values;
 use super::entity::{self, Linked, OfFiles, RawEntity, link_entities};
+use super::environment::{self, Surroundings};
 use super::materials;
 use super::one_of::OneOf;
 use super::report::{Read, Reported, Reports};
@@ -59,9 +60,9 @@ static ENTITIES: Key<ListOf<Block<RawEntity>>> = Key::default(
 );
 static LIGHTS: Key<ListOf<OneOf<Light>>> =
     Key::default("lights", ListOf(light::LIGHT), "[]", "The lights that are not surfaces.");
-static ENVIRONMENT: Key<Block<[f64; 3]>> = Key::default(
+static ENVIRONMENT: Key<Block<Surroundings>> = Key::default(
     "environment",
-    Block { table: &light::ENVIRONMENT_TABLE, build: light::environment },
+    Block { table: &environment::ENVIRONMENT_TABLE, build: environment::environment },
     "{}",
     "What a ray that leaves the scene sees.",
 );
@@ -72,7 +73,7 @@ static HEADERS: &[(&str, &Table)] = &[
     ("[camera]", &camera::CAMERA_TABLE),
     ("[render]", &render::RENDER_TABLE),
     ("[[entities]]", &entity::ENTITY_TABLE),
-    ("[environment]", &light::ENVIRONMENT_TABLE),
+    ("[environment]", &environment::ENVIRONMENT_TABLE),
 ];
 
 /// The header under which a key belongs that stands in the wrong place.
@@ -121,6 +122,7 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
     }
     textures::warn_of_unused(raw_textures, &textures, &resolved.materials, &entities, reports);
     resolved.materials.extend(of_files.materials);
+    let Surroundings { radiance, picture } = environment?;
 
     let scene = Scene {
         film: film?,
@@ -131,7 +133,8 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
         images: reports.take_images(),
         entities,
         lights: lights?,
-        environment: environment?,
+        environment: radiance,
+        environment_picture: picture,
     };
     let scene = scene.checked().map_err(|problems| complain(&problems, reports))?;
     warn_of_darkness(&scene, reports);

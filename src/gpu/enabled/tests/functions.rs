@@ -10,7 +10,7 @@ mod compare;
 use super::super::record::{Program, Signature};
 use super::super::recorded::{self, Source};
 use super::super::tables::Tables;
-use super::gallery::gallery;
+use super::gallery::{gallery, sunny};
 use super::pictures::shipped;
 use super::probe::library_for;
 use super::watched::Calls;
@@ -45,6 +45,8 @@ fn runs() -> Vec<Scene> {
         scenes::with(surfaces(), Integrator::PathNaive, Sampler::Independent),
         scenes::with(surfaces(), Integrator::Whitted, Sampler::Independent),
         scenes::with(gallery(48, 32), Integrator::Path, Sampler::Sobol),
+        scenes::with(sunny(48, 32), Integrator::Path, Sampler::Sobol),
+        scenes::with(sunny(48, 32), Integrator::Whitted, Sampler::Independent),
     ]
 }
 

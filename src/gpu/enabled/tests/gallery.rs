@@ -1,7 +1,7 @@
 //! A scene of textures, which the digests have, too.
 
 use super::scenes::{cylinder, disk, plane, quad, scene, sphere};
-use crate::scene::{Entity, Scene};
+use crate::scene::{ConductorParameters, Entity, GlassParameters, Material, MatteParameters, Scene};
 
 /// Textures of every kind on materials of every kind, on shapes of every kind.
 pub(super) fn gallery(width: u32, height: u32) -> Scene {
@@ -27,6 +27,31 @@ pub(super) fn gallery(width: u32, height: u32) -> Scene {
     scene.environment = [0.2, 0.3, 0.4];
     scene.render.max_depth = 6;
     scene
+}
+
+/// Rough metal, glass and matte balls on a floor, under a picture with a sun, beside a lamp.
+pub(super) fn sunny(width: u32, height: u32) -> Scene {
+    let of = |kind| Material { name: "a material".into(), kind, textures: Vec::new() };
+    let matte = MatteParameters { reflectance: [0.6, 0.5, 0.4], roughness: 0.0 };
+    let metal = ConductorParameters {
+        metal: None,
+        eta: Some([0.2, 0.9, 1.1]),
+        k: Some([3.9, 2.4, 2.1]),
+        roughness: [0.4; 2],
+    };
+    let glass = GlassParameters { ior: 1.5, reflectance: [1.0; 3], transmittance: [1.0; 3] };
+    let materials = vec![of(matte.into()), of(metal.into()), of(glass.into())];
+    let lamp = quad([3.5, -3.5, 1.5], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], 0);
+    let entities = vec![
+        plane([0.0, 0.0, 1.0], -1.0, 0),
+        sphere([4.0, 1.4, -0.3], 0.7, 0),
+        sphere([4.0, 0.0, -0.3], 0.7, 1),
+        sphere([4.0, -1.4, -0.3], 0.7, 2),
+        Entity { emission: [5.0; 3], ..lamp },
+    ];
+    let images = vec![textured::sunny_sky()];
+    let environment_picture = Some(textured::sunny());
+    Scene { images, environment_picture, ..scene(width, height, materials, entities) }
 }
 
 mod textured {

@@ -206,3 +206,30 @@ fn a_furnace_cut_off_one_bounce_too_soon_is_noticed() {
     let mean = mean(&inside(0.5, 0.5, 4), Method::Path, NUMBERS[0], 64);
     assert!(mean.is(1.0 - 0.5_f64.powi(5)) && !mean.is(1.0 - 0.5_f64.powi(6)), "{mean:?}");
 }
+
+/// The means of pixels in a white sky, around a coarse ball with smooth normals.
+fn coarse_ball(material: stride::scene::Material) -> Vec<f64> {
+    const SAMPLES: u32 = 4;
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/15-glass-rim.toml");
+    let mut scene = stride::scene::load(path.as_ref()).expect("a scene").scene;
+    scene.materials = vec![material];
+    let mut pixels = vec![0.0; (scene.film.width * scene.film.height) as usize];
+    let tracer = tracer(Method::Path, NUMBERS[0], &scene, 1);
+    trace(tracer.as_ref(), &scene, SAMPLES, |pixel, radiance| {
+        pixels[pixel as usize] += f64::from(radiance[1]) / f64::from(SAMPLES);
+    });
+    pixels
+}
+
+#[test]
+fn coarse_balls_with_smooth_normals_have_no_dark_rim() {
+    for (material, bright) in [(glass(1.5), 1.0), (mirror([1.0; 3]), 1.0), (matte([0.9; 3]), 0.9)] {
+        let pixels = coarse_ball(material.clone());
+        let dark = pixels.iter().filter(|&&pixel| pixel < 0.99).count();
+        let most = pixels.iter().copied().fold(0.0, f64::max);
+        // Mitsuba 3 shows 26 darker pixels, as it does not look at the true normal; nothing leaks here instead.
+        let is_white = bright == 1.0;
+        assert_eq!(dark <= 26, is_white, "{dark} of {} pixels: {material:?}", pixels.len());
+        assert!(most < 1.0 + 1e-3, "{most}: {material:?}");
+    }
+}

@@ -140,8 +140,9 @@ pub(super) struct Scattering<F: Float> {
 impl<F: Float> Scattering<F> {
     #[inline(always)]
     pub(super) fn new(scene: &CompiledScene, at: &Interaction<F>, ray: &Ray<F>) -> Self {
-        let frame = scene.frame(at);
-        Scattering { local: scene.bsdf(at).local(), wo: frame.to_local(-ray.d), frame }
+        let bsdf = scene.bsdf(at);
+        let frame = scene.scattering_frame(at, ray, &bsdf);
+        Scattering { local: bsdf.local(), wo: frame.to_local(-ray.d), frame }
     }
 
     /// The BSDF.

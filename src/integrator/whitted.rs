@@ -227,7 +227,8 @@ impl<F: Float> Lit<F> {
     /// The point that a ray met.
     pub(crate) fn new(scene: &CompiledScene, ray: &Ray<F>, hit: &Hit<F>) -> Self {
         let at = scene.interaction(ray, hit, F::Mask::splat(true), Uv::WherePatterned);
-        let (frame, bsdf) = (scene.frame(&at), scene.bsdf(&at));
+        let bsdf = scene.bsdf(&at);
+        let frame = scene.scattering_frame(&at, ray, &bsdf);
         Lit {
             at,
             emitted: scene.emitted(&at),

@@ -1,6 +1,7 @@
 //! The scattering function of a hit: the lobe of its material there, which may be of another kind in each lane.
 
 use super::bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
+use super::glass::IOR;
 use super::kind::{Kind, Kinds, materials};
 use super::program::Leaf;
 use super::row::{Numbers, Site};
@@ -203,6 +204,17 @@ impl<F: Float> Bsdf<F> {
         function!(F, bsdf_pdf(local, wo, wi), {
             materials!(answer kinds, local, HAS_NON_DELTA, "pdf", (wo, wi), lobe => lobe.pdf(wo, wi))
         })
+    }
+
+    /// The index of refraction below the surface over that above it, by which delta lobes refract; 1 where none does.
+    #[inline(always)]
+    pub fn index(&self) -> F {
+        let one = F::splat(1.0);
+        if self.kinds.has(Kind::Glass) {
+            F::select(self.local.is(Kind::Glass), self.local.numbers.further[IOR], one)
+        } else {
+            one
+        }
     }
 }
 

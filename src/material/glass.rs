@@ -20,6 +20,9 @@ parameters! {
     }
 }
 
+/// The place of a dielectric's index of refraction among the numbers of its row.
+pub(super) const IOR: usize = 3;
+
 /// A smooth dielectric interface; the inside is where the normal does not point.
 #[derive(Clone, Copy, Debug)]
 pub struct Glass;

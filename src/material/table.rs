@@ -2,11 +2,12 @@
 
 use super::bindings::{Binding, Bindings};
 use super::bsdf::{Bsdf, Local};
+use super::bxdf::Bxdf;
 use super::kind::{Kind, Kinds, materials};
 use super::program::{Chooser, Leaf};
 use super::row::{Columns, Row, Site};
 use crate::math::lanes::scalar::Wrapping;
-use crate::math::{ColumnReader, Float, Mask, Uint, function};
+use crate::math::{ColumnReader, Float, Mask, Uint, Vec3, function};
 use crate::texture::TextureTable;
 use std::sync::Arc;
 
@@ -18,6 +19,7 @@ pub struct MaterialTable {
     nesting: u32,
     uses_uv: bool,
     is_anisotropic: bool,
+    has_delta: bool,
     kinds: Kinds,
     rows: Vec<Row>,
     bindings: Bindings,
@@ -134,12 +136,19 @@ impl MaterialTable {
             nesting,
             uses_uv: false,
             is_anisotropic,
+            has_delta: false,
             kinds,
             rows,
             bindings,
             textures,
         };
-        table.uses_uv = (0..table.rows.len() as u32).any(|row| table.looks_at_uv::<f32>(Wrapping(row)));
+        let all = 0..table.rows.len() as u32;
+        table.uses_uv = all.clone().any(|row| table.looks_at_uv::<f32>(Wrapping(row)));
+        table.has_delta = all.clone().any(|row| {
+            let numbers = table.columns.numbers::<f32>(Wrapping(row));
+            let site = Site { p: Vec3::zero(), uv: [0.0; 2], footprint: 0.0 };
+            table.bsdf_of(Local { kind: table.columns.kind(Wrapping(row)), numbers, site }).has_delta()
+        });
         table
     }
 
@@ -173,6 +182,12 @@ impl MaterialTable {
     #[inline(always)]
     pub fn is_anisotropic(&self) -> bool {
         self.is_anisotropic
+    }
+
+    /// Whether any material has a delta lobe.
+    #[inline(always)]
+    pub fn has_delta(&self) -> bool {
+        self.has_delta
     }
 
     /// The lanes whose material uses uv.

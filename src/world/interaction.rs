@@ -113,7 +113,13 @@ impl CompiledScene {
     /// scene scatters differently along u and along v.
     #[inline(always)]
     pub fn frame<F: Float>(&self, at: &Interaction<F>) -> Frame<F> {
-        let around = Frame::around(at.point.shading);
+        self.frame_around(at, at.point.shading)
+    }
+
+    /// The same around another normal.
+    #[inline(always)]
+    pub(super) fn frame_around<F: Float>(&self, at: &Interaction<F>, normal: Vec3<F>) -> Frame<F> {
+        let around = Frame::around(normal);
         if !self.materials.is_anisotropic() {
             return around;
         }
@@ -122,7 +128,7 @@ impl CompiledScene {
             #[inline(always)]
             move || {
                 let tangent = self.surfaces.tangent(&point, instance);
-                (Frame::along(point.shading, tangent), tangent.max_abs().gt(F::zero()))
+                (Frame::along(normal, tangent), tangent.max_abs().gt(F::zero()))
             },
         );
         Frame::blend(has_tangent, along, around)

@@ -17,8 +17,10 @@
 //! | `look` | what such a row says besides the form |
 //! | `rare` | normals, tangents and uv of hits on shapes of which most scenes have none |
 //! | `interaction` | a hit with all that scattering depends on, and the rays that leave it |
+//! | `bent` | the normals that smooth surfaces of meshes scatter around |
 //! | `pages` | memory in large pages, and prefetching |
 
+mod bent;
 mod bvh;
 mod compile;
 mod extent;

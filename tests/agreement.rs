@@ -117,8 +117,16 @@ fn rough_surfaces() -> Scene {
     };
     let dielectric = |roughness, thin_walled| {
         let (reflectance, transmittance) = ([1.0; 3], [0.9; 3]);
-        let parameters =
-            DielectricParameters { ior: 1.5, roughness, thin_walled, reflectance, transmittance };
+        let (ior, absorption, priority) = (1.5, [0.0; 3], 0.0);
+        let parameters = DielectricParameters {
+            ior,
+            roughness,
+            absorption,
+            priority,
+            thin_walled,
+            reflectance,
+            transmittance,
+        };
         material(parameters.into())
     };
     let materials = vec![

@@ -342,7 +342,7 @@ fn the_size_of_a_scene_counts_a_shared_mesh_once_and_copies_each() {
     let size = |meshes: Vec<Entity>| {
         let mut entities = vec![plane(DVec3::Z, -1.0, 0)];
         entities.extend(meshes);
-        let Size { primitives, vertices } = Size::of(&scene(vec![matte([0.5; 3])], entities));
+        let Size { primitives, vertices, .. } = Size::of(&scene(vec![matte([0.5; 3])], entities));
         (primitives, vertices)
     };
     assert_eq!(size(vec![]), (1, 0));

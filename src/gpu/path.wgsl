@@ -3,19 +3,22 @@
 // How far a path has come.
 struct Progress {
     state: State,
+    around: Around,
     // Rays traced for this slot so far.
     rays: u32,
 }
 
 // A path at the camera.
 fn start(id: PathId, centre: vec2f, rays: u32) -> Progress {
-    return Progress(start_path(id, centre), rays);
+    return Progress(start_path(id, centre), start_around(), rays);
 }
 
 // Takes a path to its next surface and, from there, into its next direction. Returns whether it goes on.
 fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
-    let stepped = step_path((*progress).state);
+    let result = step_path((*progress).state, (*progress).around);
+    let stepped = result.first;
     (*progress).state = stepped.state;
+    (*progress).around = result.second;
     (*progress).rays += 1u + u32(stepped.shadows);
     return stepped.going;
 }

@@ -4,6 +4,7 @@
 struct Progress {
     // Of the branch that is followed.
     state: State,
+    around: Around,
     // Rays traced for this slot so far.
     rays: u32,
     // What numbers are drawn from, and how many branches wait.
@@ -13,7 +14,7 @@ struct Progress {
 
 // A path at the camera.
 fn start(id: PathId, centre: vec2f, rays: u32) -> Progress {
-    return Progress(start_path(id, centre), rays, Stream(vec4u(0u), 0u, 0xffffffffu), 0u);
+    return Progress(start_path(id, centre), start_around(), rays, Stream(vec4u(0u), 0u, 0xffffffffu), 0u);
 }
 
 // A path's numbers one after the other, for code that draws as it goes: blocks from the top down.
@@ -48,12 +49,15 @@ fn pop_branch(progress: ptr<function, Progress>, lane: Lane) -> bool {
     }
     (*progress).waiting--;
     let branch = branches[(*progress).waiting * lane.count + lane.index];
-    follow(progress, Ray(branch.o, branch.d, 0.0), branch.beta, branch.depth);
+    let interiors = Interiors(vec2u(branch.interiors_x, branch.interiors_y));
+    let around = Around(interiors, interiors, 1.0, 0u);
+    follow(progress, Ray(branch.o, branch.d, 0.0), around, branch.beta, branch.depth);
     return true;
 }
 
-fn follow(progress: ptr<function, Progress>, ray: Ray, beta: vec3f, depth: u32) {
+fn follow(progress: ptr<function, Progress>, ray: Ray, around: Around, beta: vec3f, depth: u32) {
     (*progress).state.ray = ray;
+    (*progress).around = around;
     (*progress).state.beta = beta;
     (*progress).state.depth = depth;
 }
@@ -66,17 +70,27 @@ fn is_worth(beta: vec3f, chance: f32) -> bool {
 // Follows a branch to its next surface. Returns whether there is another to follow.
 fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
     let ray = (*progress).state.ray;
-    let beta = (*progress).state.beta;
     let depth = (*progress).state.depth;
     (*progress).rays++;
     let hit = intersect(ray, true);
+    let beta = absorbed_along((*progress).around, (*progress).state.beta, hit.t);
+    (*progress).state.beta = beta;
     if hit.t >= NOTHING {
         (*progress).state.l += beta * escaped_radiance(ray.d);
         return pop_branch(progress, lane);
     }
-    let lit = lit_point(ray, hit);
+    let lit = lit_point(ray, hit, (*progress).around);
     let goes_on = depth < scene.max_depth;
     var l = lit.emitted;
+    if lit.is_none {
+        (*progress).state.l += beta * l;
+        let beyond = pass_on(lit, ray);
+        if !beyond.passes {
+            return pop_branch(progress, lane);
+        }
+        follow(progress, beyond.ray, beyond.around, beta, depth);
+        return true;
+    }
     if lit.has_non_delta {
         l += bsdf_albedo(lit.local) * scene.ambient;
         if goes_on {
@@ -102,7 +116,7 @@ fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
     if !(sampled.delta || !lit.has_non_delta) || !branch.passes {
         return pop_branch(progress, lane);
     }
-    follow(progress, branch.ray, beta * sampled.weight, depth + 1u);
+    follow(progress, branch.ray, branch.around, beta * sampled.weight, depth + 1u);
     return true;
 }
 
@@ -151,7 +165,8 @@ fn split(progress: ptr<function, Progress>, lane: Lane, lit: Lit) -> bool {
     let depth = (*progress).state.depth + 1u;
     if reflects && refracts {
         if (*progress).waiting < MOST_BRANCHES {
-            push_branch(progress, lane, WaitingBranch(back.ray.o, depth, back.ray.d, reflected));
+            let inside = back.around.here.words;
+            push_branch(progress, lane, WaitingBranch(back.ray.o, depth, back.ray.d, inside.x, reflected, inside.y));
         } else {
             var stream = (*progress).stream;
             let choice = next_random(&stream, (*progress).state.id);
@@ -165,9 +180,9 @@ fn split(progress: ptr<function, Progress>, lane: Lane, lit: Lit) -> bool {
         return pop_branch(progress, lane);
     }
     if refracts {
-        follow(progress, through.ray, refracted, depth);
+        follow(progress, through.ray, through.around, refracted, depth);
     } else {
-        follow(progress, back.ray, reflected, depth);
+        follow(progress, back.ray, back.around, reflected, depth);
     }
     return true;
 }

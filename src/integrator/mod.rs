@@ -6,6 +6,7 @@
 //! | `next_event` | the direct light of `path`, and the weights of multiple importance sampling |
 //! | `naive` | the direct light of `path-naive`: that of delta lights |
 //! | `roulette` | Russian roulette |
+//! | `interiors` | the dielectrics that a path is inside of |
 //! | `whitted` | `whitted` |
 //! | `blocks` | the random numbers of each decision of each integrator |
 //! | `vertex` | the state of a path in each lane, the surfaces that it meets, and its next ray |
@@ -20,6 +21,7 @@
 pub mod blocks;
 mod build;
 mod first_hit;
+mod interiors;
 mod naive;
 mod next_event;
 mod observe;
@@ -41,7 +43,9 @@ pub use roulette::{ROULETTE_AT_MOST, ROULETTE_AT_MOST_FROM, ROULETTE_FROM, ROULE
 pub use whitted::Whitted;
 
 #[cfg(feature = "gpu")]
-pub(crate) use path_tracer::{Stepped, Transport, step};
+pub(crate) use interiors::{Around, absorbed};
+#[cfg(feature = "gpu")]
+pub(crate) use path_tracer::{Stepped, Transport, step_with};
 #[cfg(feature = "gpu")]
 pub(crate) use paths::camera_ray;
 #[cfg(feature = "gpu")]

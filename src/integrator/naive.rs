@@ -2,6 +2,7 @@
 //! are found by chance; delta lights, which no path can hit, are sampled here.
 
 use super::blocks::path::LIGHT;
+use super::interiors::{self, Surroundings};
 use super::next_event::DirectLight;
 use super::observe::{Event, Observer, rgb, vec3};
 use super::vertex::{Scattering, State, View};
@@ -11,16 +12,17 @@ use crate::world::Interaction;
 
 /// Radiance that one delta light sends back along the ray by way of a vertex. All lanes in `asks` trace a shadow ray.
 #[inline(always)]
-pub(super) fn delta_light<F: Float>(
+pub(super) fn delta_light<F: Float, S: Surroundings<F>>(
     view: &View<'_>,
     state: &State<F>,
     at: &Interaction<F>,
     scattering: &Scattering<F>,
     asks: F::Mask,
+    around: S,
     observer: &mut Observer<'_>,
 ) -> DirectLight<F> {
     let (state, at, scattering) = (*state, *at, *scattering);
-    function!(F, delta_light(state, at, scattering, asks), {
+    function!(F, delta_light(state, at, scattering, asks, around), {
         let [_, _, choice, _] = view.settings.sampler.draw(state.id, LIGHT.at::<F>(state.depth));
         let light = view.scene.lights.sample_delta(at.point.p, choice);
         let wi = scattering.frame.to_local(light.wi);
@@ -29,6 +31,7 @@ pub(super) fn delta_light<F: Float>(
         let (bsdf, wo) = (scattering.bsdf(view.scene), scattering.wo);
         let seen = visible & view.scene.passes(&at, light.wi, wi);
         let added = (bsdf.eval(wo, wi, TransportMode::Radiance) * light.weight() * wi.z.abs()).only(seen);
+        let added = interiors::faded(view.scene, &around, &at, light.wi, length, added);
         observer.event::<F>(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
         DirectLight { added, traced: asks }
     })

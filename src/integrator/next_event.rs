@@ -1,6 +1,7 @@
 //! Path tracing with next-event estimation.
 
 use super::blocks::path::LIGHT;
+use super::interiors::{self, Surroundings};
 use super::observe::{Event, Observer, rgb, vec3};
 use super::vertex::{Departure, Scattering, State, Vertex, View};
 use crate::light::NO_LIGHT;
@@ -83,16 +84,17 @@ value!(DirectLight { added, traced });
 /// Radiance that a chosen light sends back along the ray by way of a vertex, weighed against the chance
 /// that the BxDF finds the same light.
 #[inline(always)]
-pub(super) fn direct_light<F: Float>(
+pub(super) fn direct_light<F: Float, S: Surroundings<F>>(
     view: &View<'_>,
     state: &State<F>,
     at: &Interaction<F>,
     scattering: &Scattering<F>,
     asks: F::Mask,
+    around: S,
     observer: &mut Observer<'_>,
 ) -> DirectLight<F> {
     let (state, at, scattering) = (*state, *at, *scattering);
-    function!(F, direct_light(state, at, scattering, asks), {
+    function!(F, direct_light(state, at, scattering, asks, around), {
         let point = &at.point;
         let lights = &view.scene.lights;
         let [u, v, choice, _] = view.settings.sampler.draw(state.id, LIGHT.at::<F>(state.depth));
@@ -118,6 +120,7 @@ pub(super) fn direct_light<F: Float>(
                 let past_triangles = lights.is_past_triangles::<F>(light);
                 let visible = possible & !view.world.occluded(&shadow, length, possible, past_triangles);
                 let added = (share * power_heuristic(pdf, found)).only(visible);
+                let added = interiors::faded(view.scene, &around, &at, sample.wi, length, added);
                 observer.event::<F>(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
                 added
             },

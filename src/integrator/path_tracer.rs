@@ -3,6 +3,7 @@
 use super::Integrator;
 use super::blocks::path::SCATTER;
 use super::first_hit::{FirstHit, FirstHits};
+use super::interiors::{self, Around, Kept, Surroundings};
 use super::naive::delta_light;
 use super::next_event::{NextEvent, direct_light, weight_of_escaped, weight_of_met};
 use super::observe::{Event, Observer, ray_event, rgb};
@@ -17,6 +18,7 @@ use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Ray, Rgb, Uint, fu
 use crate::sampling::{Pixel, Sample};
 use crate::scene;
 use crate::world::{CompiledScene, Interaction, World};
+use std::cell::Cell;
 use std::sync::Arc;
 
 /// How paths gather light. It is a value and not a type, so that the path tracer is compiled once; the branch is taken
@@ -83,7 +85,7 @@ impl Integrator for PathTracer {
     }
 
     fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
-        let (scene, world) = (Arc::new(self.scene.seen_by(camera)), Arc::clone(&self.world));
+        let (scene, world) = (Arc::new(self.scene.seen_by(camera, &self.world)), Arc::clone(&self.world));
         Box::new(PathTracer { transport: self.transport, scene, world, settings: self.settings })
     }
 
@@ -119,6 +121,8 @@ impl Kernel for TracePaths<'_> {
         let mut start = Start::<F>::nowhere();
         let mut state = State::start(start.id, Ray::none());
         let mut alive = F::Mask::splat(false);
+        let around = Cell::new(Around::nothing());
+        let around = Kept(&around);
         let mut rays = 0;
         loop {
             // Lanes whose paths have ended start the next ones.
@@ -129,6 +133,7 @@ impl Kernel for TracePaths<'_> {
             state.beta = Rgb::select(started, fresh.beta, state.beta);
             state.l = Rgb::select(started, fresh.l, state.l);
             state.departure = Departure::blend(started, fresh.departure, state.departure);
+            interiors::started(view.scene, around, started);
             alive = alive | started;
             if !alive.any() {
                 return Some(rays);
@@ -137,7 +142,7 @@ impl Kernel for TracePaths<'_> {
                 return None;
             }
 
-            let stepped = step(transport, &view, state, alive, &mut observer);
+            let (stepped, _) = step(transport, &view, state, around, alive, &mut observer);
             rays += u64::from(alive.bits().count_ones()) + u64::from(stepped.shadows.bits().count_ones());
             state = stepped.state;
             let ended = alive & !stepped.going;
@@ -161,19 +166,42 @@ pub(crate) struct Stepped<F: Float> {
 
 value!(Stepped { state, going, shadows });
 
-/// One step of every path that is alive: it meets a surface, gathers light there, and gets its next ray.
+/// [`step`] with the surroundings of paths as a value, for recorded programs.
+#[cfg(feature = "gpu")]
 #[inline(always)]
-pub(crate) fn step<F: Float>(
+pub(crate) fn step_with<F: Float>(
+    transport: Transport,
+    view: &View<'_>,
+    state: State<F>,
+    around: Around<F>,
+    alive: F::Mask,
+) -> (Stepped<F>, Around<F>) {
+    let observer = &mut Observer::none();
+    if around.media(view.scene).is_some() {
+        step(transport, view, state, around, alive, observer)
+    } else {
+        // Nothing of it is needed within.
+        let (stepped, ()) = step(transport, view, state, (), alive, observer);
+        (stepped, around)
+    }
+}
+
+/// One step of every path that is alive: it meets a surface, gathers light there, and gets its next ray. Lanes have
+/// surroundings of one type alone, so that this is compiled once for each level.
+#[inline(always)]
+fn step<F: Float, S: Surroundings<F>>(
     transport: Transport,
     view: &View<'_>,
     mut state: State<F>,
+    around: S,
     alive: F::Mask,
     observer: &mut Observer<'_>,
-) -> Stepped<F> {
+) -> (Stepped<F>, S) {
     observer.event::<F>(|| ray_event(state.depth, &state.ray));
     let none = F::Mask::splat(false);
     let hit = view.world.intersect(&state.ray, alive);
     let (met, escaped) = (alive & hit.is_some(), alive & !hit.is_some());
+    state.beta = interiors::absorbed(view.scene, &around, state.beta, hit.t);
     state.l = escape(
         view,
         &state,
@@ -187,42 +215,70 @@ pub(crate) fn step<F: Float>(
     }
     F::guard(
         met,
-        Stepped { state, going: none, shadows: none },
+        (Stepped { state, going: none, shadows: none }, around),
         #[inline(always)]
         || {
             let vertex = Vertex::new(view, &state.ray, hit, met, observer);
+            let (around, passes) = interiors::at_surface(view.scene, around, &vertex.at, met);
             let weight =
                 if transport.competes() { weight_of_met(view, &state, &vertex) } else { F::splat(1.0) };
             state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);
-            let going = met & state.depth.lt(F::Uint::given(&view.settings.max_depth));
-            if observer.listens::<F>() && !going.first() {
+            let going = met & !passes & state.depth.lt(F::Uint::given(&view.settings.max_depth));
+            if observer.listens::<F>() && !going.first() && !passes.first() {
                 observer.event::<F>(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
             }
-            F::guard(
+            let left = F::guard(
                 going,
-                Stepped { state, going, shadows: none },
+                (Stepped { state, going, shadows: none }, around),
                 #[inline(always)]
-                || leave(transport, view, state, &vertex.at, going, observer),
-            )
+                || leave(transport, view, state, &vertex.at, going, around, observer),
+            );
+            pass_on(view, &state, &vertex.at, passes, left)
+        },
+    )
+}
+
+/// Takes paths straight on where the surface that they met is none. The others have left it.
+#[inline(always)]
+fn pass_on<F: Float, S: Surroundings<F>>(
+    view: &View<'_>,
+    met: &State<F>,
+    at: &Interaction<F>,
+    passes: F::Mask,
+    (left, around): (Stepped<F>, S),
+) -> (Stepped<F>, S) {
+    if around.media(view.scene).is_none() {
+        return (left, around);
+    }
+    // Rays to lights end at surfaces that are none, too: no such ray could have found what lies behind.
+    let departure = Departure { pdf: F::zero(), ..met.departure };
+    let passed = State { ray: at.straight_on(&met.ray), departure, ..*met };
+    F::out_of_line(
+        #[inline(always)]
+        move || {
+            let (around, goes) = interiors::straight_on(around, passes);
+            let state = State::blend(passes, passed, left.state);
+            (Stepped { state, going: left.going | goes, shadows: left.shadows }, around)
         },
     )
 }
 
 /// The second half of a step: the direct light at an interaction, and the next ray.
 #[inline(always)]
-fn leave<F: Float>(
+fn leave<F: Float, S: Surroundings<F>>(
     transport: Transport,
     view: &View<'_>,
     state: State<F>,
     at: &Interaction<F>,
     going: F::Mask,
+    around: S,
     observer: &mut Observer<'_>,
-) -> Stepped<F> {
+) -> (Stepped<F>, S) {
     let at = *at;
-    function!(F, leave_vertex(state, at, going), {
+    function!(F, leave_vertex(state, at, going, around), {
         let (mut state, mut going) = (state, going);
         let lights = &view.scene.lights;
-        let scattering = Scattering::new(view.scene, &at, &state.ray);
+        let scattering = Scattering::new(view.scene, &at, &state.ray, &around);
         let bsdf = scattering.bsdf(view.scene);
         let smooth = going & bsdf.has_non_delta();
         let (asks, has_lights) = match transport {
@@ -239,9 +295,11 @@ fn leave<F: Float>(
                 || {
                     let direct = match transport {
                         Transport::NextEvent(_) => {
-                            direct_light(view, &state, &at, &scattering, asks, observer)
+                            direct_light(view, &state, &at, &scattering, asks, around, observer)
                         }
-                        Transport::Naive => delta_light(view, &state, &at, &scattering, asks, observer),
+                        Transport::Naive => {
+                            delta_light(view, &state, &at, &scattering, asks, around, observer)
+                        }
                     };
                     (state.l + state.beta * direct.added, direct.traced)
                 },
@@ -251,6 +309,7 @@ fn leave<F: Float>(
         let [u, v, lobe, survival] = view.settings.sampler.draw(state.id, SCATTER.at::<F>(state.depth));
         let scattered = bsdf.sample(scattering.wo, [u, v], lobe, TransportMode::Radiance);
         going = going & !go_on(view.scene, &mut state, &at, &scattering, &scattered, observer);
+        let around = interiors::after_bounce(view.scene, around, &at, state.ray.d, going);
 
         let pdf = if transport.competes() { scattered.pdf.only(!scattered.delta) } else { F::zero() };
         let eta_scale = state.departure.eta_scale * (scattered.eta * scattered.eta);
@@ -258,7 +317,7 @@ fn leave<F: Float>(
         if let Transport::NextEvent(NextEvent { roulette: true }) = transport {
             going = roulette(&mut state, going, survival, observer);
         }
-        Stepped { state, going, shadows }
+        (Stepped { state, going, shadows }, around)
     })
 }
 

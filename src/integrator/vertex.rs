@@ -1,5 +1,6 @@
 //! The vertices of paths, one path in each lane: the state of the path, the surface that it meets, and its next ray.
 
+use super::interiors::{self, Surroundings};
 use super::observe::{Event, Observer, rgb, vec3};
 use super::paths::Settings;
 use crate::material::{Bsdf, BxdfSample, Local};
@@ -139,8 +140,13 @@ pub(super) struct Scattering<F: Float> {
 
 impl<F: Float> Scattering<F> {
     #[inline(always)]
-    pub(super) fn new(scene: &CompiledScene, at: &Interaction<F>, ray: &Ray<F>) -> Self {
-        let bsdf = scene.bsdf(at);
+    pub(super) fn new(
+        scene: &CompiledScene,
+        at: &Interaction<F>,
+        ray: &Ray<F>,
+        around: &impl Surroundings<F>,
+    ) -> Self {
+        let bsdf = interiors::bsdf(scene, at, around);
         let frame = scene.scattering_frame(at, ray, &bsdf);
         Scattering { local: bsdf.local(), wo: frame.to_local(-ray.d), frame }
     }

@@ -2,6 +2,7 @@
 
 use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
+use super::interiors::{self, Around};
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::paths::{Finished, Found, Paths, Settings, camera_ray};
 use super::vertex::View;
@@ -32,8 +33,8 @@ pub struct Whitted {
     pub seed: u32,
 }
 
-/// A branch to follow: a ray, its throughput, its bounces so far.
-type Branch = (Ray<f32>, Rgb<f32>, u32);
+/// A branch to follow: a ray, its throughput, its bounces so far, and its surroundings.
+type Branch = (Ray<f32>, Rgb<f32>, u32, Around<f32>);
 
 impl Integrator for Whitted {
     fn trace_until(
@@ -65,7 +66,7 @@ impl Integrator for Whitted {
     }
 
     fn seen_by(&self, camera: Camera) -> Box<dyn Integrator> {
-        let (scene, world) = (Arc::new(self.scene.seen_by(camera)), Arc::clone(&self.world));
+        let (scene, world) = (Arc::new(self.scene.seen_by(camera, &self.world)), Arc::clone(&self.world));
         Box::new(Whitted { scene, world, settings: self.settings, seed: self.seed })
     }
 
@@ -93,7 +94,7 @@ impl Whitted {
         let (x, y, ray) = camera_ray(&self.settings, &self.scene.camera, id, centre);
         let mut stream = Stream::new(self.seed, pixel.index, sample);
         let mut l = Rgb::black();
-        stack.push((ray, Rgb::splat([1.0; 3]), 0));
+        stack.push((ray, Rgb::splat([1.0; 3]), 0, Around::at_camera(&self.scene)));
         while let Some(branch) = stack.pop() {
             if stop() {
                 break;
@@ -107,7 +108,7 @@ impl Whitted {
     /// The radiance that a branch adds to the sample; pushes the branches that it splits into.
     fn follow(
         &self,
-        (ray, beta, depth): Branch,
+        (ray, beta, depth, around): Branch,
         stack: &mut Vec<Branch>,
         stream: &mut Stream,
         rays: &mut u64,
@@ -117,12 +118,13 @@ impl Whitted {
         *rays += 1;
         observer.event::<f32>(|| ray_event::<f32>(Wrapping(depth), &ray));
         let hit = self.world.intersect(&ray, true);
+        let beta = interiors::absorbed(scene, &around, beta, hit.t);
         if !hit.is_some() {
             let radiance = scene.lights.escaped(ray.d, |_| 1.0);
             observer.event::<f32>(|| Event::Escape { radiance: rgb(radiance) });
             return beta * radiance;
         }
-        let lit = Lit::new(scene, &ray, &hit);
+        let lit = Lit::new(scene, &ray, &hit, around);
         let Lit { at, emitted, local, wo, .. } = lit;
         let bsdf = scene.materials.bsdf_of(local);
         let point = &at.point;
@@ -135,6 +137,13 @@ impl Whitted {
             emitted: rgb(emitted),
         });
         let mut l = emitted;
+        if lit.is_none {
+            let beyond = lit.pass_on(&ray);
+            if beyond.passes {
+                stack.push((beyond.ray, beta, depth, beyond.around));
+            }
+            return beta * l;
+        }
         if lit.has_non_delta {
             l = l + bsdf.albedo() * Rgb::splat(scene.ambient);
             if depth < self.settings.max_depth {
@@ -162,7 +171,7 @@ impl Whitted {
                     let branch = lit.spawn(scene, wi);
                     let matters = (beta * weight).max_channel() > f32::EPSILON;
                     if chance > 0.0 && matters && branch.passes {
-                        stack.push((branch.ray, beta * weight, depth + 1));
+                        stack.push((branch.ray, beta * weight, depth + 1, branch.around));
                     }
                 }
             } else {
@@ -172,7 +181,7 @@ impl Whitted {
                 // Of a surface with other lobes, too, only the delta ones are followed.
                 let is_delta = sample.delta || !lit.has_non_delta;
                 if is_delta && branch.passes {
-                    stack.push((branch.ray, beta * sample.weight, depth + 1));
+                    stack.push((branch.ray, beta * sample.weight, depth + 1, branch.around));
                 }
             }
         }
@@ -194,9 +203,12 @@ pub(crate) struct Lit<F: Float> {
     has_non_delta: F::Mask,
     has_delta: F::Mask,
     transmits: F::Mask,
+    /// Whether the surface is none: see `interiors.rs`.
+    pub(crate) is_none: F::Mask,
+    around: Around<F>,
 }
 
-value!(Lit { at, emitted, local, frame, wo, has_non_delta, has_delta, transmits });
+value!(Lit { at, emitted, local, frame, wo, has_non_delta, has_delta, transmits, is_none, around });
 
 /// The light of one lamp.
 #[derive(Clone, Copy)]
@@ -217,17 +229,20 @@ value!(Asked { share, shadow, end, possible });
 #[derive(Clone, Copy)]
 pub(crate) struct Spawned<F: Float> {
     pub(crate) ray: Ray<F>,
-    /// See [`CompiledScene::passes`].
-    passes: F::Mask,
+    /// See [`CompiledScene::passes`]; of a branch that goes straight on, whether it may.
+    pub(crate) passes: F::Mask,
+    pub(crate) around: Around<F>,
 }
 
-value!(Spawned { ray, passes });
+value!(Spawned { ray, passes, around });
 
 impl<F: Float> Lit<F> {
-    /// The point that a ray met.
-    pub(crate) fn new(scene: &CompiledScene, ray: &Ray<F>, hit: &Hit<F>) -> Self {
-        let at = scene.interaction(ray, hit, F::Mask::splat(true), Uv::WherePatterned);
-        let bsdf = scene.bsdf(&at);
+    /// The point that a ray met in its surroundings.
+    pub(crate) fn new(scene: &CompiledScene, ray: &Ray<F>, hit: &Hit<F>, around: Around<F>) -> Self {
+        let all = F::Mask::splat(true);
+        let at = scene.interaction(ray, hit, all, Uv::WherePatterned);
+        let (around, is_none) = interiors::at_surface(scene, around, &at, all);
+        let bsdf = interiors::bsdf(scene, &at, &around);
         let frame = scene.scattering_frame(&at, ray, &bsdf);
         Lit {
             at,
@@ -238,6 +253,8 @@ impl<F: Float> Lit<F> {
             has_non_delta: bsdf.has_non_delta(),
             has_delta: bsdf.has_delta(),
             transmits: bsdf.transmits(),
+            is_none,
+            around,
         }
     }
 
@@ -249,12 +266,21 @@ impl<F: Float> Lit<F> {
         let share = f * sample.weight() * (wi.z.abs() / chance);
         let possible = share.max_channel().gt(F::zero()) & scene.passes(&self.at, sample.wi, wi);
         let (shadow, end) = self.at.shadow(&sample);
+        let share = interiors::faded(scene, &self.around, &self.at, sample.wi, end, share);
         Asked { share, shadow, end, possible }
     }
 
     /// A branch in a direction of the frame.
     pub(crate) fn spawn(&self, scene: &CompiledScene, wi: Vec3<F>) -> Spawned<F> {
         let ray = self.at.scattered(self.frame.to_world(wi).normalized());
-        Spawned { ray, passes: scene.passes(&self.at, ray.d, wi) }
+        let all = F::Mask::splat(true);
+        let around = interiors::after_bounce(scene, self.around, &self.at, ray.d, all);
+        Spawned { ray, passes: scene.passes(&self.at, ray.d, wi), around }
+    }
+
+    /// The branch that the ray is beyond a surface that is none.
+    pub(crate) fn pass_on(&self, ray: &Ray<F>) -> Spawned<F> {
+        let (around, passes) = interiors::straight_on(self.around, F::Mask::splat(true));
+        Spawned { ray: self.at.straight_on(ray), passes, around }
     }
 }

@@ -331,10 +331,15 @@ mod tests {
         let frosted = DielectricParameters {
             ior: 1.5,
             roughness: [1.0; 2],
+            absorption: [0.5; 3],
+            priority: 1.0,
             thin_walled: false,
             reflectance,
             transmittance: reflectance,
         };
+        assert_eq!(slot(frosted.into(), "absorption"), None);
+        assert_eq!(slot(frosted.into(), "priority"), None);
+        let frosted = DielectricParameters { absorption: [0.0; 3], priority: 0.0, ..frosted };
         for (parameter, place) in [
             ("ior", Slot::Number(3)),
             ("roughness", Slot::Numbers(4)),

@@ -1,10 +1,9 @@
 //! The scattering function of a hit: the lobe of its material there, which may be of another kind in each lane.
 
 use super::bxdf::{Branch, Bxdf, BxdfSample, TransportMode};
-use super::glass::IOR;
 use super::kind::{Kind, Kinds, materials};
 use super::program::Leaf;
-use super::row::{Numbers, Site};
+use super::row::{IOR, Numbers, Site};
 use crate::math::{Float, Mask, Rgb, Uint, Vec3, function, value};
 
 /// What the scattering functions of hits are made of.
@@ -206,6 +205,14 @@ impl<F: Float> Bsdf<F> {
         })
     }
 
+    /// The same where the index of refraction above a dielectric's surface is `outside`, and that of its row is the one below;
+    /// `outside` is 1 for all others.
+    #[inline(always)]
+    pub fn within(mut self, outside: F) -> Self {
+        self.local.numbers.further[IOR] = self.local.numbers.further[IOR] / outside;
+        self
+    }
+
     /// The index of refraction below the surface over that above it, by which delta lobes refract; 1 where none does.
     #[inline(always)]
     pub fn index(&self) -> F {
@@ -308,9 +315,18 @@ mod tests {
             let (eta, k, roughness) = (Some([1.0 + colour; 3]), Some([0.0; 3]), [roughness; 2]);
             rows.push(ConductorParameters { metal: None, eta, k, roughness }.row());
             for thin_walled in [false, true] {
-                let ior = 1.5;
+                let (ior, absorption, priority) = (1.5, [0.0; 3], 0.0);
                 rows.push(
-                    DielectricParameters { ior, roughness, thin_walled, reflectance, transmittance }.row(),
+                    DielectricParameters {
+                        ior,
+                        roughness,
+                        absorption,
+                        priority,
+                        thin_walled,
+                        reflectance,
+                        transmittance,
+                    }
+                    .row(),
                 );
             }
         }

@@ -4,10 +4,10 @@ use super::conductor::alpha;
 use super::kind::Kind;
 use super::lobes::{Ggx, RoughDielectric, RoughSheet, Sheet, SmoothSheet};
 use super::program::{Leaf, MaterialParameters};
-use super::row::{Numbers, Row, Site, padded};
+use super::row::{Medium, Numbers, Row, Site, padded};
 use crate::math::{Float, Rgb, narrow};
-use crate::parameter::limits::FRACTION;
-use crate::parameter::{Colour, Number, ParameterKind, parameters};
+use crate::parameter::limits::{DISTANCE, FRACTION};
+use crate::parameter::{Colour, Number, ParameterKind, Problem, Value, parameters};
 
 parameters! {
     /// A dielectric interface, smooth or rough; the inside is where the normal does not point.
@@ -18,12 +18,44 @@ parameters! {
         /// Roughness, 0 to 1, whose square is α of a GGX distribution of microfacets: one number, or one along u and one
         /// along v. Below 0.01 it is perfectly smooth.
         roughness: [f64; 2] = ParameterKind::Pair(Number::between(0.0, 1.0)) => "0",
-        /// Whether the surface is a thin sheet with the same medium on both sides, through which light goes straight.
+        /// Absorption coefficient of the inside, for each unit of length: exp(−absorption · length) is what passes. Dielectrics
+        /// that overlap without priorities keep their own indices of refraction, and the one entered last absorbs.
+        absorption: Colour = ParameterKind::Colour(DISTANCE) => "[0, 0, 0]" uncounted Value::Colour([0.0; 3]),
+        /// Of dielectrics that overlap the one of the highest priority fills the space, and of equal ones that which was
+        /// entered last. As soon as one in the scene has a priority above 0, every index of refraction, that of smooth glass
+        /// too, is the medium's own, and surfaces refract by the two that meet there.
+        priority: f64 = ParameterKind::Integer(0, MOST_PRIORITY) => "0" uncounted Value::Number(0.0),
+        /// Whether the surface is a thin sheet with the same medium on both sides, through which light goes straight; it has
+        /// no inside that could absorb or overlap others.
         thin_walled: bool = ParameterKind::Flag => "false",
         /// Tint of what is reflected.
         reflectance: Colour = FRACTION => "[1, 1, 1]",
         /// Tint of what is transmitted.
         transmittance: Colour = FRACTION => "[1, 1, 1]",
+    }
+    check = check;
+}
+
+/// The highest priority.
+const MOST_PRIORITY: u32 = 1000;
+
+/// A sheet has no inside.
+fn check(
+    parameters: DielectricParameters,
+    _warnings: &mut Vec<Problem>,
+) -> Result<DielectricParameters, Problem> {
+    let problem = |parameter, message: &str| {
+        let help = Some("take it out, or thin_walled".to_owned());
+        Err(Problem { parameter, message: message.into(), help })
+    };
+    match parameters {
+        DielectricParameters { thin_walled: true, absorption, .. } if absorption.iter().any(|&a| a > 0.0) => {
+            problem("absorption", "a thin-walled dielectric has no inside that could absorb")
+        }
+        DielectricParameters { thin_walled: true, priority, .. } if priority > 0.0 => {
+            problem("priority", "a thin-walled dielectric has no inside that could overlap others")
+        }
+        other => Ok(other),
     }
 }
 
@@ -43,7 +75,11 @@ impl MaterialParameters for DielectricParameters {
         };
         // Paths sample no light where the colour is black, though light may be transmitted.
         let least = if rough.is_some() { f32::MIN_POSITIVE } else { 0.0 };
-        let row = Row::new(kind, narrow(self.reflectance).map(|channel: f32| channel.max(least)));
+        let medium = Medium { priority: self.priority as u32, absorption: narrow(self.absorption) };
+        let row = Row {
+            medium: (!self.thin_walled).then_some(medium),
+            ..Row::new(kind, narrow(self.reflectance).map(|channel: f32| channel.max(least)))
+        };
         match rough {
             None => Row { numbers: padded([r, g, b, ior]), ..row },
             Some([along_u, along_v]) => Row {

@@ -3,7 +3,7 @@
 use super::kind::Kind;
 use super::lobes::SmoothDielectric;
 use super::program::{Leaf, MaterialParameters};
-use super::row::{Numbers, Row, Site, padded};
+use super::row::{Medium, Numbers, Row, Site, padded};
 use crate::math::{Float, Rgb, narrow};
 use crate::parameter::limits::FRACTION;
 use crate::parameter::{Colour, Number, ParameterKind, parameters};
@@ -20,9 +20,6 @@ parameters! {
     }
 }
 
-/// The place of a dielectric's index of refraction among the numbers of its row.
-pub(super) const IOR: usize = 3;
-
 /// A smooth dielectric interface; the inside is where the normal does not point.
 #[derive(Clone, Copy, Debug)]
 pub struct Glass;
@@ -30,7 +27,11 @@ pub struct Glass;
 impl MaterialParameters for GlassParameters {
     fn row(&self) -> Row {
         let [r, g, b] = narrow(self.transmittance);
-        Row { numbers: padded([r, g, b, self.ior as f32]), ..Row::new(Kind::Glass, narrow(self.reflectance)) }
+        Row {
+            numbers: padded([r, g, b, self.ior as f32]),
+            medium: Some(Medium { priority: 0, absorption: [0.0; 3] }),
+            ..Row::new(Kind::Glass, narrow(self.reflectance))
+        }
     }
 }
 

@@ -18,6 +18,7 @@ mod kind;
 pub(crate) mod list;
 mod lobes;
 mod matte;
+mod media;
 mod metals;
 mod mirror;
 mod program;
@@ -34,8 +35,9 @@ pub use lobes::{
     SmoothDielectric, SmoothMetal, SmoothSheet, SpecularReflection, Sum, fresnel_conductor,
     fresnel_dielectric,
 };
+pub use media::{MOST_INTERIORS, MOST_MEDIA, Media};
 pub use program::{Chooser, Leaf, MaterialParameters};
-pub use row::{CHOICES, Columns, NUMBERS, Numbers, Row, Site};
+pub use row::{CHOICES, Columns, Medium, NUMBERS, Numbers, Row, Site};
 pub use table::MaterialTable;
 
 macro_rules! export {

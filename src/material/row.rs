@@ -17,6 +17,18 @@ const NUMBER_NAMES: [&str; NUMBERS] =
 /// The names of the columns of choices.
 const CHOICE_NAMES: [&str; CHOICES] = ["choice_0", "choice_1"];
 
+/// The place of a dielectric's index of refraction among the numbers of its row.
+pub(super) const IOR: usize = 3;
+
+/// The medium inside of a dielectric, but for its index of refraction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium {
+    /// Of media that overlap the one of the highest priority counts.
+    pub priority: u32,
+    /// Absorption coefficient σ for each unit of length.
+    pub absorption: [f32; 3],
+}
+
 /// One material: its program, and the program's parameters. A parameter may be a texture if its value, or the square of
 /// it, is here as the scene says it: what depends on it otherwise is computed at the hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,12 +43,21 @@ pub struct Row {
     pub choices: [u32; CHOICES],
     /// Whether it scatters differently along u and along v, so that frames have to follow uv.
     pub is_anisotropic: bool,
+    /// What is inside of a solid dielectric.
+    pub medium: Option<Medium>,
 }
 
 impl Row {
     /// A row that has no more than a colour.
     pub(super) fn new(kind: Kind, colour: [f32; 3]) -> Row {
-        Row { kind, colour, numbers: [0.0; NUMBERS], choices: [0; CHOICES], is_anisotropic: false }
+        Row {
+            kind,
+            colour,
+            numbers: [0.0; NUMBERS],
+            choices: [0; CHOICES],
+            is_anisotropic: false,
+            medium: None,
+        }
     }
 }
 

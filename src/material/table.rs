@@ -4,6 +4,7 @@ use super::bindings::{Binding, Bindings};
 use super::bsdf::{Bsdf, Local};
 use super::bxdf::Bxdf;
 use super::kind::{Kind, Kinds, materials};
+use super::media::Media;
 use super::program::{Chooser, Leaf};
 use super::row::{Columns, Row, Site};
 use crate::math::lanes::scalar::Wrapping;
@@ -20,6 +21,7 @@ pub struct MaterialTable {
     uses_uv: bool,
     is_anisotropic: bool,
     has_delta: bool,
+    media: Media,
     kinds: Kinds,
     rows: Vec<Row>,
     bindings: Bindings,
@@ -137,6 +139,7 @@ impl MaterialTable {
             uses_uv: false,
             is_anisotropic,
             has_delta: false,
+            media: Media::new(&rows),
             kinds,
             rows,
             bindings,
@@ -182,6 +185,17 @@ impl MaterialTable {
     #[inline(always)]
     pub fn is_anisotropic(&self) -> bool {
         self.is_anisotropic
+    }
+
+    /// The media inside of dielectrics, if the scene has any.
+    #[inline(always)]
+    pub fn media(&self) -> Option<&Media> {
+        if self.media.is_empty() { None } else { Some(&self.media) }
+    }
+
+    /// Gives the columns of media to a reader, empty ones if there are none.
+    pub fn media_columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
+        self.media.columns(reader);
     }
 
     /// Whether any material has a delta lobe.

@@ -6,6 +6,7 @@
 pub mod bounds;
 pub mod colour;
 pub mod columns;
+pub mod exp;
 pub mod frame;
 pub mod lanes;
 pub mod ray;

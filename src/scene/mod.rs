@@ -8,6 +8,7 @@
 //! | [`diagnostic`] | errors and warnings with their places |
 //! | [`fingerprint`] | whether two scenes are the same, and what differs |
 //! | `images` | the image files of a scene, each read once |
+//! | `interfaces` | the promise of a scene about dielectrics that overlap |
 //! | [`mesh`] | the readers of mesh files |
 //! | [`names`] | names of materials and textures, and an order of those that name others |
 //! | `open_glass` | glass that bounds no solid |
@@ -36,6 +37,7 @@ pub mod description;
 pub mod diagnostic;
 pub mod fingerprint;
 mod images;
+mod interfaces;
 pub mod mesh;
 pub mod names;
 mod open_glass;

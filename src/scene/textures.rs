@@ -1,6 +1,7 @@
 //! The promises of a scene about its textures, and of its materials about those that they name.
 
 use super::description::Scene;
+use super::interfaces::{of_unknown_index, unknown_index};
 use super::names::MAX_NESTING;
 use crate::material::Place;
 use crate::parameter::{Family, Value};
@@ -54,6 +55,9 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
                 all.push(Broken::Material(i, format!("{name} is two textures")));
             }
         }
+    }
+    for i in of_unknown_index(&scene.materials) {
+        all.push(Broken::Material(i, unknown_index(&scene.materials[i])));
     }
     for (i, entity) in scene.entities.iter().enumerate() {
         if let Some(texture) = entity.emission_texture.filter(|&texture| texture >= scene.textures.len()) {

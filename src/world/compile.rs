@@ -5,7 +5,7 @@ use super::look::Look;
 use super::sharing::{SHARING_PAYS_FROM, shared};
 use super::size::{Size, TooLarge};
 use super::surfaces::SurfaceTable;
-use super::{Instances, Simple, Triangles};
+use super::{Finder, Instances, Simple, Triangles, World};
 use crate::camera::Camera;
 use crate::light::{Environment, LightTable, NO_LIGHT, Surroundings};
 use crate::material::{Binding, MaterialKind, MaterialTable, Place};
@@ -28,12 +28,14 @@ pub struct CompiledScene {
     pub lights: LightTable,
     /// The ambient term of `whitted`.
     pub ambient: [f32; 3],
+    /// The media that the camera is inside of: see [`Media::packed`](crate::material::Media::packed).
+    pub inside: [u32; 2],
 }
 
 impl CompiledScene {
-    /// The same scene, seen by another camera.
-    pub fn seen_by(&self, camera: Camera) -> CompiledScene {
-        CompiledScene { camera, ..self.clone() }
+    /// The same scene, seen by another camera; its surfaces are those of the world.
+    pub fn seen_by(&self, camera: Camera, world: &World) -> CompiledScene {
+        CompiledScene { camera, ..self.clone() }.submerged(world)
     }
 }
 
@@ -135,8 +137,12 @@ pub fn compile_sharing(
         materials,
         lights,
         ambient: narrow(scene.render.ambient),
+        inside: [0; 2],
     };
-    Ok((compiled, all))
+    if compiled.materials.media().is_none() {
+        return Ok((compiled, all));
+    }
+    Ok((compiled.submerged(&World::new(&all, Finder::Simple)), all))
 }
 
 /// What is made of the textures of a scene.

@@ -18,6 +18,7 @@
 //! | `rare` | normals, tangents and uv of hits on shapes of which most scenes have none |
 //! | `interaction` | a hit with all that scattering depends on, and the rays that leave it |
 //! | `bent` | the normals that smooth surfaces of meshes scatter around |
+//! | `submerged` | the dielectrics that a camera is inside of |
 //! | `pages` | memory in large pages, and prefetching |
 
 mod bent;
@@ -32,6 +33,7 @@ mod rare;
 mod sharing;
 mod simple;
 mod size;
+mod submerged;
 mod surfaces;
 mod triangles;
 

@@ -1,6 +1,7 @@
 //! The limits of a scene's tables.
 
 use super::sharing::{SHARING_PAYS_FROM, shared};
+use crate::material::{MOST_MEDIA, Media};
 use crate::scene::{Scene, Shape};
 use crate::shape::{MOST_TRIANGLES, Mesh};
 
@@ -26,6 +27,12 @@ pub enum TooLarge {
          meshes of fewer vertices, or fewer of them"
     )]
     Vertices(u64),
+    /// Too many dielectrics with absorption or priorities.
+    #[error(
+        "the scene has {0} dielectrics that differ, more than stride can number ({MOST_MEDIA}) where one has absorption \
+         or a priority; take fewer"
+    )]
+    Media(u64),
 }
 
 /// How much the tables of a scene have to hold. Copies of a mesh count once where they share one, and each where they
@@ -36,6 +43,8 @@ pub struct Size {
     pub primitives: u64,
     /// Vertices of meshes.
     pub vertices: u64,
+    /// Media inside of dielectrics.
+    pub media: u64,
 }
 
 impl Size {
@@ -47,7 +56,8 @@ impl Size {
 
     /// That of a scene with these meshes shared: see [`shared`].
     pub(super) fn sharing(scene: &Scene, meshes: &[&Mesh], of_entity: &[Option<usize>]) -> Size {
-        let mut size = Size::default();
+        let rows: Vec<_> = scene.materials.iter().map(|material| material.kind.row()).collect();
+        let mut size = Size { media: Media::new(&rows).count() as u64, ..Size::default() };
         for (entity, shared) in scene.entities.iter().zip(of_entity) {
             size = match &entity.shape {
                 Shape::Mesh { mesh, .. } if shared.is_none() => {
@@ -66,6 +76,7 @@ impl Size {
         Size {
             primitives: self.primitives.saturating_add(primitives as u64),
             vertices: self.vertices.saturating_add(vertices as u64),
+            ..self
         }
     }
 
@@ -77,6 +88,9 @@ impl Size {
         if self.vertices > MOST_VERTICES {
             return Err(TooLarge::Vertices(self.vertices));
         }
+        if self.media > MOST_MEDIA as u64 {
+            return Err(TooLarge::Media(self.media));
+        }
         Ok(())
     }
 }
@@ -87,10 +101,12 @@ mod tests {
 
     #[test]
     fn what_cannot_be_numbered_is_refused() {
-        let check = |primitives, vertices| Size { primitives, vertices }.check();
+        let check = |primitives, vertices| Size { primitives, vertices, media: 0 }.check();
         assert_eq!(check(1 << 30, (1 << 31) - 1), Ok(()));
         assert_eq!(check((1 << 30) + 1, 0), Err(TooLarge::Primitives((1 << 30) + 1)));
         assert_eq!(check(0, 1 << 31), Err(TooLarge::Vertices(1 << 31)));
+        let media = |media| Size { media, ..Size::default() }.check();
+        assert_eq!([media(65_535), media(65_536)], [Ok(()), Err(TooLarge::Media(65_536))]);
         let message = check(3 << 30, 0).unwrap_err().to_string();
         assert!(message.contains("3221225472") && message.contains("1073741824"), "{message}");
     }

@@ -1,4 +1,5 @@
-// Textures of every kind and pictures of every depth, on materials of every kind. This file is included where there are
+// Textures of every kind and pictures of every depth, on materials of every kind; and dielectrics that absorb and overlap.
+// This file is included where there are
 // `ColorSpace`, `Depth`, `ImageFile`, `ImageIndex`, `Picture`, `TexelFilter`, `Tile`, `Varying`, `Wrap`, all of `scene`,
 // and `Arc`.
 
@@ -115,6 +116,8 @@ pub(super) fn textured_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFil
             DielectricParameters {
                 ior: 1.5,
                 roughness: [1.0; 2],
+                absorption: [0.0; 3],
+                priority: 0.0,
                 thin_walled: false,
                 reflectance: [1.0; 3],
                 transmittance: reflectance,
@@ -125,4 +128,31 @@ pub(super) fn textured_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFil
         with(MatteParameters { reflectance, roughness: 1.0 }.into(), &[("reflectance", 14), ("roughness", 16)]),
     ];
     (materials, textures, images)
+}
+
+/// A material of a dielectric that absorbs and has a priority.
+pub(super) fn dielectric(ior: f64, roughness: f64, priority: u32, absorption: [f64; 3]) -> Material {
+    let parameters = DielectricParameters {
+        ior,
+        roughness: [roughness; 2],
+        absorption,
+        priority: priority.into(),
+        thin_walled: false,
+        reflectance: [1.0; 3],
+        transmittance: [1.0; 3],
+    };
+    Material { name: "a dielectric".into(), kind: parameters.into(), textures: Vec::new() }
+}
+
+/// Grey, a green glass, water, clear ice, which is smooth glass, frosted glass, and black.
+pub(super) fn interior_materials() -> Vec<Material> {
+    let plain = |kind: MaterialKind| Material { name: "a material".into(), kind, textures: Vec::new() };
+    vec![
+        plain(MatteParameters { reflectance: [0.6; 3], roughness: 0.0 }.into()),
+        dielectric(1.5, 0.0, 2, [0.6, 0.1, 0.4]),
+        dielectric(1.33, 0.0, 1, [1.2, 0.5, 0.1]),
+        plain(GlassParameters { ior: 1.31, reflectance: [1.0; 3], transmittance: [1.0; 3] }.into()),
+        dielectric(1.6, 0.5, 3, [0.0, 0.2, 0.0]),
+        plain(MatteParameters { reflectance: [0.0; 3], roughness: 0.0 }.into()),
+    ]
 }

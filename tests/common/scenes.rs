@@ -342,6 +342,35 @@ pub fn sunny(width: u32, height: u32) -> Scene {
     sized(all, width, height)
 }
 
+/// Dielectrics that absorb and overlap, with a lamp and a grey ball inside.
+pub fn interiors(width: u32, height: u32) -> Scene {
+    let lamp = quad(v(3.0, -1.0, 3.0), v(0.0, 2.0, 0.0), v(2.0, 0.0, 0.0), 5);
+    let entities = vec![
+        plane(DVec3::Z, -1.5, 0),
+        plane(v(-1.0, 0.0, 0.0), -8.0, 0),
+        // The front of a tank, which overlaps the water behind it.
+        cuboid(v(3.0, -1.6, -1.4), v(3.3, 1.6, 0.5), 1),
+        cuboid(v(3.2, -1.5, -1.35), v(5.0, 1.5, 0.2), 2),
+        sphere(v(4.0, 0.8, -0.5), 0.5, 1),
+        sphere(v(4.2, -0.8, -0.6), 0.5, 4),
+        sphere(v(4.0, 0.0, -1.0), 0.3, 0),
+        // Afloat: the part under water is hidden.
+        sphere(v(4.2, 0.1, 0.2), 0.35, 3),
+        emitting(sphere(v(4.6, 0.3, -0.5), 0.2, 5), 8.0),
+        emitting(lamp, 5.0),
+    ];
+    let mut all = scene(textured::interior_materials(), entities);
+    all.lights = vec![point_light(v(4.5, -0.2, -0.3), 1.0)];
+    all.environment = [0.2, 0.3, 0.4];
+    all.render.max_depth = 8;
+    sized(all, width, height)
+}
+
+/// A material of a dielectric: see `gallery.rs`.
+pub fn dielectric(ior: f64, roughness: f64, priority: u32, absorption: [f64; 3]) -> Material {
+    textured::dielectric(ior, roughness, priority, absorption)
+}
+
 mod textured {
     use std::sync::Arc;
     use stride::parameter::{ImageIndex, Varying};

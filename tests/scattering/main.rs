@@ -54,7 +54,9 @@ fn conductor(roughness: [f64; 2]) -> Row {
 
 fn dielectric(ior: f64, roughness: [f64; 2], thin_walled: bool) -> Row {
     let (reflectance, transmittance) = ([1.0; 3], [1.0; 3]);
-    DielectricParameters { ior, roughness, thin_walled, reflectance, transmittance }.row()
+    let (absorption, priority) = ([0.0; 3], 0.0);
+    DielectricParameters { ior, roughness, absorption, priority, thin_walled, reflectance, transmittance }
+        .row()
 }
 
 /// A rough surface, and the index of refraction below it over that above it.

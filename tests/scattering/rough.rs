@@ -195,7 +195,9 @@ fn any_dielectric(stream: &mut Stream) -> Row {
     let roughness = [(); 2].map(|()| any_roughness(stream));
     let [reflectance, transmittance] = [(); 2].map(|()| [(); 3].map(|()| f64::from(anything(stream))));
     let thin_walled = stream.random_bool(0.4);
-    DielectricParameters { ior, roughness, thin_walled, reflectance, transmittance }.row()
+    let (absorption, priority) = ([0.0; 3], 0.0);
+    DielectricParameters { ior, roughness, absorption, priority, thin_walled, reflectance, transmittance }
+        .row()
 }
 
 fn any_conductor(stream: &mut Stream) -> Row {

@@ -283,15 +283,128 @@ reflectance = [1, 1, 1]
     ]
 );
 broken!(
-    dielectric_with_absorption,
+    dielectric_with_a_colour,
     r#"
 [materials.a]
 type = "dielectric"
 ior = 1.5
+tint = [1, 1, 1]
+"#,
+    [
+        r#"4:1: unknown key "tint" in a dielectric; valid here: "type", "ior", "roughness", "absorption", "priority", "thin_walled", "reflectance", "transmittance""#
+    ]
+);
+broken!(
+    dielectric_with_a_negative_absorption,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+absorption = [1, -0.5, 1]
+"#,
+    ["4:18: green of absorption must be from 0 to 1e18, not -0.5"]
+);
+broken!(
+    dielectric_with_an_absorption_without_colours,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+absorption = 0.5
+"#,
+    ["4:14: absorption must be an array of 3 numbers (red, green, blue), not a number with a point"]
+);
+broken!(
+    dielectric_with_an_infinite_absorption,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+absorption = [0, 0, inf]
+"#,
+    ["4:21: blue of absorption must be a finite number, not inf"]
+);
+broken!(
+    dielectric_with_a_texture_inside,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+absorption = "t"
+[textures.t]
+type = "constant"
+value = 1
+"#,
+    ["4:14: absorption of a dielectric can be no texture"]
+);
+broken!(
+    dielectric_whose_priority_is_not_whole,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+priority = 1.5
+"#,
+    ["4:12: priority must be an integer, not a number with a point"]
+);
+broken!(
+    dielectric_with_a_negative_priority,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+priority = -1
+"#,
+    ["4:12: priority must be from 0 to 1000, not -1"]
+);
+broken!(
+    thin_dielectric_with_absorption,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+absorption = [0, 0.5, 0]
+thin_walled = true
+"#,
+    ["4:14: a thin-walled dielectric has no inside that could absorb; take it out, or thin_walled"]
+);
+broken!(
+    thin_dielectric_with_a_priority,
+    r#"
+[materials.a]
+type = "dielectric"
+ior = 1.5
+priority = 2
+thin_walled = true
+"#,
+    ["4:12: a thin-walled dielectric has no inside that could overlap others; take it out, or thin_walled"]
+);
+broken!(
+    index_of_refraction_that_varies_beside_priorities,
+    r#"
+[materials.a]
+type = "glass"
+ior = "t"
+[materials.b]
+type = "dielectric"
+ior = 1.5
+priority = 2
+[textures.t]
+type = "constant"
+value = 1.5
+"#,
+    ["3:7: ior of a glass can be no texture where a dielectric has a priority"]
+);
+broken!(
+    smooth_glass_with_absorption,
+    r#"
+[materials.a]
+type = "glass"
+ior = 1.5
 absorption = [1, 1, 1]
 "#,
     [
-        r#"4:1: unknown key "absorption" in a dielectric; valid here: "type", "ior", "roughness", "thin_walled", "reflectance", "transmittance""#
+        r#"4:1: unknown key "absorption" in a glass; valid here: "type", "ior", "reflectance", "transmittance""#
     ]
 );
 broken!(

@@ -166,9 +166,10 @@ shared! {
         tree_share: f32,
         /// The heap's word with which the filter's weights begin.
         weights_from: u32,
-        /// Those with which the cells of grids begin, the textures in the place of parameters, the instructions of
+        /// Those with which the cells of grids begin, the media, the textures in the place of parameters, the instructions of
         /// textures, the pictures, and the texels of these.
         cells_from: u32,
+        media_from: u32,
         bindings_from: u32,
         instructions_from: u32,
         pictures_from: u32,
@@ -180,7 +181,9 @@ shared! {
         /// Columns and rows of the grid by which a picture at infinity is sampled.
         smooth_columns: u32,
         smooth_rows: u32,
-        _before_nodes: [u32; 3],
+        /// The media that the camera is inside of, in two words.
+        inside_x: u32,
+        inside_y: u32,
         /// Of `FilmOffset::Drawn`: 65 nodes, four a row.
         offset_nodes: [[f32; 4]; 17],
     }
@@ -319,9 +322,10 @@ shared! {
         o: [f32; 3],
         depth: u32,
         d: [f32; 3],
-        _middle: u32,
+        /// The two words of its interiors.
+        interiors_x: u32,
         beta: [f32; 3],
-        _end: u32,
+        interiors_y: u32,
     }
 
     /// Exact sums of one slot's samples. Radiance: 96 bits a channel, in three words; squares: 128 bits.

@@ -6,7 +6,7 @@ use super::record::{RecordedFloat, RecordedMask, RecordedUint, Recording, Regist
 use crate::camera::Camera;
 use crate::gpu::GpuError;
 use crate::integrator::{
-    Asked, Lit, Observer, Settings, Spawned, State, Stepped, Transport, View, camera_ray, step,
+    Around, Asked, Lit, Settings, Spawned, State, Stepped, Transport, View, absorbed, camera_ray, step_with,
 };
 use crate::light::{Groups, LightChoice};
 use crate::material::{Branch, Bxdf, BxdfSample, Local, TransportMode};
@@ -84,7 +84,7 @@ impl<'a> NumberReader<'a> for Scene {
 
 /// The numbers of a scene that its program looks up.
 fn read_numbers<'a>(scene: &'a CompiledScene, settings: &'a Settings, reader: &mut impl NumberReader<'a>) {
-    let CompiledScene { camera, lights, .. } = scene;
+    let CompiledScene { camera, lights, inside: [inside_x, inside_y], .. } = scene;
     let Camera {
         eye,
         left,
@@ -123,6 +123,8 @@ fn read_numbers<'a>(scene: &'a CompiledScene, settings: &'a Settings, reader: &m
     reader.vector("extent_centre", centre);
     reader.float("extent_radius", radius);
     reader.word("delta_lights", lights.delta_count());
+    reader.word("inside_x", inside_x);
+    reader.word("inside_y", inside_y);
     let Groups { infinite, count, share } = lights.groups();
     reader.word("infinite_lights", infinite);
     reader.word("light_groups", count);
@@ -148,6 +150,7 @@ fn registry<'a>(source: &Source<'a>) -> Registry<'a> {
     registry.words(lights.infinite_lights(), "light_at", "infinite_light");
     lights.columns(&mut Rows { registry: &mut registry, reader: "light_at" });
     materials.columns(&mut Rows { registry: &mut registry, reader: "material_at" });
+    materials.media_columns(&mut Rows { registry: &mut registry, reader: "medium_at" });
     materials.bindings().columns(&mut Rows { registry: &mut registry, reader: "binding_at" });
     let textures = materials.textures();
     textures.instruction_columns(&mut Rows { registry: &mut registry, reader: "instruction_at" });
@@ -215,11 +218,15 @@ pub(super) fn record(source: &Source<'_>, checks: bool) -> Result<super::record:
         let (_, _, ray) = camera_ray(settings, &scene.camera, path, centre);
         State::start(path, ray)
     });
+    record!(recording.function, start_around() -> Around<F> { Around::at_camera(scene) });
     let view = View { scene, world, settings };
     match Transport::of(*integrator) {
-        Some(transport) => record!(recording.function, step_path(state: State<F>) -> Stepped<F> {
-            step(transport, &view, state, RecordedMask::splat(true), &mut Observer::none())
-        }),
+        Some(transport) => record!(
+            recording.function,
+            step_path(state: State<F>, around: Around<F>) -> (Stepped<F>, Around<F>) {
+                step_with(transport, &view, state, around, RecordedMask::splat(true))
+            }
+        ),
         None => whitted(&mut recording, scene),
     }
     recording.finish().map_err(|error| GpuError::Unsupported(error.to_string()))
@@ -232,7 +239,13 @@ fn whitted(recording: &mut Recording<'_>, scene: &CompiledScene) {
     record!(recording.function, escaped_radiance(d: Vec3<F>) -> Rgb<F> {
         scene.lights.escaped(d, |_| F::splat(1.0))
     });
-    record!(recording.function, lit_point(ray: Ray<F>, hit: Hit<F>) -> Lit<F> { Lit::new(scene, &ray, &hit) });
+    record!(recording.function, absorbed_along(around: Around<F>, beta: Rgb<F>, t: F) -> Rgb<F> {
+        absorbed(scene, &around, beta, t)
+    });
+    record!(recording.function, lit_point(ray: Ray<F>, hit: Hit<F>, around: Around<F>) -> Lit<F> {
+        Lit::new(scene, &ray, &hit, around)
+    });
+    record!(recording.function, pass_on(lit: Lit<F>, ray: Ray<F>) -> Spawned<F> { lit.pass_on(&ray) });
     record!(recording.callees, calls_bsdf_albedo(local: Local<F>) -> Rgb<F> { bsdf(local).albedo() });
     record!(recording.callees, calls_bsdf_sample(local: Local<F>, wo: Vec3<F>, u: [F; 2], choice: F) -> BxdfSample<F> {
         bsdf(local).sample(wo, u, choice, MODE)

@@ -36,6 +36,7 @@ pub(super) struct Tables {
     pub(super) tree: Tree,
     pub(super) weights: Weights,
     pub(super) cells: Vec<HeapWord>,
+    pub(super) media: Vec<HeapWord>,
     pub(super) bindings: Vec<HeapWord>,
     pub(super) instructions: Vec<HeapWord>,
     pub(super) pictures: Vec<HeapWord>,
@@ -140,6 +141,7 @@ impl Tables {
             tree,
             weights: weights.map_or_else(Weights::default, Weights::new),
             cells,
+            media: medium_rows(materials).packed(),
             bindings: binding_rows(materials).packed(),
             instructions: instruction_rows(materials).packed(),
             pictures: picture_rows(materials).packed(),
@@ -203,6 +205,7 @@ impl Tables {
             Section::new(&self.tree.places),
             Section::new(&self.weights.rows),
             Section::new(&self.cells),
+            Section::new(&self.media),
             Section::new(&self.bindings),
             Section::new(&self.instructions),
             Section::new(&self.pictures),
@@ -236,6 +239,7 @@ impl Tables {
             places_from: table(),
             weights_from: table(),
             cells_from: table(),
+            media_from: table(),
             bindings_from: table(),
             instructions_from: table(),
             pictures_from: table(),
@@ -300,6 +304,13 @@ pub(super) fn material_rows(table: &MaterialTable) -> Rows<'_> {
 pub(super) fn cell_rows(table: &LightTable) -> Rows<'_> {
     let mut rows = Rows::default();
     table.grids().columns(&mut rows);
+    rows
+}
+
+/// The columns of media.
+pub(super) fn medium_rows(table: &MaterialTable) -> Rows<'_> {
+    let mut rows = Rows::default();
+    table.media_columns(&mut rows);
     rows
 }
 
@@ -372,6 +383,7 @@ pub(super) fn readers() -> String {
     surface_rows(&surfaces, &SurfaceColumns::default()).text("Surface", "surface_at", "surfaces_from")
         + &material_rows(&materials).text("Material", "material_at", "materials_from")
         + &cell_rows(&lights).text("Cell", "cell_at", "cells_from")
+        + &medium_rows(&materials).text("Medium", "medium_at", "media_from")
         + &binding_rows(&materials).text("Binding", "binding_at", "bindings_from")
         + &instruction_rows(&materials).text("Instruction", "instruction_at", "instructions_from")
         + &picture_rows(&materials).text("PictureRow", "picture_at", "pictures_from")

@@ -10,6 +10,7 @@ use super::textures::TextureNames;
 use crate::material::Place;
 use crate::parameter::Family;
 use crate::scene::description::{Material, MaterialKind, Textured};
+use crate::scene::interfaces::{of_unknown_index, unknown_index};
 use crate::scene::names::Names;
 use crate::scene::spelling::quote;
 
@@ -71,7 +72,7 @@ pub(super) fn resolve(
     for (index, &i) in order.iter().enumerate() {
         index_of[i] = index;
     }
-    let materials: Result<_, _> = order
+    let materials: Result<Vec<Material>, _> = order
         .into_iter()
         .map(|i| {
             let (mut kind, textures) = kinds[i].clone()?;
@@ -79,7 +80,15 @@ pub(super) fn resolve(
             Ok(Material { name: raw[i].name.clone(), kind, textures })
         })
         .collect();
-    Ok(Resolved { materials: materials?, index_of })
+    let materials = materials?;
+    let mut outcome = Ok(());
+    for unknown in of_unknown_index(&materials) {
+        let places = raw.iter().zip(&index_of).filter(|(_, index)| **index == unknown);
+        for values in places.filter_map(|(material, _)| material.value.as_ref().ok()) {
+            outcome = Err(reports.error(values.place_of("ior"), unknown_index(&materials[unknown])));
+        }
+    }
+    outcome.map(|()| Resolved { materials, index_of })
 }
 
 /// Resolves a material's names to indices in the order of the file, and lists them as `edges`.

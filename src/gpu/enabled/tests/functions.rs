@@ -10,7 +10,7 @@ mod compare;
 use super::super::record::{Program, Signature};
 use super::super::recorded::{self, Source};
 use super::super::tables::Tables;
-use super::gallery::{gallery, sunny};
+use super::gallery::{gallery, interiors, sunny};
 use super::pictures::shipped;
 use super::probe::library_for;
 use super::watched::Calls;
@@ -47,6 +47,8 @@ fn runs() -> Vec<Scene> {
         scenes::with(gallery(48, 32), Integrator::Path, Sampler::Sobol),
         scenes::with(sunny(48, 32), Integrator::Path, Sampler::Sobol),
         scenes::with(sunny(48, 32), Integrator::Whitted, Sampler::Independent),
+        scenes::with(interiors(24, 16), Integrator::Path, Sampler::Sobol),
+        scenes::with(interiors(24, 16), Integrator::Whitted, Sampler::Sobol),
     ]
 }
 

@@ -1,7 +1,11 @@
-//! A scene of textures, which the digests have, too.
+//! A scene of textures, one under a picture, and one of dielectrics that overlap, which the digests have, too.
 
 use super::scenes::{cylinder, disk, plane, quad, scene, sphere};
-use crate::scene::{ConductorParameters, Entity, GlassParameters, Material, MatteParameters, Scene};
+use crate::scene::{
+    BoxParameters, ConductorParameters, Entity, GlassParameters, Material, MatteParameters,
+    PointLightParameters, Scene, Shape,
+};
+use glam::DVec3;
 
 /// Textures of every kind on materials of every kind, on shapes of every kind.
 pub(super) fn gallery(width: u32, height: u32) -> Scene {
@@ -52,6 +56,34 @@ pub(super) fn sunny(width: u32, height: u32) -> Scene {
     let images = vec![textured::sunny_sky()];
     let environment_picture = Some(textured::sunny());
     Scene { images, environment_picture, ..scene(width, height, materials, entities) }
+}
+
+/// Dielectrics that absorb and overlap, with a lamp and a grey ball inside.
+pub(super) fn interiors(width: u32, height: u32) -> Scene {
+    let emitting = |emission, entity| Entity { emission: [emission; 3], ..entity };
+    let cuboid = |min, max, material| {
+        let [min, max] = [min, max].map(DVec3::from_array);
+        Entity { shape: Shape::Box(BoxParameters { min, max }), material, ..Entity::default() }
+    };
+    let entities = vec![
+        plane([0.0, 0.0, 1.0], -1.5, 0),
+        plane([-1.0, 0.0, 0.0], -8.0, 0),
+        cuboid([3.0, -1.6, -1.4], [3.3, 1.6, 0.5], 1),
+        cuboid([3.2, -1.5, -1.35], [5.0, 1.5, 0.2], 2),
+        sphere([4.0, 0.8, -0.5], 0.5, 1),
+        sphere([4.2, -0.8, -0.6], 0.5, 4),
+        sphere([4.0, 0.0, -1.0], 0.3, 0),
+        sphere([4.2, 0.1, 0.2], 0.35, 3),
+        emitting(8.0, sphere([4.6, 0.3, -0.5], 0.2, 5)),
+        emitting(5.0, quad([3.0, -1.0, 3.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], 5)),
+    ];
+    let mut scene = scene(width, height, textured::interior_materials(), entities);
+    let position = DVec3::new(4.5, -0.2, -0.3);
+    let light = PointLightParameters { position, intensity: Some([1.0; 3]), power: None };
+    scene.lights = vec![light.into()];
+    scene.environment = [0.2, 0.3, 0.4];
+    scene.render.max_depth = 8;
+    scene
 }
 
 mod textured {

@@ -3,7 +3,7 @@
 use super::super::super::recorded::Source;
 use super::super::watched::{Calls, Watched, WatchedMask, WatchedUint, watch};
 use crate::integrator::blocks::path::LIGHT;
-use crate::integrator::{Lit, Observer, State, Transport, View, camera_ray, step};
+use crate::integrator::{Around, Lit, State, Transport, View, absorbed, camera_ray, step_with};
 use crate::material::{Bxdf, TransportMode};
 use crate::math::lanes::Function;
 use crate::math::lanes::scalar::Wrapping;
@@ -57,39 +57,48 @@ fn follow(source: &Source<'_>, path: PathId<F>, centre: [F; 2]) {
         let (_, _, ray) = camera_ray(settings, camera, path, centre);
         State::start(path, ray)
     });
+    let scene = source.scene;
+    let around = root!(start_around() { Around::at_camera(scene) });
     match Transport::of(source.integrator) {
-        Some(transport) => follow_path(source, transport, start),
-        None => follow_branch(source, start),
+        Some(transport) => follow_path(source, transport, start, around),
+        None => follow_branch(source, start, around),
     }
 }
 
-fn follow_path(source: &Source<'_>, transport: Transport, mut state: State<F>) {
+fn follow_path(source: &Source<'_>, transport: Transport, mut state: State<F>, mut around: Around<F>) {
     let view = View { scene: source.scene, world: source.world, settings: source.settings };
     loop {
-        let stepped = root!(step_path(state) {
-            step(transport, &view, state, WatchedMask(true), &mut Observer::none())
+        let (stepped, next) = root!(step_path(state, around) {
+            step_with(transport, &view, state, around, WatchedMask(true))
         });
         if !stepped.going.0 {
             return;
         }
-        state = stepped.state;
+        (state, around) = (stepped.state, next);
     }
 }
 
 /// Asks some lights at each point, and goes on in one direction.
-fn follow_branch(source: &Source<'_>, state: State<F>) {
+fn follow_branch(source: &Source<'_>, state: State<F>, mut around: Around<F>) {
     const MODE: TransportMode = TransportMode::Radiance;
     let scene = source.scene;
     let lights = &scene.lights;
     let mut ray = state.ray;
     for depth in 0..6 {
         let hit = source.world.intersect(&ray, WatchedMask(true));
+        let (beta, t) = (state.beta, hit.t);
+        root!(absorbed_along(around, beta, t) { absorbed(scene, &around, beta, t) });
         if !hit.is_some().0 {
             let d = ray.d;
             root!(escaped_radiance(d) { lights.escaped(d, |_| F::splat(1.0)) });
             return;
         }
-        let lit = root!(lit_point(ray, hit) { Lit::new(scene, &ray, &hit) });
+        let lit = root!(lit_point(ray, hit, around) { Lit::new(scene, &ray, &hit, around) });
+        let beyond = root!(pass_on(lit, ray) { lit.pass_on(&ray) });
+        if lit.is_none.0 {
+            (ray, around) = (beyond.ray, beyond.around);
+            continue;
+        }
         let Lit { local, wo, .. } = lit;
         let bsdf = scene.materials.bsdf_of(local);
         let [a, b, choice, _] = source.settings.sampler.draw(state.id, LIGHT.at::<F>(uint(depth)));
@@ -103,7 +112,8 @@ fn follow_branch(source: &Source<'_>, state: State<F>) {
         }
         bsdf.branches(wo, MODE);
         let wi = bsdf.sample(wo, u, choice, MODE).wi;
-        ray = root!(spawn(lit, wi) { lit.spawn(scene, wi) }).ray;
+        let branch = root!(spawn(lit, wi) { lit.spawn(scene, wi) });
+        (ray, around) = (branch.ray, branch.around);
     }
 }
 

@@ -1,0 +1,238 @@
+//! Dielectrics that absorb, and those that overlap.
+
+mod common;
+
+use common::scenes::{cuboid, dielectric, emitting, glass, interiors, matte, quad, scene, sphere, v};
+use common::{blocks::compare, estimate, for_each_sample};
+use stride::scene::{Entity, Integrator, Material, Scene};
+
+/// Absorption of the red, the green and the blue channel.
+const SIGMA: [f64; 3] = [0.0, 0.3, 1.5];
+
+/// Things before a luminous wall, in the dark.
+fn before_a_wall(materials: Vec<Material>, things: Vec<Entity>) -> Scene {
+    let mut materials = materials;
+    materials.push(matte([0.0; 3]));
+    let black = materials.len() - 1;
+    let mut entities = things;
+    entities.push(emitting(quad(v(20.0, -60.0, -60.0), v(0.0, 0.0, 120.0), v(0.0, 120.0, 0.0), black), 1.0));
+    let mut scene = scene(materials, entities);
+    scene.render.max_depth = 30;
+    scene.render.samples = 1;
+    scene
+}
+
+/// The same seen along x, without any angle to speak of.
+fn along_the_axis(mut scene: Scene) -> Scene {
+    scene.camera.vertical_fov = 1e-4;
+    scene
+}
+
+/// The means of the channels over a picture, and their standard errors.
+fn means(scene: &Scene, integrator: Integrator, samples: u32) -> [(f64, f64); 3] {
+    let mut scene = scene.clone();
+    scene.render.integrator = integrator;
+    scene.render.samples = samples;
+    let (mut count, mut sums, mut squares) = (0.0, [0.0; 3], [0.0; 3]);
+    for_each_sample(&scene, |_, radiance| {
+        count += 1.0;
+        for (i, x) in radiance.map(f64::from).into_iter().enumerate() {
+            sums[i] += x;
+            squares[i] += x * x;
+        }
+    });
+    [0, 1, 2].map(|i| {
+        let mean: f64 = sums[i] / count;
+        (mean, ((squares[i] / count - mean * mean).max(0.0) / count).sqrt())
+    })
+}
+
+/// Whether the integrators show this radiance through something: `whitted`, which follows all light, to a rounding, and
+/// paths within five standard errors.
+fn show(scene: &Scene, expected: [f64; 3]) -> Result<(), String> {
+    for (integrator, samples) in
+        [(Integrator::Whitted, 1), (Integrator::Path, 64), (Integrator::PathNaive, 64)]
+    {
+        let found = means(scene, integrator, samples);
+        for ((mean, error), expected) in found.into_iter().zip(expected) {
+            let most = if integrator == Integrator::Whitted { 2e-4 } else { 5.0 * error + 2e-4 };
+            assert!(integrator == Integrator::Whitted || error < 0.005, "{error} is too noisy");
+            if (mean - expected).abs() > most {
+                return Err(format!("{integrator:?}: {mean} ± {error} is not {expected}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Transmittance of a slab at normal incidence, with all that is reflected to and fro within.
+fn slab(ior: f64, thickness: f64, sigma: f64) -> f64 {
+    let r = ((ior - 1.0) / (ior + 1.0)).powi(2);
+    let a = (-sigma * thickness).exp();
+    (1.0 - r) * (1.0 - r) * a / (1.0 - r * r * a * a)
+}
+
+#[test]
+fn a_slab_transmits_what_beer_lambert_and_fresnel_say() {
+    let through = |ior, priority, sigma| {
+        let box_of = cuboid(v(3.0, -2.0, -2.0), v(4.25, 2.0, 2.0), 0);
+        along_the_axis(before_a_wall(vec![dielectric(ior, 0.0, priority, sigma)], vec![box_of]))
+    };
+    for (ior, priority) in [(1.5, 0), (2.4, 7), (1.0, 0)] {
+        show(&through(ior, priority, SIGMA), SIGMA.map(|sigma| slab(ior, 1.25, sigma))).unwrap();
+    }
+    // Negative control: a tenth more.
+    show(&through(1.5, 0, SIGMA), SIGMA.map(|sigma| slab(1.5, 1.25, 1.1 * sigma))).unwrap_err();
+}
+
+#[test]
+fn a_ball_transmits_along_its_axis_as_a_slab_does() {
+    let ball = sphere(v(5.0, 0.0, 0.0), 0.75, 0);
+    let scene = along_the_axis(before_a_wall(vec![dielectric(1.5, 0.0, 0, SIGMA)], vec![ball]));
+    show(&scene, SIGMA.map(|sigma| slab(1.5, 1.5, sigma))).unwrap();
+}
+
+#[test]
+fn a_camera_may_be_inside() {
+    // In a pool of which the surface is above, with a wall behind: light goes to and fro from end to end.
+    for priority in [0, 3] {
+        let pool = cuboid(v(-1.0, -2.0, -2.0), v(4.0, 2.0, 2.0), 0);
+        let scene = along_the_axis(before_a_wall(vec![dielectric(1.5, 0.0, priority, SIGMA)], vec![pool]));
+        let expected = SIGMA.map(|sigma| {
+            let (r, whole): (f64, f64) = (0.04, (-5.0 * sigma).exp());
+            // Radiance is greater by the square of the index within.
+            2.25 * (1.0 - r) * (-4.0 * sigma).exp() / (1.0 - r * r * whole * whole)
+        });
+        show(&scene, expected).unwrap();
+    }
+}
+
+#[test]
+fn a_bubble_of_smooth_glass_does_not_absorb() {
+    // Its index is that of air over that of the glass around it, as no priority is set.
+    let things = vec![
+        cuboid(v(3.0, -2.0, -2.0), v(5.0, 2.0, 2.0), 0),
+        cuboid(v(3.5, -1.0, -1.0), v(4.5, 1.0, 1.0), 1),
+    ];
+    let with = |bubble| vec![dielectric(1.5, 0.0, 0, SIGMA), bubble];
+    // Four interfaces: of small losses the series is not worth writing down, so that it is taken at an index near to one.
+    let faint = |bubble| {
+        along_the_axis(before_a_wall(vec![dielectric(1.001, 0.0, 0, SIGMA), bubble], things.clone()))
+    };
+    show(&faint(glass(1.0 / 1.001)), SIGMA.map(|sigma| (-sigma).exp())).unwrap();
+    let scene = along_the_axis(before_a_wall(with(glass(1.0 / 1.5)), things.clone()));
+    let [(red, _), ..] = means(&scene, Integrator::Whitted, 1);
+    assert!((0.8..0.9).contains(&red), "{red}");
+}
+
+/// Walls of glass with water between them: the water reaches into the glass, of which the higher priority counts.
+fn overlapping(of_glass: u32, of_water: u32) -> Scene {
+    let wall = |from, to| cuboid(v(from, -50.0, -50.0), v(to, 50.0, 50.0), 0);
+    let water = cuboid(v(2.9, -50.0, -50.0), v(4.5, 50.0, 50.0), 1);
+    let materials = vec![
+        dielectric(1.5, 0.0, of_glass, [0.2, 0.0, 0.4]),
+        dielectric(1.33, 0.0, of_water, [0.0, 0.3, 0.6]),
+    ];
+    before_a_wall(materials, vec![wall(2.0, 3.0), water, wall(4.4, 5.0)])
+}
+
+/// The same with interfaces that say the indices of both sides: water within glass.
+fn explicit() -> Scene {
+    let of = |from, to, material| cuboid(v(from, -50.0, -50.0), v(to, 50.0, 50.0), material);
+    let materials =
+        vec![dielectric(1.5, 0.0, 0, [0.2, 0.0, 0.4]), dielectric(1.33 / 1.5, 0.0, 0, [0.0, 0.3, 0.6])];
+    before_a_wall(materials, vec![of(2.0, 5.0, 0), of(3.0, 4.4, 1)])
+}
+
+/// The radiance of each pixel by `whitted`.
+fn pixels(scene: &Scene) -> Vec<[f32; 3]> {
+    let mut scene = scene.clone();
+    scene.render.integrator = Integrator::Whitted;
+    scene.render.max_depth = 12;
+    scene.camera.vertical_fov = 50_f64.to_radians();
+    let mut pixels = vec![[0.0; 3]; (scene.film.width * scene.film.height) as usize];
+    for_each_sample(&scene, |pixel, radiance| pixels[pixel] = radiance);
+    pixels
+}
+
+/// The most by which two pictures differ.
+fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+}
+
+#[test]
+fn water_that_reaches_into_glass_is_as_water_that_touches_it() {
+    let expected = pixels(&explicit());
+    assert!(expected.as_flattened().iter().all(|&x| x > 0.1 && x < 1.0), "{expected:?}");
+    let overlap = difference(&pixels(&overlapping(2, 1)), &expected);
+    assert!(overlap < 1e-4, "{overlap}");
+    // Negative controls: the water counts; without priorities each interface is as if the other body were not there.
+    for priorities in [[1, 2], [0, 0]] {
+        let other = difference(&pixels(&overlapping(priorities[0], priorities[1])), &expected);
+        assert!(other > 5e-3, "{other} with {priorities:?}");
+    }
+    // And paths show what `whitted` shows.
+    let axis = along_the_axis(overlapping(2, 1));
+    show(&axis, means(&axis, Integrator::Whitted, 1).map(|(mean, _)| mean)).unwrap();
+}
+
+#[test]
+fn surfaces_passed_through_are_no_bounces() {
+    // The way through takes four bounces, for all the surfaces that it meets.
+    let mut scene = along_the_axis(overlapping(2, 1));
+    scene.render.max_depth = 4;
+    let [(red, _), ..] = means(&scene, Integrator::Whitted, 1);
+    assert!(red > 0.5, "{red}");
+    scene.render.max_depth = 3;
+    assert_eq!(means(&scene, Integrator::Whitted, 1)[0].0, 0.0);
+}
+
+#[test]
+fn overlapping_dielectrics_in_a_white_sky_are_invisible_unless_they_absorb() {
+    let furnace = |absorption: [f64; 3]| {
+        let mut scene = interiors(16, 12);
+        // The dielectrics alone; clear ones but for one.
+        scene.entities.drain(8..);
+        scene.entities.remove(6);
+        scene.entities.drain(..2);
+        scene.materials[1] = dielectric(1.5, 0.0, 2, [0.0; 3]);
+        scene.materials[2] = dielectric(1.33, 0.0, 1, absorption);
+        // The rough one loses what meets a second microfacet.
+        scene.materials[4] = dielectric(1.6, 0.0, 3, [0.0; 3]);
+        scene.lights.clear();
+        scene.environment = [1.0; 3];
+        scene.render.max_depth = 500;
+        scene
+    };
+    for integrator in [Integrator::Path, Integrator::PathNaive] {
+        for (mean, error) in means(&furnace([0.0; 3]), integrator, 64) {
+            assert!((mean - 1.0).abs() < 5.0 * error + 2e-4, "{integrator:?}: {mean} ± {error}");
+        }
+        let [(red, _), (green, _), (blue, _)] = means(&furnace([0.0, 0.2, 1.0]), integrator, 64);
+        assert!(red > 0.999 && green < 0.99 && blue < green, "{integrator:?}: {red} {green} {blue}");
+    }
+}
+
+#[test]
+fn rays_to_lights_fade_as_paths_do() {
+    let with = |integrator, samples, seed| {
+        let mut scene = interiors(32, 24);
+        scene.render.integrator = integrator;
+        (scene.render.samples, scene.render.seed) = (samples, seed);
+        // A small lamp is seldom found by chance.
+        scene.entities[8] = emitting(sphere(v(4.6, 0.2, -0.5), 0.3, 5), 3.0);
+        scene
+    };
+    let naive = estimate(&with(Integrator::PathNaive, 2048, 1));
+    let path = estimate(&with(Integrator::Path, 512, 2));
+    let verdict = compare(&naive.blocks(), &path.blocks());
+    println!("{verdict}");
+    assert!(verdict.agrees(), "{verdict}");
+    assert!(verdict.rms > 0.5, "{verdict}");
+    // Negative control: water that absorbs a third less.
+    let mut other = with(Integrator::Path, 512, 2);
+    other.materials[2] = dielectric(1.33, 0.0, 1, [0.8, 0.33, 0.07]);
+    let verdict = compare(&naive.blocks(), &estimate(&other).blocks());
+    assert!(!verdict.agrees(), "{verdict}");
+}

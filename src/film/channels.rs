@@ -1,11 +1,11 @@
-//! The layers that a film tells, as channels of a picture file.
+//! The layers of a film as channels of a picture file.
 
 use super::Film;
 use super::cryptomatte::Mattes;
 use super::layers::{Channel, Layer};
 
 impl Film {
-    /// The channels of a layer, with the names of the scene's things; none of a layer that it does not tell.
+    /// The channels of a layer, with the names of entities and materials; empty if the film does not store the layer.
     pub fn channels(&self, layer: Layer, mattes: &Mattes) -> Vec<Channel> {
         let layout = self.layout();
         let pixels = layout.places();

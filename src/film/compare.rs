@@ -1,17 +1,17 @@
-//! How far apart two pictures are, in numbers.
+//! Comparison of two pictures.
 
 use super::Picture;
 use super::flip::{hdr_flip, ldr_flip};
 use super::metrics::{brightness, relative_error, relative_square, root_mean_without_worst};
 
-/// What [`compare`] finds. All figures are over the pixels that are finite in both pictures.
+/// The result of [`compare`]. All figures are over the pixels that are finite in both pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
-    /// Pixels that the figures are over.
+    /// Number of compared pixels.
     pub compared: u64,
-    /// Pixels of either picture with a NaN or an infinity in them, which the figures leave out.
+    /// Pixels of each picture that contain a NaN or an infinity, and are left out.
     pub non_finite: [u64; 2],
-    /// Mean of each picture and channel, scene-linear.
+    /// Mean of each picture and channel: scene-linear radiance.
     pub means: [[f64; 3]; 2],
     /// Mean squared error over pixels and channels.
     pub mse: f64,
@@ -20,15 +20,16 @@ pub struct Comparison {
     /// m, the [`brightness`] of b.
     pub brightness: f64,
     /// Mean of (a − b)² / (b² + 0.01·m²) over pixels and channels, which does not depend on the unit of radiance.
-    /// Infinite where b is black, so that m is 0, and a is not.
+    /// Infinite if b is black, so that m is 0, and a is not.
     pub relative_mse_scaled: f64,
-    /// The root of the same without the pixels of the largest errors: what `--noise` estimates.
+    /// The square root of [`Comparison::relative_mse_scaled`] without the pixels of the largest errors: the figure that
+    /// `--noise` estimates.
     pub noise: f64,
-    /// How different they look.
+    /// The perceived difference.
     pub flip: Flip,
 }
 
-/// The FLIP of two pictures, 0 to 1; pixels that are not finite count as black in both.
+/// The mean FLIP of two pictures, 0 (equal) to 1. Pixels that are not finite count as black in both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flip {
     /// LDR-FLIP (2020) of the pictures clamped to 0…1.
@@ -37,16 +38,16 @@ pub enum Flip {
     Hdr(super::flip::HdrFlip),
 }
 
-/// Which FLIP is meant.
+/// The variant of FLIP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlipKind {
-    /// For pictures that are made for a screen.
+    /// For pictures tone mapped for a screen.
     Ldr,
     /// For radiance.
     Hdr,
 }
 
-/// Pictures that can't be compared.
+/// The reason why pictures cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CompareError {
     /// Their sizes differ.
@@ -57,7 +58,7 @@ pub enum CompareError {
     NothingFinite,
 }
 
-/// The brightness that the floor of relMSE is in units of: pictures are taken to be about as bright as white.
+/// The brightness that the floor of relMSE is relative to: pictures are assumed to be about as bright as white.
 const WHITE: f64 = 1.0;
 
 /// Compares a picture with a reference of the same size.
@@ -114,7 +115,7 @@ fn flip(a: &Picture, b: &Picture, kind: FlipKind) -> Flip {
     }
 }
 
-/// Both pictures with black wherever one of them is not finite.
+/// Both pictures, with pixels black in both where either fails the test `finite`.
 fn blackened(a: &Picture, b: &Picture, finite: impl Fn(&[f32; 3]) -> bool) -> (Picture, Picture) {
     let (mut a, mut b) = (a.clone(), b.clone());
     for (a, b) in a.rgb.iter_mut().zip(&mut b.rgb).filter(|(a, b)| !finite(a) || !finite(b)) {
@@ -123,7 +124,7 @@ fn blackened(a: &Picture, b: &Picture, finite: impl Fn(&[f32; 3]) -> bool) -> (P
     (a, b)
 }
 
-/// The squared error of each pixel, the mean over its channels.
+/// The squared error of each pixel: the mean over its channels.
 ///
 /// # Panics
 /// If the pictures differ in size.
@@ -134,8 +135,8 @@ pub fn squared_errors(a: &Picture, b: &Picture) -> Vec<f64> {
     a.rgb.iter().zip(&b.rgb).map(error).collect()
 }
 
-/// The mean of squared errors without the worst `share` of them, 0 to 1. A few pixels that a rare path made
-/// far too bright can outweigh all others; this shows what the rest is like.
+/// The mean of squared errors without the worst `share` of them, 0 to 1. A few fireflies can outweigh all other pixels;
+/// this is the error of the rest.
 pub fn mean_without_worst(errors: &[f64], share: f64) -> f64 {
     let kept = errors.len() - (errors.len() as f64 * share).floor() as usize;
     let mut errors = errors.to_vec();
@@ -198,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn the_relative_error_is_relative_to_the_second_picture_and_no_other_figure_cares() {
+    fn only_relative_errors_depend_on_the_order_of_the_pictures() {
         let (a, b) = (picture(&[[1.0, 0.4, 0.2]; 4]), picture(&[[0.5, 0.3, 0.1]; 4]));
         let (there, back) =
             (compare(&a, &b, FlipKind::Ldr).unwrap(), compare(&b, &a, FlipKind::Ldr).unwrap());

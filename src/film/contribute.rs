@@ -1,4 +1,4 @@
-//! Contributions on their way into the light image of a film, and from there into the picture.
+//! Adds contributions to the light image of a film, and the light image to the picture.
 
 use super::fixed::{TAP_BITS, round_small};
 use super::light_image::LIGHT_BITS;
@@ -8,7 +8,7 @@ use super::sums::Film;
 use super::weights::{taps, with_width};
 use crate::sampling::Contribution;
 
-/// Positions farther away than this are not looked up.
+/// Positions farther from the origin than this, in pixels, reach no pixel.
 const FAR: f32 = (1_u32 << 30) as f32;
 
 /// Rounds to the nearest integer, ties to even, for |x| < 2¹²⁶.
@@ -18,16 +18,16 @@ fn round(x: f64) -> i128 {
 }
 
 impl Film {
-    /// Whether there is a light image.
+    /// Whether the film has a light image.
     pub fn has_light_image(&self) -> bool {
         self.layout().light.is_some()
     }
 
-    /// Adds a contribution of a sample of a pixel to the light image, or counts it as rejected. `splatter` has the
+    /// Adds a contribution of a sample of `pixel` to the light image, or counts it as rejected. `splatter` has the
     /// weights of the film's [`LightScale`](super::light_image::LightScale).
     ///
     /// # Panics
-    /// Panics if there is no light image.
+    /// If the film has no light image.
     pub fn contribute(
         &mut self,
         splatter: &Splatter,
@@ -53,7 +53,7 @@ impl Film {
         Ok(())
     }
 
-    /// Adds radiance to the square of pixels whose first column and row are given. Whether there was a pixel for it.
+    /// Adds radiance to the square of pixels that begins in this column and row. Returns whether it reached a pixel.
     fn add_light<const N: usize>(
         &mut self,
         [column, row]: [i64; 2],
@@ -78,12 +78,12 @@ impl Film {
         reached
     }
 
-    /// Samples that were made for all pixels, those left out included.
+    /// Samples made for all pixels, rejected ones included.
     fn made(&self) -> u64 {
         self.pixels.iter().map(|pixel| pixel.seen()).sum()
     }
 
-    /// What turns sums of the light image into radiance now, if there is one and a sample.
+    /// The factor from sums of the light image to radiance; `None` without a light image or without samples.
     pub(super) fn light_unit(&self) -> Option<f64> {
         let scale = self.layout().light?;
         let made = self.made();
@@ -95,10 +95,10 @@ impl Film {
         self.light[pixel].rgb.map(|sum| sum as f64 * unit)
     }
 
-    /// Contributions that were left out, and those that reached no pixel of the film.
+    /// The numbers of rejected contributions, and of those that reached no pixel of the film.
     pub fn lost_contributions(&self) -> [u64; 2] {
         let counts = self.light.iter().map(|pixel| [pixel.rejected, pixel.outside]);
-        // Those of a file may be anything.
+        // The counts in a file may have any value.
         counts.fold([0; 2], |[a, b]: [u64; 2], [c, d]| [a.saturating_add(c), b.saturating_add(d)])
     }
 }

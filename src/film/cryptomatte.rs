@@ -1,22 +1,23 @@
-//! Mattes by name: which things a pixel shows, and how much of each.
+//! Cryptomatte: the entities and materials that a pixel shows, and the coverage of each.
 //!
-//! Psyop's Cryptomatte 1.2.0 (Friedman & Jones 2015). A name's id is its MurmurHash3, as the bits of a float that every
-//! program keeps; a pixel has its ids in ranks, the one that covers most first, each with its coverage; two ranks are
-//! a layer of four channels; a manifest in the file's header tells which name has which id.
+//! Psyop's Cryptomatte 1.2.0 (Friedman & Jones 2015). The id of a name is its MurmurHash3, stored as the bits of a
+//! 32-bit float that all programs preserve. A pixel stores ids in ranks of decreasing coverage, each with its coverage.
+//! Two ranks fill a layer of four channels, and a manifest in the file's header maps names to ids.
 //!
-//! Coverage is a count of samples over all of them: the same in whatever order the samples come.
+//! Coverage is a number of samples over the number of all samples, and so does not depend on the order of samples.
 
 use crate::scene::Scene;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Ids that a pixel keeps, those that cover most: what people are used to.
+/// Ranks that a pixel stores, those of the largest coverage: the usual number in production.
 pub const RANKS: usize = 6;
 
-/// Channels of all ranks: an id and a coverage each.
+/// Channels of all ranks: one id and one coverage each.
 pub const CHANNELS: usize = 2 * RANKS;
 
-/// What the channels of a layer's ranks begin with, two ranks at a time: "CryptoEntity00".
+/// The names of the EXR layers of a Cryptomatte layer, which hold two ranks each: "CryptoEntity00", "CryptoEntity01",
+/// ….
 pub fn levels(layer: &str) -> Vec<String> {
     (0..RANKS / 2).map(|level| format!("{layer}{level:02}")).collect()
 }
@@ -36,7 +37,7 @@ pub fn hash(name: &str) -> u32 {
     hash ^ hash >> 16
 }
 
-/// A name's id: the hash, which is kept from being zero, subnormal, infinite or no number as a float.
+/// The id of a name: its hash, changed if its bits would be a zero, subnormal, infinite or NaN float.
 pub fn id(name: &str) -> u32 {
     let hash = hash(name);
     match hash >> 23 & 0xff {
@@ -45,56 +46,57 @@ pub fn id(name: &str) -> u32 {
     }
 }
 
-/// The names that a layer of mattes is about, in the order in which hits number them.
+/// The names that a Cryptomatte layer refers to, indexed by the entity or material numbers of first hits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Names {
-    /// What the layer's channels begin with.
+    /// The name of the layer, with which the names of its channels begin.
     pub layer: &'static str,
     names: Vec<String>,
     ids: Vec<u32>,
 }
 
 impl Names {
-    /// Those of things, in the order of their numbers.
+    /// Makes the layer from the names of entities or materials, in the order of their numbers.
     pub fn new(layer: &'static str, names: Vec<String>) -> Names {
         let ids = names.iter().map(|name| id(name)).collect();
         Names { layer, names, ids }
     }
 
-    /// How many things there are, of which several may have one name.
+    /// The number of entities or materials; several may share a name.
     pub fn len(&self) -> usize {
         self.names.len()
     }
 
-    /// Whether there is none.
+    /// Whether the list is empty.
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
     }
 
-    /// The names in the order of the things' numbers, as JSON in ASCII on one line, for a film file.
+    /// The names in the order of their numbers, as JSON in ASCII on one line, for a film file.
     pub fn list(&self) -> String {
         let names = self.names.iter().map(|name| quoted(name));
         format!("[{}]", names.collect::<Vec<_>>().join(","))
     }
 
-    /// From such a list; none if it is no such list.
+    /// Parses the output of [`Names::list`]; `None` if it is malformed.
     pub fn of_list(layer: &'static str, list: &str) -> Option<Names> {
         Some(Names::new(layer, serde_json::from_str(list).ok()?))
     }
 
-    /// Which id each name has, as JSON in ASCII, in the order of the names.
+    /// The Cryptomatte manifest: the id of each name, as JSON in ASCII, sorted by name.
     pub fn manifest(&self) -> String {
         let sorted: BTreeMap<&String, u32> = self.names.iter().zip(self.ids.iter().copied()).collect();
         let entries = sorted.into_iter().map(|(name, id)| format!("{}:\"{id:08x}\"", quoted(name)));
         format!("{{{}}}", entries.collect::<Vec<_>>().join(","))
     }
 
-    /// The ranks of a pixel whose first hits were traced for so many samples, some of which met the things with these
-    /// numbers: id and coverage in turns, as the channels have them. What has no name is left out.
+    /// The ranks of a pixel for which `samples` first hits were traced, and those that met a surface met the entities
+    /// or materials with the numbers `met`. Ids and coverages alternate, as in the channels. Nameless ones are left
+    /// out.
     pub fn ranks(&self, met: impl Iterator<Item = u32>, samples: usize) -> [f32; CHANNELS] {
         let mut counts: Vec<(u32, u32)> = Vec::new();
         for number in met {
-            // Things of one name are one thing.
+            // Entities or materials of one name count as one.
             let Some(&id) = self.ids.get(number as usize) else { continue };
             match counts.iter_mut().find(|(known, _)| *known == id) {
                 Some((_, count)) => *count += 1,
@@ -110,34 +112,34 @@ impl Names {
     }
 }
 
-/// What the channels of the layer of entities begin with.
+/// The name of the layer of entities, with which the names of its channels begin.
 pub const ENTITIES: &str = "CryptoEntity";
-/// What the channels of the layer of materials begin with.
+/// The name of the layer of materials.
 pub const MATERIALS: &str = "CryptoMaterial";
 
-/// The names of a scene's things.
+/// The names in a scene, for its Cryptomatte layers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mattes {
-    /// Of its entities.
+    /// The names of its entities.
     pub entities: Names,
-    /// Of the materials that entities have; a checkerboard is one, whatever its checks are of.
+    /// The names of the materials of its entities; a checkerboard is one material, whatever its checks are made of.
     pub materials: Names,
 }
 
 impl Mattes {
-    /// Of a scene.
+    /// The names in a scene.
     pub fn of(scene: &Scene) -> Mattes {
         let entities = scene.entities.iter().map(|entity| entity.name.clone()).collect();
         let materials = scene.materials.iter().map(|material| material.name.clone()).collect();
         Mattes { entities: Names::new(ENTITIES, entities), materials: Names::new(MATERIALS, materials) }
     }
 
-    /// Of no things.
+    /// Two empty lists.
     pub fn none() -> Mattes {
         Mattes { entities: Names::new(ENTITIES, Vec::new()), materials: Names::new(MATERIALS, Vec::new()) }
     }
 
-    /// From the lists of a film file, each of which may be missing; none if one is no list.
+    /// Parses the lists of a film file, each of which may be missing; `None` if one is malformed.
     pub fn of_lists(entities: Option<&str>, materials: Option<&str>) -> Option<Mattes> {
         let names = |layer, list: Option<&str>| Names::of_list(layer, list.unwrap_or("[]"));
         Some(Mattes { entities: names(ENTITIES, entities)?, materials: names(MATERIALS, materials)? })
@@ -153,7 +155,7 @@ fn quoted(text: &str) -> String {
             ' '..='~' => quoted.push(c),
             _ => {
                 for unit in c.encode_utf16(&mut [0; 2]) {
-                    // Writing to a string can't fail.
+                    // Writing to a String cannot fail.
                     let _ = write!(quoted, "\\u{unit:04x}");
                 }
             }
@@ -169,7 +171,7 @@ mod tests {
 
     #[test]
     fn hashes_are_those_of_the_reference_implementation() {
-        // From its author's C++, and from the specification's own example ("hello").
+        // From the C++ code of its author, and from the example in the specification ("hello").
         for (name, expected) in [
             ("", 0),
             ("a", 0x3c25_69b2),
@@ -183,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn ids_are_floats_that_stay_what_they_are() {
+    fn ids_are_normal_floats() {
         assert_eq!(id("hello"), 0x248b_fa47);
         assert_eq!(id(""), 1 << 23, "zero's exponent is flipped");
         let names: Vec<String> = (0..20_000).map(|i| format!("entity {i}")).collect();
@@ -197,10 +199,10 @@ mod tests {
     }
 
     #[test]
-    fn ranks_are_ordered_by_coverage_and_not_by_arrival() {
+    fn ranks_are_ordered_by_coverage() {
         let names = names(&["a", "b", "c", "b"]);
         let float = |name| f32::from_bits(id(name));
-        // Numbers 1 and 3 are of one name.
+        // Numbers 1 and 3 share a name.
         let ranks = names.ranks([0, 1, 2, 3, 0, 3].into_iter(), 8);
         assert_eq!(ranks[..6], [float("b"), 0.375, float("a"), 0.25, float("c"), 0.125]);
         assert_eq!(ranks[6..], [0.0; 6]);
@@ -210,10 +212,10 @@ mod tests {
     }
 
     #[test]
-    fn those_that_cover_least_are_left_out() {
+    fn the_least_coverages_are_left_out() {
         let list = ["a", "b", "c", "d", "e", "f", "g", "h"];
         let names = names(&list);
-        // Thing i is met i + 1 times.
+        // Entity i is met i + 1 times.
         let met: Vec<u32> = (0..8).flat_map(|i| std::iter::repeat_n(i, i as usize + 1)).collect();
         let ranks = names.ranks(met.iter().rev().copied(), met.len());
         let seen: Vec<u32> = ranks.chunks(2).map(|rank| rank[0].to_bits()).collect();
@@ -221,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn lists_of_names_are_read_back_in_their_order() {
+    fn lists_of_names_are_read_back_in_order() {
         let names = names(&["b", "a \"q\"\\", "Größe 東\n𝄞", "b"]);
         let list = names.list();
         assert!(list.is_ascii() && list.lines().count() == 1, "{list}");

@@ -1,4 +1,4 @@
-//! Films from samples that were made before: the same words as if they had just been made.
+//! Makes films from recorded samples. Their sums equal those of the render that made the samples.
 
 use super::reject::Reject;
 use super::splat::{Made, Splatter};
@@ -8,32 +8,32 @@ use crate::integrator::Finished;
 use crate::math::lanes::Level;
 use crate::sampling::Sample;
 
-/// Samples that are added to one band at most: its words hold sixteen times as many.
+/// Samples per band: a sixteenth of what its words can hold.
 const MOST_IN_BAND: usize = 1 << 13;
 
-/// A sample that does not lie in the pixel that it says it is of.
+/// A sample whose position is outside the pixel that it names.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("sample {} of pixel {} lies at {}, {}, which is not in that pixel", .0.sample, .0.pixel, .0.x, .0.y)]
 pub struct Misplaced(pub Sample);
 
-/// A film that samples of a dump are put on.
+/// Adds recorded samples to a film.
 #[derive(Clone, Debug)]
 pub struct Developer {
     film: Film,
     splatter: Splatter,
     level: Level,
-    /// Pixels in a row of the full film, and where on it the film's first pixel is.
+    /// Pixels in a row of the full film, and the index on it of the film's first pixel.
     full_width: u32,
     origin: [u32; 2],
-    /// Places that share a band; none where a row is too long for one.
+    /// Pixels that share a band; `None` if a row is too long for a band.
     window: Option<u32>,
     waiting: Vec<Finished>,
-    /// The window of those.
+    /// The index of the current band.
     at: u32,
 }
 
 impl Developer {
-    /// An empty film whose first pixel is in this column and row of a full film with so many pixels in a row.
+    /// An empty film whose first pixel has this column and row on a full film of `full_width` pixels a row.
     pub fn new(
         layout: Layout,
         splatter: Splatter,
@@ -47,7 +47,7 @@ impl Developer {
         Ok(Developer { film, splatter, level, full_width, origin, window, waiting: Vec::new(), at: 0 })
     }
 
-    /// Adds samples, in any order. Those of pixels that are not on the film are none of its business.
+    /// Adds samples in any order. Samples of pixels outside the film are ignored.
     pub fn add(&mut self, samples: &[Sample]) -> Result<(), Misplaced> {
         for &sample in samples {
             let pixel = [sample.pixel % self.full_width, sample.pixel / self.full_width];
@@ -75,7 +75,7 @@ impl Developer {
 
     fn put(&mut self, place: u32, sample: Sample) {
         let Some(window) = self.window else {
-            // What it leaves out, it counts.
+            // The film counts the samples that it rejects.
             let _: Result<(), Reject> = self.film.splat(&self.splatter, place as usize, &sample);
             return;
         };
@@ -114,9 +114,9 @@ mod tests {
     use rand::RngExt;
 
     #[test]
-    fn samples_in_any_order_give_the_words_of_one_after_the_other() {
+    fn samples_in_any_order_give_the_sums_of_single_samples() {
         let stream = &mut Stream::new(3, 0, 0);
-        // A part of a film of 100 columns; more rows than fit into a band.
+        // A part of a film of 100 columns, with more rows than fit into a band.
         let (layout, origin) = (Layout { weighted: true, ..Layout::plain(30, 50) }, [10, 5]);
         let splatter = Splatter::new(Weights::new(Filter::Lanczos { radius: 3.0 }), origin);
         let mut samples: Vec<Sample> = (0..20_000)
@@ -142,7 +142,7 @@ mod tests {
         assert!(develop(&samples) == plain && plain.rejected() > 100);
         samples.sort_by_key(|sample| sample.pixel);
         assert!(develop(&samples) == plain);
-        // Negative control, and what lies in no pixel or another.
+        // Negative controls: a sample outside all pixels, and one in another pixel.
         assert!(develop(&samples[samples.len() / 2..]) != plain);
         let mut developer = Developer::new(layout, splatter.clone(), 100, origin, Level::PORTABLE).unwrap();
         for x in [9.9, 11.1, f32::NAN] {

@@ -1,8 +1,8 @@
-//! The film file: exact sums, the samples that are in them, and what they are a film of, byte by byte.
+//! The film file: exact sums, the samples in them, and the facts that identify the render, byte by byte.
 //!
-//! `docs/film-format.md` is the format's definition. It is written and read from its start to its end in
-//! pieces, so that neither takes a second film's memory, and ends with a digest of all that went before: a
-//! file of which anything is missing or changed is not a film.
+//! `docs/film-format.md` defines the format. Files are written and read from start to end in pieces, so that neither
+//! needs memory for a second film. A file ends with a digest of all bytes before it: a file with any byte missing or
+//! changed is rejected.
 
 use super::adaptive::Plan;
 use super::head::{Head, LONGEST_TEXT};
@@ -18,87 +18,86 @@ use sha2::{Digest, Sha256};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::sync::Arc;
 
-/// What every film file begins with. A program that takes it for text changes it.
+/// The first bytes of every film file. Programs that convert line ends damage them.
 const MAGIC: [u8; 8] = *b"\x89FILM\r\n\x1a";
-/// The version of the format. No other is written or read.
+/// The only version of the format that is written and read.
 pub const VERSION: u32 = 4;
-/// Bytes before the text: magic, version, text length, width, height, what the words are, the part shown, and what makes
-/// radiance of a light image.
+/// Bytes before the text: magic, version, text length, width, height, kinds of words, the shown part, and the light
+/// scale.
 const START_BYTES: u64 = 52;
-/// What the words are: bits for samples that have weights, for more words for a variance and for a light image, and above
-/// them those of the layers.
+/// The kinds of words: bits for weighted samples, the extra sums for a variance and a light image, and above these the
+/// bits of the layers.
 const WEIGHTED: u32 = 1;
 const SPREADS: u32 = 2;
 const LIGHT: u32 = 4;
 const LAYERS_FROM: u32 = 3;
-/// Bytes behind the pixels, before the ranges: their number, the open one, the milestone's samples and error.
+/// Bytes after the pixels, before the ranges: the number of ranges, the open range, and the milestone's samples and
+/// error.
 const TAIL_BYTES: u64 = 24;
-/// Bytes of a pixel of the milestone's picture.
+/// Bytes per pixel of the milestone's picture.
 const MILESTONE_BYTES: u64 = 12;
-/// Bytes of a pixel of the milestone's plan, and before these.
+/// Bytes per pixel of the milestone's plan, and bytes before these.
 const PLAN_BYTES: [u64; 2] = [4, 8];
 /// Bytes of the digest.
 const DIGEST_BYTES: u64 = 32;
-/// Pixels that are read or written at a time: 1 MiB of plain ones, less than 10 MiB of those with all sums.
+/// Pixels that are read or written at a time: 1 MiB of plain ones, less than 10 MiB with all sums.
 const PIECE: usize = 1 << 14;
 
-/// Why a file is not taken for a film.
+/// The reason why a film file is rejected.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FilmFileError {
-    /// It begins with something else.
-    #[error("it is no film")]
+    /// The magic bytes are missing.
+    #[error("it is not a film")]
     NotAFilm,
-    /// It is of another version of the format.
-    #[error("it is a film of version {version}, and this program reads version {VERSION} only: {why}", version = .0, why = other_version(*.0))]
+    /// The version of the format is not supported.
+    #[error("it is a film of version {version}, and this program reads only version {VERSION}: {why}", version = .0, why = other_version(*.0))]
     Version(u32),
-    /// It is too short or too long for what it says.
-    #[error(
-        "it has {found} bytes where a film like this has {expected}: a part of it is missing, or too much"
-    )]
+    /// The length of the file does not match its header.
+    #[error("it has {found} bytes, and its header says {expected}: it is truncated, or bytes were appended")]
     Length {
-        /// Bytes that there are.
+        /// Bytes in the file.
         found: u64,
-        /// Bytes that there should be.
+        /// Bytes according to the header.
         expected: u64,
     },
-    /// Its digest is not that of its bytes.
-    #[error("it is damaged: its bytes are not those that were written")]
+    /// The digest does not match the bytes.
+    #[error("it is damaged: its checksum does not match")]
     Damaged,
-    /// What it says can't be.
-    #[error("it contradicts itself ({0}): the program that wrote it made a mistake")]
+    /// The digest matches, but the contents are impossible.
+    #[error("it contradicts itself ({0}): this is a bug in the program that wrote it")]
     Contradiction(&'static str),
-    /// It has not the size of the film that it is to be added to.
+    /// The size differs from the film that it is to be added to.
     #[error("it has {}×{} pixels, not {}×{}", .found[0], .found[1], .expected[0], .expected[1])]
     Size {
-        /// Width and height that it has.
+        /// Width and height in the file.
         found: [u32; 2],
-        /// Width and height that it should have.
+        /// Width and height of the other film.
         expected: [u32; 2],
     },
-    /// There is no memory for it.
+    /// There is not enough memory.
     #[error(transparent)]
     Memory(#[from] MemoryError),
-    /// It can't be read.
+    /// The file cannot be read.
     #[error("{0}")]
     Io(#[from] io::Error),
 }
 
-/// Why films of another version are not read, and what to do with them.
+/// Why films of another version are not read, and the remedy.
 fn other_version(version: u32) -> &'static str {
     if version < VERSION {
-        "films of before have no room for a light image; finish it with the program that began it"
+        "older films cannot store a light image; finish it with the version of stride that began it"
     } else {
-        "a newer one has written it"
+        "a newer version of stride wrote it"
     }
 }
 
-/// A film on its way to a file.
+/// Part of a film that is sent to a file writer.
 #[derive(Clone, Debug)]
 pub enum Piece {
-    /// Another film begins, even if the last one had not ended, with the milestone that it has passed.
+    /// Begins a film, with the last milestone that it has passed. The previous film is abandoned if it is incomplete.
     Start(Option<Milestone>),
-    /// The next pixels, as [`Film::bytes`] gives them.
+    /// The next pixels, as [`Film::bytes`] returns them.
     Pixels(Vec<u8>),
 }
 
@@ -115,7 +114,7 @@ pub struct FilmWriter<W> {
 }
 
 impl<W: Write> FilmWriter<W> {
-    /// Begins a film.
+    /// Writes the header of a film.
     pub fn new(out: W, head: &Head) -> io::Result<FilmWriter<W>> {
         head.check()?;
         let text = head.text();
@@ -140,7 +139,7 @@ impl<W: Write> FilmWriter<W> {
         Ok(writer)
     }
 
-    /// Writes the next pixels, as [`Film::bytes`] gives them. Whether these were the last.
+    /// Writes the next pixels, as [`Film::bytes`] returns them. Returns whether these were the last.
     pub fn pixels(&mut self, bytes: &[u8]) -> io::Result<bool> {
         for pixel in bytes.chunks_exact(self.pixel_bytes as usize) {
             let seen = seen(pixel);
@@ -149,17 +148,17 @@ impl<W: Write> FilmWriter<W> {
         self.pixels_left = self
             .pixels_left
             .checked_sub(bytes.len() as u64 / self.pixel_bytes)
-            .ok_or_else(|| io::Error::other("more pixels than the film has"))?;
+            .ok_or_else(|| io::Error::other("there are more pixels than the film has"))?;
         self.put(bytes)?;
         Ok(self.pixels_left == 0)
     }
 
-    /// The fewest and the most samples that were made for a pixel so far.
+    /// The minimum and the maximum number of samples made for a pixel so far.
     pub fn seen(&self) -> [u64; 2] {
         self.seen
     }
 
-    /// Ends the film, whose pixels are all written, and returns what it was written to.
+    /// Completes the film after its last pixel, and returns the writer.
     pub fn finish(mut self, holding: &Holding, milestone: Option<&Milestone>) -> io::Result<W> {
         let fits = |m: &Milestone| {
             let planned = m.plan.as_ref().map(|plan| plan.ends().len() as u64);
@@ -168,7 +167,7 @@ impl<W: Write> FilmWriter<W> {
             m.samples > 0 && m.picture.rgb.len() as u64 == self.shown && planned == plans && whole
         };
         if self.pixels_left > 0 || !holding.allows(self.seen) || !milestone.is_none_or(fits) {
-            return Err(io::Error::other("a film that contradicts itself"));
+            return Err(io::Error::other("the film contradicts itself"));
         }
         let open = holding.open().cloned().unwrap_or(0..0);
         let samples = milestone.map_or(0, |milestone| milestone.samples);
@@ -203,7 +202,7 @@ impl<W: Write> FilmWriter<W> {
     }
 }
 
-/// Samples that were made for a pixel, from its bytes: its count and those left out.
+/// Samples made for a pixel, from its bytes: added and rejected.
 fn seen(pixel: &[u8]) -> u64 {
     let word = |at: usize, len: usize| {
         pixel[at..at + len].iter().rev().fold(0_u64, |word, &byte| word << 8 | u64::from(byte))
@@ -227,21 +226,21 @@ pub fn write<W: Write>(
     writer.finish(holding, milestone)
 }
 
-/// A film file of which all but the pixels has been read. None of it is to be believed before
-/// [`FilmReader::add_to`] has seen the rest.
+/// A film file that has been read except for its pixels. Its contents are verified only when [`FilmReader::add_to`]
+/// has read the rest.
 pub struct FilmReader<R> {
     input: R,
     head: Head,
     holding: Holding,
-    /// The digest of what stands before the pixels.
+    /// The digest of the bytes before the pixels.
     digest: Sha256,
-    /// What stands behind them: ranges, milestone, digest.
+    /// The bytes after them: ranges, milestone, digest.
     tail: Vec<u8>,
     milestone: Option<Milestone>,
 }
 
 impl<R: Read + Seek> FilmReader<R> {
-    /// Reads all but the pixels.
+    /// Reads everything except the pixels.
     pub fn open(mut input: R) -> Result<FilmReader<R>, FilmFileError> {
         let found = input.seek(SeekFrom::End(0))?;
         input.rewind()?;
@@ -272,7 +271,7 @@ impl<R: Read + Seek> FilmReader<R> {
         if text_length > LONGEST_TEXT || !is_known || !is_scaled || !shown.fits(width, height) {
             return Err(FilmFileError::Damaged);
         }
-        // Nothing is allocated for what the file doesn't have.
+        // No memory is allocated before the length of the file is known to match.
         let pixels = layout.len().saturating_mul(layout.pixel_bytes());
         let before_tail = pixels.saturating_add(START_BYTES + u64::from(text_length));
         let length = |more: u64| before_tail.saturating_add(TAIL_BYTES + DIGEST_BYTES).saturating_add(more);
@@ -291,7 +290,7 @@ impl<R: Read + Seek> FilmReader<R> {
         let plane = if samples > 0 { layout.shown_len() * MILESTONE_BYTES } else { 0 };
         let planned = head.plans() && samples > 0 && error.is_some();
         if planned && layout.shown_len() != layout.len() {
-            return Err(FilmFileError::Contradiction("it plans for pixels that it does not show"));
+            return Err(FilmFileError::Contradiction("its plan covers pixels that are not shown"));
         }
         let plan = if planned { layout.len() * PLAN_BYTES[0] + PLAN_BYTES[1] } else { 0 };
         let more = 8 * ranges + plane + plan;
@@ -305,7 +304,7 @@ impl<R: Read + Seek> FilmReader<R> {
         let (listed, behind) = tail[TAIL_BYTES as usize..].split_at(8 * ranges as usize);
         let whole = listed.chunks_exact(8).map(|range| word(range, 0)..word(range, 4));
         let holding = Holding::new(whole.collect(), (open != (0..0)).then_some(open))
-            .ok_or(FilmFileError::Contradiction("its ranges of samples are out of order"))?;
+            .ok_or(FilmFileError::Contradiction("its sample ranges are out of order"))?;
         let milestone = (samples > 0).then(|| {
             let float = |pixel: &[u8], at| f32::from_bits(word(pixel, at));
             let rgb = behind[..plane as usize].chunks_exact(MILESTONE_BYTES as usize);
@@ -325,17 +324,17 @@ impl<R: Read + Seek> FilmReader<R> {
         Ok(FilmReader { input, head, holding, digest, tail, milestone })
     }
 
-    /// What it says of itself.
+    /// The header: layout, facts and notes.
     pub fn head(&self) -> &Head {
         &self.head
     }
 
-    /// The samples that it holds.
+    /// The samples in the film.
     pub fn holding(&self) -> &Holding {
         &self.holding
     }
 
-    /// The last milestone that the render had passed, if it was to stop at an error.
+    /// The last milestone that the render had passed, if it was to stop at a given error.
     pub fn milestone(&self) -> Option<&Milestone> {
         self.milestone.as_ref()
     }
@@ -347,7 +346,8 @@ impl<R: Read + Seek> FilmReader<R> {
         Ok(film)
     }
 
-    /// Adds the pixels to a film, a piece at a time; to one that has no words for a variance, without those. After an error what the film holds is worth nothing.
+    /// Adds the pixels to a film, a piece at a time. Sums for a variance are skipped if the film does not store them.
+    /// After an error the contents of the film are unspecified.
     pub fn add_to(mut self, film: &mut Film) -> Result<(), FilmFileError> {
         let (ours, theirs) = (self.head.layout, film.layout());
         let known = if theirs.spreads { ours } else { ours.without_spreads() };
@@ -355,7 +355,7 @@ impl<R: Read + Seek> FilmReader<R> {
             let size = |layout: Layout| [layout.width, layout.height];
             return Err(match size(ours) != size(theirs) {
                 true => FilmFileError::Size { found: size(ours), expected: size(theirs) },
-                false => FilmFileError::Contradiction("its words are of another kind than its facts say"),
+                false => FilmFileError::Contradiction("its facts call for another kind of sums"),
             });
         }
         let len = self.head.layout.len() as usize;
@@ -379,16 +379,20 @@ impl<R: Read + Seek> FilmReader<R> {
             return Err(FilmFileError::Damaged);
         }
         if !self.holding.allows(range) {
-            return Err(FilmFileError::Contradiction("its pixels count other samples than it says it holds"));
+            return Err(FilmFileError::Contradiction(
+                "the sample counts of its pixels do not match its sample ranges",
+            ));
         }
         if !layers_agree {
-            return Err(FilmFileError::Contradiction("its layers are of other samples than its pixels hold"));
+            return Err(FilmFileError::Contradiction(
+                "the samples of its layers do not match those of its pixels",
+            ));
         }
         Ok(())
     }
 }
 
-/// Reads a file's first bytes, which it may not have.
+/// Reads the first bytes of a file, which may be shorter.
 fn read_exactly(input: &mut impl Read, bytes: &mut [u8], found: u64) -> Result<(), FilmFileError> {
     input.read_exact(bytes).map_err(|error| match error.kind() {
         ErrorKind::UnexpectedEof if found < 8 => FilmFileError::NotAFilm,

@@ -1,17 +1,17 @@
 //! Reconstruction filters.
 //!
-//! A filter without negative lobes is a density: drawing samples from it and giving all the same weight
-//! makes their mean the filtered picture (report §5.2.5). Any filter can weigh samples that are spread evenly
-//! over the film: see [`Weights`](super::Weights).
+//! A filter without negative lobes can be importance sampled: the mean of samples drawn from it with equal weights is
+//! the filtered picture (report §5.2.5). Samples that are uniform over the film can be weighted by any filter: see
+//! [`Weights`](super::Weights).
 
 use crate::sampling::warp::{FilmOffset, OFFSET_NODES};
 use crate::scene::{FilmMode, FilmSettings, Filter};
 use std::f64::consts::PI;
 
-/// How samples must be spread around a pixel's centre.
+/// The distribution of samples around the centre of a pixel.
 pub fn film_offset(film: &FilmSettings) -> FilmOffset {
     match (film.mode(), film.filter) {
-        // Evenly over the pixel, and with those of all pixels over the film.
+        // Uniform over the pixel, so that those of all pixels are uniform over the film.
         (FilmMode::Continuous, _) => FilmOffset::Uniform(0.5),
         (FilmMode::Importance, Filter::None) => FilmOffset::Centre,
         (FilmMode::Importance, Filter::Box { radius }) => FilmOffset::Uniform(radius as f32),
@@ -20,7 +20,7 @@ pub fn film_offset(film: &FilmSettings) -> FilmOffset {
     }
 }
 
-/// The filter along one axis, `x` pixels from its middle, up to a factor. Zero beyond the radius.
+/// The filter along one axis, `x` pixels from its centre, up to a factor. Zero beyond the radius.
 pub fn profile(filter: Filter, x: f64) -> f64 {
     let (x, radius) = (x.abs(), filter.radius());
     if x > radius {
@@ -34,7 +34,7 @@ pub fn profile(filter: Filter, x: f64) -> f64 {
             bell(x) - bell(radius)
         }
         Filter::Mitchell { b, c, .. } => {
-            // The two pieces of the paper's equation 8, of which each is one wide; times 6.
+            // The two pieces of the paper's equation 8, each of width one; times 6.
             let x = 2.0 * x / radius;
             if x < 1.0 {
                 ((12.0 - 9.0 * b - 6.0 * c) * x + (-18.0 + 12.0 * b + 6.0 * c)) * x * x + (6.0 - 2.0 * b)
@@ -58,13 +58,13 @@ fn sinc(x: f64) -> f64 {
     if x < 1e-8 { 1.0 } else { libm::sin(PI * x) / (PI * x) }
 }
 
-/// Steps in which a filter's integral is taken.
+/// Steps of the numerical integration of a filter.
 const STEPS: usize = 1 << 13;
 
-/// Offsets that follow a filter that is nowhere negative, for [`FilmOffset::Drawn`].
+/// The quantile function of a non-negative filter, for [`FilmOffset::Drawn`].
 fn drawn(filter: Filter) -> [f32; OFFSET_NODES] {
     let step = filter.radius() / STEPS as f64;
-    // What lies within each step from the middle, and the whole.
+    // The integral over each step from the centre, and the total.
     let mut within = vec![0.0];
     for i in 0..STEPS {
         let middle = (i as f64 + 0.5) * step;
@@ -73,7 +73,7 @@ fn drawn(filter: Filter) -> [f32; OFFSET_NODES] {
     let whole = within[STEPS];
     let mut nodes = [0.0; OFFSET_NODES];
     for (i, node) in nodes.iter_mut().enumerate() {
-        // Outside of node i lies the square of its share.
+        // Node i bounds the tail with the square of its share.
         let outside = (i as f64 / (OFFSET_NODES - 1) as f64).powi(2);
         let wanted = whole * (1.0 - outside);
         let after = within.partition_point(|&sum| sum < wanted).clamp(1, STEPS);
@@ -81,7 +81,7 @@ fn drawn(filter: Filter) -> [f32; OFFSET_NODES] {
         let part = if high > low { ((wanted - low) / (high - low)).clamp(0.0, 1.0) } else { 0.0 };
         *node = ((after - 1) as f64 + part) as f32 * step as f32;
     }
-    // Where the filter all but vanishes before its radius, nobody is sent.
+    // No sample is placed where the filter nearly vanishes before its radius.
     nodes[OFFSET_NODES - 1] = 0.0;
     nodes
 }
@@ -100,7 +100,7 @@ pub(crate) mod tests {
     ];
 
     #[test]
-    fn filters_are_highest_in_the_middle_and_end_at_the_radius() {
+    fn filters_peak_at_the_centre_and_end_at_the_radius() {
         for filter in WIDE {
             let (radius, top) = (filter.radius(), profile(filter, 0.0));
             let mut lowest = top;
@@ -118,11 +118,11 @@ pub(crate) mod tests {
         }
     }
 
-    // What the papers say: Mitchell's filters have unit integral and continuous slopes for all B and C, and weights
-    // one apart have the sum one; B = 1, C = 0 is the cubic B-spline, B = 0, C = ½ is Catmull and Rom's. A Lanczos
-    // filter is zero at whole numbers. Blackman and Harris's coefficients have the sum one.
+    // From the papers: Mitchell's filters have unit integral and continuous slopes for all B and C, and weights at unit
+    // spacing sum to one; B = 1, C = 0 is the cubic B-spline, B = 0, C = ½ the Catmull–Rom spline. A Lanczos filter is
+    // zero at whole numbers. Blackman and Harris's coefficients sum to one.
     #[test]
-    fn filters_are_those_of_their_papers() {
+    fn filters_match_their_papers() {
         let mitchell = |b, c, x| profile(Filter::Mitchell { radius: 2.0, b, c }, x) / 6.0;
         for (b, c) in [(1.0 / 3.0, 1.0 / 3.0), (1.0, 0.0), (0.0, 0.5), (0.3, 0.9)] {
             for i in 0..10 {

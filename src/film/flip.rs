@@ -1,9 +1,9 @@
-//! FLIP: how different two pictures look when one flips between them on a screen; 0 is not at all, 1 the most.
+//! FLIP: the perceived difference of two pictures that alternate on a screen, from 0 (none) to 1.
 //!
 //! LDR-FLIP is Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference Evaluator
 //! for Alternating Images" (2020); HDR-FLIP is Andersson, Nilsson, Shirley and Akenine-Möller, "Visualizing Errors
-//! in Rendered High Dynamic Range Images" (2021). Symbols are theirs. The viewer sits 0.7 m from a screen 0.7 m
-//! and 3840 pixels wide, as they suggest: 67 pixels a degree.
+//! in Rendered High Dynamic Range Images" (2021). Symbols follow the papers. The viewer sits 0.7 m from a screen 0.7 m
+//! and 3840 pixels wide, as the papers suggest: 67 pixels per degree.
 
 use super::Picture;
 use super::plane::{Plane, convolve};
@@ -11,14 +11,14 @@ use super::tone::{aces, aces_inverse};
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 
-/// Pixels to a degree of the viewer's eye: distance × pixels per length × one degree.
+/// Pixels per degree of visual angle: distance × pixels per length × one degree.
 const PIXELS_PER_DEGREE: f64 = 0.7 * (3840.0 / 0.7) * (PI / 180.0);
 
 /// Exponent of the colour difference.
 const QC: f32 = 0.7;
-/// The share of the largest colour difference below which differences are spread most.
+/// The fraction of the largest colour difference below which differences get most of the range.
 const PC: f32 = 0.4;
-/// What that share becomes.
+/// The end of the range of differences below that fraction.
 const PT: f32 = 0.95;
 /// Exponent of the feature difference.
 const QF: f32 = 0.5;
@@ -28,14 +28,14 @@ const FEATURE_WIDTH: f64 = 0.082;
 /// The mean LDR-FLIP of two pictures whose scene-linear values are clamped to 0…1 first. Symmetric.
 ///
 /// # Panics
-/// If the pictures differ in size. Values have to be finite.
+/// If the pictures differ in size. Values must be finite.
 pub fn ldr_flip(a: &Picture, b: &Picture) -> f64 {
     let viewer = Viewer::new();
     let clamped = |rgb: [f32; 3]| rgb.map(|c| c.clamp(0.0, 1.0));
     mean(&viewer.differences(&mapped(a, clamped), &mapped(b, clamped)))
 }
 
-/// What HDR-FLIP found, and over which exposures it looked.
+/// The result of HDR-FLIP, and the range of exposures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HdrFlip {
     /// The mean over the picture of each pixel's largest difference at any of the exposures.
@@ -44,15 +44,15 @@ pub struct HdrFlip {
     pub start: f64,
     /// The brightest exposure, in stops.
     pub stop: f64,
-    /// How many exposures, evenly spaced, ends included.
+    /// Number of exposures, evenly spaced, ends included.
     pub exposures: u32,
 }
 
-/// The HDR-FLIP of two scene-linear pictures, seen through the ACES tone map. The exposures are those that show
-/// the reference's brightest and median luminance at 85% of white, and at least one a stop between them.
+/// The HDR-FLIP of two scene-linear pictures, tone mapped by the ACES curve. The exposures range from those that map
+/// the reference's brightest and median luminance to 85% of white, with at most one stop between them.
 ///
 /// # Panics
-/// If the pictures differ in size or have no pixel. Values have to be finite; negative ones are black.
+/// If the pictures differ in size or have no pixels. Values must be finite; negative ones count as black.
 pub fn hdr_flip(test: &Picture, reference: &Picture) -> HdrFlip {
     let viewer = Viewer::new();
     let (start, stop) = exposure_range(reference);
@@ -68,14 +68,14 @@ pub fn hdr_flip(test: &Picture, reference: &Picture) -> HdrFlip {
     HdrFlip { mean: mean(&worst), start, stop, exposures }
 }
 
-/// Exposures, in stops, that put the brightest and the median luminance at 85% of white.
+/// The exposures, in stops, that map the brightest and the median luminance to 85% of white.
 fn exposure_range(reference: &Picture) -> (f64, f64) {
     let colours = Colours::new();
     let mut luminances: Vec<f32> = reference.rgb.iter().map(|&rgb| colours.relative_xyz(rgb)[1]).collect();
     let middle = luminances.len() / 2;
     let (_, &mut median, above) = luminances.select_nth_unstable_by(middle, f32::total_cmp);
     let brightest = above.iter().copied().fold(median, f32::max);
-    // A picture of which half is black would be looked at with an endless exposure.
+    // With a median of black the exposure would be infinite.
     let stops = |luminance: f32| libm::log2(aces_inverse(0.85) / f64::from(luminance.max(f32::EPSILON)));
     (stops(brightest), stops(median))
 }
@@ -88,7 +88,7 @@ fn mean(values: &[f32]) -> f64 {
     values.iter().map(|&value| f64::from(value)).sum::<f64>() / values.len() as f64
 }
 
-/// Linear Rec. 709 to the colour spaces of the papers, all of them relative to white.
+/// Conversions from linear Rec. 709 to the colour spaces of the papers, relative to white.
 struct Colours {
     to_xyz: [[f32; 3]; 3],
     from_xyz: [[f32; 3]; 3],
@@ -97,7 +97,7 @@ struct Colours {
 impl Colours {
     fn new() -> Colours {
         let xyz = |x: f64, y: f64| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
-        // IEC 61966-2-1: primaries, and the white D65 that they have to add up to.
+        // IEC 61966-2-1: the primaries, and the D65 white that they sum to.
         let primaries = DMat3::from_cols(xyz(0.64, 0.33), xyz(0.30, 0.60), xyz(0.15, 0.06));
         let white = xyz(0.3127, 0.3290);
         let rgb_to_xyz = primaries * DMat3::from_diagonal(primaries.inverse() * white);
@@ -106,18 +106,19 @@ impl Colours {
         Colours { to_xyz: rows(relative), from_xyz: rows(relative.inverse()) }
     }
 
-    /// CIE XYZ over the white's: white is (1, 1, 1).
+    /// CIE XYZ relative to white, which is (1, 1, 1).
     fn relative_xyz(&self, rgb: [f32; 3]) -> [f32; 3] {
         transform(&self.to_xyz, rgb)
     }
 
-    /// YCxCz, a linear space whose Y is like Lab's lightness: the one that the eye's blur is applied in.
+    /// YCxCz, a linear space whose Y is close to Lab's lightness: the space in which contrast sensitivity is applied.
     fn ycxcz(&self, rgb: [f32; 3]) -> [f32; 3] {
         let [x, y, z] = self.relative_xyz(rgb);
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
     }
 
-    /// CIE Lab of a YCxCz colour, brought into the screen's gamut, with the Hunt effect: dim colours are dull.
+    /// CIE Lab of a YCxCz colour, clamped to the screen's gamut, with the Hunt effect: dim colours appear less
+    /// saturated.
     fn hunt_lab(&self, [luma, cx, cz]: [f32; 3]) -> [f32; 3] {
         let y = (luma + 16.0) / 116.0;
         let rgb = transform(&self.from_xyz, [y + cx / 500.0, y, y - cz / 200.0]);
@@ -132,19 +133,19 @@ fn transform(rows: &[[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
     rows.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// CIE Lab's cube root, straight near zero.
+/// The cube root of CIE Lab, linear near zero.
 fn lab_root(t: f32) -> f32 {
     const DELTA: f32 = 6.0 / 29.0;
     if t > DELTA * DELTA * DELTA { libm::cbrtf(t) } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
 }
 
-/// HyAB distance (Abasi, Tehran and Fairchild 2020): made for large differences.
+/// HyAB distance (Abasi, Tehran and Fairchild 2020), intended for large differences.
 fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
     let [lightness, u, v] = [0, 1, 2].map(|i| a[i] - b[i]);
     lightness.abs() + (u * u + v * v).sqrt()
 }
 
-/// A Gaussian of the eye's contrast sensitivity: an amplitude and a spread in degrees².
+/// A Gaussian of the contrast sensitivity function: an amplitude and a spread in degrees².
 struct Lobe {
     amplitude: f64,
     spread: f64,
@@ -156,13 +157,13 @@ const SENSITIVITY: [&[Lobe]; 3] = [
     &[Lobe { amplitude: 1.0, spread: 0.0053 }],
     &[Lobe { amplitude: 34.1, spread: 0.04 }, Lobe { amplitude: 13.5, spread: 0.025 }],
 ];
-/// The widest of them; all kernels reach as far as three of its standard deviations.
+/// The largest spread; all kernels extend to three of its standard deviations.
 const WIDEST_SPREAD: f64 = 0.04;
 
-/// Somebody in front of a screen: filters and colour spaces, made ready.
+/// The viewing conditions: precomputed filters and colour spaces.
 struct Viewer {
     colours: Colours,
-    /// For each channel, Gaussians with the weight that each has in the sum.
+    /// For each channel, Gaussians with their weights in the sum.
     blurs: [Vec<(f32, Vec<f32>)>; 3],
     /// A Gaussian as wide as the features, and its first and second derivative: their positive weights sum to
     /// 1, their negative ones to −1.
@@ -196,7 +197,7 @@ impl Viewer {
         Viewer { blurs, smooth, edge: signed(&edge), point: signed(&point), largest, colours }
     }
 
-    /// The difference of every pixel of two pictures in 0…1.
+    /// The difference of every pixel of two pictures, 0 to 1.
     fn differences(&self, a: &Picture, b: &Picture) -> Vec<f32> {
         assert_eq!((a.width, a.height), (b.width, b.height), "pictures of one size");
         let [a, b] = [a, b].map(|picture| {
@@ -221,7 +222,7 @@ impl Viewer {
             .collect()
     }
 
-    /// Colours as they are seen from where the viewer sits.
+    /// The colours after contrast sensitivity filtering.
     fn perceived(&self, planes: &[Plane; 3]) -> Vec<[f32; 3]> {
         let blurred = [0, 1, 2].map(|channel| {
             let mut sum = vec![0.0f32; planes[channel].values.len()];
@@ -235,7 +236,7 @@ impl Viewer {
         luma.iter().zip(cx).zip(cz).map(|((&luma, &cx), &cz)| self.colours.hunt_lab([luma, cx, cz])).collect()
     }
 
-    /// How much of an edge, and of a point or line, each pixel is.
+    /// The strength of the edge, and of the point or line, at each pixel.
     fn features(&self, luma: &Plane) -> (Vec<f32>, Vec<f32>) {
         let grey =
             Plane { width: luma.width, values: luma.values.iter().map(|y| (y + 16.0) / 116.0).collect() };
@@ -247,7 +248,7 @@ impl Viewer {
         (edges, points)
     }
 
-    /// The difference of two colours in 0…1: small differences, which are most, get most of the range.
+    /// The difference of two colours, 0 to 1. Small differences, which are the most common, get most of the range.
     fn colour_difference(&self, a: [f32; 3], b: [f32; 3]) -> f32 {
         let difference = libm::powf(hyab(a, b), QC);
         let knee = PC * self.largest;
@@ -261,7 +262,7 @@ impl Viewer {
 }
 
 /// The kernels of one channel's contrast sensitivity. The papers normalise the sum of the two-dimensional
-/// Gaussians, so each one's weight is its share of that sum.
+/// Gaussians, so the weight of each is its share of that sum.
 fn blur(lobes: &[Lobe], reach: i32) -> Vec<(f32, Vec<f32>)> {
     let parts: Vec<(f64, Vec<f64>)> = lobes
         .iter()
@@ -282,12 +283,12 @@ fn blur(lobes: &[Lobe], reach: i32) -> Vec<(f32, Vec<f32>)> {
         .collect()
 }
 
-/// A function at the whole numbers from −`reach` to `reach`.
+/// A function at the integers from −`reach` to `reach`.
 fn kernel(reach: i32, weight: impl Fn(f64) -> f64) -> Vec<f64> {
     (-reach..=reach).map(|x| weight(f64::from(x))).collect()
 }
 
-/// A kernel times a factor that may depend on its sum and on the value itself.
+/// A kernel times a factor that may depend on its sum and on the value.
 fn scaled(kernel: &[f64], factor: impl Fn(f64, f64) -> f64) -> Vec<f32> {
     let sum = kernel.iter().sum();
     kernel.iter().map(|&value| (value * factor(sum, value)) as f32).collect()
@@ -316,15 +317,15 @@ mod tests {
         (x + y) as f32 / 54.0 * [1.0, 0.8, 0.6][channel as usize]
     }
 
-    /// The same, up to well above white.
+    /// From black to a warm white, up to well above white.
     fn light(x: u32, y: u32, channel: u32) -> f32 {
         10.0 * ramp(x, y, channel).powi(2) + 0.05
     }
 
-    // Expected values in the next two tests are those of the authors' own program (`flip-evaluator` 1.7 from PyPI).
-    // On renders of the cover scene with 16 and 64 samples a pixel, too, the two agree to 1e-5.
+    // The expected values in the next two tests are from the authors' own program (`flip-evaluator` 1.7 from PyPI).
+    // On renders of the cover scene with 16 and 64 samples per pixel the two also agree to 1e-5.
     #[test]
-    fn ldr_flip_is_the_authors() {
+    fn ldr_flip_matches_the_reference_program() {
         for (test, expected) in [
             (draw(pattern), 0.615_587),
             (draw(|x, y, c| 0.9 * ramp(x, y, c) + 0.1 * pattern(x, y, c)), 0.141_726),
@@ -335,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn hdr_flip_is_the_authors() {
+    fn hdr_flip_matches_the_reference_program() {
         let dim = |x, y, c| 10.0 * ramp(x, y, c).powi(2) + 0.05 * pattern(x, y, c);
         for (test, expected) in [(draw(dim), 0.070_862), (draw(pattern), 0.878_014)] {
             let found = hdr_flip(&test, &draw(light));
@@ -346,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_pictures_look_equal() {
+    fn equal_pictures_have_no_difference() {
         for picture in [draw(pattern), draw(light), draw(|_, _, _| 0.0)] {
             assert_eq!(ldr_flip(&picture, &picture), 0.0);
             assert_eq!(hdr_flip(&picture, &picture).mean, 0.0);
@@ -354,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn ldr_flip_has_no_first_and_second_picture_and_hdr_flip_has() {
+    fn ldr_flip_is_symmetric_and_hdr_flip_is_not() {
         let (a, b) = (draw(pattern), draw(ramp));
         assert_eq!(ldr_flip(&a, &b), ldr_flip(&b, &a));
         let (there, back) = (hdr_flip(&a, &draw(light)), hdr_flip(&draw(light), &a));
@@ -362,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn what_looks_different_is_and_the_more_the_worse() {
+    fn flip_grows_with_the_visible_difference() {
         let reference = draw(pattern);
         let brightened = |gain: f32| draw(|x, y, c| pattern(x, y, c) * gain);
         let shifted = draw(|x, y, c| pattern(x + 1, y, c));
@@ -373,13 +374,13 @@ mod tests {
     }
 
     #[test]
-    fn black_and_white_are_as_different_as_can_be() {
+    fn black_and_white_have_the_largest_difference() {
         let found = ldr_flip(&draw(|_, _, _| 0.0), &draw(|_, _, _| 1.0));
         assert!((0.95..=1.0).contains(&found), "{found}");
     }
 
     #[test]
-    fn the_tone_map_can_be_undone() {
+    fn the_tone_map_can_be_inverted() {
         for linear in [0.01, 0.3, 1.0, 5.0] {
             assert!((aces_inverse(aces(linear)) - linear).abs() < 1e-9);
         }

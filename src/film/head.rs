@@ -1,4 +1,4 @@
-//! What a film file says of itself before its pixels, and in what two films differ.
+//! The header of a film file, and the differences between two headers.
 
 use super::cryptomatte::Mattes;
 use super::identity::{Difference, Identity};
@@ -8,28 +8,30 @@ use crate::scene::fingerprint;
 use std::io::{self, ErrorKind};
 use std::ops::Range;
 
-/// The longest text: half a million names for mattes fit into it.
+/// The maximum length of the text in bytes: enough for the names of half a million entities and materials.
 pub(super) const LONGEST_TEXT: u32 = 1 << 24;
 
-/// The most facts, and the most notes. A program writes two dozen in all; those of two films are compared each with each.
+/// The maximum number of facts, and of notes. A program writes two dozen in all; those of two films are compared in
+/// pairs.
 const MOST_LINES: usize = 64;
 
-/// What a difference in layers is called.
+/// The name of a difference in layers.
 pub const LAYERS: &str = "set of layers";
 
-/// The notes that say the names of the things that mattes are about, for each of these kinds of things.
+/// The notes that list the names in Cryptomatte layers.
 pub const NAMES: [&str; 2] = ["entities", "materials"];
 
-/// What a film file says beside its pixels and their samples.
+/// The contents of a film file other than its pixels and their samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Head {
-    /// How the film lies in memory, and what its words are.
+    /// The size of the film, and the kinds of its sums.
     pub layout: Layout,
-    /// What determines the bits.
+    /// The facts that determine the bits of the samples.
     pub identity: Identity,
-    /// What does not: `exposure`, `tone`, `asked` (the range of samples that the film is to have in the end), `layers`
-    /// (those that its picture was to have), `parts` (the outline of the scene). And the names that mattes are about,
-    /// `entities` and `materials`: no sample's bits depend on them, but films of one render have them in common.
+    /// Notes that do not: `exposure`, `tone`, `asked` (the requested range of samples), `layers` (the layers of the
+    /// picture),
+    /// `parts` (the outline of the scene). Also the names in Cryptomatte layers, `entities` and `materials`: samples do not
+    /// depend on them, but films of one render have them in common.
     pub notes: Identity,
 }
 
@@ -38,7 +40,7 @@ impl Head {
         format!("{}\n{}", self.identity, self.notes)
     }
 
-    /// From such a text; none if it is not written as it should be.
+    /// Parses the text of a header; `None` if it is malformed.
     pub(super) fn parse(layout: Layout, text: &[u8]) -> Option<Head> {
         let (identity, notes) = std::str::from_utf8(text).ok()?.split_once("\n\n")?;
         let fits = |lines: &&str| lines.lines().nth(MOST_LINES).is_none();
@@ -46,18 +48,20 @@ impl Head {
         Some(Head { layout, identity: parse(identity)?, notes: parse(notes)? })
     }
 
-    /// Whether a film can say all this; why not, otherwise. A reader takes a longer text for damage.
+    /// Fails if the text is too long, which readers would report as damage.
     pub fn check(&self) -> io::Result<()> {
         let length = self.text().len();
         if length > LONGEST_TEXT as usize {
-            let most = format!("what it is of takes {length} bytes, and a film has room for {LONGEST_TEXT}");
+            let most = format!(
+                "its facts and notes take {length} bytes, and a film can store at most {LONGEST_TEXT}"
+            );
             let remedy = self.without_names().map(|remedy| format!("; {remedy}")).unwrap_or_default();
             return Err(io::Error::new(ErrorKind::InvalidInput, most + &remedy));
         }
         Ok(())
     }
 
-    /// How the text gets shorter, if there are names in it.
+    /// A remedy for a text that is too long, if it contains names.
     fn without_names(&self) -> Option<String> {
         let mattes = NAMES.into_iter().zip([Layer::CryptoEntity, Layer::CryptoMaterial]);
         let named = mattes.filter(|(name, _)| self.notes.get(name).is_some());
@@ -69,12 +73,13 @@ impl Head {
         }
     }
 
-    /// Whether a milestone with an error has a plan: where samples go where the error is.
+    /// Whether a milestone with an error has a plan, because the render is adaptive.
     pub(super) fn plans(&self) -> bool {
         self.identity.get("adaptive").is_some()
     }
 
-    /// What makes another film one of another render, if it is one. Of a scene that differs, what of it does.
+    /// The first fact that shows that another film belongs to another render; `None` if it belongs to the same. For a
+    /// scene that differs, also the part of the scene.
     pub fn difference(&self, other: &Head) -> Option<Difference> {
         let Some(mut difference) = self.identity.difference(&other.identity) else {
             return self.difference_of_layers(other);
@@ -86,7 +91,7 @@ impl Head {
         Some(difference)
     }
 
-    /// In what the sums of layers differ: they add up only if they are of the same layers, and of things of the same names.
+    /// The difference between layers: sums can be added only if they are of the same layers and the same names.
     fn difference_of_layers(&self, other: &Head) -> Option<Difference> {
         let [ours, theirs] = [self, other].map(|head| head.layout.layers);
         if ours != theirs {
@@ -95,17 +100,17 @@ impl Head {
         }
         let differs = |name: &&&str| self.notes.get(name) != other.notes.get(name);
         let name = NAMES.iter().find(differs)?;
-        let within = Some(format!("the names of {name}, which its mattes are about"));
+        let within = Some(format!("the names of {name}, which its mattes refer to"));
         Some(Difference { name: "scene".to_owned(), ours: None, theirs: None, within })
     }
 
-    /// The names that the film's mattes are about; none if they are not written as they should be.
+    /// The names in the film's Cryptomatte layers; `None` if they are malformed.
     pub fn mattes(&self) -> Option<Mattes> {
         let [entities, materials] = NAMES.map(|name| self.notes.get(name));
         Mattes::of_lists(entities, materials)
     }
 
-    /// The range of samples that the film was to have when it was written.
+    /// The requested range of samples when the film was written.
     pub fn asked(&self) -> Option<Range<u32>> {
         let (first, end) = self.notes.get("asked")?.split_once("..")?;
         Some(first.parse().ok()?..end.parse().ok()?)

@@ -1,23 +1,22 @@
-//! Which samples of its pixels a film holds, whoever made them.
-#![allow(clippy::single_range_in_vec_init, reason = "lists of ranges are what this is about")]
+//! The ranges of samples that a film contains.
+#![allow(clippy::single_range_in_vec_init, reason = "this module is about lists of ranges")]
 
 use super::layer_set::LAYER_SAMPLES;
 use std::fmt;
 use std::ops::Range;
 
-/// The indices of the samples that a film holds: ranges that every pixel has whole, and at most one that is
-/// under way, of which each pixel has the first few.
+/// The indices of the samples in a film: ranges that every pixel has completely, and at most one open range, of which
+/// each pixel has the first samples only.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Holding {
-    /// Ascending, none empty, with gaps between them.
+    /// Ascending, not empty, with gaps between them.
     whole: Vec<Range<u32>>,
-    /// Of these a pixel has as many, from the first on, as its counts say beyond the whole ranges.
+    /// Each pixel has as many of these, from the first on, as its count exceeds the whole ranges.
     open: Option<Range<u32>>,
 }
 
 impl Holding {
-    /// What pixels hold that have been given `range` from its first sample on, and have between `least` and
-    /// `most` samples of it.
+    /// The ranges of a film whose pixels have between `least` and `most` samples of `range`, from its first on.
     pub fn prefix(range: Range<u32>, least: u64, most: u64) -> Holding {
         let held = |n: u64| u32::try_from(n).unwrap_or(u32::MAX).min(range.end - range.start);
         let (least, most) = (held(least), held(most));
@@ -26,7 +25,7 @@ impl Holding {
         Holding { whole, open: (most > least).then_some(begun..range.end) }
     }
 
-    /// From the ranges of a file; none where they are out of order, empty, or overlap.
+    /// The ranges of a file; `None` if they are out of order, empty, or overlap.
     pub(super) fn new(whole: Vec<Range<u32>>, open: Option<Range<u32>>) -> Option<Holding> {
         let ordered = whole.windows(2).all(|pair| pair[0].end < pair[1].start);
         let filled = whole.iter().chain(&open).all(|range| range.start < range.end);
@@ -34,22 +33,22 @@ impl Holding {
         (ordered && filled && open.as_ref().is_none_or(apart)).then_some(Holding { whole, open })
     }
 
-    /// The ranges that every pixel holds whole, in ascending order.
+    /// The ranges that every pixel has completely, in ascending order.
     pub fn whole(&self) -> &[Range<u32>] {
         &self.whole
     }
 
-    /// The range that is under way, if there is one.
+    /// The range that pixels have only in part, if there is one.
     pub fn open(&self) -> Option<&Range<u32>> {
         self.open.as_ref()
     }
 
-    /// How many samples every pixel holds.
+    /// The minimum number of samples per pixel.
     pub fn least(&self) -> u64 {
         self.whole.iter().map(|range| u64::from(range.end - range.start)).sum()
     }
 
-    /// The first index, if the film is what a render from there on has, without a gap.
+    /// The first index, if the ranges are those of a single render without a gap.
     pub fn start(&self) -> Option<u32> {
         match (&self.whole[..], &self.open) {
             ([only], None) => Some(only.start),
@@ -59,15 +58,16 @@ impl Holding {
         }
     }
 
-    /// Whether pixels may have so many samples, at least and at most.
+    /// Whether pixels may have these minimum and maximum numbers of samples.
     pub(super) fn allows(&self, [least, most]: [u64; 2]) -> bool {
         let open = self.open.as_ref().map_or(0, |range| u64::from(range.end - range.start));
         let whole = self.least();
         (whole..=whole + open).contains(&least) && (whole..=whole + open).contains(&most)
     }
 
-    /// Tells, of a pixel for which so many samples were made, which of those that layers are of it holds, a bit each. A
-    /// file may name any number of ranges: they are counted once, not for each pixel.
+    /// Returns a function from the number of samples made for a pixel to a bit mask of those below
+    /// [`LAYER_SAMPLES`](super::LAYER_SAMPLES) among them. The ranges, of which a file may have any number, are counted
+    /// once and not for each pixel.
     pub(super) fn first_samples(&self) -> impl Fn(u64) -> u32 {
         let ranges = self.whole.iter().take_while(|range| range.start < LAYER_SAMPLES);
         let whole = ranges.fold(0, |all, range| all | layer_bits(range));
@@ -79,7 +79,7 @@ impl Holding {
         }
     }
 
-    /// Samples that another film holds too, or may hold: all of a range under way counts.
+    /// Samples that another film also has, or may have: an open range counts completely.
     pub fn overlap(&self, other: &Holding) -> Option<Range<u32>> {
         let theirs = || other.whole.iter().chain(&other.open);
         let all =
@@ -87,8 +87,8 @@ impl Holding {
         all.into_iter().find(|both| !both.is_empty())
     }
 
-    /// Adds what another film holds, of which it holds nothing yet. Where of both a range is under way, the
-    /// other's is forgotten: see [`Holding::can_join`].
+    /// Adds the ranges of another film without common samples. If both have an open range, the other's is dropped:
+    /// see [`Holding::can_join`].
     pub fn join(&mut self, other: &Holding) {
         self.whole.extend_from_slice(&other.whole);
         self.whole.sort_unstable_by_key(|range| range.start);
@@ -102,14 +102,14 @@ impl Holding {
         self.open = self.open.take().or_else(|| other.open.clone());
     }
 
-    /// Whether one film file can say what both hold: a pixel's counts tell of one range how much of it there
-    /// is, not of two.
+    /// Whether one film file can represent both: the count of a pixel determines its part of one open range, not of
+    /// two.
     pub fn can_join(&self, other: &Holding) -> bool {
         self.open.is_none() || other.open.is_none()
     }
 
-    /// Which of the samples that layers are of lack before others that are held or under way: a film that ends before the
-    /// last of them lacks nothing.
+    /// Missing samples of layers before other samples in the film: nothing is missing from a film that ends before the
+    /// last sample of layers.
     pub fn missing_of_layers(&self) -> Vec<Range<u32>> {
         let mut held: Vec<&Range<u32>> = self.whole.iter().chain(&self.open).collect();
         held.sort_unstable_by_key(|range| range.start);
@@ -118,7 +118,7 @@ impl Holding {
         gaps.filter(|gap| !gap.is_empty()).collect()
     }
 
-    /// What lacks between the first sample of all, number 0, and the last that is held or under way.
+    /// The missing samples between sample 0 and the last whole or open one.
     pub fn missing(&self) -> Vec<Range<u32>> {
         let end = self.whole.iter().chain(&self.open).map(|range| range.end).max().unwrap_or(0);
         let mut missing = Vec::new();
@@ -136,7 +136,7 @@ impl Holding {
     }
 }
 
-/// A bit for each sample of a range that layers are of.
+/// A bit for each sample of a range that belongs to layers.
 fn layer_bits(range: &Range<u32>) -> u32 {
     let below = |end: u32| (1_u64 << end.min(LAYER_SAMPLES)) - 1;
     (below(range.end) & !below(range.start)) as u32
@@ -146,7 +146,7 @@ fn common(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
     a.start.max(b.start)..a.end.min(b.end)
 }
 
-/// "0..16, 32..48, and some of 48..64", as `--range` writes ranges.
+/// "0..16, 32..48, and some of 48..64": ranges in the notation of `--range`.
 impl fmt::Display for Holding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (&self.whole[..], &self.open) {
@@ -160,7 +160,7 @@ impl fmt::Display for Holding {
     }
 }
 
-/// "0..16, 32..48, 64..": ranges as `--range` writes them; the last has no end.
+/// "0..16, 32..48, 64..": ranges in the notation of `--range`; the last has no end.
 pub struct Ranges<'a>(pub &'a [Range<u32>]);
 
 impl fmt::Display for Ranges<'_> {
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_prefix_is_whole_as_far_as_every_pixel_has_it() {
+    fn a_prefix_is_whole_up_to_the_least_count() {
         assert_eq!(whole(3, 9), Holding { whole: vec![3..9], open: None });
         let begun = Holding::prefix(3..9, 0, 1);
         assert_eq!((begun.to_string(), begun.least(), begun.start()), ("some of 3..9".into(), 0, Some(3)));
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_join_where_they_touch_whatever_their_order() {
+    fn adjacent_ranges_join_in_any_order() {
         let parts = [whole(4, 8), whole(0, 4), whole(12, 16), whole(8, 9)];
         for turn in 0..4 {
             let mut all = Holding::default();
@@ -211,11 +211,11 @@ mod tests {
     }
 
     #[test]
-    fn what_both_hold_is_named() {
+    fn overlaps_are_found() {
         let first = whole(0, 10);
         assert_eq!(first.overlap(&whole(9, 12)), Some(9..10));
         assert_eq!(first.overlap(&whole(10, 12)), None);
-        // Nobody knows how far a pixel's samples of an open range reach: all of it counts.
+        // The end of an open range is unknown for a single pixel: all of it counts.
         let mut open = Holding::prefix(10..20, 3, 5);
         assert_eq!(open.overlap(&whole(19, 30)), Some(19..20));
         open.join(&first);
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_samples_of_a_pixel_are_those_of_whole_ranges_and_the_begun_part_of_the_open_one() {
+    fn first_samples_include_whole_ranges_and_the_part_of_the_open_one() {
         let mut holding = whole(1, 3);
         assert_eq!(holding.first_samples()(2), 0b110);
         holding.join(&Holding::prefix(4..40, 0, 9));
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_lack_what_is_not_held_before_other_samples() {
+    fn layers_miss_the_gaps_before_other_samples() {
         let mut holding = whole(8, 64);
         assert_eq!(holding.missing_of_layers(), [0..8]);
         holding.join(&whole(0, 8));
@@ -247,7 +247,7 @@ mod tests {
             (whole(40, 64).missing_of_layers(), Holding::default().missing_of_layers()),
             (vec![0..32], vec![])
         );
-        // What is under way is no gap.
+        // An open range is not a gap.
         let mut holding = Holding::prefix(10..500, 2, 5);
         assert_eq!(holding.missing_of_layers(), [0..10]);
         holding.join(&whole(2, 6));

@@ -1,44 +1,44 @@
-//! What a film is a film of: the facts that determine the bits of its samples.
+//! The identity of a film: the facts that determine the bits of its samples.
 
 use std::fmt;
 
-/// Facts by name, in the order in which people should read them. Films whose facts are equal are of the same
-/// render, and may be gone on with and merged.
+/// Named facts, in the order of presentation. Films with equal facts belong to the same render, and can be resumed and
+/// merged.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Identity(Vec<(String, String)>);
 
-/// Two films are of different renders.
+/// A difference between the identities of two films.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
     /// The name of the fact that differs.
     pub name: String,
-    /// What it is in the first film; none where that does not have it.
+    /// Its value in the first film, if it has one.
     pub ours: Option<String>,
-    /// And in the other.
+    /// Its value in the other film, if it has one.
     pub theirs: Option<String>,
-    /// What differs within it, in words, where that tells more than the two values.
+    /// A description of the difference within the value, if that is more helpful than the two values.
     pub within: Option<String>,
 }
 
 impl Identity {
-    /// Adds a fact. Names and values are on one line each; a name has no colon.
+    /// Adds a fact. Line breaks in names and values become spaces, and a colon in the name is replaced.
     pub fn with(mut self, name: &str, value: impl fmt::Display) -> Identity {
         let clean = |text: String| text.replace(['\n', '\r'], " ");
         self.0.push((clean(name.replace(':', " ")), clean(value.to_string())));
         self
     }
 
-    /// A fact's value.
+    /// The value of a fact.
     pub fn get(&self, name: &str) -> Option<&str> {
         self.0.iter().find(|(n, _)| n == name).map(|(_, value)| &value[..])
     }
 
-    /// All facts, names first.
+    /// All facts as pairs of name and value.
     pub fn facts(&self) -> impl Iterator<Item = (&str, &str)> {
         self.0.iter().map(|(name, value)| (&name[..], &value[..]))
     }
 
-    /// The first fact that is not the same in the other.
+    /// The first fact that differs from the other identity.
     pub fn difference(&self, other: &Identity) -> Option<Difference> {
         let names = self.0.iter().chain(&other.0).map(|(name, _)| name);
         names
@@ -52,7 +52,7 @@ impl Identity {
             })
     }
 
-    /// Reads the lines that [`fmt::Display`] writes; none where one is no fact.
+    /// Parses the lines that [`fmt::Display`] writes; `None` if one is not a fact.
     pub fn parse(text: &str) -> Option<Identity> {
         text.lines()
             .map(|line| line.split_once(": ").map(|(name, value)| (name.to_owned(), value.to_owned())))
@@ -61,7 +61,7 @@ impl Identity {
     }
 }
 
-/// A line for each fact: `name: value`.
+/// One line per fact: `name: value`.
 impl fmt::Display for Identity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.iter().try_for_each(|(name, value)| writeln!(f, "{name}: {value}"))
@@ -77,8 +77,8 @@ impl fmt::Display for Difference {
         }
         match (ours, theirs) {
             (Some(ours), Some(theirs)) => write!(f, "its {name} is {theirs}, not {ours}"),
-            (None, Some(theirs)) => write!(f, "its {name} is {theirs}, and here there is none"),
-            (Some(ours), None) => write!(f, "it does not tell its {name}, which is {ours} here"),
+            (None, Some(theirs)) => write!(f, "its {name} is {theirs}, but none is set here"),
+            (Some(ours), None) => write!(f, "its {name} is missing, but is {ours} here"),
             (None, None) => write!(f, "its {name} differs"),
         }
     }
@@ -103,14 +103,14 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_is_named_with_both_values() {
+    fn differences_are_described_with_both_values() {
         let said = |other: Identity| identity().difference(&other).map(|d| d.to_string());
         assert_eq!(said(identity()), None);
         let other = Identity::default().with("scene", "0a").with("size", "6x4").with("filter", "box 0.5");
         assert_eq!(said(other).unwrap(), "its filter is box 0.5, not tent 1");
         let shorter = Identity::default().with("scene", "0a").with("size", "6x4");
-        assert_eq!(said(shorter).unwrap(), "it does not tell its filter, which is tent 1 here");
+        assert_eq!(said(shorter).unwrap(), "its filter is missing, but is tent 1 here");
         let longer = identity().with("device", "gpu");
-        assert_eq!(said(longer).unwrap(), "its device is gpu, and here there is none");
+        assert_eq!(said(longer).unwrap(), "its device is gpu, but none is set here");
     }
 }

@@ -1,14 +1,14 @@
-//! Which layers of first hits a film sums up, and how many words a pixel takes for each.
+//! The set of first-hit layers of a film, and the words that a pixel takes for each.
 
 use super::layers::Layer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Samples of a pixel that the layers are of: those with a number below this. So many are evenly spread with every
-/// sampler that spreads them, and edges are smooth with them.
+/// The number of samples of a pixel that contribute to layers: those with a lower index. This many are well distributed
+/// by every low-discrepancy sampler, and make edges smooth.
 pub const LAYER_SAMPLES: u32 = 32;
 
-/// All layers that first hits tell, in the order of their words.
+/// All layers made of first hits, in the order of their words.
 const ALL: [Layer; 7] = [
     Layer::Albedo,
     Layer::Normal,
@@ -19,31 +19,32 @@ const ALL: [Layer; 7] = [
     Layer::CryptoMaterial,
 ];
 
-/// Those that a number of one bit each stands for, from the lowest bit on; behind those it has two bits for each matte.
+/// The number of layers with one bit in the code, from the lowest bit on; each matte has two bits after these.
 const PLAIN: usize = 5;
 
-/// A set of layers that first hits tell.
+/// A set of layers that are made of first hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "u32", into = "u32")]
 pub struct LayerSet {
-    /// As a film file has it: see [`LayerSet::code`]. The rest follows from it.
+    /// The code in a film file: see [`LayerSet::code`]. The other fields follow from it.
     code: u32,
-    /// Words of a pixel for each of [`ALL`].
+    /// Words per pixel for each of [`ALL`].
     words: [u8; ALL.len()],
     words_of_pixel: u8,
 }
 
 impl LayerSet {
-    /// No layer.
+    /// The empty set.
     pub const NONE: LayerSet = LayerSet { code: 0, words: [0; ALL.len()], words_of_pixel: 0 };
 
     /// Bits of a [`LayerSet::code`].
     pub const BITS: u32 = 9;
 
-    /// The most words that a pixel takes in all.
+    /// The maximum number of words per pixel.
     pub(super) const MOST_WORDS: usize = 1 + 6 + 12 + 2 * 4 * LAYER_SAMPLES as usize / size_of::<u64>();
 
-    /// Those of some layers that first hits tell, of a scene with so many entities and materials.
+    /// The set of those of `layers` that are made of first hits, for a scene with these numbers of entities and
+    /// materials.
     pub fn new(layers: &[Layer], entities: usize, materials: usize) -> LayerSet {
         let of_things = |things: usize| match things {
             0..=0x100 => 1,
@@ -62,7 +63,7 @@ impl LayerSet {
         LayerSet::of(ALL.iter().enumerate().map(code).sum())
     }
 
-    /// From a number; none if it stands for no set.
+    /// Decodes a [`LayerSet::code`]; `None` if it is invalid.
     pub fn from_code(code: u32) -> Option<LayerSet> {
         (code < 1 << LayerSet::BITS).then(|| LayerSet::of(code))
     }
@@ -71,47 +72,47 @@ impl LayerSet {
         let words = std::array::from_fn(|index| {
             let components = ALL[index].components().len();
             let words = match index {
-                // One for each component of at most one, two for each that may be any number.
+                // One word per component of at most one, two per component of any magnitude.
                 0 | 1 => components,
                 2..PLAIN => 2 * components,
-                // A number for each sample.
+                // One number per sample.
                 _ => number_bytes(code, index) * LAYER_SAMPLES as usize / size_of::<u64>(),
             };
             if field(code, index) > 0 { words as u8 } else { 0 }
         });
-        // One more says of which samples the first hit was traced.
+        // One more word for the samples whose first hit was traced.
         let words_of_pixel = words.iter().sum::<u8>() + u8::from(code > 0);
         LayerSet { code, words, words_of_pixel }
     }
 
-    /// The number that stands for it: a bit each for albedo, normal, position, depth and uv, from the lowest on, then two
-    /// bits each for the mattes of entities and of materials. These are 0 without the matte, and 1, 2 or 3 where a
-    /// thing's number takes 1, 2 or 4 bytes.
+    /// The code of the set: a bit each for albedo, normal, position, depth and uv, from the lowest on, then two bits
+    /// each for the mattes of entities and of materials. These are 0 without the matte, and 1, 2 or 3 if the number of
+    /// an entity or a material takes 1, 2 or 4 bytes.
     pub fn code(self) -> u32 {
         self.code
     }
 
-    /// Whether there is no layer.
+    /// Whether the set is empty.
     pub fn is_empty(self) -> bool {
         self.code == 0
     }
 
-    /// Whether a layer is one of them.
+    /// Whether a layer is in the set.
     pub fn contains(self, layer: Layer) -> bool {
         self.words(layer) > 0
     }
 
-    /// Its layers, in the order of their words.
+    /// The layers, in the order of their words.
     pub fn layers(self) -> impl Iterator<Item = Layer> {
         ALL.into_iter().filter(move |&layer| self.contains(layer))
     }
 
-    /// The layers of both.
+    /// The union of two sets.
     pub fn with(self, other: LayerSet) -> LayerSet {
         self.joined(other, u32::max)
     }
 
-    /// Those of its layers that another set lacks.
+    /// The layers that another set lacks.
     pub fn without(self, other: LayerSet) -> LayerSet {
         self.joined(other, |ours, theirs| if theirs > 0 { 0 } else { ours })
     }
@@ -121,7 +122,7 @@ impl LayerSet {
         LayerSet::of((0..ALL.len()).map(joined).sum())
     }
 
-    /// Bytes that the number of a thing takes in a layer of mattes; zero without the layer.
+    /// Bytes of an entity's or material's number in a Cryptomatte layer; zero without the layer.
     pub(super) fn number_bytes(self, layer: Layer) -> usize {
         self.words(layer) * size_of::<u64>() / LAYER_SAMPLES as usize
     }
@@ -142,29 +143,29 @@ impl LayerSet {
         usize::from(self.words[index])
     }
 
-    /// Words that a pixel takes in all.
+    /// Words that a pixel takes for all layers.
     #[inline(always)]
     pub(super) fn words_of_pixel(self) -> usize {
         usize::from(self.words_of_pixel)
     }
 
-    /// Bytes that a pixel takes.
+    /// Bytes that a pixel takes for all layers.
     pub fn pixel_bytes(self) -> u64 {
         (self.words_of_pixel() * size_of::<u64>()) as u64
     }
 }
 
-/// The lowest bit of a layer in the number of a set.
+/// The lowest bit of a layer in a code.
 fn shift(index: usize) -> usize {
     index + index.saturating_sub(PLAIN)
 }
 
-/// What the number of a set says of a layer.
+/// The bits of a layer in a code.
 fn field(code: u32, index: usize) -> u32 {
     code >> shift(index) & if index < PLAIN { 1 } else { 3 }
 }
 
-/// Bytes that the number of a thing takes in a matte.
+/// Bytes of an entity's or material's number in a Cryptomatte layer.
 fn number_bytes(code: u32, index: usize) -> usize {
     [0, 1, 2, 4][field(code, index) as usize]
 }
@@ -179,11 +180,11 @@ impl TryFrom<u32> for LayerSet {
     type Error = &'static str;
 
     fn try_from(code: u32) -> Result<LayerSet, &'static str> {
-        LayerSet::from_code(code).ok_or("no set of layers has this number")
+        LayerSet::from_code(code).ok_or("no set of layers has this code")
     }
 }
 
-/// "albedo,depth", as `--layers` takes them; "none".
+/// "albedo,depth" in the notation of `--layers`, or "none".
 impl fmt::Display for LayerSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.is_empty() {
@@ -199,7 +200,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_set_is_its_code_and_mattes_are_as_wide_as_their_things_need() {
+    fn codes_are_decoded_and_mattes_are_as_wide_as_needed() {
         let of = |layers: &[Layer], things| LayerSet::new(layers, things, 1);
         assert_eq!(of(&[], 9), LayerSet::NONE);
         let plain = of(&[Layer::Depth, Layer::Albedo, Layer::Variance], 9);
@@ -221,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_are_joined_and_told_apart() {
+    fn sets_have_unions_and_differences() {
         let depth = LayerSet::new(&[Layer::Depth, Layer::CryptoEntity], 5, 5);
         let uv = LayerSet::new(&[Layer::Uv, Layer::CryptoEntity], 500, 5);
         let both = LayerSet::new(&[Layer::Depth, Layer::Uv, Layer::CryptoEntity], 500, 5);

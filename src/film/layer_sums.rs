@@ -1,9 +1,10 @@
 //! Exact sums of the first hits of a pixel's samples, for its layers.
 //!
-//! They are of the samples with a number below [`LAYER_SAMPLES`], whatever else there is: parts of a render add up to
-//! the whole, and a render that goes on keeps its layers. Each component is rounded once and then added as an integer. A
-//! bit for each sample tells whether its first hit was traced and whether it met a surface, and mattes keep the number of
-//! the thing that each sample met, in the sample's own place: nothing depends on the order in which samples come.
+//! The sums include the samples with an index below [`LAYER_SAMPLES`], regardless of other samples: parts of a render
+//! add up to the whole, and a resumed render keeps its layers. Each component is rounded once and then added as an
+//! integer. Bits per sample record whether its first hit was traced and whether it met a surface. Cryptomatte layers
+//! store the number of the entity or material of each sample in the sample's own slot. So nothing depends on the order
+//! of samples.
 
 use super::cryptomatte::{CHANNELS, Names};
 use super::fixed::{SCALE, round_small};
@@ -13,26 +14,26 @@ use crate::integrator::FirstHit;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// The largest albedo or component of a normal that is added: 2²⁵. They are at most one where a material is right; 32 of
+/// The largest albedo or component of a normal that is added: 2²⁵. They are at most one for valid materials; 32 of
 /// them, in multiples of 2⁻³², are 2⁶².
 const MOST_UNIT: f64 = (1_u32 << 25) as f64;
 
-/// Bits behind the binary point of positions, depths and uv: scenes may be in any unit of length.
+/// Fractional bits of positions, depths and uv: scenes may use any unit of length.
 const WIDE_BITS: i32 = 64;
 
-/// What makes an integer of these.
+/// The factor from these to an integer.
 const WIDE_SCALE: f64 = (1_u128 << WIDE_BITS) as f64;
 
-/// The largest of those that are added is 2 to this power: 32 of them, in multiples of 2⁻⁶⁴, are 2¹²⁶.
+/// The base-2 logarithm of the largest of these that is added: 32 of them, in multiples of 2⁻⁶⁴, are 2¹²⁶.
 const MOST_WIDE: i32 = 57;
 
-/// Of some samples, those that layers are of.
+/// The part of a range of samples that contributes to layers.
 pub fn layer_samples(samples: &Range<u32>) -> Range<u32> {
     samples.start.min(LAYER_SAMPLES)..samples.end.min(LAYER_SAMPLES)
 }
 
-/// Sums of some pixels, one after the other. Each pixel has a word whose low half tells of which samples the first hit was
-/// traced, a bit each, and whose high half tells which of them met a surface; then the words of its layers.
+/// Sums of consecutive pixels. The first word of a pixel has a bit for each sample: in the low half those whose first
+/// hit was traced, in the high half those that met a surface. The words of its layers follow.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayerSums {
     set: LayerSet,
@@ -40,48 +41,48 @@ pub struct LayerSums {
 }
 
 impl LayerSums {
-    /// Those of no pixel.
+    /// The sums of no pixels.
     pub fn new(set: LayerSet) -> LayerSums {
         LayerSums { set, words: Vec::new() }
     }
 
-    /// Sums that lie in these words.
+    /// The sums in these words.
     pub(super) fn of_words(set: LayerSet, words: Vec<u64>) -> LayerSums {
         LayerSums { set, words }
     }
 
-    /// What is summed up.
+    /// The summed layers.
     pub fn set(&self) -> LayerSet {
         self.set
     }
 
-    /// Pixels that there are sums of.
+    /// The number of pixels.
     pub fn len(&self) -> usize {
         self.words.len() / self.set.words_of_pixel().max(1)
     }
 
-    /// Whether there is no pixel.
+    /// Whether there are no pixels.
     pub fn is_empty(&self) -> bool {
         self.words.is_empty()
     }
 
-    /// The samples of a pixel whose first hit was traced, a bit each.
+    /// The samples of a pixel whose first hit was traced, one bit each.
     pub fn samples(&self, pixel: usize) -> u32 {
         self.row(pixel).first().map_or(0, |&seen| seen as u32)
     }
 
-    /// Bytes that they take.
+    /// Bytes of memory.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.words[..])
     }
 
-    /// Makes room for pixels up to so many, of which no first hit was traced yet.
+    /// Extends the sums to this number of pixels; the new ones have no first hits.
     pub fn grow(&mut self, pixels: usize) {
         let words = pixels * self.set.words_of_pixel();
         self.words.resize(self.words.len().max(words), 0);
     }
 
-    /// Appends the pixels of others of the same set.
+    /// Appends the pixels of other sums of the same set.
     pub fn append(&mut self, mut other: LayerSums) {
         debug_assert_eq!(self.set, other.set);
         self.words.append(&mut other.words);
@@ -92,7 +93,7 @@ impl LayerSums {
         &self.words[pixel * words..][..words]
     }
 
-    /// The words of a layer of a pixel; none of a layer that is not summed up.
+    /// The words of a layer of a pixel; empty if the layer is not in the set.
     fn layer(&self, pixel: usize, layer: Layer) -> &[u64] {
         let before: usize =
             self.set.layers().take_while(|&it| it != layer).map(|layer| self.set.words(layer)).sum();
@@ -102,8 +103,8 @@ impl LayerSums {
         }
     }
 
-    /// Adds the first hits of a pixel's samples from this number on, all below [`LAYER_SAMPLES`]. What is too large is
-    /// added as the largest number that there is room for, what is not a number as zero.
+    /// Adds the first hits of a pixel's samples from this index on, all below [`LAYER_SAMPLES`]. Components that are
+    /// too large are clamped, and NaN counts as zero.
     pub fn add(&mut self, pixel: usize, first_sample: u32, hits: &[FirstHit]) {
         let (set, words) = (self.set, self.set.words_of_pixel());
         let Some((seen, mut rest)) = self.words[pixel * words..][..words].split_first_mut() else { return };
@@ -115,7 +116,7 @@ impl LayerSums {
             rest = others;
             own
         };
-        // Those that met nothing are zeros.
+        // Samples that met no surface are zeros.
         add_units(next(Layer::Albedo), hits, |hit| hit.albedo);
         add_units(next(Layer::Normal), hits, |hit| hit.normal);
         add_wides(next(Layer::Position), hits, |hit| hit.position);
@@ -133,13 +134,13 @@ impl LayerSums {
         }
     }
 
-    /// Adds a pixel of others, of the same set and of other samples, to one of these.
+    /// Adds a pixel of other sums, of the same set and of other samples, to one of these.
     pub fn merge(&mut self, pixel: usize, other: &LayerSums, other_pixel: usize) {
         debug_assert_eq!(self.set, other.set);
         self.merge_words(pixel, other.row(other_pixel));
     }
 
-    /// What wraps around was no sum of first hits.
+    /// Overflow wraps: such words are not sums of first hits.
     fn merge_words(&mut self, pixel: usize, from: &[u64]) {
         let set = self.set;
         let to = &mut self.words[pixel * from.len()..][..from.len()];
@@ -163,13 +164,13 @@ impl LayerSums {
         }
     }
 
-    /// The words of a pixel as a film file has them.
+    /// The words of a pixel in the format of a film file.
     pub(super) fn pixel_bytes(&self, pixel: usize) -> impl Iterator<Item = u8> + '_ {
         self.row(pixel).iter().flat_map(|word| word.to_le_bytes())
     }
 
     /// Adds the words of a pixel of a film file. Returns the samples whose first hit was traced and those that met a
-    /// surface, a bit each.
+    /// surface, one bit each.
     pub(super) fn add_bytes(&mut self, pixel: usize, bytes: &[u8]) -> [u32; 2] {
         let mut words = [0; LayerSet::MOST_WORDS];
         let words = &mut words[..self.set.words_of_pixel()];
@@ -178,9 +179,9 @@ impl LayerSums {
         [words[0] as u32, (words[0] >> LAYER_SAMPLES) as u32]
     }
 
-    /// The channels of a layer at some pixels, with the names of things for a layer of mattes: means of albedo and normal
-    /// over all samples whose first hit was traced, so that they fade where the scene ends; of the rest over those that
-    /// met something. None of a layer that is not summed up.
+    /// The channels of a layer at some pixels, with the names for a Cryptomatte layer. Albedo and normal are means over
+    /// all samples whose first hit was traced, so that they fade at the edges of the scene; the others are means over
+    /// the samples that met a surface. Empty if the layer is not in the set.
     pub fn channels(
         &self,
         layer: Layer,
@@ -199,7 +200,7 @@ impl LayerSums {
         channels
     }
 
-    /// The values of a pixel's channels of a layer, and zeros behind them.
+    /// The values of a pixel's channels of a layer, followed by zeros.
     fn values(&self, pixel: usize, layer: Layer, names: Option<&Names>) -> [f32; CHANNELS] {
         let (words, mut values) = (self.layer(pixel, layer), [0.0; CHANNELS]);
         let seen = self.row(pixel)[0];
@@ -231,7 +232,7 @@ impl LayerSums {
     }
 }
 
-/// A sum in two words, the low one first, two's complement.
+/// A two's complement sum in two words, the low one first.
 fn pair([low, high]: [u64; 2]) -> i128 {
     (u128::from(high) << 64 | u128::from(low)) as i128
 }
@@ -255,7 +256,7 @@ fn add_wides<const N: usize>(sums: &mut [u64], hits: &[FirstHit], of: impl Fn(&F
     }
 }
 
-/// A component of at most one, in multiples of 2⁻³², ties to even.
+/// A component of at most one in multiples of 2⁻³², ties to even.
 fn unit(value: f32) -> i64 {
     let value = f64::from(value).clamp(-MOST_UNIT, MOST_UNIT);
     if value.is_nan() {
@@ -263,12 +264,12 @@ fn unit(value: f32) -> i64 {
     } else if value.abs() < 1024.0 {
         round_small(value * SCALE)
     } else {
-        // An integer already.
+        // Already an integer.
         (value * SCALE) as i64
     }
 }
 
-/// Any number, in multiples of 2⁻⁶⁴, ties to even. Numbers from 2⁻⁴¹ on lose nothing.
+/// A number of any magnitude in multiples of 2⁻⁶⁴, ties to even. Numbers from 2⁻⁴¹ on are exact.
 fn wide(value: f32) -> i128 {
     let exponent = (value.to_bits() >> 23 & 0xff) as i32 - 127;
     if value.is_nan() {

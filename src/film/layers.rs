@@ -1,31 +1,31 @@
-//! What a picture file may hold beside colour: layers, each of some channels.
+//! Layers (AOVs): the contents of a picture file beside colour, each of some channels.
 
 use super::cryptomatte::{self, Mattes, Names};
 
 /// A layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layer {
-    /// The fraction of light that is reflected by what is seen, or let through.
+    /// The fraction of light that the first surface reflects or transmits, per channel.
     Albedo,
-    /// Its outward normal, in world space.
+    /// The outward normal of the first surface, in world space.
     Normal,
-    /// Its place, in world space.
+    /// The position of the first hit, in world space.
     Position,
-    /// Its distance from the eye along the direction of view; [`NO_DEPTH`] where nothing is seen.
+    /// The distance of the first hit from the eye along the direction of view; [`NO_DEPTH`] for a miss.
     Depth,
-    /// Its own coordinates.
+    /// The texture coordinates of the first hit.
     Uv,
-    /// The variance of the pixel's radiance, red, green and blue together, by the spread of its samples.
+    /// The estimated variance of the pixel's mean radiance, summed over red, green and blue.
     Variance,
-    /// Samples in the pixel.
+    /// The number of samples in the pixel.
     Samples,
-    /// Which entities are seen, and how much of each: see [`super::cryptomatte`].
+    /// The visible entities and their coverage: see [`super::cryptomatte`].
     CryptoEntity,
-    /// Which materials, likewise.
+    /// The visible materials and their coverage.
     CryptoMaterial,
 }
 
-/// The depth of a pixel in which nothing is seen: farther than anything, and finite, as compositors want it.
+/// The depth of a miss: larger than any other, and finite, as compositors require.
 pub const NO_DEPTH: f32 = 1e10;
 
 impl Layer {
@@ -42,7 +42,7 @@ impl Layer {
         Layer::CryptoMaterial,
     ];
 
-    /// What users call it, and what its channels begin with but for mattes.
+    /// Its name in options and files. The names of its channels begin with it, except for Cryptomatte layers.
     pub fn name(self) -> &'static str {
         match self {
             Layer::Albedo => "albedo",
@@ -57,7 +57,7 @@ impl Layer {
         }
     }
 
-    /// What its channels end in.
+    /// The last parts of the names of its channels.
     pub fn components(self) -> &'static [&'static str] {
         match self {
             Layer::Albedo => &["R", "G", "B"],
@@ -65,7 +65,7 @@ impl Layer {
             Layer::Depth => &["Z"],
             Layer::Uv => &["U", "V"],
             Layer::Variance | Layer::Samples => &["Y"],
-            // Two ranks of an id and a coverage each.
+            // Two ranks of one id and one coverage each.
             Layer::CryptoEntity | Layer::CryptoMaterial => &["R", "G", "B", "A"],
         }
     }
@@ -84,7 +84,7 @@ impl Layer {
         prefixes.iter().flat_map(names).collect()
     }
 
-    /// The names that a layer of mattes is about; none of another.
+    /// The names that a Cryptomatte layer refers to; `None` for other layers.
     pub fn names(self, mattes: &Mattes) -> Option<&Names> {
         match self {
             Layer::CryptoEntity => Some(&mattes.entities),
@@ -93,8 +93,8 @@ impl Layer {
         }
     }
 
-    /// Whether the sums of radiance tell it, as those of every film do; the others are told by first hits, which a film
-    /// has the sums of if it was begun with them.
+    /// Whether it is made of the sums of radiance, which every film has. Other layers are made of first hits, whose
+    /// sums a film has only if it was begun with them.
     pub fn is_of_radiance(&self) -> bool {
         matches!(self, Layer::Variance | Layer::Samples)
     }

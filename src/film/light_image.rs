@@ -1,23 +1,24 @@
-//! The light image: what samples contribute to any pixel of the film, beside the radiance of pixels' own samples.
+//! The light image: contributions of samples to any pixel of the film, in addition to the radiance of pixels' own
+//! samples.
 //!
-//! A contribution counts in all pixels within the reach of the film's filter. What it adds to one is its radiance times
-//! two taps, an exact product, rounded once to a multiple of 2^−[`LIGHT_BITS`], and from then on everything is integer
-//! addition. With n samples made for all pixels of the film together, those left out included, and sums Σ, a pixel of
-//! the light image is
+//! A contribution is added to all pixels within the radius of the film's filter. The summand is its radiance times two
+//! taps, an exact product, rounded once to a multiple of 2^−[`LIGHT_BITS`]; all additions are of integers. With n
+//! samples made for all pixels of the film together, rejected ones included, and sums Σ, a pixel of the light image is
 //!
 //! Σ ⁄ n × (pixels of the full film) ⁄ (the filter's integral)²
 //!
-//! so that it depends on nothing but which samples there are: parts of a render add up, and a render may end between two
-//! samples. A crop shows the light of its own pixels' samples alone, as bright as that of all. pbrt's films do the same
-//! with what it calls splats (Pharr, Jakob and Humphreys, *Physically Based Rendering*, 2023, §5.4), of which it traces as
-//! many paths as there are samples.
+//!
+//! so that it depends only on the set of samples: parts of a render add up, and a render may end between two samples. A
+//! crop shows the contributions of its own pixels' samples alone, at the brightness of the full film. pbrt's films
+//! treat splats likewise (Pharr, Jakob and Humphreys, *Physically Based Rendering*, 2023, §5.4); pbrt traces as many
+//! light paths as there are samples.
 
 use super::weights::Weights;
 
-/// Bits behind the binary point of its sums: a sample's light is often spread over many faint contributions.
+/// Fractional bits of its sums: the light of a sample is often distributed over many faint contributions.
 pub const LIGHT_BITS: u32 = 48;
 
-/// What makes radiance of a light image's sums.
+/// The factors from the sums of a light image to radiance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightScale {
     /// Pixels of the full film, of which the film may be a part.
@@ -27,17 +28,17 @@ pub struct LightScale {
 }
 
 impl LightScale {
-    /// That of a full film with so many pixels, and a filter's weights.
+    /// The scale for a full film of this many pixels and a filter's weights.
     pub fn new(pixels: u32, weights: &Weights) -> LightScale {
         LightScale { pixels, integral: weights.integral() }
     }
 
-    /// Whether a light image can have it.
+    /// Whether a light image of this many pixels can have the scale.
     pub(super) fn is_possible(self, pixels: u64) -> bool {
         self.integral > 0 && u64::from(self.pixels) >= pixels
     }
 
-    /// Radiance of a sum of one unit, with so many samples.
+    /// The radiance of a sum of one unit, with this number of samples.
     pub(super) fn of(self, samples: u64) -> f64 {
         const UNIT: f64 = 1.0 / (1_u64 << LIGHT_BITS) as f64;
         let integral = f64::from(self.integral) / f64::from(1_u32 << 31);
@@ -49,9 +50,9 @@ impl LightScale {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub(super) struct LightPixel {
-    /// Sums of radiance × weight, in multiples of 2^−[`LIGHT_BITS`]: 2⁷⁸ at most of each contribution.
+    /// Sums of radiance × weight, in multiples of 2^−[`LIGHT_BITS`]: at most 2⁷⁸ per contribution.
     pub(super) rgb: [i128; 3],
-    /// Contributions of samples of this pixel that were left out.
+    /// Rejected contributions of samples of this pixel.
     pub(super) rejected: u64,
     /// Contributions of samples of this pixel that reached no pixel of the film.
     pub(super) outside: u64,
@@ -60,7 +61,7 @@ pub(super) struct LightPixel {
 impl LightPixel {
     pub(super) const BYTES: usize = size_of::<LightPixel>();
 
-    /// The words as a film file has them: in the order of the fields, little-endian.
+    /// The words in the format of a film file: in the order of the fields, little-endian.
     pub(super) fn to_bytes(self) -> [u8; LightPixel::BYTES] {
         let mut bytes = [0; LightPixel::BYTES];
         for (to, word) in bytes.chunks_exact_mut(16).zip(self.rgb) {
@@ -82,7 +83,7 @@ impl LightPixel {
         }
     }
 
-    /// Adds the words of another film's pixel. What wraps around was no sum of contributions.
+    /// Adds the words of another film's pixel. Overflow wraps: such words are not sums of contributions.
     pub(super) fn merge(&mut self, other: &LightPixel) {
         self.rgb.iter_mut().zip(other.rgb).for_each(|(sum, value)| *sum = sum.wrapping_add(value));
         self.rejected = self.rejected.wrapping_add(other.rejected);

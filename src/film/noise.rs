@@ -1,13 +1,13 @@
-//! How far a picture is from the truth, by its own account.
+//! Estimates the error of a picture from its own samples.
 //!
-//! The samples of a pixel are cut into two halves. Each makes a picture, and what these differ by tells how far
-//! their mean is from the truth: where samples are independent, half the difference has the very variance of
-//! the mean. The spread of single samples would tell nothing about samples that are spread evenly (`sobol`);
-//! the halves of 2ᵏ such samples are as evenly spread as the whole, and tell a few per cent too much at most,
-//! because each is even where the other is not.
+//! The samples of a pixel are divided into two halves. The difference of the pictures of the two halves estimates the
+//! error of their mean: for independent samples, half the difference has the same variance as the mean. The variance of
+//! single samples would say nothing about low-discrepancy samples (`sobol`). The halves of 2ᵏ such samples are as well
+//! distributed as the whole, and overestimate the error by a few per cent at most, because the two halves complement
+//! each other.
 //!
-//! Errors are relative to what is seen, and where that is nearly black to the [`brightness`] of the whole picture:
-//! neither the unit of length nor that of radiance decides where a render ends. Of a black picture no error is known.
+//! Errors are relative to the local radiance, and in nearly black regions to the [`brightness`] of the whole picture:
+//! the units of length and radiance do not affect when a render ends. A black picture has no error estimate.
 
 use super::Picture;
 use super::adaptive::Plan;
@@ -16,24 +16,24 @@ use std::sync::Arc;
 
 pub use super::metrics::{WORST, brightness, root_mean_without_worst};
 
-/// The first number of samples whose picture is kept to hold a later one against.
+/// The samples per pixel of the first milestone.
 pub const FIRST_MILESTONE: u32 = 8;
 
-/// The picture at a power of two of samples a pixel, and what is known of its error.
+/// The picture at a power of two of samples per pixel, and the estimate of its error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Milestone {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// The estimate of its error, if there was a milestone before it.
+    /// The estimated error, if there was a previous milestone.
     pub error: Option<f64>,
-    /// The picture; of pixels that have stopped, the one at half their samples.
+    /// The picture; for stopped pixels, the radiance at half their samples.
     pub picture: Arc<Picture>,
-    /// How far each pixel goes, where that is decided for each.
+    /// The number of samples of each pixel, if sampling is adaptive.
     pub plan: Option<Arc<Plan>>,
 }
 
 impl Milestone {
-    /// The one after `last` in the order of a render: at twice its samples.
+    /// The milestone after `last` in a render: at twice its samples.
     pub fn new(samples: u32, picture: Picture, last: Option<&Milestone>) -> Milestone {
         let half = last.filter(|last| last.samples == samples / 2);
         let errors = half.and_then(|half| errors(&half.picture, &picture));
@@ -41,8 +41,8 @@ impl Milestone {
         Milestone { samples, error, picture: Arc::new(picture), plan: None }
     }
 
-    /// The same, where samples are spent where the error is until it is the one `asked` for, or pixels have `most`:
-    /// every pixel of `picture` has the samples that the plan of `last` gave it.
+    /// A milestone of an adaptive render, which continues until the error is `asked` or pixels have `most` samples:
+    /// every pixel of `picture` has the samples of the plan of `last`.
     pub fn adaptive(
         samples: u32,
         mut picture: Picture,
@@ -58,7 +58,7 @@ impl Milestone {
         let error = root_mean_without_worst(errors.clone());
         let (width, last) = (picture.width as usize, half.plan.as_deref());
         let plan = Plan::decide(width, errors, error, last, samples, [asked, f64::from(most)]);
-        // Of those that stop, what they are held against later is what they were held against now.
+        // Pixels that stop keep the picture of half their samples for later comparisons.
         for ((rgb, half), &end) in picture.rgb.iter_mut().zip(&half.picture.rgb).zip(plan.ends()) {
             if end <= samples {
                 *rgb = *half;
@@ -67,13 +67,13 @@ impl Milestone {
         Milestone { samples, error: Some(error), picture: Arc::new(picture), plan: Some(Arc::new(plan)) }
     }
 
-    /// The share of the squared error that more samples do nothing about.
+    /// The share of the squared error in stopped pixels, 0 to 1.
     fn stopped(&self) -> f64 {
         self.plan.as_ref().map_or(0.0, |plan| plan.stopped)
     }
 
-    /// How many samples a pixel, of those that go on, give the error that is asked for, as far as the next milestone
-    /// tells no better: errors fall as 1/√n, or a little faster. Never fewer than there are.
+    /// The samples per pixel, of pixels that continue, at which the error reaches the requested one, if that is before
+    /// the next milestone: errors fall as 1/√n, or slightly faster. At least the number of samples so far.
     pub fn end(&self, asked: f64) -> Option<u32> {
         if self.plan.as_ref().is_some_and(|plan| plan.ends().iter().all(|&end| end <= self.samples)) {
             return Some(self.samples);
@@ -87,7 +87,7 @@ impl Milestone {
         told.then(|| self.samples.max(samples.ceil() as u32))
     }
 
-    /// The error that is to be expected when pixels that go on have so many samples, at least the milestone's own.
+    /// The expected error if the pixels that continue have this many samples, at least the milestone's own.
     pub fn error_at(&self, samples: u32) -> Option<f64> {
         let left = f64::from(self.samples) / f64::from(samples.max(self.samples));
         let stopped = self.stopped();
@@ -95,21 +95,21 @@ impl Milestone {
     }
 }
 
-/// Estimates of the squared relative error of each pixel of a picture, from the picture of the first half of its
-/// samples; none of a picture without brightness, which tells nothing to hold an error against.
+/// Estimates the squared relative error of each pixel of a picture, from the picture of the first half of its samples;
+/// `None` for a black picture, to which no error can be relative.
 fn errors(half: &Picture, whole: &Picture) -> Option<Vec<f64>> {
     let brightness = brightness(&whole.rgb);
     if brightness == 0.0 {
         return None;
     }
-    // Of the difference of the halves, a half: that of one of them and the mean of both. Errors are relative to
-    // what the eye sees around a pixel, because what noise makes of one pixel would weigh it by its own luck.
+    // The difference of one half and the mean of both is half the difference of the halves. Errors are relative to the
+    // mean around a pixel: relative to the pixel itself, noise would determine its own weight.
     let around = blurred(whole);
     let errors = half.rgb.iter().zip(&whole.rgb).zip(&around);
     Some(errors.map(|((half, whole), around)| relative_error(*half, *whole, *around, brightness)).collect())
 }
 
-/// Means over 3×3 pixels; beyond the border lies what is on it.
+/// Means over 3×3 pixels; the border is extended by its own pixels.
 fn blurred(picture: &Picture) -> Vec<[f32; 3]> {
     let (width, height) = (picture.width as usize, picture.height as usize);
     let near = |i: usize, len: usize| [i.saturating_sub(1), i, (i + 1).min(len - 1)];
@@ -133,7 +133,7 @@ mod tests {
 
     const SIDE: u32 = 64;
 
-    /// The mean of samples first..end of every pixel, around `level(pixel)` with a spread of `spread`.
+    /// The mean of samples first..end of every pixel, with expectation `level(pixel)` and deviation `spread`.
     fn picture(seed: u32, samples: std::ops::Range<u32>, level: impl Fn(u32) -> f32, spread: f32) -> Picture {
         let pixel = |pixel: u32| {
             let mut sum = [0.0; 3];
@@ -150,7 +150,7 @@ mod tests {
         0.2 + (pixel % SIDE) as f32 / SIDE as f32
     }
 
-    /// The true figure, against what is known.
+    /// The true error against the known expectation.
     fn truth(picture: &Picture) -> f64 {
         let exact: Vec<_> = (0..SIDE * SIDE).map(|pixel| [level(pixel); 3]).collect();
         let brightness = brightness(&exact);
@@ -162,7 +162,8 @@ mod tests {
         root_mean_without_worst(errors.collect())
     }
 
-    // The estimate of 3·4096 squared differences has a standard error of 1% or so, as has the truth: 5% are four.
+    // The estimate from 3·4096 squared differences has a standard error of about 1%, as has the truth: 5% are four of
+    // these.
     #[test]
     fn the_estimate_is_the_error_of_independent_samples() {
         for (seed, spread, samples) in [(1, 1.0, 16), (2, 0.3, 16), (3, 1.0, 64)] {
@@ -171,9 +172,9 @@ mod tests {
             let (error, truth) = (whole.error.unwrap(), truth(&whole.picture));
             assert!((error / truth - 1.0).abs() < 0.05, "{error} is not {truth}");
             assert_eq!(first.error, None);
-            // Negative control: of a milestone that is not the half nothing is concluded.
+            // Negative control: no estimate follows from a milestone that is not the half.
             assert_eq!(Milestone::new(samples * 2, (*whole.picture).clone(), Some(&first)).error, None);
-            // One of twice the spread is told apart.
+            // A doubled deviation is detected.
             let rough = picture(seed, 0..samples, level, 2.0 * spread);
             let half = Milestone::new(samples / 2, picture(seed, 0..samples / 2, level, 2.0 * spread), None);
             assert!(Milestone::new(samples, rough, Some(&half)).error.unwrap() > 1.9 * error);
@@ -182,7 +183,7 @@ mod tests {
 
     #[test]
     fn the_unit_of_radiance_does_not_matter() {
-        // Powers of two, which change no other bit. The last is near the end of what a film holds.
+        // Powers of two, which change no other bit. The last is near the maximum of a film.
         let error = |scale: f32, floor: f32| {
             let level = |pixel| scale * (floor + level(pixel));
             let first = Milestone::new(8, picture(1, 0..8, level, scale), None);
@@ -191,18 +192,18 @@ mod tests {
         for scale in [-30, -20, 10, 29].map(|power| libm::exp2f(power as f32)) {
             assert_eq!(error(scale, 0.0), error(1.0, 0.0), "{scale}");
         }
-        // Negative control: a brighter picture with the same noise is another one.
+        // Negative control: a brighter picture with the same noise has a smaller relative error.
         assert!(error(1.0, 1.0) < 0.6 * error(1.0, 0.0), "{} {}", error(1.0, 1.0), error(1.0, 0.0));
     }
 
     #[test]
-    fn of_a_black_picture_no_error_is_known() {
+    fn a_black_picture_has_no_error_estimate() {
         let lit = |count: usize| {
             let mut rgb = vec![[0.0; 3]; 1000];
             rgb[..count].fill([1.0; 3]);
             Picture { width: 100, height: 10, rgb }
         };
-        // Half a per cent of the pixels do not count.
+        // Half a per cent of the pixels does not count.
         for (count, is_known) in [(0, false), (5, false), (6, true)] {
             let first = Milestone::new(8, lit(count), None);
             let next = Milestone::new(16, lit(count), Some(&first));
@@ -216,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_few_fireflies_say_nothing_and_many_do() {
+    fn a_few_fireflies_do_not_count_and_many_do() {
         let with = |every: u32| {
             let mut whole = picture(1, 0..16, level, 1.0);
             whole.rgb.iter_mut().step_by(every as usize).for_each(|rgb| *rgb = [1e4; 3]);
@@ -232,12 +233,12 @@ mod tests {
         let picture = Arc::new(Picture { width: 1, height: 1, rgb: vec![[0.0; 3]] });
         let milestone = Milestone { samples: 64, error: Some(0.02), picture, plan: None };
         assert_eq!(milestone.end(0.02), Some(64));
-        assert_eq!(milestone.end(0.05), Some(64), "there are 64 already");
+        assert_eq!(milestone.end(0.05), Some(64), "64 are already there");
         assert_eq!(milestone.end(0.016), Some(100));
-        assert_eq!(milestone.end(0.014), None, "the next will tell better");
+        assert_eq!(milestone.end(0.014), None, "the next milestone gives a better estimate");
         assert_eq!(milestone.error_at(100), Some(0.016));
         assert_eq!((milestone.error_at(64), milestone.error_at(1)), (Some(0.02), Some(0.02)));
-        // Pixels that have stopped leave less to be won.
+        // Pixels that have stopped leave less error to remove.
         let plan = |ends: Vec<u32>| Some(Arc::new(Plan { ends, stopped: 0.25 }));
         let partly = Milestone { plan: plan(vec![128]), ..milestone.clone() };
         assert_eq!((partly.end(0.02), partly.end(0.0179)), (Some(64), Some(88)));
@@ -246,16 +247,16 @@ mod tests {
         assert_eq!(
             Milestone { plan: plan(vec![32]), ..milestone.clone() }.end(0.001),
             Some(64),
-            "nobody goes on"
+            "no pixel continues"
         );
         let fresh = Milestone { error: None, ..milestone.clone() };
         assert_eq!((fresh.end(1.0), fresh.error_at(100)), (None, None));
-        // A picture without any noise.
+        // A noise-free picture.
         assert_eq!(Milestone { error: Some(0.0), ..milestone }.end(1e-6), Some(64));
     }
 
     #[test]
-    fn the_blur_goes_on_beyond_the_border() {
+    fn the_blur_extends_the_border() {
         let rgb = (0..6).map(|i| [i as f32, 1.0, 0.0]).collect();
         let seen = blurred(&Picture { width: 3, height: 2, rgb });
         assert!((seen[0][0] - (0.0 * 4.0 + 1.0 * 2.0 + 3.0 * 2.0 + 4.0) / 9.0).abs() < 1e-5);

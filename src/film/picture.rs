@@ -1,4 +1,4 @@
-//! A finished or unfinished picture: what sinks show and write.
+//! A finished or unfinished picture, which sinks show and write.
 
 /// Scene-linear Rec. 709 radiance for every pixel of a rectangle, row-major from the top left.
 #[derive(Clone, Debug, PartialEq)]
@@ -7,6 +7,6 @@ pub struct Picture {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Radiance, `width × height` of them; black where there is no sample yet.
+    /// Radiance, `width × height` entries; black without samples.
     pub rgb: Vec<[f32; 3]>,
 }

@@ -5,12 +5,12 @@
 pub(super) struct Plane {
     /// Pixels in a row.
     pub(super) width: usize,
-    /// As many as there are pixels.
+    /// One per pixel.
     pub(super) values: Vec<f32>,
 }
 
 /// Correlates a plane with the product of a horizontal and a vertical kernel, each of odd length and centred.
-/// Beyond the border lies what is on it.
+/// The border is extended by its own pixels.
 pub(super) fn convolve(plane: &Plane, across: &[f32], down: &[f32]) -> Plane {
     let width = plane.width;
     let reach = across.len() / 2;
@@ -47,12 +47,12 @@ mod tests {
     fn a_kernel_is_laid_out_from_left_to_right_and_from_top_to_bottom() {
         let dot = Plane { width: 3, values: vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0] };
         let seen = convolve(&dot, &[1.0, 2.0, 4.0], &[1.0, 10.0, 100.0]);
-        // A pixel to the left of the dot has it on the kernel's right.
+        // The dot is on the right of the kernel at a pixel to its left.
         assert_eq!(seen.values, [400.0, 200.0, 100.0, 40.0, 20.0, 10.0, 4.0, 2.0, 1.0]);
     }
 
     #[test]
-    fn the_border_goes_on_for_ever() {
+    fn the_border_is_extended() {
         let kernel = vec![0.2f32; 5];
         for (width, height) in [(1, 1), (1, 7), (7, 1), (2, 3)] {
             let flat = Plane { width, values: vec![3.0; width * height] };

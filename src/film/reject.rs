@@ -1,10 +1,10 @@
-//! Which samples a film leaves out, and why.
+//! The samples that a film rejects, and the reasons.
 
 use serde::{Deserialize, Serialize};
-/// The largest radiance that a film takes.
+/// The largest radiance that a film accepts, 2³⁰.
 pub const MAX_RADIANCE: f32 = 1_073_741_824.0;
 
-/// Why a sample, or a contribution of one, is left out.
+/// The reason why a sample or a contribution is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
 pub enum Reject {
     /// A channel is NaN.
@@ -16,12 +16,12 @@ pub enum Reject {
     /// A channel is below zero.
     #[error("its radiance is negative")]
     Negative,
-    /// Its position on the film is not a number, of a contribution that may land anywhere.
+    /// The position of a contribution on the film is not a number.
     #[error("its position on the film is not a number")]
     Nowhere,
 }
 
-/// Whether a film takes a radiance, and if not, why.
+/// Whether a film accepts a radiance, and if not, the reason.
 #[inline]
 pub fn check(radiance: [f32; 3]) -> Result<(), Reject> {
     if radiance.iter().all(|&c| (0.0..=MAX_RADIANCE).contains(&c)) {
@@ -35,21 +35,21 @@ pub fn check(radiance: [f32; 3]) -> Result<(), Reject> {
     }
 }
 
-/// Numbers of samples and of contributions that were left out, by reason.
+/// Numbers of rejected samples and contributions, by reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RejectCounts {
     /// Samples with a channel that is NaN.
     pub not_a_number: u64,
-    /// Samples that are infinite or too bright for a film.
+    /// Samples with a channel that is infinite or above [`MAX_RADIANCE`].
     pub too_bright: u64,
     /// Samples with a negative channel.
     pub negative: u64,
-    /// Contributions without a position.
+    /// Contributions whose position is not a number.
     pub nowhere: u64,
 }
 
 impl RejectCounts {
-    /// Counts so many samples that were left out for a reason.
+    /// Counts rejected samples.
     pub fn add(&mut self, reason: Reject, samples: u64) {
         let count = match reason {
             Reject::NotANumber => &mut self.not_a_number,
@@ -60,7 +60,7 @@ impl RejectCounts {
         *count += samples;
     }
 
-    /// Adds what was counted elsewhere.
+    /// Adds other counts.
     pub fn merge(&mut self, other: &RejectCounts) {
         self.not_a_number += other.not_a_number;
         self.too_bright += other.too_bright;

@@ -1,9 +1,9 @@
-//! Samples that count in every pixel within the filter's reach.
+//! Weighted samples: each is added to all pixels within the filter radius.
 //!
-//! What a sample adds to a pixel is its radiance times two taps, an exact product, rounded once to the film's
-//! quantum; and the product of the taps, a multiple of 2⁻²⁸, is added to the pixel's weight. A pixel of the picture is
-//! one sum over the other. Workers add up a *band* of some rows at a time, in 64-bit words, and send it; the film
-//! adds bands to wider words.
+//! The summand of a pixel is the sample's radiance times two taps, an exact product, rounded once to the film's
+//! quantum. The product of the taps, a multiple of 2⁻²⁸, is added to the pixel's weight. A pixel of the picture is the
+//! quotient of the two sums. Workers sum *bands* of some rows in 64-bit words and send them; the film adds bands to
+//! wider words.
 
 use super::fixed::{MAGIC, SCALE, TAP_BITS, WEIGHT_BITS, round_large, round_small};
 use super::reject::{Reject, check};
@@ -16,38 +16,38 @@ use crate::math::lanes::{Kernel, Level, dispatch};
 use crate::sampling::{Rectangle, Sample};
 use serde::{Deserialize, Serialize};
 
-/// The largest band, in bytes. A worker fills one and has sent two at most that nobody has taken yet.
+/// The maximum size of a band in bytes. A worker fills one and has at most two in its channel.
 pub const BAND_BYTES: usize = 3 << 20;
 
-/// The most rows of pixels that a CPU worker fills a band from.
+/// The maximum number of rows whose samples a CPU worker adds to one band.
 pub const BAND_ROWS: u32 = 16;
 
 /// One unit of a tap.
 const TAP: f64 = 1.0 / (1_u32 << TAP_BITS) as f64;
 
-/// Samples that were made for a pixel, wherever they count.
+/// The samples made for a pixel, regardless of the pixels that they are added to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Made {
     /// Samples added.
     pub count: u32,
-    /// Samples left out.
+    /// Samples rejected.
     pub rejected: u32,
 }
 
-/// Sums of samples over some rows, as they travel in a batch. At most [`MAX_COUNT`](super::sums::MAX_COUNT) samples a pixel fit, of at
-/// most [`MAX_SUMMED`](super::sums::MAX_SUMMED): a pixel gets less than nine times the samples of one, because a filter's taps have
-/// absolute values whose sum is one.
+/// Sums of samples over some rows, sent in a batch. At most [`MAX_COUNT`](super::sums::MAX_COUNT) samples per pixel
+/// fit, of at most [`MAX_SUMMED`](super::sums::MAX_SUMMED): a pixel gets less than nine times the samples of one,
+/// because the absolute values of a filter's taps sum to one.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Band {
-    /// The first column, counted from the film's; may lie before it.
+    /// The first column, relative to the film's; may be negative.
     x: i64,
-    /// The first row, likewise.
+    /// The first row, relative to the film's; may be negative.
     y: i64,
     width: usize,
     height: usize,
     /// For each pixel, row by row: radiance in multiples of the quantum, weight in multiples of 2^−[`WEIGHT_BITS`].
     sums: Vec<Sums>,
-    /// How the samples of each pixel spread, where that is asked for.
+    /// The extra sums for a variance, if requested.
     spreads: Option<Spreads>,
 }
 
@@ -59,12 +59,12 @@ impl Band {
         Band { x: 0, y: 0, width: 0, height: 0, sums: Vec::new(), spreads: None }
     }
 
-    /// Bytes that its sums take.
+    /// Bytes of its sums.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.sums[..]) + self.spreads.as_ref().map_or(0, |_| self.sums.len() * Spreads::BYTES)
     }
 
-    /// The first column and the first row, counted from the film's.
+    /// The first column and the first row, relative to the film's.
     pub fn corner(&self) -> [i64; 2] {
         [self.x, self.y]
     }
@@ -74,7 +74,7 @@ impl Band {
         self.width
     }
 
-    /// All pixels.
+    /// Number of pixels.
     pub fn pixels(&self) -> usize {
         self.sums.len()
     }
@@ -84,7 +84,7 @@ impl Band {
         &mut self.sums
     }
 
-    /// Columns and rows that lie on a film of so many.
+    /// The part of the band that lies on a film of this size.
     fn on(&self, width: u32, height: u32) -> Option<Rectangle> {
         let clip = |from: i64, len: usize, side: u32| {
             let (first, end) = (from.max(0), (from + len as i64).min(i64::from(side)));
@@ -95,45 +95,45 @@ impl Band {
         Some(Rectangle { x, y, width, height })
     }
 
-    /// Where a square of so many pixels begins among its sums, of which the first is in this column and row of the film;
-    /// none if it is not all in the band.
+    /// The index among the sums of the first pixel of a square whose first column and row on the film are these; `None`
+    /// if the square is not completely in the band.
     #[inline(always)]
     fn square(&self, side: usize, column: i64, row: i64) -> Option<usize> {
-        // What is negative is far beyond the end as an unsigned number.
+        // As an unsigned number a negative one is far beyond the end.
         let [x, y] = [column - self.x, row - self.y].map(|from| from as usize);
         let fits = |from: usize, len: usize| from.saturating_add(side) <= len;
         (fits(x, self.width) & fits(y, self.height)).then_some(y.wrapping_mul(self.width).wrapping_add(x))
     }
 
-    /// The first and the last place on a film of this size that it may add to.
+    /// The first and the last pixel index of a film of this size that the band may add to.
     pub fn places(&self, width: u32, height: u32) -> Option<[u32; 2]> {
         let on = self.on(width, height)?;
         Some([on.y * width + on.x, (on.y + on.height - 1) * width + on.x + on.width - 1])
     }
 }
 
-/// What puts samples on a film.
+/// Adds weighted samples to a film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Splatter {
     weights: Weights,
-    /// Column and row of the film's first pixel, where positions count from elsewhere.
+    /// Column and row of the film's first pixel in the coordinates of sample positions.
     origin: [i64; 2],
-    /// Whether it keeps how samples spread.
+    /// Whether it also computes the extra sums for a variance.
     spreads: bool,
 }
 
 impl Splatter {
-    /// Puts samples on a film whose first pixel is in this column and row of what their positions are on.
+    /// Adds samples to a film whose first pixel has this column and row in the coordinates of sample positions.
     pub fn new(weights: Weights, origin: [u32; 2]) -> Splatter {
         Splatter { weights, origin: origin.map(i64::from), spreads: false }
     }
 
-    /// The same, which also keeps how samples spread, if that is so, for films whose layout says so.
+    /// Sets whether it also computes the extra sums for a variance, which a film's layout must match.
     pub fn with_spreads(self, spreads: bool) -> Splatter {
         Splatter { spreads, ..self }
     }
 
-    /// Column and row of the film's first pixel, where positions count from elsewhere.
+    /// Column and row of the film's first pixel in the coordinates of sample positions.
     pub fn origin(&self) -> [i64; 2] {
         self.origin
     }
@@ -143,27 +143,27 @@ impl Splatter {
         &self.weights
     }
 
-    /// Columns and rows by which a band is larger than what it is filled from.
+    /// Columns and rows by which a band exceeds the pixels it is filled from.
     fn margin(&self) -> u32 {
         2 * self.weights.reach() + self.weights.width() as u32
     }
 
-    /// Whether its bands hold spreads too.
+    /// Whether its bands have the extra sums for a variance.
     pub fn has_spreads(&self) -> bool {
         self.spreads
     }
 
-    /// How many places, from one on, a band may be filled from on a film with so many pixels in a row.
+    /// The number of pixels, from this index on, whose samples may share a band on a film with rows of this length.
     pub fn places_from(&self, place: u32, film_width: u32) -> u32 {
         self.places_in_rows(place, film_width, BAND_ROWS)
     }
 
-    /// The same for a band of any number of rows.
+    /// The same number for a band of any number of rows.
     pub fn most_places_from(&self, place: u32, film_width: u32) -> u32 {
         self.places_in_rows(place, film_width, u32::MAX)
     }
 
-    /// The most pixels of a band on a film of this size.
+    /// The maximum number of pixels of a band on a film of this size.
     pub fn most_pixels(&self, width: u32, height: u32) -> u32 {
         let margin = self.margin();
         let [width, height] = [width, height].map(|side| u64::from(side) + u64::from(margin));
@@ -181,13 +181,13 @@ impl Splatter {
         }
     }
 
-    /// The most pixels of a band.
+    /// The maximum number of pixels of a band.
     fn band_pixels(&self) -> u32 {
         let spread = if self.spreads { Spreads::BYTES } else { 0 };
         (BAND_BYTES / (size_of::<Sums>() + spread)) as u32
     }
 
-    /// An empty band for samples of the pixels at these places.
+    /// An empty band for samples of the pixels with these indices.
     pub fn band(&self, first: u32, last: u32, film_width: u32) -> Band {
         let [top, bottom] = [first, last].map(|place| place / film_width);
         let columns =
@@ -201,9 +201,9 @@ impl Splatter {
         Band { x, y, width, height, sums: vec![[0; 4]; len], spreads }
     }
 
-    /// The first and the last place on a film of this size that a sample may add to, or where it is counted.
+    /// The first and the last pixel index of a film of this size that a sample may be added to, or is counted in.
     pub fn places(&self, sample: &Sample, counted: u32, width: u32, height: u32) -> [u32; 2] {
-        // Positions are rounded: a row more on each side.
+        // Positions are rounded: one more row on each side.
         let first = (f64::from(sample.y) + self.weights.shift()).floor().clamp(-1e9, 1e9) as i64;
         let first = first - self.origin[1] - 1;
         let rows =
@@ -212,8 +212,8 @@ impl Splatter {
         places.fold([counted; 2], |[least, most], place| [least.min(place), most.max(place)])
     }
 
-    /// Adds samples to a band and counts them in the pixels that they were made for. Returns the places in the list of
-    /// those that it has no room for: they are too bright for its words, or count in pixels beyond it.
+    /// Adds samples to a band and counts them in the pixels that they were made for. Returns the indices of the samples
+    /// that do not fit: they are too bright for its words, or reach pixels outside it.
     pub fn add(&self, level: Level, samples: &[Finished], band: &mut Band, made: &mut [Made]) -> Vec<usize> {
         let mut unusual = Vec::new();
         dispatch(level, Add { splatter: self, samples, band, made, unusual: &mut unusual });
@@ -221,7 +221,7 @@ impl Splatter {
     }
 }
 
-/// [`Splatter::add`], compiled for each level's instructions.
+/// The body of [`Splatter::add`], compiled for the instructions of each SIMD level.
 struct Add<'a> {
     splatter: &'a Splatter,
     samples: &'a [Finished],
@@ -265,7 +265,7 @@ impl Add<'_> {
                 f64::from(b) * SCALE,
                 (1_u32 << WEIGHT_BITS) as f64,
             ];
-            // All products are exact. Written as plain arrays, they become whole registers.
+            // All products are exact. Plain arrays let the compiler use whole registers.
             let mut product = [[0.0; 4]; N];
             let mut weights = [0.0; N];
             for k in 0..N {
@@ -285,7 +285,7 @@ impl Add<'_> {
         }
     }
 
-    /// Adds up how those samples spread that fit, if that is asked for.
+    /// Adds the samples that fit to the extra sums for a variance, if requested.
     #[inline(always)]
     fn spread_with<const N: usize>(&mut self) {
         const LOW: f64 = (1_u64 << LOW_BITS) as f64;
@@ -301,8 +301,8 @@ impl Add<'_> {
             let Some(mut first) = square.filter(|_| fits(*radiance)) else { continue };
             let [r, g, b] = radiance.map(|c| f64::from(c) * SCALE);
             let (one, square) = ((1_u32 << WEIGHT_BITS) as f64, spread::scaled_square(*radiance));
-            // All of these are exact, and what a square is multiplied with is, too. Written as plain arrays, they become
-            // whole registers.
+            // All of these are exact, including the factors of the squares. Plain arrays let the compiler use whole
+            // registers.
             let mut product = [[0.0; 4]; N];
             let [mut columns, mut rows] = [[0.0; N]; 2];
             for k in 0..N {
@@ -320,7 +320,7 @@ impl Add<'_> {
                 let (high, low) = (&mut to_high[first..first + N], &mut to_low[first..first + N]);
                 for k in 0..N {
                     let square = square * (columns[k] * down);
-                    // Rounded, and as an integer.
+                    // Rounded to an integer.
                     let part = (square * (1.0 / LOW) + MAGIC) - MAGIC;
                     high[k] += round_small(part);
                     low[k] += round_small(square - part * LOW);
@@ -333,7 +333,7 @@ impl Add<'_> {
 }
 
 impl Film {
-    /// Adds a band's sums to the pixels that are on the film.
+    /// Adds the sums of a band to the pixels that are on the film.
     pub fn add_band(&mut self, band: &Band) {
         debug_assert!(!self.layout().spreads || band.spreads.is_some(), "a band without spreads");
         let Some(on) = band.on(self.width(), self.height()) else { return };
@@ -355,15 +355,15 @@ impl Film {
         }
     }
 
-    /// Counts samples that were made for a pixel.
+    /// Counts samples made for a pixel.
     #[inline]
     pub fn add_made(&mut self, pixel: usize, made: Made) {
         self.pixels[pixel].count += u64::from(made.count);
         self.pixels[pixel].rejected += made.rejected;
     }
 
-    /// Adds one sample, of any radiance, to all pixels in which it counts, or counts it as rejected. `pixel` is the one
-    /// that it was made for.
+    /// Adds one sample of any radiance to all pixels within the filter radius, or counts it as rejected. `pixel` is the
+    /// one that it was made for.
     pub fn splat(&mut self, splatter: &Splatter, pixel: usize, sample: &Sample) -> Result<(), Reject> {
         if let Err(reject) = check(sample.radiance) {
             self.pixels[pixel].rejected += 1;

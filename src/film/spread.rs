@@ -1,24 +1,24 @@
-//! What a film whose samples are weighed keeps of their spread, where its variance is wanted.
+//! The extra sums of a film of weighted samples from which its variance is estimated.
 //!
-//! A pixel is P = Σ w L ⁄ Σ w. To first order in what its sums err by, its variance is Σ w² |L − P|² ⁄ (Σ w)² (Owen,
-//! *Monte Carlo theory, methods and examples*, 9.2, on weights that are normalised by their sum), and
-//! |L − P|² = |L|² − 2 P·L + |P|²: three more sums tell it, of w², w² L and w² |L|². They lie beside the film's other
-//! words, and only where somebody asked for them.
+//! A pixel is P = Σ w L ⁄ Σ w. To first order in the errors of the sums, its variance is Σ w² |L − P|² ⁄ (Σ w)² (Owen,
+//! *Monte Carlo theory, methods and examples*, section 9.2, on self-normalised weights). With
+//! |L − P|² = |L|² − 2 P·L + |P|² three more sums suffice: of w², w² L and w² |L|². They are stored separately from the
+//! film's other words, and only on request.
 //!
-//! w² is the product of two squared taps, each rounded to a multiple of 2⁻¹⁴ like the taps themselves, so that its product
-//! with a radiance is as exact. That it is the same w² in all three sums keeps the variance from falling below zero.
+//! w² is the product of two squared taps, each rounded to a multiple of 2⁻¹⁴ like the taps themselves, so that its
+//! product with a radiance is exact. Because all three sums use the same w², the variance cannot fall below zero.
 
 use super::fixed::{FRACTION_BITS, QUANTUM, TAP_BITS};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Bits behind the binary point of w² |L|²: dark pictures have small squares.
+/// Fractional bits of w² |L|²: dark pictures have small squares.
 pub(super) const SQUARE_BITS: u32 = 48;
 
-/// Bits of those that a band keeps in a word of their own.
+/// Fractional bits of a square in the low word of a band.
 pub(super) const LOW_BITS: u32 = 32;
 
-/// The square of a tap, both in multiples of 2^−[`TAP_BITS`], halves up.
+/// The square of a tap, both in multiples of 2^−[`TAP_BITS`], halves rounded up.
 #[inline(always)]
 pub(super) fn squared(tap: i32) -> i32 {
     (tap * tap + (1 << (TAP_BITS - 1))) >> TAP_BITS
@@ -31,11 +31,11 @@ pub(super) fn scaled_square([r, g, b]: [f32; 3]) -> f64 {
     (r * r + g * g + b * b) * (1_u64 << SQUARE_BITS) as f64
 }
 
-/// One sample alone tells no variance, and neither do several of which one outweighs all others: what is 1 − 1/n of n
-/// equal ones must be more than this, or rounding is all that would be told.
+/// A single sample has no variance estimate, nor do several if one outweighs all others. The value 1 − 1/n for n equal
+/// samples must exceed this, or the estimate would consist of rounding errors.
 const LEAST_FREE: f64 = 1.0 / 1024.0;
 
-/// Sums of one pixel's spread: 64 bytes, in the order of a film file.
+/// The extra sums of one pixel: 64 bytes, in the order of a film file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub(super) struct SpreadPixel {
@@ -43,7 +43,7 @@ pub(super) struct SpreadPixel {
     rgb_low: [u64; 3],
     /// The two lower words of the sum of w² |L|², in multiples of 2^−[`SQUARE_BITS`].
     squares_low: [u64; 2],
-    /// The sum of w², in multiples of 2⁻²⁸: less than nine times 2³² of them at most.
+    /// The sum of w², in multiples of 2⁻²⁸: less than nine times 2³² of them.
     weight: u64,
     /// High 32 bits of the sums of w² L.
     rgb_high: [u32; 3],
@@ -71,7 +71,7 @@ impl SpreadPixel {
         self.squares_high = self.squares_high.wrapping_add(high).wrapping_add(carry.into());
     }
 
-    /// Adds the words of another film's pixel. What wraps around was no sum of samples.
+    /// Adds the words of another film's pixel. Overflow wraps: such words are not sums of samples.
     pub(super) fn merge(&mut self, other: &SpreadPixel) {
         self.add([0, 1, 2].map(|channel| other.radiance_words(channel)), other.weight, 0);
         self.add_squares(other.square_words(), other.squares_high);
@@ -86,13 +86,13 @@ impl SpreadPixel {
         u128::from(high) << 64 | u128::from(low)
     }
 
-    /// The sums as integers, that of squares without what is above 2¹²⁸.
+    /// The sums as integers; the sum of squares modulo 2¹²⁸.
     #[cfg(test)]
     pub(super) fn words(&self) -> ([u128; 3], u64, u128) {
         ([0, 1, 2].map(|channel| self.radiance_words(channel)), self.weight, self.square_words())
     }
 
-    /// The words as a film file has them: in the order of the fields, little-endian.
+    /// The words in the format of a film file: in the order of the fields, little-endian.
     pub(super) fn to_bytes(self) -> [u8; SpreadPixel::BYTES] {
         let mut bytes = [0; SpreadPixel::BYTES];
         let [r, g, b] = self.rgb_low;
@@ -121,8 +121,8 @@ impl SpreadPixel {
         }
     }
 
-    /// The variance of a pixel's radiance, of its channels together, where that is `mean` and its samples have weights
-    /// of this sum. Zero where they are hardly more than one sample's.
+    /// The variance of a pixel's radiance, summed over its channels, given the mean radiance and the sum of weights.
+    /// Zero if a single sample dominates.
     pub(super) fn variance(&self, mean: [f64; 3], weights: f64) -> f64 {
         const SQUARE: f64 = 1.0 / (1_u64 << SQUARE_BITS) as f64;
         let weight = self.weight as f64 * (1.0 / (1_u64 << (2 * TAP_BITS)) as f64);
@@ -131,32 +131,32 @@ impl SpreadPixel {
             (0..3).map(|channel| mean[channel] * (self.radiance_words(channel) as f64 * QUANTUM)).sum();
         let length = mean.iter().map(|c| c * c).sum::<f64>();
         let spread = squares * SQUARE - 2.0 * dot + length * weight;
-        // What n equal weights have for n − 1 ⁄ n: samples lie nearer to their own mean than to the true one.
+        // The factor n − 1 ⁄ n of n equal weights: samples are nearer to their own mean than to the expectation.
         let free = 1.0 - weight / (weights * weights);
         if weights > 0.0 && free > LEAST_FREE { (spread / (weights * weights * free)).max(0.0) } else { 0.0 }
     }
 }
 
-/// A band's sums of how the samples of its pixels spread. Each array lies so that whole registers of it are added to.
+/// The extra sums of a band. The arrays are laid out such that whole registers are added.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Spreads {
     /// w² L and w² of each pixel.
     pub(super) sums: Vec<[i64; 4]>,
-    /// w² |L|² of each pixel, in a high and a low word, both signed: a low one gets half of its 2^[`LOW_BITS`] at most
-    /// of each sample, and more than 2³⁰ of them fit.
+    /// w² |L|² of each pixel, in a high and a low word, both signed: a sample adds at most half of 2^[`LOW_BITS`] to
+    /// the low word, so that more than 2³⁰ samples fit.
     pub(super) squares: [Vec<i64>; 2],
 }
 
 impl Spreads {
-    /// Bytes that they take of each pixel.
+    /// Bytes per pixel.
     pub(super) const BYTES: usize = size_of::<[i64; 4]>() + 2 * size_of::<i64>();
 
-    /// Those of so many pixels, without a sample.
+    /// The sums of this number of pixels without samples.
     pub(super) fn new(len: usize) -> Spreads {
         Spreads { sums: vec![[0; 4]; len], squares: [vec![0; len], vec![0; len]] }
     }
 
-    /// Adds those of some pixels to a film's.
+    /// Adds the sums of some pixels to a film's.
     pub(super) fn add_to(&self, pixels: Range<usize>, film: &mut [SpreadPixel]) {
         let [high, low] = self.squares.each_ref().map(|words| &words[pixels.clone()]);
         for (to, (sums, (&high, &low))) in

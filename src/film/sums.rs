@@ -13,31 +13,31 @@ use super::spread::SpreadPixel;
 use super::{Layout, Picture};
 use serde::{Deserialize, Serialize};
 
-/// The largest radiance that [`PixelSums`] take; brighter samples travel one by one.
+/// The largest radiance that [`PixelSums`] accept; brighter samples are sent singly.
 pub const MAX_SUMMED: f32 = 1024.0;
 
 /// The most samples that may be added to one [`PixelSums`]: each adds less than 2⁵⁴ to its largest word.
 pub const MAX_COUNT: u32 = 512;
 
-/// The square of a radiance that sums carry, r² + g² + b², scaled and rounded half up to an integer: at
-/// most 2⁵⁴ for a radiance that [`fits`], 2⁹⁴ for any that a film takes.
+/// The squared radiance in sums, r² + g² + b², scaled and rounded half up to an integer: at
+/// most 2⁵⁴ for a radiance that [`fits`], 2⁹⁴ for any that a film accepts.
 #[inline(always)]
 fn scaled_square([r, g, b]: [f32; 3]) -> f64 {
     let [r, g, b] = [f64::from(r), f64::from(g), f64::from(b)];
     (r * r + g * g + b * b) * SCALE + 0.5
 }
 
-/// Sums of a few samples of one pixel, as they travel in a batch: 64-bit words, because additions of those
-/// are cheap. At most [`MAX_COUNT`] samples of at most [`MAX_SUMMED`] fit.
+/// Sums of a few samples of one pixel, sent in a batch: 64-bit words, because their additions are cheap. At most
+/// [`MAX_COUNT`] samples of at most [`MAX_SUMMED`] fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PixelSums {
     /// Radiance, in multiples of the quantum.
     pub rgb: [i64; 3],
-    /// Squares, in multiples of 2⁻³².
+    /// Sum of squared radiance, in multiples of 2⁻³².
     pub squares: i64,
     /// Samples added.
     pub count: u32,
-    /// Samples left out.
+    /// Samples rejected.
     pub rejected: u32,
 }
 
@@ -53,17 +53,17 @@ impl PixelSums {
     }
 }
 
-/// Sums of one pixel that the 64-bit words of [`PixelSums`] can't hold, from a worker that adds every sample
-/// that a film takes. The counts travel beside them.
+/// Sums of one pixel that exceed the 64-bit words of [`PixelSums`], from a worker that sums all samples itself. Their
+/// counts are in the [`PixelSums`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WideSums {
     /// Radiance, in multiples of the quantum: less than 2⁹⁵.
     pub rgb: [i128; 3],
-    /// Squares, in multiples of 2⁻³².
+    /// Sum of squared radiance, in multiples of 2⁻³².
     pub squares: u128,
 }
 
-/// Whether a radiance can go into [`PixelSums`].
+/// Whether a radiance fits into [`PixelSums`].
 #[inline(always)]
 pub fn fits([r, g, b]: [f32; 3]) -> bool {
     let fits = |c: f32| (0.0..=MAX_SUMMED).contains(&c);
@@ -76,7 +76,7 @@ pub fn fits([r, g, b]: [f32; 3]) -> bool {
 pub(super) struct FilmPixel {
     /// Low 64 bits of the radiance sums, in two's complement.
     rgb_low: [u64; 3],
-    /// Sum of squares, low and high word. Where samples count by weights, the sum of these, in two's complement.
+    /// Sum of squares, low and high word. If samples have weights, the sum of weights, in two's complement.
     squares: [u64; 2],
     pub(super) count: u64,
     /// High 32 bits of the radiance sums.
@@ -108,7 +108,7 @@ impl FilmPixel {
         self.squares = [low, high.wrapping_add(sign).wrapping_add(u64::from(carry))];
     }
 
-    /// The sums of radiance, and of what else there is, as integers.
+    /// The sums of radiance, and of squares or weights, as integers.
     #[cfg(test)]
     pub(super) fn words(&self) -> ([i128; 3], i128) {
         let [low, high] = self.squares;
@@ -125,7 +125,7 @@ impl FilmPixel {
         self.count.saturating_add(u64::from(self.rejected))
     }
 
-    /// The words as a film file has them: in the order of the fields, little-endian.
+    /// The words in the format of a film file: in the order of the fields, little-endian.
     fn to_bytes(self) -> [u8; 64] {
         let mut bytes = [0; 64];
         let [a, b, c] = self.rgb_low;
@@ -154,7 +154,7 @@ impl FilmPixel {
         }
     }
 
-    /// Adds the words of another film's pixel. What wraps around was no sum of samples.
+    /// Adds the words of another film's pixel. Overflow wraps: such words are not sums of samples.
     fn merge(&mut self, other: &FilmPixel) {
         for channel in 0..3 {
             let sum = self.radiance_words(channel).wrapping_add(other.radiance_words(channel));
@@ -181,16 +181,16 @@ impl FilmPixel {
 #[error(
     "a film of {width}×{height} pixels needs {} of memory, but {}; render a smaller picture (`size`) or a part of it (`crop`)",
     human_bytes(*.needed),
-    match .available { Some(bytes) => format!("only {} is free", human_bytes(*bytes)), None => "it could not be had".to_owned() }
+    match .available { Some(bytes) => format!("only {} is free", human_bytes(*bytes)), None => "it could not be allocated".to_owned() }
 )]
 pub struct MemoryError {
     /// Pixels in a row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Bytes.
+    /// Bytes needed.
     pub needed: u64,
-    /// Bytes, where the system tells.
+    /// Free bytes, if the system reports them.
     pub available: Option<u64>,
 }
 
@@ -202,14 +202,14 @@ fn human_bytes(bytes: u64) -> String {
     }
 }
 
-/// Memory that the system can still give, in bytes, where it tells.
+/// Free memory in bytes, if the system reports it.
 fn available_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
 }
 
-/// So many entries of nothing, if there is memory for them.
+/// A vector of default values; `None` if there is not enough memory.
 fn reserved<T: Clone + Default>(len: usize) -> Option<Vec<T>> {
     let mut entries = Vec::new();
     entries.try_reserve_exact(len).ok()?;
@@ -222,28 +222,28 @@ fn reserved<T: Clone + Default>(len: usize) -> Option<Vec<T>> {
 pub struct Film {
     layout: Layout,
     pub(super) pixels: Vec<FilmPixel>,
-    /// How samples spread, of as many pixels, where the layout says that there is that.
+    /// The extra sums for a variance, one entry per pixel if the layout has them.
     pub(super) spreads: Vec<SpreadPixel>,
-    /// The light image, of as many pixels, where the layout says that there is one.
+    /// The light image, one entry per pixel if the layout has one.
     pub(super) light: Vec<LightPixel>,
-    /// First hits, of as many pixels, where the layout says that there are layers of them.
+    /// Sums of first hits, one entry per pixel if the layout has layers.
     first_hits: LayerSums,
 }
 
 const _: () = assert!(size_of::<FilmPixel>() as u64 == BYTES_PER_PIXEL);
 
 impl Film {
-    /// Bytes that a render of such a film needs: the sums, a picture of them, and who owns each pixel.
+    /// Bytes that a render of such a film needs: the sums, a picture of them, and the owner of each pixel.
     pub fn memory(layout: &Layout) -> u64 {
         layout.len() * (layout.pixel_bytes() + 12 + 4)
     }
 
-    /// An empty film whose samples all count the same.
+    /// An empty film of unweighted samples.
     pub fn new(width: u32, height: u32) -> Result<Film, MemoryError> {
         Film::with_layout(Layout::plain(width, height))
     }
 
-    /// An empty film; an error where the memory for it and its pictures is not there.
+    /// An empty film; fails if there is not enough memory for it and its pictures.
     pub fn with_layout(layout: Layout) -> Result<Film, MemoryError> {
         let Layout { width, height, .. } = layout;
         let needed = Film::memory(&layout);
@@ -271,7 +271,7 @@ impl Film {
         self.layout.height
     }
 
-    /// What its words are.
+    /// The size of the film, and the kinds of its sums.
     pub fn layout(&self) -> Layout {
         self.layout
     }
@@ -288,7 +288,7 @@ impl Film {
         to.rejected += sums.rejected;
     }
 
-    /// Adds sums that need more than 64 bits to a pixel.
+    /// Adds sums of more than 64 bits to a pixel.
     pub fn add_wide(&mut self, pixel: usize, sums: &WideSums) {
         let to = &mut self.pixels[pixel];
         for (channel, value) in sums.rgb.into_iter().enumerate() {
@@ -306,7 +306,7 @@ impl Film {
             return Err(reject);
         }
         for (channel, c) in radiance.into_iter().enumerate() {
-            // At most 2⁶², and above 2⁵¹ an integer already.
+            // At most 2⁶², and above 2⁵¹ already an integer.
             let scaled = f64::from(c) * SCALE;
             let rounded = if scaled < 1e15 { round_small(scaled) } else { scaled as i64 };
             to.add_radiance(channel, rounded);
@@ -321,7 +321,7 @@ impl Film {
         &self.first_hits
     }
 
-    /// Adds the first hits of one of some other pixels to those of a pixel; both have sums of the same layers.
+    /// Adds the first hits of pixel `other` of `sums` to those of a pixel; both have sums of the same layers.
     pub fn add_first_hits(&mut self, pixel: usize, sums: &LayerSums, other: usize) {
         self.first_hits.merge(pixel, sums, other);
     }
@@ -331,18 +331,18 @@ impl Film {
         self.pixels[pixel].count
     }
 
-    /// Samples that were made for a pixel, those left out included.
+    /// Samples made for a pixel, rejected ones included.
     pub fn seen(&self, pixel: usize) -> u64 {
         self.pixels[pixel].seen()
     }
 
-    /// The fewest and the most samples that were made for a pixel.
+    /// The minimum and the maximum number of samples made for a pixel.
     pub fn seen_range(&self) -> [u64; 2] {
         let seen = self.pixels.iter().map(FilmPixel::seen);
         seen.fold([u64::MAX, 0], |[least, most], seen| [least.min(seen), most.max(seen)])
     }
 
-    /// The words of some pixels as a film file has them: [`Layout::pixel_bytes`] each.
+    /// The words of some pixels in the format of a film file: [`Layout::pixel_bytes`] each.
     pub fn bytes(&self, pixels: std::ops::Range<usize>) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(pixels.len() * self.layout.pixel_bytes() as usize);
         for pixel in pixels {
@@ -356,9 +356,9 @@ impl Film {
         bytes
     }
 
-    /// Adds the words of another film's pixels, from the pixel `first` on, as a film file has them. The other has all
-    /// that this one has. Calls `check` for each pixel with the samples that were made for it, and, where
-    /// there are layers, with a bit for each whose first hit was traced, and for each that met a surface.
+    /// Adds the words of another film's pixels in the format of a film file, from the pixel `first` on. The other film
+    /// has all sums of this one. Calls `check` for each pixel with the number of samples made for it and, if there are
+    /// layers, with bit masks of the samples whose first hit was traced and of those that met a surface.
     pub(super) fn add_bytes(
         &mut self,
         first: usize,
@@ -384,19 +384,19 @@ impl Film {
         }
     }
 
-    /// Samples and contributions left out, over all pixels.
+    /// Rejected samples and contributions, over all pixels.
     pub fn rejected(&self) -> u64 {
         let [contributions, _] = self.lost_contributions();
         self.pixels.iter().map(|p| u64::from(p.rejected)).sum::<u64>().saturating_add(contributions)
     }
 
-    /// Whether [`Film::variance`] tells anything. Of a light image nothing is known.
+    /// Whether [`Film::variance`] is an estimate. The variance of a light image is unknown.
     pub fn has_variance(&self) -> bool {
         !self.layout.lacks_variance()
     }
 
-    /// Mean radiance of the samples of a pixel, without the light image; black without samples, and where weights have no
-    /// sum above zero.
+    /// Mean radiance of the samples of a pixel, without the light image; black without samples, and if the sum of
+    /// weights is not positive.
     pub fn mean(&self, pixel: usize) -> [f32; 3] {
         self.mean_of_samples(pixel).map(|c| c as f32)
     }
@@ -407,9 +407,9 @@ impl Film {
         [0, 1, 2].map(|channel| if by > 0.0 { from.radiance_sum(channel) / by } else { 0.0 })
     }
 
-    /// The variance of a pixel's mean radiance, of its channels together, by the spread of its samples: what it
-    /// is if they are independent, more than it is if they are spread evenly. Zero with fewer than two, and where samples
-    /// count by weights and the film has not what it takes then.
+    /// The estimated variance of a pixel's mean radiance, summed over its channels: correct for independent samples,
+    /// too large for low-discrepancy ones. Zero with fewer than two samples, and for weighted samples without the extra
+    /// sums for a variance.
     pub fn variance(&self, pixel: usize) -> f64 {
         let from = &self.pixels[pixel];
         if self.layout.weighted {
@@ -427,7 +427,7 @@ impl Film {
         (spread / (count - 1.0)).max(0.0)
     }
 
-    /// The picture so far, of the part of the film that is shown.
+    /// The picture so far, of the shown part of the film.
     pub fn picture(&self) -> Picture {
         let shown = self.layout.shown;
         let rgb = match self.light_unit() {

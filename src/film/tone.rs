@@ -1,41 +1,41 @@
 //! Tone mapping: scene-linear radiance to the 8-bit codes of PNG files and screens.
 //!
-//! Exposure is a gain of 2^stops; then comes a [`Tone`] curve, and what is brighter than white is white. A code
-//! is the nearest of 256, halves upwards. The thresholds between the codes are found by the inverse function
-//! once per [`ToneMap`], in `f64` and with `libm`'s power: no pixel takes a power, and every machine draws the
+//! Exposure is a gain of 2^stops, then a [`Tone`] curve is applied, and values above white are clamped. A code
+//! is the nearest of 256, halves rounded up. The thresholds between the codes are computed by the inverse function
+//! once per [`ToneMap`], in `f64` and with `libm`'s power: no pixel needs a power, and all machines produce the
 //! same picture.
 
 pub use crate::math::colour::{linear_to_srgb, srgb_to_linear};
 use crate::scene::{FilmSettings, Tone};
 
-/// How radiance is shown.
+/// The conversion of radiance to display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ViewTransform {
-    /// Stops that it is brightened by first.
+    /// Exposure in stops, applied first.
     pub exposure: f64,
-    /// The curve.
+    /// The tone curve.
     pub tone: Tone,
 }
 
 impl ViewTransform {
-    /// As a film is to be shown.
+    /// The view transform of a film's settings.
     pub fn of(film: &FilmSettings) -> ViewTransform {
         ViewTransform { exposure: film.exposure, tone: film.tone }
     }
 
-    /// The same for a picture file, whose readers take its codes to be sRGB.
+    /// The view transform for a picture file: with an sRGB curve in place of a raw one, because readers assume sRGB.
     pub fn of_file(self) -> ViewTransform {
         let tone = if self.tone == Tone::Linear { Tone::Srgb } else { self.tone };
         ViewTransform { tone, ..self }
     }
 
-    /// sRGB, so many stops brighter.
+    /// sRGB with this exposure in stops.
     pub fn exposed(exposure: f64) -> ViewTransform {
         ViewTransform { exposure, tone: Tone::Srgb }
     }
 }
 
-/// The linear value that a curve shows as a code, in [0, 1).
+/// The linear value that a curve maps to a code, in [0, 1).
 fn inverse(tone: Tone, code: f64) -> f64 {
     match tone {
         Tone::Srgb => srgb_to_linear(code),
@@ -54,24 +54,24 @@ pub fn aces(x: f64) -> f64 {
     (over / under).min(1.0)
 }
 
-/// The linear value that the ACES film curve shows as `shown`, in [0, 1).
+/// The linear value that the ACES film curve maps to `shown`, in [0, 1).
 pub fn aces_inverse(shown: f64) -> f64 {
     let [a, b, c] = [0, 1, 2].map(|power| ACES[0][power] - shown * ACES[1][power]);
     (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a)
 }
 
-/// Below this every code is 0: the lowest first threshold, sRGB's, is about 2⁻¹²·⁷.
+/// Below this every code is 0: the lowest first threshold, that of sRGB, is about 2⁻¹²·⁷.
 const DARKEST: f32 = 1.0 / 8192.0;
-/// Bits dropped from a float to get its bucket: of 128 to the octave, hardly one holds more than one threshold.
+/// Bits dropped from a float to get its bucket: with 128 buckets per octave, hardly one holds more than one threshold.
 const BUCKET_SHIFT: u32 = 16;
 
-/// Radiance to 8-bit codes by one view transform.
+/// The conversion of radiance to 8-bit codes by one view transform.
 #[derive(Clone, Debug)]
 pub struct ToneMap {
     gain: f32,
-    /// `thresholds[c]` is the smallest value with code c; one more that nothing reaches ends the list.
+    /// `thresholds[c]` is the smallest value with code c; the last entry is unreachable.
     thresholds: Vec<f32>,
-    /// The code of each bucket's lower edge, from `DARKEST` to what is white.
+    /// The code of each bucket's lower edge, from `DARKEST` to white.
     codes: Vec<u8>,
 }
 
@@ -98,7 +98,7 @@ impl ToneMap {
         Self { gain: libm::exp2(view.exposure) as f32, thresholds, codes }
     }
 
-    /// The codes of a radiance.
+    /// The 8-bit codes of a radiance.
     pub fn encode(&self, rgb: [f32; 3]) -> [u8; 3] {
         rgb.map(|linear| self.channel(linear * self.gain))
     }
@@ -107,7 +107,7 @@ impl ToneMap {
         if value >= self.thresholds[255] {
             return 255;
         }
-        // Written so that NaN (no radiance times an endless gain) is black as well.
+        // Written such that NaN (zero radiance times an infinite gain) is also black.
         if !matches!(value.partial_cmp(&DARKEST), Some(std::cmp::Ordering::Greater)) {
             return 0;
         }
@@ -130,7 +130,7 @@ fn at_least(value: f64) -> f32 {
 mod tests {
     use super::*;
 
-    /// The definition, word for word.
+    /// The definition, implemented directly.
     fn by_definition(curve: Tone, value: f32) -> u8 {
         let value = f64::from(value);
         let shown = match curve {
@@ -154,7 +154,7 @@ mod tests {
             for value in counted.chain(spread) {
                 assert_eq!(tone.channel(value), by_definition(curve, value), "{curve:?} at {value}");
             }
-            // Negative control: no two curves are the same.
+            // Negative control: all curves differ.
             for other in Tone::ALL.into_iter().filter(|&other| other != curve) {
                 assert_ne!(tone.channel(0.3), by_definition(other, 0.3), "{curve:?} and {other:?}");
             }
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn decoding_a_code_and_encoding_it_gives_the_code() {
+    fn encoding_a_decoded_code_restores_it() {
         let tone = ToneMap::new(ViewTransform::exposed(0.0));
         for code in 0..=255u8 {
             assert_eq!(tone.channel(srgb_to_linear(f64::from(code) / 255.0) as f32), code);
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_doubles_the_light() {
+    fn one_stop_doubles_the_radiance() {
         let (plain, brighter, darker) = (
             ToneMap::new(ViewTransform::exposed(0.0)),
             ToneMap::new(ViewTransform::exposed(1.0)),
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn an_endless_gain_leaves_black_black() {
+    fn an_infinite_gain_keeps_black() {
         assert_eq!(ToneMap::new(ViewTransform::exposed(2000.0)).encode([0.0, 1e-30, 1.0]), [0, 255, 255]);
     }
 }

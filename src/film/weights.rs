@@ -1,30 +1,30 @@
-//! The weights that samples have in the pixels around them.
+//! The filter weights of samples in the pixels around them.
 //!
-//! A filter is the product of two equal ones along the axes. Along an axis, a sample between pixel centres has as
-//! many *taps* as the filter is wide, one for each pixel that it may count in. Where it lies between the pixels is
-//! rounded to 2⁻¹⁶ of one; its taps are looked up at 2⁻⁸ of a pixel, interpolated in between, and rounded to
-//! multiples of 2⁻¹⁴. All of that is integer arithmetic: the same on every processor, and on a GPU.
+//! A filter is the product of two equal one-dimensional ones. Along an axis, a sample between pixel centres has as many
+//! *taps* as the filter is wide, one for each pixel that it may contribute to. The offset between the pixels is rounded
+//! to a multiple of 2⁻¹⁶. Taps are looked up at multiples of 2⁻⁸ of a pixel, interpolated, and rounded to multiples of
+//! 2⁻¹⁴. All of this is integer arithmetic: the same on every processor, and on a GPU.
 //!
-//! The taps of a position have absolute values whose sum is one at most, so that a pixel's sums stay within the
-//! bounds of a film whose samples all count once. That 14 bits twice and the 24 of a float are no more than the 53
-//! of a double makes the product of a radiance and two taps exact.
+//! The absolute values of the taps of a position sum to at most one, so that a pixel's sums stay within the bounds of a
+//! film of unweighted samples. Twice 14 bits and the 24 of a float do not exceed the 53 of a double, which makes the
+//! product of a radiance and two taps exact.
 
 use super::filter::profile;
 use super::fixed::{TAP_BITS, round_small};
 use crate::scene::{FilmMode, FilmSettings, Filter};
 
-/// Bits of a position between two pixels.
+/// Bits of an offset between two pixels.
 pub const POSITION_BITS: u32 = 16;
-/// Bits of them that look up a row of the table; the others interpolate to the next.
+/// The bits of it that select a row of the table; the others interpolate to the next row.
 pub const CELL_BITS: u32 = 8;
-/// Rows of the table: one for each cell, and the end of the last.
+/// Rows of the table: one per cell, and the end of the last.
 pub const ROWS: usize = (1 << CELL_BITS) + 1;
-/// Bits behind the binary point of the table's taps.
+/// Fractional bits of the table's taps.
 pub const TABLE_BITS: u32 = TAP_BITS + CELL_BITS;
 
-/// Widths that there are programs for; others are filled up with taps of zero.
+/// Numbers of taps with specialised code; other filters are padded with zero taps.
 const WIDTHS: [usize; 10] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32];
-/// The most taps along an axis.
+/// The maximum number of taps along an axis.
 pub const MOST_TAPS: usize = WIDTHS[WIDTHS.len() - 1];
 
 /// A filter's weights, as a table.
@@ -32,22 +32,23 @@ pub const MOST_TAPS: usize = WIDTHS[WIDTHS.len() - 1];
 pub struct Weights {
     /// Taps along an axis.
     width: usize,
-    /// Added to a position, it gives the first tap's pixel and where the position lies between the taps.
+    /// Added to a position in pixels; the integer part is then the first tap's pixel, and the fraction the offset from
+    /// it.
     shift: f64,
-    /// Pixels on each side of a sample's own that it may count in.
+    /// Pixels on each side of a sample's own that it may contribute to.
     reach: u32,
-    /// [`ROWS`] times the taps, in multiples of 2^−[`TABLE_BITS`].
+    /// [`ROWS`] rows of taps, in multiples of 2^−[`TABLE_BITS`].
     table: Vec<i32>,
 }
 
 impl Weights {
-    /// The weights of a film whose samples are weighted; none for one whose samples all count the same.
+    /// The weights of a film of weighted samples; `None` for a film of unweighted ones.
     pub fn of(film: &FilmSettings) -> Option<Weights> {
         (film.mode() == FilmMode::Continuous).then(|| Weights::new(film.filter))
     }
 
-    /// The weights of contributions to any pixel. They cannot be sent to pixel centres alone: without a filter each
-    /// counts in the pixel that it lands in.
+    /// The weights of contributions to any pixel. A contribution's position is not limited to pixel centres: without a
+    /// filter it is added to the pixel that contains it.
     pub fn of_contributions(film: &FilmSettings) -> Weights {
         Weights::new(match film.filter {
             Filter::None => Filter::Box { radius: 0.5 },
@@ -55,12 +56,12 @@ impl Weights {
         })
     }
 
-    /// The weights of a filter of a radius between ½ and 16.
+    /// The weights of a filter of radius ½ to 16.
     pub fn new(filter: Filter) -> Weights {
         let radius = filter.radius();
         let taps = ((2.0 * radius).ceil() as usize).clamp(1, MOST_TAPS);
         let width = WIDTHS.into_iter().find(|&width| width >= taps).unwrap_or(MOST_TAPS);
-        // Tap k of a position that lies f between the taps is this far from the position.
+        // The distance of tap k from a position at the offset f.
         let distance = |k: usize, f: f64| k as f64 + 1.0 - radius - f;
         let row = |i: usize| {
             let f = i as f64 / (ROWS - 1) as f64;
@@ -69,19 +70,19 @@ impl Weights {
         let largest = (0..ROWS).map(|i| row(i).map(f64::abs).sum()).fold(0.0, f64::max);
         let scale = f64::from(1_u32 << TABLE_BITS) / largest;
         let table = (0..ROWS).flat_map(row).map(|weight| (weight * scale).round() as i32).collect();
-        // A sample of a pixel may lie on its far border, by rounding.
+        // Rounding may put a sample of a pixel on its far border.
         let before = (radius - 0.5).ceil();
         let after = (1.5 - radius).floor() + taps as f64 - 1.0;
         Weights { width, shift: 0.5 - radius, reach: before.max(after) as u32, table }
     }
 
-    /// Taps along an axis, those that are always zero included.
+    /// Taps along an axis, including those that are always zero.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// The integral along an axis, in pixels, in multiples of 2⁻³¹: the mean over all positions of the sum of their taps,
-    /// as they are rounded.
+    /// The integral along an axis, in pixels, in multiples of 2⁻³¹: the mean over all positions of the sum of their
+    /// rounded taps.
     pub fn integral(&self) -> u32 {
         const { assert!(TAP_BITS + POSITION_BITS + 1 == 31) };
         let positions = (0..1_u32 << POSITION_BITS).map(|i| i as f32 / (1_u32 << POSITION_BITS) as f32);
@@ -92,30 +93,31 @@ impl Weights {
         (2 * sum).clamp(0, u32::MAX.into()) as u32
     }
 
-    /// Pixels on each side of a sample's own that it may count in.
+    /// Pixels on each side of a sample's own that it may contribute to.
     pub fn reach(&self) -> u32 {
         self.reach
     }
 
-    /// Added to a position, in pixels, it gives the first tap's pixel and where the position lies between the taps.
+    /// Added to a position in pixels; the integer part is then the first tap's pixel, and the fraction the offset from
+    /// it.
     pub fn shift(&self) -> f64 {
         self.shift
     }
 
-    /// The table: [`ROWS`] of as many taps as there are along an axis, in multiples of 2^−[`TABLE_BITS`].
+    /// The table: [`ROWS`] rows of [`Weights::width`] taps, in multiples of 2^−[`TABLE_BITS`].
     pub fn table(&self) -> &[i32] {
         &self.table
     }
 
-    /// The same as rows, for a program of this width.
+    /// The table as rows of the type that code for this width needs.
     #[inline(always)]
     pub(super) fn rows<const N: usize>(&self) -> &[[i32; N]; ROWS] {
         let (rows, _) = self.table.as_chunks::<N>();
-        rows.try_into().unwrap_or_else(|_| unreachable!("a program of another width"))
+        rows.try_into().unwrap_or_else(|_| unreachable!("code for another width"))
     }
 }
 
-/// The pixel of a position's first tap and its taps, as multiples of 2^−[`TAP_BITS`].
+/// The pixel of a position's first tap, and its taps in multiples of 2^−[`TAP_BITS`].
 #[inline(always)]
 pub(super) fn taps<const N: usize>(rows: &[[i32; N]; ROWS], shift: f64, at: f32) -> (i64, [i32; N]) {
     const FRACTION: i64 = (1 << POSITION_BITS) - 1;
@@ -126,14 +128,14 @@ pub(super) fn taps<const N: usize>(rows: &[[i32; N]; ROWS], shift: f64, at: f32)
     let (from, to) = (&rows[cell], &rows[cell + 1]);
     let mut taps = [0; N];
     for k in 0..N {
-        // Of absolute values whose sum is 2³⁰.
+        // The absolute values sum to 2³⁰.
         let mixed = from[k] * ((1 << WITHIN) - part) + to[k] * part;
         taps[k] = (mixed + (1 << (TABLE_BITS + WITHIN - TAP_BITS - 1))) >> (TABLE_BITS + WITHIN - TAP_BITS);
     }
     (position >> POSITION_BITS, taps)
 }
 
-/// The program for a table's width: `run!(width, N => expression)` with `N` known to the compiler.
+/// Code specialised for a table's width: `with_width!(width, N => expression)` with `N` a constant.
 macro_rules! with_width {
     ($width:expr, $n:ident => $body:expr) => {
         match $width {
@@ -187,7 +189,7 @@ mod tests {
     use super::*;
     use crate::film::filter::tests::WIDE;
 
-    /// The taps of a position by their definition, as (pixel, weight), up to one factor.
+    /// The taps of a position by definition, as (pixel, weight), up to one factor.
     fn exact(filter: Filter, at: f64) -> Vec<(i64, f64)> {
         let near = |pixel: i64| (pixel, profile(filter, pixel as f64 + 0.5 - at));
         let radius = filter.radius();
@@ -215,7 +217,7 @@ mod tests {
         ];
         for filter in WIDE.into_iter().chain(other) {
             let weights = Weights::new(filter);
-            // Not at a box's ends, where both sides count.
+            // Except at the ends of a box, where both sides count.
             let largest = (0..4096)
                 .map(|i| {
                     exact(filter, (f64::from(i) + 0.5) / 4096.0).iter().map(|(_, w)| w.abs()).sum::<f64>()
@@ -223,7 +225,7 @@ mod tests {
                 .fold(0.0, f64::max);
             let (mut worst, mut lowest) = (0.0_f64, 0);
             for i in 0..5000 {
-                // Not at the ends of a box, where half a unit of position decides.
+                // Except at the ends of a box, where half a unit of position decides.
                 let at = 7.0 + (i as f32 + 0.37) / 5000.0;
                 let taps = table_taps(&weights, at);
                 let sum: i32 = taps.iter().map(|(_, tap)| tap.abs()).sum();
@@ -238,7 +240,7 @@ mod tests {
                     lowest = lowest.min(tap);
                 }
             }
-            // Half a unit by rounding, the rest by interpolation.
+            // Half a unit from rounding, the rest from interpolation.
             assert!(worst < 0.9, "{filter}: off by {worst} units");
             assert_eq!(lowest < 0, filter.has_negative_lobes());
         }

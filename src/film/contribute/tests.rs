@@ -45,10 +45,10 @@ fn the_picture_of_one_contribution_is_the_filter_with_an_integral_of_one() {
             for (place, rgb) in (0..PIXELS).zip(rgb) {
                 let off = |centre: u32, at: f32| f64::from(centre) + 0.5 - f64::from(at);
                 let [x, y] = [off(place % WIDTH, at[0]), off(place / WIDTH, at[1])];
-                // As many samples as pixels: what one contributes is what the pixels get in all.
+                // There are as many samples as pixels, so that the sum over the picture is the contribution.
                 let expected = profile(filter, x) * profile(filter, y) / square;
                 let error = (f64::from(rgb[0]) - expected).abs();
-                // Two taps off by a unit of 2⁻¹⁴ each, and the integral as much.
+                // Two taps with an error of 2⁻¹⁴ each, and the same error of the integral.
                 let most = 4.0 / f64::from(1 << TAP_BITS) * (profile(filter, 0.0).powi(2) / square).max(1.0);
                 assert!(error < most, "{filter} at {x}, {y}: {} is not {expected}", rgb[0]);
                 assert!(rgb[2] == 0.0 && rgb[1] == rgb[0] / 2.0);
@@ -57,7 +57,7 @@ fn the_picture_of_one_contribution_is_the_filter_with_an_integral_of_one() {
     }
 }
 
-/// As many contributions, all of the same radiance, as there are points on an even grid over the film and around it.
+/// Adds contributions of equal radiance on a regular grid over the film and its surroundings. Returns their number.
 fn flat(film: &mut Film, splatter: &Splatter, radiance: [f32; 3]) -> u32 {
     const GRID: u32 = 16;
     const AROUND: u32 = 4;
@@ -71,7 +71,7 @@ fn flat(film: &mut Film, splatter: &Splatter, radiance: [f32; 3]) -> u32 {
 }
 
 #[test]
-fn an_even_light_is_flat_and_as_bright_as_its_contributions_say() {
+fn uniform_contributions_make_a_uniform_picture_of_the_expected_radiance() {
     for filter in WIDE {
         let splatter = splatter(filter);
         let mut film = film(&splatter);
@@ -93,7 +93,7 @@ fn an_even_light_is_flat_and_as_bright_as_its_contributions_say() {
 }
 
 #[test]
-fn words_do_not_depend_on_the_order_and_films_add_up() {
+fn sums_do_not_depend_on_the_order_and_films_add_up() {
     for (seed, filter) in (0..).zip(WIDE) {
         let (splatter, stream) = (splatter(filter), &mut Stream::new(seed, 4, 0));
         let mut any = || {
@@ -113,7 +113,7 @@ fn words_do_not_depend_on_the_order_and_films_add_up() {
         let rest = of(&mut all[200..].iter());
         sum.light.iter_mut().zip(&rest.light).for_each(|(sum, rest)| sum.merge(rest));
         assert!(sum == whole);
-        // Negative controls: one less, and a hair elsewhere.
+        // Negative controls: one contribution fewer, and a slightly different position.
         assert!(of(&mut all[1..].iter()) != whole);
         let mut bright = all.clone();
         let is_inside =
@@ -128,7 +128,7 @@ fn words_do_not_depend_on_the_order_and_films_add_up() {
 }
 
 #[test]
-fn contributions_that_no_film_takes_or_that_reach_no_pixel_are_counted() {
+fn rejected_contributions_and_those_that_reach_no_pixel_are_counted() {
     let splatter = splatter(Filter::Tent { radius: 1.0 });
     let mut film = film(&splatter);
     let mut add = |at, radiance| film.contribute(&splatter, 7, &contribution(at, radiance));
@@ -142,7 +142,7 @@ fn contributions_that_no_film_takes_or_that_reach_no_pixel_are_counted() {
         assert_eq!(add([beyond, 3.0], fine), Ok(()));
         assert_eq!(add([3.0, beyond], fine), Ok(()));
     }
-    // Beyond the border, but within reach of a pixel.
+    // Outside the film, but within the filter radius of a pixel.
     assert_eq!(add([-0.4, 14.4], fine), Ok(()));
     assert_eq!((film.lost_contributions(), film.rejected()), ([5, 14], 5));
     assert_eq!((film.light[7].rejected, film.light[7].outside), (5, 14));
@@ -151,7 +151,7 @@ fn contributions_that_no_film_takes_or_that_reach_no_pixel_are_counted() {
 }
 
 #[test]
-fn the_faintest_and_the_brightest_contributions_survive_as_many_as_a_film_gets() {
+fn the_faintest_and_the_brightest_contributions_neither_vanish_nor_overflow() {
     for radiance in [(-36.0_f32).exp2(), MAX_RADIANCE] {
         let splatter = splatter(Filter::Mitchell { radius: 2.0, b: 1.0 / 3.0, c: 1.0 / 3.0 });
         let mut film = film(&splatter);

@@ -13,7 +13,7 @@ fn head(width: u32, height: u32) -> Head {
     Head { layout: Layout::plain(width, height), identity, notes }
 }
 
-/// A film whose pixels have between `least` and `most` samples, bright ones and ones left out among them.
+/// A film whose pixels have between `least` and `most` samples, bright and rejected ones among them.
 fn film(width: u32, height: u32, least: u32, most: u32) -> Film {
     let mut film = Film::new(width, height).unwrap();
     for pixel in 0..(width * height) as usize {
@@ -43,7 +43,7 @@ fn read(bytes: &[u8]) -> Result<(Head, Holding, Film), FilmFileError> {
 }
 
 #[test]
-fn what_is_written_is_read_back() {
+fn a_film_is_read_back() {
     for (width, height, least, most) in [(1, 1, 0, 0), (3, 2, 4, 4), (7, 5, 2, 9), (300, 200, 1, 3)] {
         let (head, film) = (head(width, height), film(width, height, least, most));
         let (read_head, holding, read_film) = read(&file(&head, &film)).unwrap();
@@ -71,7 +71,7 @@ fn weighted_films_and_what_is_shown_of_them_are_read_back() {
     let picture = film.picture();
     assert_eq!([picture.width, picture.height, picture.rgb.len() as u32], [2, 2, 4]);
     assert_eq!(picture.rgb[3], film.mean(6));
-    // The same words mean another picture where samples have no weights, and none that does not lie on the film.
+    // The same sums mean another picture if samples have no weights, and none if the part lies outside the film.
     let mut other = Film::new(4, 3).unwrap();
     assert!(matches!(
         FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut other),
@@ -85,7 +85,7 @@ fn weighted_films_and_what_is_shown_of_them_are_read_back() {
 }
 
 #[test]
-fn films_with_a_variance_are_read_back_and_can_be_added_to_those_without() {
+fn films_with_a_variance_are_read_back_and_can_be_added_to_films_without() {
     let layout = Layout { weighted: true, spreads: true, ..Layout::plain(4, 3) };
     let of = |seed: u32| {
         let mut film = Film::with_layout(layout).unwrap();
@@ -111,7 +111,7 @@ fn films_with_a_variance_are_read_back_and_can_be_added_to_those_without() {
     let mut expected = one.clone();
     FilmReader::open(Cursor::new(&file(&head, &other))).unwrap().add_to(&mut expected).unwrap();
     assert!(both == expected && both != one && both.variance(5) > 0.0);
-    // To a film that has no room for them goes the rest; to one that has, nothing without them.
+    // A film without sums for a variance takes the rest; a film with them rejects a file without.
     let mut plain = Film::with_layout(layout.without_spreads()).unwrap();
     FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut plain).unwrap();
     assert!(plain.picture() == one.picture() && plain.variance(5) == 0.0);
@@ -139,7 +139,7 @@ fn the_layout_is_the_documented_one() {
     let file = file(&head, &film);
     let text = "scene: 5eed\nseed: 7\n\nexposure: 1.5\nasked: 10..20\n";
     let mut expected = b"\x89FILM\r\n\x1a".to_vec();
-    // The version, bytes of text, the size, no weights, the part that is shown, and no light image.
+    // The version, bytes of text, the size, no weights, the shown part, and no light image.
     for word in [4, text.len() as u32, 2, 1, 0, 0, 0, 2, 1, 0, 0] {
         expected.extend(word.to_le_bytes());
     }
@@ -150,7 +150,7 @@ fn the_layout_is_the_documented_one() {
         expected.extend(word.to_le_bytes());
     }
     expected.extend([0; 12]);
-    // Samples left out; then no whole range, the open one, and no milestone.
+    // Rejected samples; then no whole range, the open one, and no milestone.
     for word in [1_u32, 0, 10, 20, 0] {
         expected.extend(word.to_le_bytes());
     }
@@ -180,7 +180,7 @@ fn light_images_are_read_back_in_the_documented_layout_and_added_up() {
     assert_eq!((bytes[8], bytes[24], &bytes[44..52]), (4, 4, &[20, 0, 0, 0, 0, 0, 0, 128][..]));
     let (read_head, _, read_film) = read(&bytes).unwrap();
     assert!(read_head == head && read_film == one);
-    // Behind the words of each pixel: three sums, then contributions left out and those that reach no pixel.
+    // After the words of each pixel: three sums, then rejected contributions and those that reach no pixel.
     let first = START_BYTES as usize + head.text().len();
     let light = |pixel: usize| &bytes[first + 128 * pixel + 64..][..64];
     assert_eq!(light(0), [[0; 48].as_slice(), &[1, 0, 0, 0, 0, 0, 0, 0], &[1, 0, 0, 0, 0, 0, 0, 0]].concat());
@@ -191,12 +191,12 @@ fn light_images_are_read_back_in_the_documented_layout_and_added_up() {
     let mut expected = one.clone();
     FilmReader::open(Cursor::new(&file(&head, &other))).unwrap().add_to(&mut expected).unwrap();
     assert!(both == expected && both.lost_contributions() == [2, 2] && both.rejected() == 2);
-    // Four samples of a film of twenty pixels: nine times five.
+    // Four samples of a film of twenty pixels: a factor of nine times five.
     assert_eq!((both.picture().rgb[1], both.picture().rgb[0]), ([46.0, 3.5, 1.0], [1.0; 3]));
     let mut plain = Film::new(2, 1).unwrap();
     let added = FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut plain);
     assert!(matches!(added, Err(FilmFileError::Contradiction(_))));
-    // Fewer pixels than the film has, an integral of zero, and no light image with what makes radiance of one.
+    // Fewer pixels than the film has, an integral of zero, and no light image despite a light scale.
     for (at, bad) in [(44, 1), (51, 0), (24, 0)] {
         let mut bytes = bytes.clone();
         bytes[at] = bad;
@@ -224,7 +224,7 @@ fn any_flipped_bit_is_refused() {
 }
 
 #[test]
-fn milestones_are_read_back_and_their_bits_are_sealed() {
+fn milestones_are_read_back_and_covered_by_the_digest() {
     let (head, film) = (head(3, 2), film(3, 2, 9, 12));
     for error in [None, Some(0.125)] {
         let picture = Arc::new(Picture { rgb: vec![[1.0, -0.0, 1e-30]; 6], ..film.picture() });
@@ -241,7 +241,7 @@ fn milestones_are_read_back_and_their_bits_are_sealed() {
             bad[bit / 8] ^= 1 << (bit % 8);
         }
         assert!(read(&good[..good.len() - 12]).is_err());
-        // A picture of another size is not one of this film.
+        // A picture of another size does not belong to this film.
         let strange = Milestone {
             picture: Arc::new(Picture { width: 1, height: 1, rgb: vec![[0.0; 3]] }),
             ..milestone
@@ -251,7 +251,7 @@ fn milestones_are_read_back_and_their_bits_are_sealed() {
 }
 
 #[test]
-fn plans_are_read_back_and_their_bits_are_sealed() {
+fn plans_are_read_back_and_covered_by_the_digest() {
     let film = film(3, 2, 9, 12);
     let plain = head(3, 2);
     let planned = Head { identity: plain.identity.clone().with("adaptive", "noise 0.01"), ..plain.clone() };
@@ -275,17 +275,17 @@ fn plans_are_read_back_and_their_bits_are_sealed() {
     for length in good.len() - 80..good.len() {
         assert!(read(&good[..length]).is_err());
     }
-    // A plan where there should be none, none where there should be one, and one of another size.
+    // A plan where none belongs, none where one belongs, and a plan of another size.
     let short = Plan { ends: vec![8; 5], ..plan.clone() };
     for (head, plan) in [(&plain, Some(plan)), (&planned, None), (&planned, Some(short))] {
         assert!(write(Vec::new(), head, &film, &holding, Some(&milestone(plan))).is_err());
     }
-    // A plan is for every pixel of a film that is shown as a whole.
+    // A plan covers every pixel of a film that is shown as a whole.
     let mut part = write(Vec::new(), &planned, &film, &holding, Some(&with_plan)).unwrap();
     part[36..40].copy_from_slice(&u32::to_le_bytes(1));
     let error = FilmReader::open(Cursor::new(&sealed(part))).map(|_| ()).unwrap_err();
     assert!(matches!(error, FilmFileError::Contradiction(_)), "{error}");
-    // The first milestone knows no error yet, and has no plan.
+    // The first milestone has no error estimate and no plan.
     let first = Milestone { error: None, ..milestone(None) };
     let good = write(Vec::new(), &planned, &film, &holding, Some(&first)).unwrap();
     assert_eq!(FilmReader::open(Cursor::new(&good)).unwrap().milestone(), Some(&first));
@@ -295,7 +295,7 @@ fn plans_are_read_back_and_their_bits_are_sealed() {
 fn any_other_length_is_refused() {
     let good = file(&head(3, 2), &film(3, 2, 3, 6));
     for length in 0..good.len() {
-        let error = read(&good[..length]).err().unwrap_or_else(|| panic!("{length} bytes are taken"));
+        let error = read(&good[..length]).err().unwrap_or_else(|| panic!("{length} bytes are accepted"));
         let known = matches!(error, FilmFileError::NotAFilm | FilmFileError::Length { .. });
         assert!(known, "{length} bytes: {error}");
     }
@@ -305,7 +305,7 @@ fn any_other_length_is_refused() {
     }
 }
 
-/// The bytes with their right digest.
+/// The bytes with a valid digest.
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let end = bytes.len() - 32;
     let digest = Sha256::digest(&bytes[..end]);
@@ -314,7 +314,7 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 }
 
 #[test]
-fn sizes_that_no_machine_has_are_refused_before_memory_is_asked_for() {
+fn impossible_sizes_are_refused_before_memory_is_allocated() {
     let good = file(&head(3, 2), &film(3, 2, 1, 1));
     for (width, height) in [(u32::MAX, u32::MAX), (1 << 31, 2), (65_536, 65_536)] {
         let mut large = good.clone();
@@ -332,19 +332,19 @@ fn sizes_that_no_machine_has_are_refused_before_memory_is_asked_for() {
 }
 
 #[test]
-fn what_other_programs_write_is_told_apart() {
+fn files_of_other_programs_and_versions_are_recognised() {
     let good = file(&head(3, 2), &film(3, 2, 1, 1));
     for (version, reason) in
-        [(2, "finish it with the program that began it"), (3, "light image"), (5, "newer")]
+        [(2, "finish it with the version of stride that began it"), (3, "light image"), (5, "newer")]
     {
         let mut other = good.clone();
         other[8] = version;
         let said = read(&sealed(other)).unwrap_err().to_string();
-        assert!(said.contains(&format!("version {version}")) && said.contains("version 4 only"), "{said}");
+        assert!(said.contains(&format!("version {version}")) && said.contains("only version 4"), "{said}");
         assert!(said.contains(reason), "{said}");
     }
     assert!(matches!(read(b"\x89PNG\r\n\x1a\n and so on"), Err(FilmFileError::NotAFilm)));
-    // A right digest over a wrong count.
+    // A valid digest over a wrong count.
     let mut liar = good.clone();
     let count = good.len() - 32 - 8 - 24 - 64 + 40;
     liar[count] += 1;
@@ -358,7 +358,7 @@ fn films_of_disjoint_samples_add_up_to_the_whole() {
     let parts: Vec<Film> = (0..5).map(|i| film(size.0, size.1, i, i + 3)).collect();
     let mut whole = Film::new(size.0, size.1).unwrap();
     for pixel in 0..35 {
-        // Once more by hand: what `film` adds.
+        // Added separately, as an independent copy of `film`.
         for i in 0..5_u32 {
             for n in 0..i + pixel % 4 {
                 let x = (n + 1) as f32;
@@ -388,7 +388,7 @@ fn films_of_disjoint_samples_add_up_to_the_whole() {
 }
 
 #[test]
-fn sums_below_zero_and_beyond_64_bits_survive() {
+fn sums_below_zero_and_beyond_64_bits_are_read_back() {
     let mut film = Film::new(1, 1).unwrap();
     let sums = PixelSums { rgb: [-5, i64::MIN, i64::MAX], squares: i64::MAX, count: 3, rejected: 0 };
     (0..4).for_each(|_| film.add_sums(0, &sums));
@@ -401,7 +401,7 @@ fn sums_below_zero_and_beyond_64_bits_survive() {
 }
 
 #[test]
-fn a_film_that_would_contradict_itself_is_not_written() {
+fn a_contradictory_film_is_not_written() {
     let film = film(3, 2, 1, 4);
     assert!(write(Vec::new(), &head(3, 2), &film, &Holding::prefix(0..9, 4, 4), None).is_err());
     let mut writer = FilmWriter::new(Vec::new(), &head(3, 2)).unwrap();
@@ -411,9 +411,9 @@ fn a_film_that_would_contradict_itself_is_not_written() {
     assert!(writer.finish(&holding, None).is_err());
 }
 
-/// The reader would take it for damaged.
+/// A reader would report it as damaged.
 #[test]
-fn a_film_with_more_text_than_a_reader_takes_is_not_written() {
+fn a_film_with_more_text_than_readers_accept_is_not_written() {
     let (head, film) = (head(2, 2), film(2, 2, 1, 1));
     let with = |length: usize| {
         let notes = Identity::default().with("parts", "a".repeat(length));
@@ -425,9 +425,9 @@ fn a_film_with_more_text_than_a_reader_takes_is_not_written() {
     let longer = with(LONGEST_TEXT as usize - rest + 1);
     let mut out = Vec::new();
     let error = write(&mut out, &longer, &film, &Holding::prefix(10..20, 1, 1), None).unwrap_err();
-    assert!(error.to_string().ends_with("room for 16777216"), "{error}");
+    assert!(error.to_string().ends_with("at most 16777216"), "{error}");
     assert!(out.is_empty());
-    // With names the remedy is told.
+    // The message names the layers whose names take the space.
     let named = |names: &[&str]| {
         let notes = names.iter().fold(longer.notes.clone(), |notes, name| notes.with(name, "[]"));
         Head { notes, ..head.clone() }.check().unwrap_err().to_string()

@@ -13,7 +13,7 @@ const LAYERS: [Layer; 7] = [
     Layer::CryptoMaterial,
 ];
 
-/// A hit at a distance of any magnitude, or none.
+/// A hit at a distance of any magnitude, or a miss.
 fn hit(stream: &mut Stream, things: u32) -> FirstHit {
     let mut at = |size: f32| [0; 3].map(|_| stream.random_range(-1.0..1.0_f32) * size);
     let (albedo, normal) = (at(1.0).map(f32::abs), at(1.0));
@@ -54,7 +54,7 @@ fn parts_add_up_to_the_whole_in_any_order() {
         let mut sum = b.clone();
         sum.merge(0, &a, 0);
         assert!(sum == whole);
-        // By way of a file.
+        // Through a film file.
         let mut read = LayerSums::new(set);
         read.grow(1);
         for part in [&a, &b] {
@@ -64,10 +64,10 @@ fn parts_add_up_to_the_whole_in_any_order() {
             assert_eq!(u64::from(met) << 32 | u64::from(traced), part.words[0]);
         }
         assert!(read == whole && whole.words[0] as u32 == u32::MAX);
-        // Negative controls: one sample fewer, and one that is hardly another.
+        // Negative controls: one sample fewer, and a sample with a tiny change.
         assert!(sums_of(set, &hits[1..]) != whole);
         let mut other = hits.clone();
-        let met = other.iter_mut().find(|(_, hit)| hit.met).expect("most of them");
+        let met = other.iter_mut().find(|(_, hit)| hit.met).expect("most samples hit");
         met.1.normal[2] += 1e-6;
         assert!(sums_of(set, &other) != whole);
     }
@@ -109,7 +109,7 @@ fn channels_are_the_means_of_the_hits() {
                 } else {
                     c
                 };
-                // Half a unit of single precision; and 2⁻³² or 2⁻⁶⁴ of rounding.
+                // Half a unit of single precision, and a rounding error of 2⁻³² or 2⁻⁶⁴.
                 let bound =
                     mean.abs() * 6e-8 + size * 1e-15 + if set.words(layer) == 3 { 1.2e-10 } else { 2.8e-20 };
                 let off = |sums| (channel(sums, layer, c) - mean).abs();
@@ -126,12 +126,12 @@ fn channels_are_the_means_of_the_hits() {
         assert_eq!(Some(ranks[0].values[0].to_bits()), first);
         assert_eq!(ranks[1].values[0], coverage);
     }
-    // Negative control: one sample fewer, which may have met nothing and then changes no mean over those that did.
+    // Negative control: one sample fewer. If it met no surface, the means over hits do not change.
     assert!(told_apart > compared / 2, "{told_apart} of {compared}");
 }
 
 #[test]
-fn a_surface_of_one_colour_keeps_its_bits_and_nothing_is_far_away() {
+fn a_uniform_surface_is_exact_and_a_miss_has_the_largest_depth() {
     let set = LayerSet::new(&LAYERS, 1, 1);
     let hit = FirstHit {
         met: true,
@@ -156,9 +156,9 @@ fn a_surface_of_one_colour_keeps_its_bits_and_nothing_is_far_away() {
     assert!(nothing.channels(Layer::Variance, 0..2, None).is_empty());
 }
 
-// What is added at most fits, 32 times, into the words.
+// The largest summands fit into the words 32 times.
 #[test]
-fn numbers_that_are_too_large_or_none_do_not_wrap_around() {
+fn huge_numbers_and_nan_do_not_overflow() {
     let set = LayerSet::new(&LAYERS, 1, 1);
     for (value, albedo, position) in [
         (f32::INFINITY, MOST_UNIT as f32, 57.0_f32.exp2()),

@@ -23,7 +23,7 @@ fn sample(pixel: u32, [x, y]: [f32; 2], radiance: [f32; 3]) -> Sample {
     Sample { pixel, sample: 0, x, y, radiance }
 }
 
-/// Samples all over the film, of every magnitude that its sums take.
+/// Samples over the whole film, of all magnitudes that its sums accept.
 fn samples(seed: u32, brightest: f32) -> Vec<Sample> {
     let stream = &mut Stream::new(seed, 0, 0);
     let radiance = |stream: &mut Stream| match stream.random_range(0..6) {
@@ -42,7 +42,7 @@ fn samples(seed: u32, brightest: f32) -> Vec<Sample> {
     (0..25 * WIDTH * HEIGHT).map(one).collect()
 }
 
-/// Adds samples of rows from..to as a worker does.
+/// Adds samples of the rows from..to as a worker does.
 fn add_as_band(film: &mut Film, splatter: &Splatter, level: Level, rows: [u32; 2], samples: &[Sample]) {
     let [first, end] = rows.map(|row| row * WIDTH);
     let mine: Vec<Finished> = samples
@@ -82,7 +82,7 @@ fn bands_and_single_samples_give_the_same_words_at_every_level_and_in_any_order(
                 assert!(bands == one_by_one, "{filter} at {level}");
             }
         }
-        // Negative control: a sample less, or one a hair elsewhere.
+        // Negative controls: one sample fewer, and a slightly different position.
         let mut other = film();
         samples[7].x += 0.001;
         add_as_band(&mut other, &splatter, Level::SCALAR, [0, HEIGHT], &samples);
@@ -138,7 +138,7 @@ fn a_sample_adds_its_exact_product_rounded_once() {
 
 #[test]
 fn the_fullest_bands_fit() {
-    // What a pixel gets of one sample for each pixel around it, wherever these lie: less than nine times its own.
+    // The sum in a pixel of one sample from each pixel around it, at any position: less than nine times its own.
     for filter in WIDE.into_iter().chain([Filter::Lanczos { radius: 16.0 }, Filter::Box { radius: 16.0 }]) {
         let weights = Weights::new(filter);
         let (width, table) = (weights.width(), weights.table());
@@ -148,10 +148,10 @@ fn the_fullest_bands_fit() {
         assert!(f64::from(sum) < 3.0 * f64::from(1 << (TAP_BITS + 8)), "{filter}: {sum}");
     }
     assert!(9.0 * f64::from(MAX_COUNT) * f64::from(MAX_SUMMED) * SCALE < 2.0_f64.powi(63));
-    assert!(f64::from(MAX_SUMMED) * SCALE < 2.0_f64.powi(51), "roundings are right that far");
+    assert!(f64::from(MAX_SUMMED) * SCALE < 2.0_f64.powi(51), "rounding is correct up to there");
 }
 
-/// Black samples on an even grid all over the film, and one of radiance 1.
+/// Black samples on a regular grid over the film, and one of radiance 1.
 fn impulse(splatter: &Splatter, at: [f32; 2]) -> Picture {
     const GRID: u32 = 16;
     let mut film = film();
@@ -165,12 +165,12 @@ fn impulse(splatter: &Splatter, at: [f32; 2]) -> Picture {
     film.picture()
 }
 
-/// The largest difference of a picture and a filter around a point, as a part of the filter's height.
+/// The largest difference between a picture and a filter around a point, as a fraction of the filter's height.
 fn off(picture: &Picture, filter: Filter, at: [f32; 2]) -> f64 {
     let value =
         |x: f64, y: f64| profile(filter, x - f64::from(at[0])) * profile(filter, y - f64::from(at[1]));
     let centre = |i: u32| f64::from(i) + 0.5;
-    // Away from the border all pixels have the same weight: its inverse is the picture's height.
+    // Away from the border all pixels have the same weight; its inverse is the picture's height.
     let (mut mine, mut theirs, mut worst) = (0.0, 0.0, 0.0_f64);
     let inside =
         |i: usize| (value(centre(i as u32 % WIDTH), centre(i as u32 / WIDTH)), f64::from(picture.rgb[i][0]));
@@ -200,11 +200,11 @@ fn the_picture_of_an_impulse_is_the_filter() {
         for at in [[7.5, 6.5], [7.2, 6.9], [7.03, 6.61]] {
             let picture = impulse(&splatter, at);
             let error = off(&picture, filter, at);
-            // Two taps off by a unit of 2⁻¹⁴ each, where the highest are 0.4 of the whole or more; and the impulse's own
-            // weight, a 256th of a pixel's.
+            // Two taps with an error of 2⁻¹⁴ each, where the highest are at least 0.4 of the whole; and the weight of
+            // the impulse itself, a 256th of a pixel's.
             assert!(error < 8.0 / f64::from(1 << TAP_BITS), "{filter} is off by {error}");
             assert!(picture.rgb.iter().all(|rgb| rgb[2] == 0.0 && (rgb[1] - rgb[0] / 2.0).abs() < 1e-7));
-            // Negative controls: a filter that is a little wider. In a pixel's centre all of Lanczos's are alike.
+            // Negative controls: slightly wider filters. At a pixel centre all Lanczos filters are equal.
             let wider = match filter {
                 Filter::Box { .. } => Filter::Box { radius: 1.0 },
                 Filter::Tent { radius } => Filter::Tent { radius: radius * 1.01 },
@@ -223,7 +223,7 @@ fn the_picture_of_an_impulse_is_the_filter() {
 }
 
 #[test]
-fn what_is_flat_stays_flat_and_pixels_without_weight_are_black() {
+fn uniform_radiance_stays_uniform_and_pixels_without_weight_are_black() {
     for filter in WIDE {
         let splatter = splatter(filter);
         let mut film = film();
@@ -245,7 +245,7 @@ fn what_is_flat_stays_flat_and_pixels_without_weight_are_black() {
 }
 
 #[test]
-fn the_faintest_and_the_brightest_radiance_survive_two_to_the_32_samples_of_a_pixel() {
+fn the_faintest_and_the_brightest_radiance_fit_in_2_to_the_32_samples_of_a_pixel() {
     for filter in WIDE {
         let splatter = splatter(filter);
         for radiance in [(-30.0_f32).exp2() * 8.0, MAX_RADIANCE] {
@@ -265,9 +265,9 @@ fn the_faintest_and_the_brightest_radiance_survive_two_to_the_32_samples_of_a_pi
     }
 }
 
-// An integrator may put samples anywhere: those that count beyond a band are not lost, and nothing is added elsewhere.
+// An integrator may place samples anywhere: those beyond a band are not lost, and no other pixel changes.
 #[test]
-fn samples_that_count_beyond_a_band_are_told_and_added_one_by_one() {
+fn samples_beyond_a_band_are_reported_and_added_singly() {
     for spreads in [false, true] {
         let splatter = splatter(Filter::Mitchell { radius: 2.0, b: 0.2, c: 0.4 }).with_spreads(spreads);
         let layout = Layout { weighted: true, spreads, ..Layout::plain(WIDTH, HEIGHT) };
@@ -289,7 +289,7 @@ fn samples_that_count_beyond_a_band_are_told_and_added_one_by_one() {
             add_as_band(&mut film, &splatter, level, [3, 5], &samples);
             assert!(film == one_by_one, "{level}, spreads {spreads}");
         }
-        // What is told of a sample's places holds all that it adds to.
+        // The reported range of pixels contains all that a sample is added to.
         for sample in &samples {
             let mut film = Film::with_layout(layout).unwrap();
             film.splat(&splatter, sample.pixel as usize, sample).unwrap();
@@ -318,7 +318,7 @@ fn a_band_is_clipped_to_the_film_and_bounded_in_memory() {
         }
     }
     let band = splatter(Filter::Tent { radius: 1.0 }).band(WIDTH + 1, 2 * WIDTH + 6, WIDTH);
-    // Rows 1 and 2, one more on each side, and room for taps.
+    // Rows 1 and 2, one more on each side, and a margin for taps.
     assert_eq!(band.places(WIDTH, HEIGHT), Some([0, 6 * WIDTH - 1]));
     assert_eq!(Band::empty().places(WIDTH, HEIGHT), None);
 }

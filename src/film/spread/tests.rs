@@ -21,7 +21,7 @@ fn splatter(filter: Filter) -> Splatter {
     Splatter::new(Weights::new(filter), [0, 0]).with_spreads(true)
 }
 
-/// `spp` samples of each pixel, anywhere in it.
+/// `spp` samples per pixel, at random positions in it.
 fn samples(stream: &mut Stream, spp: u32, mut radiance: impl FnMut(&mut Stream) -> [f32; 3]) -> Vec<Sample> {
     let one = |i: u32| {
         let pixel = i % (SIDE * SIDE);
@@ -32,7 +32,7 @@ fn samples(stream: &mut Stream, spp: u32, mut radiance: impl FnMut(&mut Stream) 
     (0..spp * SIDE * SIDE).map(one).collect()
 }
 
-/// A film of samples that a worker adds up as a band.
+/// A film of samples that were added as a band, as workers do.
 fn banded(splatter: &Splatter, level: Level, samples: &[Sample]) -> Film {
     let finished: Vec<Finished> =
         samples.iter().map(|&sample| Finished { slot: sample.pixel, sample }).collect();
@@ -66,7 +66,7 @@ fn bands_and_single_samples_give_the_same_words_at_every_level_and_in_any_order(
         for level in Level::available() {
             assert!(banded(&splatter, level, &samples) == one_by_one, "{filter} at {level}");
         }
-        // What the picture is made of is what it is without them.
+        // The sums of the picture are the same without the extra sums.
         let layout = one_by_one.layout().without_spreads();
         let mut plain = Film::with_layout(layout).unwrap();
         let without = splatter.clone().with_spreads(false);
@@ -74,7 +74,7 @@ fn bands_and_single_samples_give_the_same_words_at_every_level_and_in_any_order(
             let _ = plain.splat(&without, sample.pixel as usize, sample);
         }
         assert!(plain.pixels == one_by_one.pixels && plain.spreads.is_empty() && !plain.has_variance());
-        // Negative control: two channels have changed places.
+        // Negative control: two channels are swapped.
         samples.iter_mut().filter(|sample| sample.sample == 5).for_each(|sample| sample.radiance.reverse());
         let other = banded(&splatter, Level::SCALAR, &samples);
         assert!(other.spreads != one_by_one.spreads);
@@ -82,13 +82,13 @@ fn bands_and_single_samples_give_the_same_words_at_every_level_and_in_any_order(
 }
 
 #[test]
-fn a_sample_adds_what_the_format_says() {
+fn a_sample_adds_the_documented_values() {
     let filter = Filter::Mitchell { radius: 2.0, b: 0.2, c: 0.4 };
     let (splatter, stream) = (splatter(filter), &mut Stream::new(9, 0, 0));
     let weights = splatter.weights();
     for i in 0..2000 {
         let [x, y] = [stream.random_range(5.0..6.0_f32), stream.random_range(4.0..5.0)];
-        // So few bits that all products of squares are exact.
+        // With so few bits all products of squares are exact.
         let radiance = [(); 3].map(|()| stream.random_range(0..2048_u32) as f32 / 1024.0);
         let mut film = film();
         film.splat(&splatter, 0, &Sample { pixel: 0, sample: 0, x, y, radiance }).unwrap();
@@ -125,10 +125,10 @@ fn the_fullest_bands_and_films_fit() {
     }
     let word = |squares: f64, low: i32| squares * 2.0_f64.powi(SQUARE_BITS as i32 - low);
     let largest = word(3.0 * f64::from(MAX_SUMMED).powi(2), LOW_BITS as i32);
-    assert!(largest < 2.0_f64.powi(51), "roundings are right that far");
+    assert!(largest < 2.0_f64.powi(51), "rounding is correct up to there");
     assert!(9.0 * f64::from(MAX_COUNT) * largest < 2.0_f64.powi(63));
     assert!(word(9.0 * 3.0 * f64::from(MAX_RADIANCE).powi(2), 0) * 2.0_f64.powi(32) < 2.0_f64.powi(160));
-    // Beyond 128 bits the third word carries.
+    // Beyond 128 bits the third word takes the carry.
     let (mut spread, one) = (SpreadPixel::default(), u128::MAX - 5);
     (0..9).for_each(|_| spread.add([0; 3], 0, one));
     assert_eq!((spread.squares_high, spread.square_words()), (8, one.wrapping_mul(9)));
@@ -138,8 +138,8 @@ fn the_fullest_bands_and_films_fit() {
     assert_eq!(SpreadPixel::from_bytes(&twice.to_bytes()), twice);
 }
 
-/// Variances that films tell less those that they have, over those that they have: the mean over groups of films, and
-/// the error of that mean.
+/// The relative excess of the estimated variance over the actual one: the mean over groups of films, and the standard
+/// error of that mean.
 fn excess(filter: Filter, spp: u32, told: impl Fn(&Film, usize) -> f64) -> [f64; 2] {
     const FILMS: usize = 16;
     const GROUPS: usize = 40;
@@ -149,7 +149,7 @@ fn excess(filter: Filter, spp: u32, told: impl Fn(&Film, usize) -> f64) -> [f64;
             let films: Vec<Film> = (0..FILMS)
                 .map(|i| {
                     let stream = &mut Stream::new(77, (group * FILMS + i) as u32, 5);
-                    // Channels of different spreads, one of them shared.
+                    // Channels of different variance, one component shared.
                     let samples = samples(stream, spp, |stream| {
                         let u = stream.random::<f32>();
                         [-(1.0 - u).ln(), 2.0 * u, 0.3 + 0.1 * stream.random::<f32>()]
@@ -176,17 +176,17 @@ fn excess(filter: Filter, spp: u32, told: impl Fn(&Film, usize) -> f64) -> [f64;
     [difference / there, (squares / (n - 1.0) / n).sqrt() / there]
 }
 
-// At 1%, for all filters together: 3.3 standard errors of each. The delta method itself is off by a part of one in the
-// number of samples that a pixel has a share of, less than 1% of the variance here.
+// Significance level 1% for all filters together: 3.3 standard errors of each. The delta method itself has a relative
+// error of one in the number of samples of a pixel, less than 1% of the variance here.
 #[test]
-fn the_variance_that_is_told_is_the_one_that_pixels_have() {
+fn the_estimated_variance_matches_the_variance_of_pixels() {
     for filter in WIDE {
         let [excess_told, error] = excess(filter, 36, |film, pixel| film.variance(pixel));
-        println!("{filter}: {:.2}% ± {:.2}% too much", 100.0 * excess_told, 100.0 * error);
-        assert!(error < 0.02, "{filter}: {error} is too coarse to tell anything");
+        println!("{filter}: {:.2}% ± {:.2}% excess", 100.0 * excess_told, 100.0 * error);
+        assert!(error < 0.02, "{filter}: {error} is too large for this test");
         assert!(excess_told.abs() < 3.3 * error + 0.01, "{filter}: {excess_told} ± {error}");
     }
-    // Negative controls: a tenth more; and weights that are not squared, as if samples counted in one pixel alone.
+    // Negative controls: a tenth more, and weights that are not squared, as if each sample counted in one pixel only.
     let tent = Filter::Tent { radius: 1.0 };
     let [more, error] = excess(tent, 36, |film, pixel| 1.1 * film.variance(pixel));
     assert!(more > 3.3 * error + 0.01, "{more} ± {error}");
@@ -195,7 +195,7 @@ fn the_variance_that_is_told_is_the_one_that_pixels_have() {
 }
 
 #[test]
-fn few_samples_and_flat_ones_have_no_variance() {
+fn few_samples_and_uniform_ones_have_no_variance() {
     for filter in WIDE {
         let splatter = splatter(filter);
         assert_eq!(film().variance(44), 0.0);
@@ -210,7 +210,7 @@ fn few_samples_and_flat_ones_have_no_variance() {
 }
 
 #[test]
-fn taps_that_are_squared_are_so_to_a_half() {
+fn squared_taps_are_rounded_to_nearest() {
     for tap in -(1 << TAP_BITS)..=(1 << TAP_BITS) {
         let exact = f64::from(tap).powi(2) / f64::from(1 << TAP_BITS);
         assert!((f64::from(squared(tap)) - exact).abs() <= 0.5, "{tap}");

@@ -4,7 +4,7 @@ use crate::film::fixed::FRACTION_BITS;
 use crate::sampling::Stream;
 use rand::RngExt;
 
-/// Sums in 128-bit integers, from each sample's own definition.
+/// Sums in 128-bit integers, computed from the definition.
 #[derive(Default, Clone, Copy)]
 struct Exact {
     rgb: [i128; 3],
@@ -42,7 +42,7 @@ fn words(film: &Film, pixel: usize) -> ([i128; 3], i128, u64) {
     (rgb, i128::from(p.squares[1]) << 64 | i128::from(p.squares[0]), p.count)
 }
 
-/// Radiance of every magnitude that a film takes, ties of the rounding among them.
+/// Radiance of all magnitudes that a film accepts, including ties of the rounding.
 fn radiance(stream: &mut Stream, brightest: f32) -> [f32; 3] {
     [0; 3].map(|_| match stream.random_range(0..8) {
         0 => 0.0,
@@ -58,7 +58,7 @@ fn film() -> Film {
 }
 
 #[test]
-fn sums_are_those_of_wide_integers() {
+fn sums_equal_those_of_wide_integers() {
     let stream = &mut Stream::new(1, 0, 0);
     let (mut film, mut exact) = (film(), Exact::default());
     for _ in 0..100_000 {
@@ -67,7 +67,7 @@ fn sums_are_those_of_wide_integers() {
         exact.add(sample);
     }
     assert_eq!(words(&film, 1), (exact.rgb, exact.squares, exact.count));
-    assert_eq!(words(&film, 0), ([0; 3], 0, 0), "the neighbour is untouched");
+    assert_eq!(words(&film, 0), ([0; 3], 0, 0), "the neighbour is unchanged");
 }
 
 #[test]
@@ -117,14 +117,14 @@ fn the_fullest_sums_fit() {
 }
 
 #[test]
-fn the_faintest_and_the_brightest_radiance_survive_two_to_the_32_samples() {
+fn the_faintest_and_the_brightest_radiance_fit_in_2_to_the_32_samples() {
     let all = 1_i128 << 32;
     for (radiance, expected) in [((-30.0_f32).exp2(), (-30.0_f32).exp2()), (MAX_RADIANCE, MAX_RADIANCE)] {
         let mut once = film();
         once.add_sample(0, [radiance; 3]).unwrap();
         let (rgb, squares, _) = words(&once, 0);
         assert!(rgb[0] > 0, "{radiance:e} vanishes");
-        // As many additions as a film must hold, done by doubling: words are integers.
+        // As many additions as a film must support, by doubling: words are integers.
         let mut film = film();
         let wide = |sum: i128| (sum as u64, (sum >> 64) as i32);
         let (low, high) = wide(rgb[0] * all);
@@ -138,7 +138,7 @@ fn the_faintest_and_the_brightest_radiance_survive_two_to_the_32_samples() {
             rejected: 0,
         };
         assert_eq!(film.mean(0), [expected; 3]);
-        // And one more still adds.
+        // One more can still be added.
         film.add_sample(0, [radiance; 3]).unwrap();
         assert_eq!(words(&film, 0).0, [rgb[0] * (all + 1); 3]);
         assert_eq!(film.mean(0), [expected; 3]);
@@ -149,13 +149,13 @@ fn the_faintest_and_the_brightest_radiance_survive_two_to_the_32_samples() {
 fn carries_run_through_to_the_high_words() {
     let (mut film, mut exact) = (film(), 0_i128);
     for i in 0..2000 {
-        // 2⁶² four times over is 2⁶⁴; the odd quantum leaves bits below.
+        // 2⁶² times four is 2⁶⁴; the odd quantum sets bits below.
         let value = if i % 2 == 0 { 1_i64 << 62 } else { 1 };
         film.pixels[0].add_radiance(0, value);
         exact += i128::from(value);
         assert_eq!(words(&film, 0).0[0], exact);
     }
-    // Values below zero, which filters with negative lobes will add.
+    // Values below zero, which filters with negative lobes add.
     for _ in 0..3000 {
         film.pixels[0].add_radiance(0, -(1 << 62));
         exact -= 1 << 62;
@@ -164,7 +164,7 @@ fn carries_run_through_to_the_high_words() {
 }
 
 #[test]
-fn what_no_picture_can_show_is_left_out_and_says_why() {
+fn invalid_radiance_is_rejected_with_a_reason() {
     use Reject::{Negative, NotANumber, TooBright};
     let cases = [
         ([f32::NAN, 0.0, 0.0], NotANumber),
@@ -182,9 +182,9 @@ fn what_no_picture_can_show_is_left_out_and_says_why() {
         assert_eq!(check(radiance), Err(reason));
         assert_eq!(film.add_sample(0, radiance), Err(reason));
     }
-    assert_eq!(words(&film, 0), before, "neither value nor weight");
+    assert_eq!(words(&film, 0), before, "no value and no weight");
     assert_eq!((film.rejected(), film.seen(0), film.mean(0)), (7, 8, [0.5; 3]));
-    // The ends of the range, and zero of either sign, are taken.
+    // The ends of the range, and zeros of both signs, are accepted.
     for radiance in [0.0, -0.0, f32::MIN_POSITIVE, MAX_RADIANCE] {
         assert_eq!(check([radiance; 3]), Ok(()));
     }
@@ -206,7 +206,7 @@ fn means_are_the_nearest_floats_to_the_quotient() {
             let n = i128::from(exact.count);
             let off = |x: f32| ((f64::from(x) * SCALE) as i128 * n - exact.rgb[c]).abs();
             if mean >= 1.0 {
-                // On the way through double precision what is all but a tie may become one.
+                // Double rounding may turn a near tie into a tie.
                 let nearly = exact.rgb[c] >> 51;
                 assert!(off(mean) <= off(mean.next_up()) + nearly);
                 assert!(off(mean) <= off(mean.next_down()) + nearly);
@@ -229,15 +229,15 @@ fn the_variance_is_that_of_the_mean() {
     assert_eq!(film.variance(0), 0.0);
     film.add_sample(0, [3.0, 0.0, 0.25]).unwrap();
     film.add_sample(0, [5.0, 3.0, 0.75]).unwrap();
-    // Of red 4, of green 3, of blue 1/16; over three samples.
+    // Red has 4, green 3, blue 1/16; divided by three samples.
     assert!((film.variance(0) - (4.0 + 3.0 + 0.0625) / 3.0).abs() < 1e-9, "{}", film.variance(0));
     film.add_sample(0, [f32::NAN; 3]).unwrap_err();
     assert!((film.variance(0) - (4.0 + 3.0 + 0.0625) / 3.0).abs() < 1e-9);
 }
 
 #[test]
-fn a_film_that_is_too_large_says_what_it_needs() {
-    // 10⁹ pixels: sums of 64 bytes, 12 of a picture, 4 for the owner.
+fn a_film_that_is_too_large_reports_the_memory_it_needs() {
+    // 10⁹ pixels: sums of 64 bytes, 12 of a picture, 4 of the owner.
     let error = MemoryError { width: 40_000, height: 25_000, needed: 80_000_000_000, available: None };
     assert!(error.to_string().contains("needs 80.0 GB of memory"), "{error}");
     let most = Film::new(65_536, 65_535).unwrap_err();
@@ -264,6 +264,6 @@ fn wide_sums_are_the_sums_of_their_samples() {
     }
     at_once.add_sums(0, &counts);
     at_once.add_wide(0, &wide);
-    assert!(wide.rgb[0] > i128::from(i64::MAX), "nothing here is wide");
+    assert!(wide.rgb[0] > i128::from(i64::MAX), "no sum is wide");
     assert_eq!(at_once, one_by_one);
 }

@@ -1,4 +1,4 @@
-//! Films with the sums of first hits.
+//! Films with sums of first hits.
 
 use super::*;
 use crate::film::cryptomatte::{ENTITIES, MATERIALS, Mattes, Names, id};
@@ -19,7 +19,7 @@ fn hit(depth: f32, entity: u32) -> FirstHit {
     FirstHit { met: true, albedo: [0.5, 0.25, 1.0], depth, entity, ..FirstHit::default() }
 }
 
-/// A film of pixels whose samples from 10 on have first hits, but for one of each that meets nothing.
+/// A film of pixels whose samples from 10 on have first hits; one sample of each meets no surface.
 fn film_of(head: &Head, counts: &[u32]) -> Film {
     let mut film = Film::with_layout(head.layout).unwrap();
     for (pixel, &count) in counts.iter().enumerate() {
@@ -42,14 +42,14 @@ fn layers_are_read_back_in_the_documented_layout_and_added_up() {
     let head = layered(2, 1);
     let film = film_of(&head, &[0, 3]);
     let bytes = file(&head, &film);
-    // Albedo, depth, and a matte of numbers of two bytes.
+    // Albedo, depth, and a matte with two bytes per number.
     let words = 8 + 64 + (2 << 8);
     assert_eq!(bytes[8..12], 4_u32.to_le_bytes());
     assert_eq!(bytes[24..28], u32::to_le_bytes(words));
     let (read_head, _, read_film) = read(&bytes).unwrap();
     assert!(read_head == head && read_film == film);
     assert_eq!(read_head.mattes().unwrap().entities.len(), 2);
-    // Behind the words of radiance: the samples whose first hit was traced, those that met something, three sums of 64
+    // After the words of radiance: the samples whose first hit was traced, those that met a surface, three sums of 64
     // bits, one of 128, and a number of two bytes for each of 32 samples.
     let (first, pixel_bytes) = (START_BYTES as usize + head.text().len(), 64 + 4 + 4 + 24 + 16 + 64);
     assert_eq!(head.layout.pixel_bytes(), pixel_bytes as u64);
@@ -71,7 +71,7 @@ fn layers_are_read_back_in_the_documented_layout_and_added_up() {
     FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut other).unwrap();
     let depth = other.channels(Layer::Depth, &read_head.mattes().unwrap());
     assert_eq!(depth[0].values[1], 8.0);
-    // Four samples, one of which met nothing.
+    // Four samples, one of which met no surface.
     let name = |number: u32| format!("thing {number}");
     let entities = Names::new(ENTITIES, (0..300).map(name).collect());
     let mattes = Mattes { entities, materials: Names::new(MATERIALS, Vec::new()) };
@@ -82,7 +82,7 @@ fn layers_are_read_back_in_the_documented_layout_and_added_up() {
         assert_eq!((rank[0].values[1].to_bits(), rank[1].values[1]), (id, 0.25));
     }
     assert_eq!(ranks[7].values[1], 0.0);
-    // A film without layers is not added to one with them, nor the other way round.
+    // A film without layers is not added to one with them, nor the reverse.
     let plain = super::head(2, 1);
     let mut without = Film::with_layout(plain.layout).unwrap();
     let added = FilmReader::open(Cursor::new(&bytes)).unwrap().add_to(&mut without);
@@ -93,7 +93,7 @@ fn layers_are_read_back_in_the_documented_layout_and_added_up() {
 }
 
 #[test]
-fn layers_that_are_damaged_or_of_other_samples_are_refused() {
+fn damaged_layers_and_layers_of_other_samples_are_refused() {
     let head = layered(3, 1);
     let film = film_of(&head, &[2, 4, 3]);
     let good = file(&head, &film);
@@ -107,8 +107,8 @@ fn layers_that_are_damaged_or_of_other_samples_are_refused() {
     for length in 0..good.len() {
         assert!(matches!(read(&good[..length]), Err(FilmFileError::NotAFilm | FilmFileError::Length { .. })));
     }
-    // A right digest over samples whose first hit was not traced, over some that are not in the film, and over surfaces that
-    // such samples met.
+    // A valid digest over: samples whose first hit was not traced, samples that are not in the film, and surfaces met
+    // by such samples.
     let traced = START_BYTES as usize + head.text().len() + 64;
     let met = traced + 4;
     for (word, pixel, bits) in
@@ -117,14 +117,14 @@ fn layers_that_are_damaged_or_of_other_samples_are_refused() {
         let mut other = good.clone();
         other[word + pixel * head.layout.pixel_bytes() as usize + 1] ^= bits;
         let error = read(&sealed(other)).unwrap_err();
-        assert!(error.to_string().contains("its layers are of other samples"), "{error}");
+        assert!(error.to_string().contains("the samples of its layers do not match"), "{error}");
     }
     let lists = |list: &str| Head { notes: Identity::default().with("entities", list), ..head.clone() };
     assert!(lists(r#"["a"]"#).mattes().is_some() && lists("a").mattes().is_none());
 }
 
 #[test]
-fn films_of_other_layers_or_of_things_of_other_names_are_of_other_renders() {
+fn films_with_other_layers_or_other_names_belong_to_other_renders() {
     let head = layered(2, 1);
     let said = |other: &Head| head.difference(other).map(|difference| difference.to_string());
     assert_eq!(said(&head), None);
@@ -136,6 +136,6 @@ fn films_of_other_layers_or_of_things_of_other_names_are_of_other_renders() {
     let other = Head { notes, ..head.clone() };
     assert_eq!(
         said(&other).unwrap(),
-        "its scene differs in the names of entities, which its mattes are about"
+        "its scene differs in the names of entities, which its mattes refer to"
     );
 }

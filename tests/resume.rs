@@ -188,7 +188,7 @@ fn a_film_keeps_its_layers_and_gets_no_others() {
     let other = ["render", "b.toml", "--headless", "-q", "--size", "24x18", "-o", "a.exr"];
     let text = said(dir.path(), 1, &[&other[..], &["--resume", "w.film", "--spp", "10"]].concat());
     assert!(
-        text.contains("its scene differs in the names of materials, which its mattes are about"),
+        text.contains("its scene differs in the names of materials, which its mattes refer to"),
         "{text}"
     );
 }

@@ -1,25 +1,26 @@
-//! The accumulator: sole owner of the film.
+//! The accumulator, the only owner of the film.
 //!
-//! It is one process with one loop, [`Accumulator::run`]. Its parts, each with one job:
+//! It is one process with one loop, [`Accumulator::run`]. Its parts:
 //!
-//! | part | its job |
+//! | part | purpose |
 //! |---|---|
 //! | `adding` | adds batches to the film |
-//! | `dealing` | deals out orders, and knows which worker has which |
-//! | `milestones` | decides where to end, where an error is asked for |
-//! | `barriers` | gathers pictures at numbers of samples a pixel |
+//! | `dealing` | assigns orders to workers and keeps track of them |
+//! | `milestones` | decides where to end, for a requested error |
+//! | `barriers` | gathers pictures at given samples per pixel |
 //! | `checkpoints` | sends the film to its file |
 //! | `publishing` | sends progress and snapshots to viewers |
 //! | `stopping` | ends the workers |
 //!
-//! A checkpoint goes out in pieces, between batches (`checkpoints`). A batch has a pixel's samples and their first hits
-//! together, so that no piece has one without the other.
+//! A checkpoint is sent in pieces, between batches (`checkpoints`). A batch contains the samples of a pixel together
+//! with their first hits, so that no piece has one without the other.
 //!
-//! Ctrl-C closes [`Inbox::stop`], which ends the loop: the workers are asked to stop, and what they have made by then is
-//! in the [`Outcome`], which the session writes.
+//! Ctrl-C closes [`Inbox::stop`], which ends the loop: the workers are asked to stop, and the [`Outcome`] contains all
+//! their samples up to then. The session writes it.
 //!
-//! Workers may join and leave at any time ([`Inbox::changes`]). All that they hear is orders and all that they say is
-//! batches, which are plain data. What a worker holds when it goes is given to others, as far as the film lacks it.
+//! Workers may join and leave at any time ([`Inbox::changes`]). They receive only orders and send only batches, which
+//! are plain data. The unfinished orders of a worker that leaves are assigned to others, without the samples already on
+//! the film.
 
 mod adding;
 mod barriers;
@@ -47,7 +48,7 @@ pub use super::channels::{Barrier, Change, Inbox, Outbox, Port};
 pub use super::outcome::{Outcome, Totals, Unanswered, WorkerFailure};
 pub use configuration::{Configuration, Goal};
 
-/// The process that adds everything up.
+/// The process that adds all batches.
 pub struct Accumulator {
     region: Region,
     /// The index of each pixel's first sample.
@@ -58,10 +59,10 @@ pub struct Accumulator {
     barriers: Barriers,
     checkpoints: Checkpoints,
     publisher: Publisher,
-    /// The sink of every sample, and whether it has gone.
+    /// The sink of every sample, and whether it has closed its channel.
     samples: Option<Sender<Vec<Sample>>>,
     is_deserted: bool,
-    /// When to stop, whole sample or not.
+    /// The time at which to stop even without a whole sample.
     overtime: Option<Instant>,
     totals: Totals,
     started: Instant,
@@ -69,25 +70,25 @@ pub struct Accumulator {
     lost: Vec<WorkerFailure>,
 }
 
-/// Why the loop ends.
+/// The reason why the loop ends.
 enum End {
-    /// All is done, or the end is asked for, or a sink or viewer has gone.
+    /// All work is done, the end is requested, or a sink or viewer has closed its channel.
     Over,
     /// The time is up, and no whole sample is near.
     Overtime,
-    /// A worker failed that the others cannot do without.
+    /// A worker failed that the render needs.
     Failure(WorkerFailure),
 }
 
 impl Accumulator {
-    /// An accumulator that has not begun yet.
+    /// An accumulator that has not started.
     pub fn new(configuration: Configuration) -> Accumulator {
         let Configuration { film, region, first, schedule, workers, splatter, light, .. } = configuration;
         let Configuration { barriers, goal, checkpoint, overtime, target, mut outbox, .. } = configuration;
         let milestones = goal.map(|goal| Milestones::new(goal, &film));
         let held = (0..region.len() as usize).map(|place| film.seen(place)).sum();
         let spp = match milestones.as_ref().is_some_and(Milestones::is_planned) {
-            // All have passed the milestone, those that have stopped included.
+            // All pixels have passed the milestone, stopped ones included.
             true => schedule.completed().saturating_sub(first),
             false => film.seen_range()[0].min(u64::from(u32::MAX - first)) as u32,
         };
@@ -113,18 +114,18 @@ impl Accumulator {
         accumulator
     }
 
-    /// The worker that owns each pixel of the picture to begin with.
+    /// The worker that initially owns each pixel of the picture.
     pub fn owners(&self) -> Arc<Vec<u32>> {
         Arc::clone(&self.publisher.owners)
     }
 
-    /// Gives out work and adds up what comes back, until all is done, the end is asked for, or a worker fails. What has
-    /// arrived by then is in the film.
+    /// Assigns orders and adds batches until all work is done, the end is requested, or a worker fails. All batches
+    /// that have arrived by then are in the film.
     pub fn run(mut self, inbox: Inbox) -> Outcome {
         self.started = Instant::now();
         self.checkpoints.start(self.started);
         let end = self.serve(&inbox);
-        // The file's process ends now: no checkpoint may come after what is written at the end.
+        // The film writer ends now: no checkpoint may replace the final film.
         self.checkpoints.close();
         let unanswered = self.stop_workers(&inbox.batches);
         let is_overtime = matches!(end, End::Overtime);
@@ -132,7 +133,7 @@ impl Accumulator {
             End::Failure(failure) => Some(failure),
             End::Over | End::Overtime => None,
         };
-        // The last worker's failure may lie behind the end of its batches.
+        // The last worker's failure may be received after the end of its batches.
         for change in inbox.changes.try_iter() {
             match change {
                 Change::Fails(it) if !self.dealer.is_there(it.index) => {}
@@ -150,7 +151,7 @@ impl Accumulator {
         self.outcome(failure, unanswered, is_overtime)
     }
 
-    /// Receives batches, changes and requests to stop, until the render ends.
+    /// Receives batches, changes and requests to stop until the render ends.
     fn serve(&mut self, inbox: &Inbox) -> End {
         let mut changes = inbox.changes.clone();
         let time_is_up = self.overtime.map_or_else(never, at);
@@ -178,7 +179,7 @@ impl Accumulator {
         End::Over
     }
 
-    /// All workers have ended: because all is done, or because they have left or failed, which they said before.
+    /// All workers have ended: because the work is done, or because they left or failed, which was received before.
     fn end_of_workers(&mut self, inbox: &Inbox) -> End {
         for change in inbox.changes.try_iter() {
             if let Some(failure) = self.change(change, &inbox.batches) {
@@ -190,15 +191,15 @@ impl Accumulator {
             Some(index) => End::Failure(WorkerFailure {
                 index,
                 worker: format!("worker {index}"),
-                message: "it left before all was done, and no other worker is there".to_owned(),
+                message: "it left before the end of the render, and there is no other worker".to_owned(),
             }),
         }
     }
 
-    /// Adds a batch, and does whatever is due then.
+    /// Adds a batch, and does what is due then.
     fn take(&mut self, batch: SampleBatch) {
         if !self.dealer.is_there(batch.worker) {
-            // Others have its orders by now.
+            // Its orders belong to other workers by now.
             return;
         }
         let SampleBatch { worker, stride, payload, samples, paths, rays, completes, .. } = batch;
@@ -208,12 +209,12 @@ impl Accumulator {
         self.dealer.receive(worker, paths, payload.slots_end());
         let reach = self.adder.reach(&payload, &contributions);
         self.checkpoints.send_past(reach, &self.adder.film, last(&self.milestones));
-        // Waiting for sinks is not adding.
+        // The time that sinks take is not counted.
         let start = Instant::now();
         self.adder.count(rejects, &reject_counts, &faint);
         let samples = self.adder.add(stride, payload).unwrap_or(samples);
         self.adder.contribute(&contributions);
-        // In one go with their samples: a checkpoint has both or neither.
+        // Together with their samples: a checkpoint has both or neither.
         self.adder.add_first_hits(stride, &first_hits);
         self.totals.adding += start.elapsed();
         self.pass_on(samples);
@@ -225,9 +226,9 @@ impl Accumulator {
         self.publisher.publish(&self.adder.film, &self.totals);
     }
 
-    /// Sends samples to their sink, waiting until they are taken.
+    /// Sends samples to their sink, and waits until they are received.
     fn pass_on(&mut self, samples: Vec<Sample>) {
-        // Samples of a worker that has no sums to send may be wanted by no sink.
+        // A worker without sums sends samples even if no sink wants them.
         if let Some(sink) = &self.samples
             && !samples.is_empty()
             && sink.send(samples).is_err()
@@ -237,14 +238,14 @@ impl Accumulator {
         }
     }
 
-    /// A worker has carried out an order: the pixels of the stride have all samples before `end`.
+    /// Records that a worker has completed an order: the pixels of the stride have all samples before `end`.
     fn complete(&mut self, worker: usize, stride: Stride, end: u32) {
         self.dealer.complete(worker, stride, end);
         let completed = self.dealer.schedule.completed();
         self.totals.spp = completed.saturating_sub(self.first);
         self.publisher.warn_of_faint(&self.adder.faint, self.totals.spp);
         match self.adder.reaches_others() {
-            // A pixel is at a barrier only when those are whose samples count in it.
+            // A pixel is complete at a barrier only when its neighbours' samples are.
             true => self.barriers.gather_whole(&self.adder.film, completed),
             false => self.barriers.gather_share(&self.adder.film, stride, end),
         }
@@ -253,7 +254,7 @@ impl Accumulator {
         self.give_orders();
     }
 
-    /// Goes on when all wait at a gate: a milestone, or a picture that can't be gathered share by share.
+    /// Continues when all shares wait at a gate: a milestone, or a picture that cannot be gathered share by share.
     fn pass_gate(&mut self) {
         let Some(gate) = self.dealer.schedule.waits_at() else { return };
         let Some(milestones) = self.milestones.as_mut().filter(|it| it.next() == Some(gate)) else {
@@ -265,26 +266,26 @@ impl Accumulator {
         self.checkpoints.begin_anew();
     }
 
-    /// Decides where to end, as far as a milestone tells, and where all wait next.
+    /// Decides the end, if a milestone determines it, and the next gate.
     fn decide(&mut self) {
         let end = self.milestones.as_ref().and_then(Milestones::end);
         self.dealer.schedule.decide(end, self.next_gate());
     }
 
-    /// Where all wait next: at a milestone, or for a picture that can't be gathered share by share.
+    /// The next gate: a milestone, or a picture that cannot be gathered share by share.
     fn next_gate(&self) -> Option<u32> {
         let picture = self.barriers.next().filter(|_| self.adder.reaches_others());
         let milestone = self.milestones.as_ref().and_then(Milestones::next);
         milestone.into_iter().chain(picture).min()
     }
 
-    /// Notes what the error is by estimate.
+    /// Records the estimated error.
     fn estimate(&mut self) {
         let spp = self.totals.spp;
         self.totals.noise = self.milestones.as_ref().and_then(|milestones| milestones.noise(spp));
     }
 
-    /// Takes note of a change among the workers. Returns the failure if it ends the render.
+    /// Processes a change among the workers. Returns the failure if it ends the render.
     fn change(&mut self, change: Change, batches: &Receiver<SampleBatch>) -> Option<WorkerFailure> {
         match change {
             Change::Joins { worker, port, speed } => self.dealer.join(worker, port, speed),
@@ -301,25 +302,25 @@ impl Accumulator {
         None
     }
 
-    /// Goes on without a worker. What it sent before is good, and lies in its channel by now.
+    /// Continues without a worker. The batches that it has sent are valid, and are in its channel by now.
     fn lose(&mut self, worker: usize, batches: &Receiver<SampleBatch>) {
         self.take_arrived(batches);
         self.dealer.lose(worker);
     }
 
-    /// Gives workers all the orders that they should have.
+    /// Gives workers their next orders.
     fn give_orders(&mut self) {
         let plan = last(&self.milestones).and_then(|milestone| milestone.plan.clone());
         self.dealer.give_orders(self.pace(), &self.adder.film, plan.as_deref());
     }
 
-    /// The time that one sample of every pixel takes, as far as that is known.
+    /// The time for one sample of every pixel, if it is known.
     fn pace(&self) -> Option<Duration> {
         let spp = self.totals.made() as f64 / f64::from(self.region.len());
         (spp > 0.0).then(|| self.started.elapsed().div_f64(spp))
     }
 
-    /// What it all came to.
+    /// The outcome of the render.
     fn outcome(
         self,
         failure: Option<WorkerFailure>,
@@ -350,7 +351,7 @@ impl Accumulator {
     }
 }
 
-/// The last milestone of a render that has them.
+/// The last milestone of a render with a requested error.
 fn last(milestones: &Option<Milestones>) -> Option<&crate::film::Milestone> {
     milestones.as_ref().and_then(Milestones::last)
 }

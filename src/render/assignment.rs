@@ -1,30 +1,30 @@
-//! Orders as workers get them: each with what is left of it, where pixels have some of its samples already.
+//! Assignments: orders without the samples that pixels already have.
 
 use super::schedule::Order;
 use crate::film::{Film, Plan};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// An order, and what is left of it: all that a worker has to know.
+/// An order and its remaining samples: all the information that a worker needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Assignment {
     /// The order.
     pub order: Order,
-    /// The samples that are to be made for each slot, where these are not all of the order's for all of them: some
-    /// pixels have more samples than others, or do not go as far.
+    /// The remaining samples for each slot, if they differ from the order's: some pixels have more samples than others,
+    /// or end earlier.
     pub rest: Option<Vec<Range<u32>>>,
 }
 
 impl From<Order> for Assignment {
-    /// The whole of an order.
+    /// A complete order.
     fn from(order: Order) -> Assignment {
         Assignment { order, rest: None }
     }
 }
 
 impl Assignment {
-    /// What a film lacks of an order. Its pixels have their first samples, from the index `first` on; a plan says how
-    /// far each of them goes, if they don't all go as far as the order.
+    /// The samples of an order that a film lacks. Its pixels have their first samples, from the index `first` on. An
+    /// adaptive plan limits the samples of each pixel, if there is one.
     pub fn of(order: Order, film: &Film, first: u32, plan: Option<&Plan>) -> Assignment {
         let lacks = |slot: u32| {
             let place = order.stride.place(slot) as usize;
@@ -39,7 +39,7 @@ impl Assignment {
         Assignment { order, rest: rest.iter().any(|rest| *rest != whole).then_some(rest) }
     }
 
-    /// What is left of the order for a slot.
+    /// The remaining samples for a slot.
     pub fn rest(&self, slot: u32) -> Range<u32> {
         match &self.rest {
             Some(rest) => rest[slot as usize].clone(),
@@ -47,8 +47,8 @@ impl Assignment {
         }
     }
 
-    /// The first of some slots, as many as lack the same samples or none, and these samples. Those that lack some make
-    /// no more than `paths` paths, unless one alone does.
+    /// The first of some slots with equal remaining samples, and these samples. If any remain, the block has at most
+    /// `paths` paths, unless a single slot has more.
     pub fn block(&self, slots: Range<u32>, paths: usize) -> (Range<u32>, Range<u32>) {
         let (mut samples, mut pixels) = (0..0, 0);
         for slot in slots.clone() {
@@ -65,7 +65,7 @@ impl Assignment {
         (slots, samples)
     }
 
-    /// The first slots as runs: slots, one after the other, that lack the same.
+    /// The first slots in runs: consecutive slots with equal remaining samples.
     pub fn runs(&self, slots: u32) -> Vec<(Range<u32>, Range<u32>)> {
         let mut runs: Vec<(Range<u32>, Range<u32>)> = Vec::new();
         for slot in 0..slots {
@@ -85,14 +85,14 @@ mod tests {
     use crate::render::Stride;
 
     #[test]
-    fn an_order_is_cut_down_to_what_a_pixel_lacks() {
+    fn an_order_is_reduced_to_the_missing_samples() {
         let mut film = Film::new(3, 1).unwrap();
         let order = |first, end| Order { stride: Stride::ALL, first, end };
         assert_eq!(Assignment::of(order(10, 20), &film, 10, None), order(10, 20).into());
         for (pixel, samples) in [(0, 2), (1, 7), (2, 4)] {
             (0..samples).for_each(|_| film.add_sample(pixel, [1.0; 3]).unwrap());
         }
-        // One that was left out was made all the same.
+        // A rejected sample counts as made.
         film.add_sample(2, [-1.0; 3]).unwrap_err();
         let of = |order| Assignment::of(order, &film, 10, None);
         let rest = |first, end| [0, 1, 2].map(|slot| of(order(first, end)).rest(slot));
@@ -103,7 +103,7 @@ mod tests {
         let all = of(order(12, 18));
         assert_eq!(all.block(0..3, 100), (0..1, 12..18));
         assert_eq!(all.block(1..3, 100), (1..2, 17..18));
-        // A slot that lacks nothing is passed by, and a block has as many paths as it may.
+        // A slot without remaining samples is skipped, and a block has at most the allowed number of paths.
         let none = of(order(12, 13));
         assert_eq!(none.block(0..3, 100), (0..3, 12..13));
         assert_eq!(none.block(1..3, 100), (1..3, 0..0));

@@ -6,43 +6,43 @@ use crate::film::{Band, LayerSet, LayerSums, Made, PixelSums, Reject, RejectCoun
 use crate::sampling::{Contribution, Sample};
 use serde::{Deserialize, Serialize};
 
-/// Samples of some of the pixels of an order: themselves, or exact sums of them.
+/// Samples of some of the pixels of an order: single samples, or exact sums of them.
 ///
-/// The accumulator believes workers: each batch must be of the oldest order that the worker has not completed, and bring
-/// what no other batch has brought.
+/// The accumulator does not verify batches: each must belong to the oldest order that the worker has not completed, and
+/// contain only samples that no other batch contains.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SampleBatch {
     /// The worker that made them.
     pub worker: usize,
-    /// The pixels that the order is for, as places in the region.
+    /// The pixels of the order, as places in the region.
     pub stride: Stride,
     /// The samples.
     pub payload: Payload,
-    /// Every one of them, where a sink wants that and the payload is sums of them.
+    /// All samples, if a sink wants them and the payload consists of sums.
     pub samples: Vec<Sample>,
-    /// What the samples contribute to any pixel.
+    /// Contributions of the samples to any pixel.
     pub contributions: Vec<Contribution>,
     /// The first hits of the samples, for the layers of the film.
     pub first_hits: FirstHits,
-    /// Paths that were traced for this batch, rejected ones included.
+    /// Paths traced for this batch, rejected ones included.
     pub paths: u64,
-    /// Rays that were traced for this batch.
+    /// Rays traced for this batch.
     pub rays: u64,
-    /// A few of the samples that were left out, with the reason.
+    /// A few of the rejected samples, with the reasons.
     pub rejects: Vec<(Traced, Reject)>,
-    /// Numbers of samples that were left out, without those that the accumulator sorts out itself.
+    /// Numbers of rejected samples, without those that the accumulator rejects itself.
     pub reject_counts: RejectCounts,
-    /// What is counted of the first sample of each pixel, by a worker that counts.
+    /// Counts of faint radiance over the first sample of each pixel, from workers that count it.
     pub faint: Faint,
-    /// With the last batch of an order: each pixel of the stride now has exactly this many samples.
+    /// In the last batch of an order: the number of samples that each pixel of the stride now has.
     pub completes: Option<u32>,
 }
 
-/// How many rejected samples a batch names.
+/// The maximum number of rejected samples that a batch lists.
 pub const NAMED_REJECTS: usize = 4;
 
 impl SampleBatch {
-    /// A batch with nothing in it yet but for its payload.
+    /// A batch without samples, except for its payload.
     pub fn empty(worker: usize, stride: Stride, payload: Payload) -> SampleBatch {
         SampleBatch {
             worker,
@@ -61,23 +61,23 @@ impl SampleBatch {
     }
 }
 
-/// Sums of the first hits of those of the samples that layers are of.
+/// Sums of the first hits of samples that contribute to layers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FirstHits {
     /// The first slot of the stride.
     pub first_slot: u32,
-    /// Those of consecutive slots from that one on, each as a pixel; of no slot where layers are of none of the samples.
+    /// Sums of consecutive slots from that one on, one pixel each; empty if none of the samples contributes to layers.
     pub sums: LayerSums,
 }
 
 impl FirstHits {
-    /// Of no slot yet, from one on.
+    /// Empty sums that begin at a slot.
     pub fn none(layers: LayerSet, first_slot: u32) -> FirstHits {
         FirstHits { first_slot, sums: LayerSums::new(layers) }
     }
 }
 
-/// Enough to trace one path again.
+/// A sample that can be traced again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Traced {
     /// The pixel's index on the full film.
@@ -89,35 +89,35 @@ pub struct Traced {
 /// Samples, or sums of them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Payload {
-    /// Every sample, from a worker that has no sums of them. The accumulator sorts out those that a film can't take.
+    /// Every sample, from a worker that makes no sums. The accumulator rejects invalid ones.
     Samples(Vec<Sample>),
     /// Exact sums over consecutive slots of the stride.
     Sums {
         /// The first slot.
         first_slot: u32,
-        /// The sums, a slot each.
+        /// The sums, one per slot.
         sums: Vec<PixelSums>,
-        /// Samples that are too bright to be summed in 64 bits, but that a film takes.
+        /// Samples that are too bright for sums of 64 bits, but valid for a film.
         bright: Vec<Sample>,
-        /// Slots whose sums don't fit into 64 bits, from a worker that adds bright samples up itself: more
-        /// of their radiance and squares. Their counts are among `sums`.
+        /// Slots whose sums do not fit into 64 bits, from a worker that sums bright samples itself: the rest of their
+        /// radiance and squares. Their counts are in `sums`.
         wide: Vec<(u32, WideSums)>,
     },
-    /// Exact sums over a band of rows, of samples that count in all pixels around them.
+    /// Exact sums over a band of rows, of weighted samples.
     Splats {
         /// The first of consecutive slots of the stride that the samples were made for.
         first_slot: u32,
-        /// How many were made for each of them.
+        /// The number of samples made for each of them.
         made: Vec<Made>,
         /// The sums.
         band: Band,
-        /// Samples that it has no room for: they are too bright to be summed in 64 bits, or count in pixels beyond it.
+        /// Samples that do not fit into the band: too bright for sums of 64 bits, or near pixels outside it.
         bright: Vec<Sample>,
     },
 }
 
 impl Payload {
-    /// One past the last slot that there are sums for; zero where samples come one by one.
+    /// One past the last slot with sums; zero for single samples.
     pub fn slots_end(&self) -> u32 {
         match self {
             Payload::Samples(_) => 0,
@@ -126,7 +126,7 @@ impl Payload {
         }
     }
 
-    /// Sums from a slot on, of nothing yet.
+    /// Empty sums that begin at a slot.
     pub fn sums(first_slot: u32) -> Payload {
         Payload::Sums { first_slot, sums: Vec::new(), bright: Vec::new(), wide: Vec::new() }
     }
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_batch_travels_as_text_without_loss() {
+    fn a_batch_is_serialised_without_loss() {
         let sample = |radiance| Sample { pixel: u32::MAX, sample: 7, x: 0.1, y: 1e-30, radiance };
         let odd = [[f32::NAN, -0.0, f32::INFINITY], [1.0 / 3.0, f32::MIN_POSITIVE, f32::MAX]].map(sample);
         let sums = PixelSums { rgb: [i64::MAX, i64::MIN, -1], squares: i64::MAX, count: 1, rejected: 2 };

@@ -1,4 +1,4 @@
-//! Whether radiance is too small for a film, which keeps multiples of a quantum.
+//! Detects radiance that is too small for a film, which stores multiples of a quantum.
 
 use crate::film::Film;
 use crate::film::MAX_RADIANCE;
@@ -7,37 +7,37 @@ use crate::integrator::Finished;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Radiance below this, 2⁻²⁷, loses digits that are seen: half a quantum is a 64th of it.
+/// Radiance below this, 2⁻²⁷, loses visible precision: half a quantum is a 64th of it.
 const FAINT: f32 = 32.0 * QUANTUM as f32;
 
-/// Counts of the samples or pixels that see light, and of those that are too dark for a film.
+/// Counts of samples or pixels that are not black, and of those that are too dark for a film.
 ///
-/// CPU workers count the samples with the number 0, which is what films can no longer tell: one that was rounded to zero
-/// looks like one that saw nothing. All other samples cost nothing. A GPU worker counts nothing: where it renders alone, the
-/// pixels of the film decide in the end, and beside CPU workers these decide by their share.
+/// CPU workers count the samples with index 0, before rounding: on a film a sample that was rounded to zero looks like
+/// a black one. Other samples cost nothing. A GPU worker counts nothing: if it renders alone, the pixels of the film
+/// are counted at the end, and beside CPU workers their share of the samples decides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Faint {
     /// Samples, or pixels.
     counted: u64,
     /// Those that are not black.
     lit: u64,
-    /// Those of them that are darker than [`FAINT`] in all channels.
+    /// Those that are not black but darker than [`FAINT`] in all channels.
     faint: u64,
     /// The largest channel of the faint ones.
     brightest_faint: f32,
-    /// The largest channel of them all.
+    /// The largest channel of all.
     brightest: f32,
     /// Whether pixels of a film were counted.
     is_of_film: bool,
 }
 
 impl Faint {
-    /// Counts those of some samples that have the number 0.
+    /// Counts the samples with index 0 among these.
     pub fn count(&mut self, finished: &[Finished]) {
         finished.iter().filter(|f| f.sample.sample == 0).for_each(|f| self.add(f.sample.radiance));
     }
 
-    /// Of the pixels of a film.
+    /// Counts the pixels of a film.
     pub fn of_film(film: &Film) -> Faint {
         let mut all = Faint { is_of_film: true, ..Faint::default() };
         film.layout().places().for_each(|place| all.add(film.mean(place)));
@@ -52,11 +52,11 @@ impl Faint {
             self.faint += 1;
             self.brightest_faint = self.brightest_faint.max(largest);
         }
-        // Infinite radiance is reported as such.
+        // Infinite radiance is reported separately.
         self.brightest = if largest.is_finite() { self.brightest.max(largest) } else { self.brightest };
     }
 
-    /// Adds what was counted elsewhere.
+    /// Adds other counts.
     pub fn merge(&mut self, other: &Faint) {
         self.counted += other.counted;
         self.lit += other.lit;
@@ -65,18 +65,18 @@ impl Faint {
         self.brightest = self.brightest.max(other.brightest);
     }
 
-    /// What to warn of at the end of a render with this film, by what was counted of its first samples, if they were.
+    /// The warning at the end of a render with this film, from the counts of first samples if there are any.
     pub fn warning(&self, film: &Film, has_light: bool) -> Option<String> {
         let of_film = Faint::of_film(film);
         let known = if self.is_known() { self } else { &of_film };
         if known.is_majority() {
             return Some(known.to_string());
         }
-        // Samples that were rounded to zero look like samples that saw nothing.
+        // Samples that were rounded to zero look like black ones.
         let unknown = has_light && of_film.is_black() && !self.is_known();
         unknown.then(|| {
             format!(
-                "the picture is black: no sample saw light, or all saw less than the {QUANTUM:.0e} that a film keeps; if light is to be seen, multiply every emission, intensity and radiance of the scene and lower its exposure"
+                "the picture is black: all samples are black or below {QUANTUM:.0e}, the precision of a film; if the scene should be lit, multiply all its emissions, intensities and radiances by one number and lower its exposure"
             )
         })
     }
@@ -86,18 +86,18 @@ impl Faint {
         self.counted > 0
     }
 
-    /// Whether all that was counted is black.
+    /// Whether everything counted is black.
     pub fn is_black(&self) -> bool {
         self.lit == 0
     }
 
-    /// Whether the majority of the samples or pixels that see light is too dark.
+    /// Whether more than half of the samples or pixels that are not black are too dark.
     pub fn is_majority(&self) -> bool {
         2 * self.faint > self.lit
     }
 
-    /// The power of two to multiply all light by: it makes the brightest of what is too dark about one, or as bright as
-    /// the brightest of all allows. None where that is too little to get it above [`FAINT`].
+    /// The power of two by which to multiply all light: it brings the brightest faint value to about one, or is limited
+    /// by the brightest value of all. `None` if that is too little to bring it above [`FAINT`].
     fn stops(&self) -> Option<i32> {
         let highest = libm::ilogbf(MAX_RADIANCE) - 1;
         let stops = (-libm::ilogbf(self.brightest_faint)).min(highest - libm::ilogbf(self.brightest));
@@ -105,24 +105,24 @@ impl Faint {
     }
 }
 
-/// A warning that says what to do.
+/// A warning with a remedy.
 impl fmt::Display for Faint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Faint { lit, faint, brightest, is_of_film, .. } = *self;
         let counted = if is_of_film { "pixels" } else { "samples" };
         write!(
             f,
-            "{faint} of the first {lit} {counted} that see light are darker than {FAINT:.0e}, and a film keeps multiples of {QUANTUM:.0e}: "
+            "{faint} of the first {lit} {counted} that are not black are below {FAINT:.0e}, too close to the precision of a film ({QUANTUM:.0e}): "
         )?;
         match self.stops() {
             Some(stops) => write!(
                 f,
-                "multiply every emission, intensity and radiance of the scene by 2^{stops} (about {:.0e}) and lower its exposure by {stops} stops, or, where point lights light it, measure lengths in a larger unit",
+                "multiply all emissions, intensities and radiances of the scene by 2^{stops} (about {:.0e}) and lower its exposure by {stops} stops; with point lights, a larger unit of length also helps",
                 libm::exp2(f64::from(stops))
             ),
             None => write!(
                 f,
-                "others are as bright as {brightest:.0e}, and no number to multiply all light by brings both into the range of a film, which ends at {MAX_RADIANCE:.0e}; make the bright lights darker, or keep them out of the picture, and then multiply all light"
+                "others are as bright as {brightest:.0e}, and no common factor brings both into the range of a film, which ends at {MAX_RADIANCE:.0e}; make the bright lights darker or keep them out of view, then multiply all light"
             ),
         }
     }
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn most_of_what_is_not_black_decides() {
+    fn the_majority_of_samples_that_are_not_black_decides() {
         let faint = FAINT / 2.0;
         for (radiance, is_majority) in [
             (&[0.0, 0.0, 0.0, faint][..], true),
@@ -163,14 +163,14 @@ mod tests {
             assert_eq!(counted(radiance).is_majority(), is_majority, "{radiance:?}");
         }
         assert!(counted(&[0.0]).is_black() && counted(&[0.0]).is_known() && !counted(&[]).is_known());
-        // Samples with other numbers are not counted, so that it is the same for any number of threads.
+        // Samples with other indices are not counted, so that the result does not depend on the number of threads.
         let mut all = Faint::default();
         all.count(&[finished(1, faint), finished(7, faint)]);
         assert!(!all.is_known());
     }
 
     #[test]
-    fn a_film_tells_what_it_has_kept() {
+    fn the_pixels_of_a_film_are_counted() {
         let mut film = Film::new(3, 1).unwrap();
         let add = |film: &mut Film, pixel, radiance: f32| film.add_sample(pixel, [radiance; 3]).unwrap();
         add(&mut film, 0, 2.0 * QUANTUM as f32);
@@ -180,7 +180,7 @@ mod tests {
         let mut film = Film::new(1, 1).unwrap();
         add(&mut film, 0, 0.25 * QUANTUM as f32);
         assert!(Faint::of_film(&film).is_black() && !Faint::of_film(&film).is_majority());
-        // A black film tells nothing by itself; its samples do, and there may be no light.
+        // A black film gives no warning by itself; its samples do, and there may be no light.
         let warning = |faint: Faint, has_light| faint.warning(&film, has_light);
         assert!(warning(Faint::default(), true).unwrap().starts_with("the picture is black"));
         assert_eq!(warning(Faint::default(), false), None);
@@ -191,17 +191,17 @@ mod tests {
     #[test]
     fn the_remedy_makes_the_brightest_about_one() {
         let text = counted(&[3e-13, 1e-13, 0.0]).to_string();
-        assert!(text.starts_with("2 of the first 2 samples that see light are darker than 7e-9"), "{text}");
+        assert!(text.starts_with("2 of the first 2 samples that are not black are below 7e-9"), "{text}");
         assert!(text.contains("by 2^42 (about 4e12) and lower its exposure by 42 stops"), "{text}");
     }
     #[test]
-    fn the_remedy_is_for_the_faint_samples_and_keeps_the_bright_ones() {
-        // A lamp that is seen, above a floor that is too dark.
+    fn the_remedy_keeps_bright_samples_within_the_range() {
+        // A visible lamp above a floor that is too dark.
         let floor = [3e-9_f32, 1e-9, 2e-9];
         let mixed = counted(&[floor[0], floor[1], 100.0, floor[2]]);
         assert!(mixed.is_majority());
         let stops = mixed.stops().unwrap();
-        assert_eq!(stops, 23, "as many as 100 allows");
+        assert_eq!(stops, 23, "the most that 100 allows");
         let times = libm::exp2f(stops as f32);
         assert!(floor[0] * times >= FAINT && 100.0 * times <= MAX_RADIANCE);
         assert!(
@@ -210,9 +210,9 @@ mod tests {
         );
         // Without the lamp there is room for all.
         assert_eq!(counted(&floor).stops(), Some(29));
-        // A lamp that leaves no room.
+        // A lamp that is too bright for any factor.
         let wide = counted(&[1e-15, 1e-15, 1e8]);
         assert!(wide.is_majority() && wide.stops().is_none());
-        assert!(wide.to_string().contains("no number to multiply all light by brings both"), "{wide}");
+        assert!(wide.to_string().contains("no common factor brings both"), "{wide}");
     }
 }

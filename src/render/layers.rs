@@ -1,4 +1,4 @@
-//! Traces the first hits of samples, for layers.
+//! Traces the first hits of samples for layers.
 
 use super::batch::FirstHits;
 use super::stride::Stride;
@@ -10,8 +10,8 @@ use crate::sampling::{Pixel, Region};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Adds the first hits of some samples of some pixels to sums, as far as layers are of these samples. `place` says where
-/// among the sums each of the pixels is. `hits` is for scratch.
+/// Adds the first hits of some samples of some pixels to sums, for those samples that contribute to layers. `place`
+/// maps each pixel to its index among the sums. `hits` is a reusable buffer.
 pub(super) fn trace_first_hits(
     integrator: &dyn Integrator,
     level: Level,
@@ -34,23 +34,23 @@ pub(super) fn trace_first_hits(
     }
 }
 
-/// What traces first hits on the CPU for a worker on another device.
+/// Traces first hits on the CPU for a worker on another device.
 #[derive(Clone)]
 pub struct FirstHitTracer {
-    /// What follows the camera's rays.
+    /// The integrator that traces camera rays.
     pub integrator: Arc<dyn Integrator>,
-    /// The lanes that it uses.
+    /// The SIMD level.
     pub level: Level,
     /// The layers of the film.
     pub layers: LayerSet,
-    /// The part of the film that is rendered.
+    /// The rendered part of the film.
     pub region: Region,
-    /// Threads that trace side by side.
+    /// The number of threads.
     pub threads: usize,
 }
 
 impl FirstHitTracer {
-    /// The first hits of some samples of some slots of a stride.
+    /// Traces the first hits of some samples of some slots of a stride.
     pub fn trace_first_hits(&self, stride: Stride, slots: Range<u32>, samples: &Range<u32>) -> FirstHits {
         let mut all = FirstHits::none(self.layers, slots.start);
         if layer_samples(samples).is_empty() || slots.is_empty() || self.layers.is_empty() {
@@ -65,7 +65,7 @@ impl FirstHitTracer {
                 shares.iter().skip(1).cloned().map(|slots| scope.spawn(move || trace(slots))).collect();
             all.sums.append(trace(shares[0].clone()));
             for thread in threads {
-                // A panic goes on here, as it would without threads.
+                // A panic is propagated, as it would be without threads.
                 let sums = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
                 all.sums.append(sums);
             }
@@ -85,8 +85,8 @@ impl FirstHitTracer {
     }
 }
 
-/// The channels of some layers of a part of the film that has not been rendered yet, of a few samples of each pixel, with
-/// the names of the scene's things.
+/// The channels of some layers of a part of the film before it is rendered, from a few samples of each pixel, with the
+/// names of entities and materials.
 pub fn preview(
     integrator: &Arc<dyn Integrator>,
     level: Level,
@@ -100,7 +100,7 @@ pub fn preview(
         FirstHitTracer { integrator: Arc::clone(integrator), level, layers: set, region, threads: 1 };
     let names = set.layers().flat_map(Layer::channels);
     let mut all: Vec<Channel> = names.map(|name| Channel { name, values: Vec::new() }).collect();
-    // The sums of a pixel take several times as much as its channels: there are those of one row at a time.
+    // The sums of a pixel are several times as large as its channels, so only one row is in memory at a time.
     for row in 0..region.height {
         let slots = row * region.width..(row + 1) * region.width;
         let sums = tracer.trace_first_hits(Stride::ALL, slots, &(0..samples)).sums;

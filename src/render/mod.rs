@@ -1,8 +1,8 @@
 //! The processes of a render: workers that make samples, and the accumulator that owns the film.
 //!
-//! They share nothing but the read-only scene and talk over bounded channels. A full channel is
-//! back-pressure; a closed one is the request to stop, in both directions. Workers are asked by a message as well, which
-//! they look for in the middle of a path: see [`worker::Worker::run_until`].
+//! They share only the read-only scene and communicate over bounded channels. A full channel is back-pressure; a closed
+//! one is the request to stop, in both directions. Workers also receive that request as a message, which they check in
+//! the middle of a path: see [`worker::Worker::run_until`].
 
 pub mod accumulator;
 pub mod assignment;

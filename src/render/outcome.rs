@@ -1,4 +1,4 @@
-//! The outcome of a render, its figures on the way, and failures of workers.
+//! The outcome of a render, its progress figures, and failures of workers.
 
 use super::batch::Traced;
 use super::faint::Faint;
@@ -9,29 +9,29 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How far a render is.
+/// The progress figures of a render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals {
-    /// Samples in the film, and those left out.
+    /// Samples in the film, rejected ones included.
     pub samples: u64,
-    /// How many of them were there before this run.
+    /// The samples among them from before this run.
     pub before: u64,
-    /// Samples and contributions left out.
+    /// Rejected samples and contributions.
     pub rejected: u64,
     /// Rays traced.
     pub rays: u64,
     /// Time from the first order to the last batch.
     pub elapsed: Duration,
-    /// Time that adding took, without waiting for sinks.
+    /// Time spent adding batches, without waiting for sinks.
     pub adding: Duration,
     /// Samples that every pixel has.
     pub spp: u32,
-    /// What the error is by estimate, and what is asked for, where the render is to end at an error.
+    /// The estimated and the requested error, if the render is to end at an error.
     pub noise: Option<[f64; 2]>,
 }
 
 impl Totals {
-    /// Samples that this run made.
+    /// Samples made by this run.
     pub fn made(&self) -> u64 {
         self.samples - self.before
     }
@@ -43,37 +43,36 @@ pub struct Outcome {
     pub film: Film,
     /// The figures.
     pub totals: Totals,
-    /// The last milestone, where the render was to end at an error.
+    /// The last milestone, if the render was to end at an error.
     pub milestone: Option<Milestone>,
-    /// Whether every pixel has [`Totals::spp`] samples and no other.
+    /// Whether every pixel has exactly [`Totals::spp`] samples.
     pub whole: bool,
     /// The worker that failed, if one did.
     pub failure: Option<WorkerFailure>,
-    /// The workers that were lost, and whose work others took over.
+    /// The workers that were lost and replaced by others.
     pub lost: Vec<WorkerFailure>,
-    /// The workers that did not answer the request to stop.
+    /// The workers that did not stop on request.
     pub unanswered: Vec<Unanswered>,
-    /// Whether the time was up, and it would have taken too long to come to a whole sample.
+    /// Whether the time was up long before the next whole sample.
     pub overtime: bool,
-    /// Samples that each worker made.
+    /// Samples made by each worker, indexed by worker number.
     pub made: Vec<u64>,
-    /// The worker that owns each pixel in the end.
+    /// The worker that owns each pixel at the end.
     pub owners: Arc<Vec<u32>>,
-    /// The ends of pictures that were asked for and not reached.
+    /// The sample indices of requested pictures that were not reached.
     pub unreached: Vec<u32>,
-    /// Some of the samples that were left out, or whose contributions were.
+    /// Some of the rejected samples, or samples with rejected contributions.
     pub rejects: Vec<(Traced, Reject)>,
-    /// Numbers of samples and of contributions that this run left out.
+    /// Numbers of samples and contributions that this run rejected.
     pub reject_counts: RejectCounts,
-    /// The counts over the first samples of pixels.
+    /// Counts of faint radiance over the first samples of pixels.
     pub faint: Faint,
-    /// Whether the run has warned of radiance that is too small for the film.
+    /// Whether the run has warned about radiance that is too small for the film.
     pub has_warned_of_faint: bool,
 }
 
 impl Outcome {
-    /// Counts what was done before, by a render that this one has gone on with; it may have had a worker more, or one
-    /// less.
+    /// Adds the figures of an earlier render that this one has continued. The numbers of workers may differ by one.
     pub fn follow(&mut self, earlier: &Outcome) {
         let totals = &mut self.totals;
         totals.before = earlier.totals.before;
@@ -91,28 +90,28 @@ impl Outcome {
     }
 }
 
-/// A worker could not go on.
+/// A failure of a worker.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{worker} failed: {message}")]
 pub struct WorkerFailure {
     /// Its number.
     pub index: usize,
-    /// Which worker, as a user knows it.
+    /// The name of the worker for users.
     pub worker: String,
     /// Its message.
     pub message: String,
 }
 
-/// A worker that did not end when it was asked to.
+/// A worker that did not stop on request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unanswered {
     /// Its number.
     pub worker: usize,
-    /// The time that it had for an answer.
+    /// Its time limit.
     pub within: Duration,
-    /// The order that it held, and the slots of it whose samples had not come, if it held any.
+    /// Its unfinished order, if it had one, and the slots whose samples have not been received.
     pub order: Option<(Order, Range<u32>)>,
 }
 
-/// How many rejected samples are remembered by name.
+/// The maximum number of rejected samples that are listed.
 pub(super) const NAMED_REJECTS: usize = 8;

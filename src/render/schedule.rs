@@ -1,12 +1,12 @@
-//! The order of work: which samples which pixels get next.
+//! The schedule: the order in which pixels get their samples.
 //!
-//! Every worker's stride is cut into *shares*, strides themselves, and orders are for a share. A worker carries
-//! out those of its own stride; one that is done with them takes over shares of another that has fallen behind,
-//! so that a core that is slowed down holds up nobody. What becomes of a pixel does not depend on who renders it.
+//! Every worker's stride is divided into *shares*, which are strides themselves, and an order covers one share. A
+//! worker executes the orders of its own stride. When these are done, it takes over shares of a worker that has fallen
+//! behind, so that a slow core does not delay the render. The samples of a pixel do not depend on the worker.
 //!
-//! All shares pass the same barriers, each in its own time: sample counts that every pixel reaches exactly. A
-//! picture at a barrier is gathered share by share as they come by, and nobody waits. A share is with one worker
-//! at a time, so that its samples arrive in order and what a film holds of a pixel are always its first ones.
+//! All shares pass the same barriers: sample counts that every pixel reaches exactly. A picture at a barrier is
+//! gathered share by share, without waiting. Only one worker at a time has orders for a share, so that its samples
+//! arrive in order and a film always has the first samples of a pixel.
 
 use super::stride::Stride;
 use crate::film::Layout;
@@ -14,82 +14,83 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Work for one worker: these sample indices for every pixel of a share.
+/// Work for one worker: a range of sample indices for every pixel of a share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Order {
     /// The share, as places in the region.
     pub stride: Stride,
     /// The first sample index.
     pub first: u32,
-    /// One past the last.
+    /// One past the last sample index.
     pub end: u32,
 }
 
-/// The answer to a worker that asks for work.
+/// The response to a worker's request for work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deal {
-    /// Do this.
+    /// An order.
     Order(Order),
-    /// Ask again after the next completed order.
+    /// No work at present: ask again after the next completed order.
     Later,
-    /// There is nothing left to do.
+    /// No work remains.
     Done,
 }
 
-/// The most samples in one order: sums of them fit into 64 bits, and a stop is never far.
+/// The maximum number of samples per pixel in an order: their sums fit into 64 bits, and a stop is never far.
 const LONGEST_ORDER: u32 = 256;
 const _: () = assert!(LONGEST_ORDER <= crate::film::sums::MAX_COUNT);
 
-/// How long it should take all workers from one barrier to the next: long enough that messages cost nothing,
-/// short enough that a time limit is kept.
+/// The intended time from one barrier to the next: long enough that messages cost nothing, short enough to keep a time
+/// limit.
 const TARGET: Duration = Duration::from_millis(500);
 
-/// How long after its deadline a render may come to a whole sample. None is begun that is expected to take longer.
+/// The time after its deadline within which a render may complete a whole sample. None is started that is expected to
+/// take longer.
 pub const GRACE: Duration = Duration::from_millis(750);
 
-/// Shares of a stride: as many as can be taken over from a worker that is slow.
+/// Shares per stride: enough to take over in parts from a slow worker.
 const SHARES: u32 = 8;
 
-/// Pixels that a share has at least, unless its whole stride has fewer: with less, lanes run empty.
+/// The minimum number of pixels in a share, unless its whole stride has fewer: with less, SIMD lanes are idle.
 const FEWEST_PIXELS: u32 = 64;
 
-/// Stripes of rows in a share, where there are enough rows: what is slow in a picture is in all of them.
+/// Stripes of rows in a share, if there are enough rows: slow regions of a picture are distributed over all shares.
 const STRIPES: u32 = 4;
 
-/// Rows of a stripe at most: with that many, few samples count beyond it.
+/// The maximum number of rows of a stripe: with that many, few samples contribute to pixels beyond it.
 const MOST_ROWS: u32 = 8;
 
-/// A worker that is this many barriers ahead of another helps it out. One less, and equals would take each
-/// other's shares all the time.
+/// The number of barriers by which a worker must be ahead of another to take over its shares. With one less, workers of
+/// equal speed would exchange shares all the time.
 const AHEAD: usize = 2;
 
-/// How much wider than a share of another worker's the stride of a fast one may be.
+/// The maximum speed of a fast worker relative to the others.
 const MOST_TIMES: f64 = 65_536.0;
 
-/// Shares of a stride of so many pixels.
+/// The number of shares of a stride of this many pixels.
 fn shares_each(pixels: f64) -> u32 {
     ((pixels / f64::from(FEWEST_PIXELS)) as u32).clamp(1, SHARES)
 }
 
-/// Decides the barriers, one after the other, and deals the work in between.
+/// Decides the barriers one after the other, and assigns the work in between.
 #[derive(Debug)]
 pub struct Schedule {
     /// Sample counts that pixels reach together, ascending.
     barriers: Vec<u32>,
-    /// The workers that are there, each with its speed in that of the first ones.
+    /// The present workers, each with its speed relative to the initial ones.
     workers: BTreeMap<usize, f64>,
     /// Pixels of the region.
     pixels: u32,
     shares: Vec<Share>,
-    /// Into how many parts each share is to be cut as soon as no order for it is under way.
+    /// The number of parts into which each share is to be divided once it has no unfinished order.
     cuts: u32,
-    /// Where everything begins.
+    /// The sample index at which the schedule begins.
     start: u32,
-    /// Samples that some pixels have already.
+    /// Samples that some pixels already have.
     most: u32,
-    /// Where everything ends.
+    /// The sample index at which the schedule ends.
     target: u32,
-    /// A barrier at which all wait until it is decided how to go on.
+    /// A barrier at which all shares wait for a decision.
     gate: Option<u32>,
     deadline: Option<Instant>,
     /// Sample counts that must be barriers, ascending.
@@ -99,16 +100,16 @@ pub struct Schedule {
 #[derive(Clone, Debug)]
 struct Share {
     stride: Stride,
-    /// Whose stride it is a part of.
+    /// The worker whose stride it is part of.
     owner: usize,
-    /// How many barriers it has been ordered to pass.
+    /// The number of barriers up to which orders have been given.
     ordered: usize,
     /// Samples that each of its pixels has.
     completed: u32,
-    /// Who works at it, and how many orders for it are under way there.
+    /// The worker with unfinished orders for it, and their number.
     holder: Option<usize>,
     under_way: u32,
-    /// Whether it is to be cut as soon as no order for it is under way.
+    /// Whether it is to be divided once it has no unfinished order.
     is_to_be_cut: bool,
 }
 
@@ -123,9 +124,9 @@ impl Share {
 }
 
 impl Schedule {
-    /// A schedule for some workers, which may be none yet, over a region of so many pixels. It ends at `target` samples a
-    /// pixel, or before, at the first barrier after the deadline or the last one that is expected within [`GRACE`] of it,
-    /// and passes each of `stops`. There is one sample of every pixel at least.
+    /// A schedule for these workers, possibly none, over a region of this many pixels. It ends at `target` samples per
+    /// pixel, or earlier at the first barrier after the deadline, or the last one that is expected within [`GRACE`] of
+    /// it. It passes each of `stops`. Every pixel gets at least one sample.
     pub fn new(
         workers: usize,
         pixels: u32,
@@ -135,12 +136,12 @@ impl Schedule {
     ) -> Schedule {
         stops.sort_unstable();
         let a_worker = match workers {
-            // There is nobody to help.
+            // There is no worker to help.
             0 | 1 => 1,
             _ => shares_each(f64::from(pixels) / workers as f64),
         };
-        // Share i is the stride of places i, i + n, i + 2n, … for n shares in all. Those of a render without workers wait
-        // for the first that joins.
+        // Share i is the stride of places i, i + n, i + 2n, … for n shares in all. Without workers they are kept for
+        // the first that joins.
         let owners = workers.max(1);
         let n = owners as u32 * a_worker;
         let shares = (0..n).map(|i| Share::new(Stride::every(n, i), i as usize % owners)).collect();
@@ -159,13 +160,13 @@ impl Schedule {
         }
     }
 
-    /// The same over stripes of rows instead of pixels, of a region with so many pixels in a row: samples that count in
-    /// all pixels around them are summed up over what lies side by side.
+    /// Makes shares of stripes of rows instead of pixels, for a region with rows of this width: weighted samples are
+    /// summed over neighbouring pixels.
     pub fn in_stripes(mut self, pixels: u32, width: u32) -> Schedule {
-        // All shares have the same.
+        // All shares have the same size.
         let step = self.shares.first().map_or(1, |share| share.stride.step);
         let rows = (pixels / width / step.saturating_mul(STRIPES)).clamp(1, MOST_ROWS);
-        // With fewer rows than there are stripes in a step, less than a row.
+        // With fewer rows than stripes in a step, stripes are parts of a row.
         let stripe = (rows * width).min(pixels.div_ceil(step)).max(1);
         for share in &mut self.shares {
             let Stride { first, step, run } = share.stride;
@@ -174,21 +175,22 @@ impl Schedule {
         self
     }
 
-    /// The same, beginning with this sample index: what comes before is there, or somebody else's. Some pixels
-    /// have samples up to `most` already, so that nothing can end before.
+    /// Begins at this sample index: earlier samples exist already, or are made elsewhere. Some pixels have samples up
+    /// to
+    /// `most` already, so that the render cannot end before.
     pub fn starting_at(mut self, start: u32, most: u32) -> Schedule {
         (self.start, self.most) = (start, most);
         self.shares.iter_mut().for_each(|share| share.completed = start);
         self
     }
 
-    /// The same, where the last worker is as fast as so many of the others: its stride is as much wider.
+    /// Makes the last worker's stride wider: it is this many times as fast as the others.
     pub fn with_faster(mut self, pixels: u32, times: f64) -> Schedule {
         let last = self.workers.len().saturating_sub(1);
         self.workers.insert(last, times);
         let others = last as u32;
         let a_worker = shares_each(f64::from(pixels) / (f64::from(others) + times));
-        // In units of which each share of the others has one.
+        // In units of one share of another worker.
         let wide = (times * f64::from(a_worker)).round().clamp(1.0, MOST_TIMES) as u32;
         let narrow = others * a_worker;
         let step = narrow + wide;
@@ -203,29 +205,28 @@ impl Schedule {
         self
     }
 
-    /// The barrier that all have come to and wait at, if there is one.
+    /// The gate that all shares have reached and wait at, if there is one.
     pub fn waits_at(&self) -> Option<u32> {
         self.gate.filter(|&gate| gate < self.target && gate == self.completed())
     }
 
-    /// Opens the gate: everything ends at `end`, if that is said, and the next decision is due at `gate`.
+    /// Opens the gate: the schedule ends at `end`, if given, and the next decision is due at `gate`.
     pub fn decide(&mut self, end: Option<u32>, gate: Option<u32>) {
         self.target = end.map_or(self.target, |end| end.max(self.most).min(self.target));
         self.gate = gate;
     }
 
-    /// Where everything ends, as far as that is known.
+    /// The sample index at which the schedule ends, if it is known.
     pub fn target(&self) -> u32 {
         self.target
     }
 
-    /// How many shares the work is cut into.
+    /// The number of shares.
     pub fn shares(&self) -> usize {
         self.shares.len()
     }
 
-    /// Deals a worker its next order. `pace` is the time that one sample of every pixel takes, as far as that
-    /// is known.
+    /// The next order for a worker. `pace` is the time for one sample of every pixel, if it is known.
     pub fn next(&mut self, worker: usize, pace: Option<Duration>) -> Deal {
         let own = self.least_advanced(|share| share.owner == worker, worker);
         let own = own.filter(|&share| self.has_next(share, pace));
@@ -243,9 +244,9 @@ impl Schedule {
         }
     }
 
-    /// Takes note that an order for a share has been carried out: its pixels have `spp` samples now.
+    /// Records that an order for a share has been completed: its pixels have `spp` samples now.
     pub fn complete(&mut self, stride: Stride, spp: u32) {
-        // No two shares begin at the same place.
+        // All shares begin at different places.
         let Some(share) = self.shares.iter_mut().find(|share| share.stride.first == stride.first) else {
             return;
         };
@@ -259,8 +260,8 @@ impl Schedule {
         }
     }
 
-    /// Takes a worker on, which is as fast as so many of the first ones. It owns its part of the work from now on; where
-    /// there are too few shares for that, they are cut as soon as no order for them is under way.
+    /// Adds a worker of this speed relative to the initial ones. It gets its part of the shares; if there are too few
+    /// shares for that, they are divided once they have no unfinished orders.
     pub fn join(&mut self, worker: usize, speed: f64) {
         self.workers.insert(worker, speed);
         let workers = self.workers.len() as u32;
@@ -276,8 +277,8 @@ impl Schedule {
         self.cut();
     }
 
-    /// Takes everything from a worker that leaves or is lost: what it has not completed is dealt again, to the others,
-    /// who own its shares from now on.
+    /// Removes a worker that leaves or is lost: its unfinished work is assigned again, to the others, which own its
+    /// shares from now on.
     pub fn lose(&mut self, worker: usize) {
         self.workers.remove(&worker);
         for share in &mut self.shares {
@@ -290,7 +291,7 @@ impl Schedule {
         self.cut();
     }
 
-    /// Cuts what is to be cut and no order is under way for, and divides the shares anew.
+    /// Divides the shares that are to be divided and have no unfinished orders, and distributes them among the workers.
     fn cut(&mut self) {
         let (cuts, mut all) = (self.cuts, Vec::with_capacity(self.shares.len()));
         for share in std::mem::take(&mut self.shares) {
@@ -302,7 +303,7 @@ impl Schedule {
                 1 => cuts,
                 run => cuts.min(run),
             };
-            // Each part has a pixel: more parts than that would have steps beyond the last.
+            // Each part has a pixel: with more parts, steps would exceed the region.
             let parts = parts.min(share.stride.len(self.pixels).max(1));
             let part =
                 |i| Share { stride: share.stride.split(i, parts), is_to_be_cut: false, ..share.clone() };
@@ -313,11 +314,11 @@ impl Schedule {
         self.divide();
     }
 
-    /// Gives shares of workers with more than their part, or that are no longer there, to those with the least of theirs.
+    /// Moves shares from workers with more than their part, or that have gone, to those with the least of theirs.
     fn divide(&mut self) {
         let speeds: f64 = self.workers.values().sum();
         let part = |speed: f64| f64::from(self.pixels) * speed / speeds;
-        // How many pixels each owns too many.
+        // The number of excess pixels of each owner.
         let mut surplus: BTreeMap<usize, f64> =
             self.workers.iter().map(|(&worker, &speed)| (worker, -part(speed))).collect();
         for share in &self.shares {
@@ -329,7 +330,7 @@ impl Schedule {
             let len = f64::from(share.stride.len(self.pixels));
             let poorest = surplus.iter().min_by(|(_, a), (_, b)| a.total_cmp(b));
             let Some((&poorest, &least)) = poorest else { return };
-            // What is moved must not make the poorest richer than the owner was.
+            // A move must not make the receiver own more than the giver did.
             let has_too_many = |surplus: &f64| surplus - least > len;
             if surplus.get(&share.owner).is_none_or(has_too_many) {
                 surplus.entry(share.owner).and_modify(|surplus| *surplus -= len);
@@ -351,12 +352,12 @@ impl Schedule {
         layout.places().map(|place| owners[place]).collect()
     }
 
-    /// Whether all has been carried out.
+    /// Whether all work is done.
     pub fn is_done(&self, pace: Option<Duration>) -> bool {
         self.is_idle() && self.is_over(pace)
     }
 
-    /// Whether no order is under way.
+    /// Whether there is no unfinished order.
     pub fn is_idle(&self) -> bool {
         self.shares.iter().all(|share| share.under_way == 0)
     }
@@ -366,8 +367,8 @@ impl Schedule {
         self.shares.iter().map(|share| share.completed).min().unwrap_or(0)
     }
 
-    /// How many orders a worker should have at a time: two, but only one where a second could end long after
-    /// the deadline.
+    /// The number of orders that a worker should have at a time: two, or one if a second could end long after the
+    /// deadline.
     pub fn ahead(&self, pace: Option<Duration>) -> usize {
         match self.deadline {
             Some(_) if pace.is_none_or(|pace| pace > TARGET / 10) => 1,
@@ -375,21 +376,21 @@ impl Schedule {
         }
     }
 
-    /// The share that has passed the fewest barriers, of those meant that a worker may have.
+    /// The share with the fewest barriers passed among those that `is_meant` selects and the worker may take.
     fn least_advanced(&self, is_meant: impl Fn(&Share) -> bool, worker: usize) -> Option<usize> {
         let shares = self.shares.iter().enumerate();
         let open = shares.filter(|(_, share)| is_meant(share) && share.is_open_to(worker));
         open.min_by_key(|(_, share)| share.ordered).map(|(index, _)| index)
     }
 
-    /// Whether there is another barrier for a share to pass; decides it if need be.
+    /// Whether there is another barrier for a share to pass. Decides the barrier if necessary.
     fn has_next(&mut self, share: usize, pace: Option<Duration>) -> bool {
         if self.shares[share].ordered == self.barriers.len()
             && let Some(end) = self.next_barrier(pace)
         {
             let from = self.barriers.last().copied().unwrap_or(self.start);
             if from > self.start && from >= self.most && self.is_too_far(end, pace) {
-                // It stays so: the others must not go on without those that have ended.
+                // The end is final: other shares must not continue without those that have ended.
                 self.target = from;
             } else {
                 self.barriers.push(end);
@@ -398,12 +399,12 @@ impl Schedule {
         self.shares[share].ordered < self.barriers.len()
     }
 
-    /// Whether it is expected that all come to a barrier long after the deadline.
+    /// Whether the next barrier is expected long after the deadline.
     fn is_too_far(&self, end: u32, pace: Option<Duration>) -> bool {
         let (Some(deadline), Some(pace)) = (self.deadline, pace) else { return false };
         let missing = |share: &Share| {
             let ordered = share.ordered.checked_sub(1).map_or(self.start, |last| self.barriers[last]);
-            // Of what is under way half is done, more or less.
+            // Unfinished orders are half done on average.
             f64::from(end - share.completed) - 0.5 * f64::from(ordered.saturating_sub(share.completed))
         };
         let mean = self.shares.iter().map(missing).sum::<f64>() / self.shares.len().max(1) as f64;
@@ -437,8 +438,8 @@ impl Schedule {
         if from >= limit || (self.is_late() && from > self.start && from >= self.most) {
             return None;
         }
-        // The first samples come one by one, so that there is something to see; then orders double until
-        // they are as long as they should be.
+        // The first samples come one by one, so that a picture appears early; then orders double up to
+        // their intended length.
         let left = self.deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
         let length = left.map_or(TARGET, |left| TARGET.min(left / 4));
         let longest = pace.map_or(1, |pace| {

@@ -2,16 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Every Nth place of a region, {first, first + step, first + 2·step, …}; or every Nth run of so many places, for a
-/// worker that is as fast as many others.
+/// Every Nth place of a region, {first, first + step, first + 2·step, …}; or every Nth run of consecutive places, for a
+/// worker that is several times as fast as the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stride {
     /// The first place.
     pub first: u32,
-    /// The distance between places, or from the first of one run to the first of the next: at least one.
+    /// The distance between places, or between the starts of runs: at least one.
     pub step: u32,
-    /// Places in a run: at most as many as a step, and one for a plain stride. A stride whose runs are empty holds
-    /// nothing.
+    /// Places in a run, at most a step; one for a plain stride. With empty runs the stride is empty.
     pub run: u32,
 }
 
@@ -24,7 +23,8 @@ impl Stride {
         Stride { first, step, run: 1 }
     }
 
-    /// Part `i` of `m`, which is again a stride: together the m parts hold each place once. Runs are cut into m.
+    /// Part `i` of `m`, which is again a stride: the m parts contain each place exactly once. Runs are divided into m
+    /// parts.
     pub fn split(self, i: u32, m: u32) -> Stride {
         if self.run == 1 {
             return Stride { first: self.first + i * self.step, step: self.step * m, run: 1 };
@@ -33,13 +33,13 @@ impl Stride {
         Stride { first: self.first + cut(i), step: self.step, run: cut(i + 1) - cut(i) }
     }
 
-    /// How many of a region's `len` places the stride holds.
+    /// The number of a region's `len` places in the stride.
     pub fn len(self, len: u32) -> u32 {
         let reach = len.saturating_sub(self.first);
         reach / self.step * self.run + (reach % self.step).min(self.run)
     }
 
-    /// Its `slot`th place.
+    /// The place of a slot.
     pub fn place(self, slot: u32) -> u32 {
         match self.run {
             1 => self.first + slot * self.step,
@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_a_stride_hold_each_place_once() {
+    fn parts_of_a_stride_contain_each_place_once() {
         for (len, n, m) in [(100, 1, 7), (100, 3, 4), (5, 8, 3), (1, 1, 1), (64, 16, 64)] {
             for s in 0..n {
                 let stride = Stride::ALL.split(s, n);
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_and_parts_of_them_hold_each_place_once() {
+    fn runs_and_parts_of_them_contain_each_place_once() {
         for (len, step, cuts) in
             [(1000, 10, vec![0, 7, 10]), (1000, 17, vec![0, 1, 2, 17]), (5, 9, vec![0, 4, 9])]
         {

@@ -15,25 +15,25 @@ use crossbeam_channel::{Receiver, Sender, never};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// How many paths are traced at a time, where they are quick: enough that the lanes' last stragglers don't
-/// count, few enough that their samples stay in the cache.
+/// The maximum number of paths traced at a time: enough that idle lanes at the end of a block do not matter, few enough
+/// that their samples fit into the cache.
 const LARGEST_BLOCK: usize = 4096;
 
-/// And at first, before it is known how long paths take here.
+/// The initial number, before the speed of paths is known.
 const FIRST_BLOCK: usize = 256;
 
-/// Blocks are halved when they take longer than this, and doubled when they take less than a quarter of it.
+/// Blocks are halved if they take longer than this, and doubled if they take less than a quarter of it.
 const LONGEST_BLOCK: Duration = Duration::from_millis(40);
 
-/// After this long a batch is sent, so that pictures move; with the block that is under way it stays under
+/// The age at which a batch is sent, so that viewers get updates; with the current block it stays below
 /// 100 ms, unless a single pixel takes longer.
 const SEND_AFTER: Duration = Duration::from_millis(50);
 
-/// A batch is sent when it lists samples and contributions of so many bytes.
+/// The size in bytes of listed samples and contributions at which a batch is sent.
 const MOST_LISTED: usize = 7 << 18;
 
-/// Or has so many bytes of these and of sums over slots. A worker fills one batch and has sent two at most that nobody has
-/// taken yet: with all that is in them, less than 16 MiB.
+/// The size in bytes of these and of sums over slots at which a batch is sent. A worker fills one batch and has at most
+/// two in its channel: together less than 16 MiB.
 const MOST_BYTES: usize = 5 << 20;
 const _: () = assert!(3 * MOST_BYTES <= 16 << 20 && 3 * (BAND_BYTES + MOST_LISTED) <= 16 << 20);
 
@@ -43,29 +43,29 @@ pub struct Worker<'a> {
     pub index: usize,
     /// The integrator.
     pub integrator: &'a dyn Integrator,
-    /// Which lanes to use.
+    /// The SIMD level.
     pub level: Level,
-    /// The part of the film that is rendered.
+    /// The rendered part of the film.
     pub region: Region,
     /// Whether a sink wants every sample.
     pub sends_samples: bool,
-    /// What puts samples on a film where they count in all pixels around them.
+    /// Adds weighted samples to the pixels around them, if the film has them.
     pub splatter: Option<&'a Splatter>,
     /// The layers of the film, for which first hits are traced.
     pub layers: LayerSet,
 }
 
 impl Worker<'_> {
-    /// Carries out orders until their channel closes or nobody wants the batches any more.
+    /// Executes orders until their channel or that of the batches closes.
     pub fn run(&self, orders: &Receiver<Assignment>, batches: &Sender<SampleBatch>) {
         self.run_until(orders, &never(), batches);
     }
 
-    /// The same, and gives up as soon as there is a message in `stop`, which stays there. What was finished by then has
-    /// been sent: of a block that is cut short no sample counts.
+    /// Executes orders like [`Worker::run`], and stops as soon as there is a message in `stop`, which it leaves there.
+    /// Samples finished by then have been sent; an interrupted block contributes no samples.
     ///
-    /// It is a message and not the end of the channel because a packet looks for it at each of its bounces: whether a
-    /// channel is empty takes two loads to tell, and whether it is closed ten times as long.
+    /// The request is a message rather than the closing of the channel, because packets check it at each bounce:
+    /// whether a channel is empty takes two loads to find out, and whether it is closed takes ten times as long.
     pub fn run_until(
         &self,
         orders: &Receiver<Assignment>,
@@ -75,7 +75,7 @@ impl Worker<'_> {
         self.run_by(&Instant::now, orders, stop, batches);
     }
 
-    /// The same by another clock: how many paths a block has, and how many blocks a batch, depends on what it says.
+    /// The same with another clock, which determines the numbers of paths per block and of blocks per batch.
     pub fn run_by(
         &self,
         clock: &dyn Fn() -> Instant,
@@ -91,7 +91,7 @@ impl Worker<'_> {
         }
     }
 
-    /// Traces an order block by block. Returns `None` when it is to stop, or nobody wants the batches any more.
+    /// Executes an order block by block. Returns `None` if it is to stop, or the channel of batches is closed.
     fn carry_out(
         &self,
         assignment: &Assignment,
@@ -120,7 +120,7 @@ impl Worker<'_> {
                     }
                     (block.end, traced)
                 }
-                // A block has the same samples for each of its pixels, but for those that lack none.
+                // All pixels of a block have the same samples, except for those without remaining ones.
                 Some(rest) => {
                     let (block, samples) = assignment.block(slot..last, scratch.block);
                     let lacks = |slot: &u32| !rest[*slot as usize].is_empty();
@@ -135,7 +135,7 @@ impl Worker<'_> {
                 }
             };
             if traced.is_none() {
-                // Nobody may be there to take it any more.
+                // The receiver may have gone.
                 let _ = batches.send(batch);
                 return None;
             }
@@ -166,14 +166,14 @@ impl Worker<'_> {
         (SampleBatch { first_hits, ..SampleBatch::empty(self.index, stride, payload) }, last)
     }
 
-    /// A band for as many of the slots, from the first on, as may share one, and the end of these.
+    /// A band for the first of the slots, as many as can share one, and the end of these.
     fn band(&self, splatter: &Splatter, stride: Stride, slots: Range<u32>) -> (Band, u32) {
         if slots.is_empty() {
             return (Band::empty(), slots.end);
         }
         let first = stride.place(slots.start);
         let end = u64::from(first) + u64::from(splatter.places_from(first, self.region.width));
-        // Places ascend with slots: the first slot past the end, by bisection.
+        // Places ascend with slots: bisection finds the first slot past the end.
         let (mut inside, mut outside) = (slots.start, slots.end);
         while inside + 1 < outside {
             let middle = inside + (outside - inside) / 2;
@@ -182,7 +182,7 @@ impl Worker<'_> {
         (splatter.band(first, stride.place(inside), self.region.width), outside)
     }
 
-    /// Traces the first hits of a block whose paths have been traced. Its pixels are of these slots.
+    /// Traces the first hits of a block of these slots after its paths.
     fn trace_first_hits(
         &self,
         slots: impl Iterator<Item = u32>,
@@ -200,7 +200,7 @@ impl Worker<'_> {
         trace_first_hits(self.integrator, self.level, pixels, samples, |i| rows[i], hits, sums);
     }
 
-    /// Traces some samples of some pixels, or returns `None` when it is to stop before it has done all of them.
+    /// Traces some samples of some pixels. Returns `None` if it is to stop before all of them are done.
     fn trace_block(
         &self,
         pixels: impl Iterator<Item = Pixel>,
@@ -229,12 +229,12 @@ impl Worker<'_> {
             batch.samples.extend(finished.iter().map(|f| f.sample));
         }
         match &mut batch.payload {
-            // A CPU worker always has sums.
+            // A CPU worker always sends sums.
             Payload::Samples(_) => {}
             Payload::Splats { made, band, bright, .. } => {
                 let Some(splatter) = self.splatter else {
-                    // To give up here would look like an answer to the request to stop.
-                    unreachable!("a batch of splats is of a worker with a splatter");
+                    // An early return would look like a response to the request to stop.
+                    unreachable!("a batch of splats without a splatter");
                 };
                 let base = made.len();
                 made.resize(base + scratch.pixels.len(), Made::default());
@@ -282,7 +282,7 @@ fn is_full(batch: &SampleBatch) -> bool {
     listed >= MOST_LISTED || listed + summed + batch.first_hits.sums.bytes() >= MOST_BYTES
 }
 
-/// Makes room in the last `traced` entries of a payload for those slots of a block that nothing was traced for.
+/// Inserts empty entries among the last `traced` entries of a payload for the slots of a block that were not traced.
 fn spread(payload: &mut Payload, traced: usize, block: Range<u32>, is_traced: impl Fn(&u32) -> bool) {
     match payload {
         Payload::Sums { sums, .. } => spread_out(sums, traced, block, is_traced),
@@ -306,7 +306,7 @@ fn spread_out<T: Default>(
     }
 }
 
-/// What becomes of a sample that doesn't fit into sums.
+/// Handles a sample that does not fit into sums.
 #[cold]
 fn add_unusual(
     sample: Sample,
@@ -327,14 +327,14 @@ fn add_unusual(
     }
 }
 
-/// Buffers that are filled anew for each block.
+/// Buffers that are reused for each block.
 struct Scratch {
     pixels: Vec<Pixel>,
     found: Found,
     hits: Vec<FirstHit>,
-    /// Where among a batch's first hits each of the pixels is.
+    /// The index of each pixel in a batch's first hits.
     rows: Vec<usize>,
-    /// How many paths to trace at a time. No result depends on it.
+    /// The number of paths to trace at a time. It does not affect any result.
     block: usize,
 }
 

@@ -233,7 +233,7 @@ fn a_render_that_its_last_worker_leaves_says_so() {
     let (outcome, ..) = render(&roles, false, false);
     let failure = outcome.failure.as_ref().expect("a failure");
     assert_eq!(failure.index, 0);
-    assert!(failure.message.contains("it left before all was done"), "{failure}");
+    assert!(failure.message.contains("it left before the end of the render"), "{failure}");
     assert!(outcome.lost.is_empty() && !outcome.whole);
     is_a_prefix(&outcome);
 }

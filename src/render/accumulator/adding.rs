@@ -1,4 +1,4 @@
-//! Adds batches to the film, and counts what is left out of it.
+//! Adds batches to the film, and counts rejected samples.
 
 use crate::film::{Film, Reject, RejectCounts, Splatter};
 use crate::render::batch::{FirstHits, Payload, Traced};
@@ -8,13 +8,13 @@ use crate::render::stride::Stride;
 use crate::sampling::{Contribution, Region, Sample};
 use std::sync::Arc;
 
-/// The film, and what was left out of it.
+/// The film, and the samples it rejected.
 pub(super) struct Adder {
     pub(super) film: Film,
     region: Region,
     splatter: Option<Arc<Splatter>>,
     light: Option<Arc<Splatter>>,
-    /// Some of the samples that were left out, or something of what they contribute.
+    /// Some of the rejected samples, or samples with rejected contributions.
     pub(super) rejects: Vec<(Traced, Reject)>,
     pub(super) reject_counts: RejectCounts,
     pub(super) faint: Faint,
@@ -23,11 +23,11 @@ pub(super) struct Adder {
 /// The pixels whose sums change together when a batch is added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// Each by itself: a sample counts in its own pixel alone.
+    /// Each pixel separately: a sample contributes only to its own pixel.
     Single,
-    /// A sample may count in several of those from the first place to the last.
+    /// A sample may contribute to several pixels from the first index to the last.
     Places([u32; 2]),
-    /// A sample may count in any.
+    /// A sample may contribute to any pixel.
     All,
 }
 
@@ -42,12 +42,12 @@ impl Adder {
         Adder { film, region, splatter, light, rejects, reject_counts, faint }
     }
 
-    /// Whether samples count in other pixels than their own.
+    /// Whether samples contribute to pixels other than their own.
     pub(super) fn reaches_others(&self) -> bool {
         self.splatter.is_some() || self.light.is_some()
     }
 
-    /// The pixels that a payload changes together with what its samples contribute.
+    /// The pixels that a payload and the contributions of its samples change together.
     pub(super) fn reach(&self, payload: &Payload, contributions: &[Contribution]) -> Reach {
         match (payload, &self.splatter) {
             _ if !contributions.is_empty() => Reach::All,
@@ -62,14 +62,14 @@ impl Adder {
         }
     }
 
-    /// Counts what a worker has left out.
+    /// Adds the counts of samples that a worker rejected.
     pub(super) fn count(&mut self, rejects: Vec<(Traced, Reject)>, counts: &RejectCounts, faint: &Faint) {
         self.faint.merge(faint);
         self.reject_counts.merge(counts);
         rejects.into_iter().for_each(|reject| self.remember(reject));
     }
 
-    /// Adds a payload of a stride. Returns the samples again if they came one by one.
+    /// Adds a payload of a stride. Returns the samples if the payload consisted of samples.
     pub(super) fn add(&mut self, stride: Stride, payload: Payload) -> Option<Vec<Sample>> {
         match payload {
             Payload::Samples(samples) => {
@@ -114,13 +114,13 @@ impl Adder {
         }
     }
 
-    /// Adds what samples contribute to any pixel.
+    /// Adds contributions of samples to any pixel.
     pub(super) fn contribute(&mut self, contributions: &[Contribution]) {
         if contributions.is_empty() {
             return;
         }
         let Some(splatter) = self.light.clone() else {
-            unreachable!("samples contribute only where there is something that puts it on the film");
+            unreachable!("contributions without a splatter");
         };
         for contribution in contributions {
             let Contribution { pixel, sample, .. } = *contribution;

@@ -1,4 +1,4 @@
-//! Barriers: pictures at given numbers of samples a pixel.
+//! Barriers: pictures at given samples per pixel.
 
 use crate::film::{Film, Picture};
 use crate::render::channels::Barrier;
@@ -6,7 +6,7 @@ use crate::render::stride::Stride;
 use crate::sampling::Region;
 use crossbeam_channel::Sender;
 
-/// The pictures that are still to come.
+/// The pictures that are still to be gathered.
 pub(super) struct Barriers {
     gathering: Vec<Gathering>,
     region: Region,
@@ -14,7 +14,7 @@ pub(super) struct Barriers {
     is_deserted: bool,
 }
 
-/// A barrier's picture, filled share by share, and how many pixels it lacks.
+/// The picture of a barrier, filled share by share, and the number of missing pixels.
 struct Gathering {
     barrier: Barrier,
     missing: u32,
@@ -24,30 +24,30 @@ impl Barriers {
     /// A picture of the region at each of these sample indices.
     pub(super) fn new(ends: &[u32], region: Region, sink: Option<Sender<Barrier>>) -> Barriers {
         let gather = |&end: &u32| {
-            // There is no memory for it yet: many counts may be asked for, and few be gathered at a time.
+            // Memory is allocated later: there may be many barriers, and few are gathered at a time.
             let picture = Picture { width: region.width, height: region.height, rgb: Vec::new() };
             Gathering { barrier: Barrier { end, picture }, missing: region.len() }
         };
         Barriers { gathering: ends.iter().map(gather).collect(), region, sink, is_deserted: false }
     }
 
-    /// The first of those that are still to come.
+    /// The sample index of the next barrier.
     pub(super) fn next(&self) -> Option<u32> {
         self.ends().min()
     }
 
-    /// The sample indices of those that are still to come.
+    /// The sample indices of the remaining barriers.
     pub(super) fn ends(&self) -> impl Iterator<Item = u32> {
         self.gathering.iter().map(|gathering| gathering.barrier.end)
     }
 
-    /// Whether the sink has gone: the render ends then.
+    /// Whether the sink has closed its channel, which ends the render.
     pub(super) fn is_deserted(&self) -> bool {
         self.is_deserted
     }
 
     /// Copies the pixels of a stride that has just reached `end` samples into the picture of that barrier, if there is
-    /// one, and sends the picture once all strides are in it.
+    /// one, and sends the picture once it is complete.
     pub(super) fn gather_share(&mut self, film: &Film, stride: Stride, end: u32) {
         let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) else { return };
         let gathering = &mut self.gathering[index];
@@ -64,7 +64,7 @@ impl Barriers {
         }
     }
 
-    /// Sends the picture of the barrier at which all pixels are now, if there is one.
+    /// Sends the picture of the barrier that all pixels have reached, if there is one.
     pub(super) fn gather_whole(&mut self, film: &Film, end: u32) {
         if let Some(index) = self.gathering.iter().position(|g| g.barrier.end == end) {
             self.gathering.swap_remove(index);
@@ -72,7 +72,7 @@ impl Barriers {
         }
     }
 
-    /// Sends a finished picture to its sink, waiting until it is taken.
+    /// Sends a finished picture to its sink, and waits until it is received.
     fn send(&mut self, barrier: Barrier) {
         if let Some(sink) = &self.sink
             && sink.send(barrier).is_err()

@@ -1,9 +1,9 @@
-//! Checkpoints: the film, sent in pieces while samples go on to arrive.
+//! Checkpoints: the film, sent in pieces while samples continue to arrive.
 //!
-//! A checkpoint is due every so often. It begins with the next batch after that, and its pieces are sent as fast as they
-//! are taken, without waiting: pixels of later pieces may have samples that those of earlier ones have not, and each
-//! counts its own. Only where samples count in several pixels a batch waits for the pieces that it would tear: a sample
-//! is in all pixels of a film or in none.
+//! Checkpoints are made at regular intervals. A due checkpoint begins with the next batch, and its pieces are sent
+//! without waiting for the sink: pixels of later pieces may have samples that earlier ones lack, and each pixel has its
+//! own count. Only if samples contribute to several pixels does a batch wait for the pieces that it would split: a
+//! sample is in all pixels of a checkpoint or in none.
 
 use super::adding::Reach;
 use crate::film::file::Piece;
@@ -11,17 +11,17 @@ use crate::film::{Film, Milestone};
 use crossbeam_channel::Sender;
 use std::time::{Duration, Instant};
 
-/// Pixels that are sent at a time: 2 MiB of plain ones, less than 19 MiB of those with all sums.
+/// Pixels that are sent at a time: 2 MiB of plain ones, less than 19 MiB with all sums.
 const PIECE: u32 = 1 << 15;
 
-/// What sends the film.
+/// Sends the film to its file.
 pub(super) struct Checkpoints {
     /// Pixels of the film.
     pixels: u32,
     every: Duration,
     sink: Option<Sender<Piece>>,
     last: Instant,
-    /// The next place to send, of a film that is under way.
+    /// The index of the next pixel to send of the checkpoint in progress.
     under_way: Option<u32>,
 }
 
@@ -30,12 +30,12 @@ impl Checkpoints {
         Checkpoints { pixels, every, sink, last: Instant::now(), under_way: None }
     }
 
-    /// Counts the time to the first one from now on.
+    /// Starts the interval to the first checkpoint.
     pub(super) fn start(&mut self, now: Instant) {
         self.last = now;
     }
 
-    /// Sends as much of a film as is taken without waiting, if one is under way or due.
+    /// Sends the pieces of a checkpoint that its sink can receive without waiting, if one is in progress or due.
     pub(super) fn send(&mut self, film: &Film, milestone: Option<&Milestone>) {
         if self.under_way.is_none() && self.last.elapsed() < self.every {
             return;
@@ -47,8 +47,8 @@ impl Checkpoints {
         }
     }
 
-    /// Before a batch is added: sends pieces of a film that is under way, waiting until they are taken, until none of the
-    /// pixels that the batch changes together has been sent without another of them.
+    /// Before a batch is added: sends pieces of the checkpoint in progress, waiting for the sink, until the pixels that
+    /// the batch changes together are either all sent or all unsent.
     pub(super) fn send_past(&mut self, reach: Reach, film: &Film, milestone: Option<&Milestone>) {
         let is_torn = |next: u32| match reach {
             Reach::Single => false,
@@ -60,8 +60,8 @@ impl Checkpoints {
         }
     }
 
-    /// Gives a film up that is under way: at a milestone, pixels that were sent before have less than those that follow
-    /// may have. It begins anew with the next batch.
+    /// Abandons the checkpoint in progress: at a milestone, pixels already sent may have fewer samples than those that
+    /// follow. It starts again with the next batch.
     pub(super) fn begin_anew(&mut self) {
         self.under_way = None;
     }
@@ -71,7 +71,7 @@ impl Checkpoints {
         self.sink = None;
     }
 
-    /// Sends the next piece of a film, waiting until it is taken; whether more of the film is left.
+    /// Sends the next piece, and waits until it is received. Returns whether more of the film remains.
     fn send_piece(&mut self, film: &Film, milestone: Option<&Milestone>) -> bool {
         let Some(sink) = &self.sink else { return false };
         let (piece, next) = match self.under_way {
@@ -81,7 +81,7 @@ impl Checkpoints {
                 (Piece::Pixels(film.bytes(place as usize..end as usize)), end)
             }
         };
-        // The sink has gone only if all is over.
+        // The sink closes its channel only after the end.
         if sink.send(piece).is_err() {
             self.sink = None;
             return false;

@@ -1,4 +1,4 @@
-//! What an accumulator is told before it runs.
+//! The configuration of an accumulator.
 
 use crate::film::{Film, Milestone, Splatter};
 use crate::render::channels::{Outbox, Port};
@@ -7,39 +7,39 @@ use crate::sampling::Region;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A render, as the accumulator sees it. [`Configuration::new`] is one without an end in time, without pictures on the
-/// way and without viewers; the other fields are public, to be set by name.
+/// A render as seen by the accumulator. [`Configuration::new`] makes one without a time limit, without intermediate
+/// pictures and without viewers; the other fields are public, to be set by name.
 pub struct Configuration {
-    /// The film to add to. It may have samples already, each pixel its first ones.
+    /// The film to add to. It may have samples already; each pixel then has its first ones.
     pub film: Film,
     /// The part of the film's picture that its pixels are.
     pub region: Region,
     /// The index of each pixel's first sample.
     pub first: u32,
-    /// The order of work, for as many workers as are there from the first.
+    /// The order of work, for the workers that are present at the start.
     pub schedule: Schedule,
-    /// The workers that are there from the first, in the order of their numbers.
+    /// The workers that are present at the start, in the order of their numbers.
     pub workers: Vec<Port>,
-    /// What puts samples on the film where they count in all pixels around them.
+    /// Adds weighted samples to the pixels around them, if the film has them.
     pub splatter: Option<Arc<Splatter>>,
-    /// What puts contributions to any pixel into the film's light image, if it has one.
+    /// Adds contributions to the film's light image, if it has one.
     pub light: Option<Arc<Splatter>>,
     /// The sample indices, exclusive, at which a picture of the whole region is wanted. The schedule stops at them.
     pub barriers: Vec<u32>,
-    /// The error to end at, if there is one.
+    /// The requested error, if there is one.
     pub goal: Option<Goal>,
-    /// How often the film is sent to [`Outbox::film`].
+    /// The interval at which the film is sent to [`Outbox::film`].
     pub checkpoint: Duration,
-    /// When to stop even if no whole sample is done then.
+    /// The time at which to stop even without a whole sample.
     pub overtime: Option<Instant>,
-    /// The number of samples a pixel that viewers are told.
+    /// The samples per pixel that viewers are told as the target.
     pub target: Option<u32>,
     /// The sinks and viewers.
     pub outbox: Outbox,
 }
 
 impl Configuration {
-    /// A render of these workers, from sample 0 on.
+    /// A render by these workers, from sample 0 on.
     pub fn new(film: Film, region: Region, schedule: Schedule, workers: Vec<Port>) -> Configuration {
         Configuration {
             film,
@@ -62,9 +62,9 @@ impl Configuration {
 /// An estimated error at which a render ends.
 #[derive(Clone, Debug)]
 pub struct Goal {
-    /// The error.
+    /// The estimated error at which to end, above 0.
     pub error: f64,
-    /// Whether samples are spent where the error is.
+    /// Whether the numbers of samples of pixels adapt to their errors.
     pub is_adaptive: bool,
     /// The last milestone that the film has passed.
     pub milestone: Option<Milestone>,

@@ -1,24 +1,24 @@
-//! Milestones: the pictures at powers of two of samples a pixel, by which it is decided where to end.
+//! Milestones: the pictures at powers of two of samples per pixel, from which the end of the render is decided.
 
 use super::configuration::Goal;
 use crate::film::noise::FIRST_MILESTONE;
 use crate::film::{Film, Milestone};
 
-/// The way to an error.
+/// The milestones of a render with a requested error.
 pub(super) struct Milestones {
     asked: f64,
     is_adaptive: bool,
     last: Option<Milestone>,
-    /// The sample index, exclusive, at which all wait for the next decision.
+    /// The sample index, exclusive, at which all pixels wait for the next decision.
     next: Option<u32>,
 }
 
 impl Milestones {
-    /// The way that is left with a film.
+    /// The remaining milestones of a render that starts with this film.
     pub(super) fn new(goal: Goal, film: &Film) -> Milestones {
         let Goal { error, is_adaptive, milestone } = goal;
         let [least, most] = film.seen_range();
-        // A milestone with more than twice its samples behind it is of no use.
+        // A milestone is of no use at more than twice its samples.
         let is_passed = |m: &Milestone| m.plan.is_some() || u64::from(m.samples) <= least;
         let last = milestone.filter(|m| is_passed(m) && most <= 2 * u64::from(m.samples));
         // The first power of two that no pixel has passed.
@@ -37,23 +37,24 @@ impl Milestones {
         self.last
     }
 
-    /// Where the next decision is due.
+    /// The sample index of the next decision.
     pub(super) fn next(&self) -> Option<u32> {
         self.next
     }
 
-    /// Where to end, if the last milestone decides it.
+    /// The sample index at which the render ends, if the last milestone determines it.
     pub(super) fn end(&self) -> Option<u32> {
         self.last.as_ref().and_then(|milestone| milestone.end(self.asked))
     }
 
-    /// Whether pixels have stopped that the film's counts do not tell of.
+    /// Whether the plan has stopped pixels, which the film's counts do not show.
     pub(super) fn is_planned(&self) -> bool {
         self.last.as_ref().is_some_and(|milestone| milestone.plan.is_some())
     }
 
-    /// Passes the milestone that all wait at, with so many samples in every pixel that has not stopped, of `most` that
-    /// it may get. What is decided follows from sums that are exact, and hence the same however they came about.
+    /// Passes the milestone at which all pixels wait, with this number of samples in every pixel that has not stopped
+    /// and
+    /// `most` as the maximum. The decision depends only on exact sums, and hence not on the order of samples.
     pub(super) fn pass(&mut self, samples: u32, film: &Film, most: u32) {
         let (picture, last) = (film.picture(), self.last.as_ref());
         let milestone = match self.is_adaptive {
@@ -64,7 +65,7 @@ impl Milestones {
         self.last = Some(milestone);
     }
 
-    /// The error by estimate at so many samples a pixel, and the one to end at.
+    /// The estimated error at this number of samples per pixel, and the requested error.
     pub(super) fn noise(&self, spp: u32) -> Option<[f64; 2]> {
         let error = self.last.as_ref().and_then(|milestone| milestone.error_at(spp));
         error.map(|error| [error, self.asked])

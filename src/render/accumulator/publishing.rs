@@ -1,4 +1,4 @@
-//! Progress and snapshots for viewers, and a warning of radiance that is too small.
+//! Progress and snapshots for viewers, and a warning about radiance that is too small.
 
 use crate::film::{Film, Snapshot, Statistics};
 use crate::render::channels::Outbox;
@@ -8,21 +8,21 @@ use crossbeam_channel::{Sender, TrySendError};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Snapshots come at most this often.
+/// The shortest interval between snapshots.
 const FRAME: Duration = Duration::from_millis(33);
 
-/// Making snapshots takes at most one part in this many of the time.
+/// Making snapshots takes at most this fraction (one over) of the time.
 const SNAPSHOT_SHARE: u32 = 20;
 
-/// The statistics in a snapshot are at most this old: they cost more than the picture.
+/// The maximum age of the statistics in a snapshot: they cost more than the picture.
 const STATISTICS: Duration = Duration::from_secs(1);
 
-/// What tells viewers how far the render is.
+/// Sends the state of the render to viewers.
 pub(super) struct Publisher {
     snapshots: Option<Sender<Arc<Snapshot>>>,
     remote: Option<Sender<Arc<Snapshot>>>,
     progress: Option<Sender<Totals>>,
-    /// The channel for a warning of radiance that is too small for the film, until it is known whether it is.
+    /// The channel for a warning about radiance that is too small for the film, until that is decided.
     notes: Option<Sender<String>>,
     pub(super) has_warned_of_faint: bool,
     /// The worker that owns each pixel.
@@ -32,14 +32,14 @@ pub(super) struct Publisher {
     target: Option<u32>,
     last_frame: Option<Instant>,
     frame_cost: Duration,
-    /// Those of the last snapshots, and when they were made.
+    /// The statistics of the last snapshots, and the time when they were made.
     statistics: Option<(Instant, Arc<Statistics>)>,
     is_left: bool,
 }
 
 impl Publisher {
-    /// Talks to the viewers of an outbox, whose channels it takes. They are told this target, and the owners of so many
-    /// pixels.
+    /// Publishes to the viewers of an outbox, whose channels it takes, with this target and owners, for a region of
+    /// this number of pixels.
     pub(super) fn new(outbox: &mut Outbox, target: Option<u32>, owners: Vec<u32>, pixels: u32) -> Publisher {
         Publisher {
             snapshots: outbox.snapshots.take(),
@@ -57,12 +57,12 @@ impl Publisher {
         }
     }
 
-    /// Whether the viewer of snapshots has gone: the render ends then.
+    /// Whether the viewer of snapshots has closed its channel, which ends the render.
     pub(super) fn is_left(&self) -> bool {
         self.is_left
     }
 
-    /// Sends progress and a snapshot, unless the last one is still unread.
+    /// Sends progress and a snapshot, unless the previous one has not been received.
     pub(super) fn publish(&mut self, film: &Film, totals: &Totals) {
         if let Some(progress) = &self.progress {
             let _ = progress.try_send(*totals);
@@ -76,7 +76,7 @@ impl Publisher {
         }
         let start = Instant::now();
         let snapshot = Arc::new(self.snapshot(film, totals, false));
-        // A viewer that still has one to look at gets a later one.
+        // A viewer that has not received the previous one gets a later one.
         let gone = |viewer: &Sender<_>| {
             matches!(viewer.try_send(Arc::clone(&snapshot)), Err(TrySendError::Disconnected(_)))
         };
@@ -91,10 +91,10 @@ impl Publisher {
         self.last_frame = Some(Instant::now());
     }
 
-    /// Sends the end to all viewers, waiting until they take it.
+    /// Sends the final state to all viewers, and waits until they receive it.
     pub(super) fn publish_end(&mut self, film: &Film, totals: &Totals) {
         if let Some(progress) = self.progress.take() {
-            // A viewer that has gone need not be told.
+            // A viewer that has closed its channel is skipped.
             let _ = progress.send(*totals);
         }
         let viewers = [self.snapshots.take(), self.remote.take()];
@@ -106,7 +106,7 @@ impl Publisher {
         }
     }
 
-    /// Warns of radiance that is too small for the film, as soon as every pixel has a sample.
+    /// Warns about radiance that is too small for the film, once every pixel has a sample.
     pub(super) fn warn_of_faint(&mut self, faint: &Faint, spp: u32) {
         if spp == 0 {
             return;
@@ -114,13 +114,13 @@ impl Publisher {
         if let Some(notes) = self.notes.take()
             && faint.is_majority()
         {
-            // What cannot be told now is told at the end.
+            // A warning that cannot be sent now is repeated at the end.
             self.has_warned_of_faint = notes.try_send(format!("warning: {faint}")).is_ok();
         }
     }
 
-    /// The film as it is now, for viewers. Statistics are reused for a while (see [`STATISTICS`]), but not if the render
-    /// is `finished`.
+    /// The current state of the film, for viewers. Statistics are reused for a while (see [`STATISTICS`]), but not if
+    /// the render is `finished`.
     fn snapshot(&mut self, film: &Film, totals: &Totals, finished: bool) -> Snapshot {
         let is_fresh = |(at, _): &(Instant, Arc<Statistics>)| !finished && at.elapsed() < STATISTICS;
         let known = self.statistics.take().filter(is_fresh);

@@ -1,7 +1,7 @@
 //! The end of the workers.
 //!
-//! However a render ends, workers are asked to stop by a message, which they look for at each bounce, and what they send
-//! until they have ended counts. One that has not ended when its patience is over is abandoned.
+//! However a render ends, workers are asked to stop by a message, which they check at each bounce. The batches that
+//! they send until they end are added. A worker that has not ended within its time limit is abandoned.
 
 use super::Accumulator;
 use super::dealing::Dealer;
@@ -10,18 +10,18 @@ use crate::render::outcome::Unanswered;
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-/// The time between looks at the workers that have more time to answer than others.
+/// The interval of checks for workers with a longer time limit than others.
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
-/// The wait for answers to the request to stop.
+/// The wait for workers to stop.
 struct Wait {
     asked: Instant,
-    /// How long to wait before the next look at those who have not answered.
+    /// The time to the next check for workers that have not stopped.
     until: Duration,
 }
 
 impl Wait {
-    /// Waits on; whether there is a worker left that has more time.
+    /// Continues to wait. Returns whether there is a worker whose time limit has not passed.
     fn goes_on(&mut self, dealer: &Dealer) -> bool {
         let longest = dealer.longest_patience().unwrap_or_default();
         let goes_on = longest > self.until;
@@ -31,8 +31,8 @@ impl Wait {
 }
 
 impl Accumulator {
-    /// Asks the workers to stop, and takes what they send until they have ended. Returns those that have not, after a
-    /// while.
+    /// Asks the workers to stop, and receives their batches until they have ended. Returns those that have not ended
+    /// within their time limits.
     pub(super) fn stop_workers(&mut self, batches: &Receiver<SampleBatch>) -> Vec<Unanswered> {
         self.dealer.close();
         let Some(shortest) = self.dealer.ask_to_stop() else {
@@ -44,15 +44,15 @@ impl Accumulator {
             match batches.recv_deadline(wait.asked + wait.until) {
                 Ok(batch) => self.take(batch),
                 Err(RecvTimeoutError::Disconnected) => return Vec::new(),
-                // A worker that is silent holds up the end no longer than its own time, and one that has ended not at
-                // all: beside a worker that never ends, the channel does not tell.
+                // A silent worker delays the end by its own time limit at most, and one that has ended not at all. The
+                // state of the channel is no criterion: a worker that never ends keeps it open.
                 Err(RecvTimeoutError::Timeout) if wait.goes_on(&self.dealer) => {}
                 Err(RecvTimeoutError::Timeout) => return self.dealer.unanswered(),
             }
         }
     }
 
-    /// Takes the batches that lie in their channel by now.
+    /// Receives the batches that are in the channel.
     pub(super) fn take_arrived(&mut self, batches: &Receiver<SampleBatch>) {
         let arrived = batches.len();
         for batch in batches.try_iter().take(arrived) {

@@ -1,8 +1,8 @@
-//! Orders, without workers.
+//! Tests of schedules without workers.
 
 use super::*;
 
-/// Everything that one worker is dealt until it must wait, completed at once.
+/// All orders of one worker until it must wait, each completed at once.
 fn orders(schedule: &mut Schedule, worker: usize, pace: Option<Duration>) -> Vec<Order> {
     std::iter::from_fn(|| match schedule.next(worker, pace) {
         Deal::Order(order) => {
@@ -19,7 +19,7 @@ fn ranges(orders: &[Order]) -> Vec<(u32, u32)> {
 }
 
 #[test]
-fn orders_double_meet_every_stop_and_end_at_the_target() {
+fn orders_double_and_pass_every_stop_up_to_the_target() {
     let mut schedule = Schedule::new(1, 100, 50, None, vec![30, 10]);
     let quick = Some(Duration::from_micros(1));
     let given = ranges(&orders(&mut schedule, 0, quick));
@@ -28,7 +28,7 @@ fn orders_double_meet_every_stop_and_end_at_the_target() {
 }
 
 #[test]
-fn slow_scenes_get_one_sample_at_a_time_and_orders_never_grow_without_bound() {
+fn slow_scenes_get_one_sample_at_a_time_and_orders_are_bounded() {
     let mut slow = Schedule::new(1, 100, 5, None, vec![]);
     assert_eq!(orders(&mut slow, 0, Some(Duration::from_secs(9))).len(), 5);
     let mut fast = Schedule::new(1, 100, 100_000, None, vec![]);
@@ -46,13 +46,13 @@ fn a_schedule_may_begin_anywhere() {
     assert_eq!((finished.next(0, quick), finished.completed()), (Deal::Done, 50));
     let mut late = Schedule::new(1, 100, 50, Some(Instant::now()), vec![]).starting_at(7, 7);
     assert_eq!(ranges(&orders(&mut late, 0, None)), [(7, 8)]);
-    // Some pixels are further on: an end before them would be no whole sample.
+    // Some pixels have more samples: the render cannot end at fewer.
     let mut uneven = Schedule::new(1, 100, 50, Some(Instant::now()), vec![]).starting_at(7, 9);
     assert_eq!(ranges(&orders(&mut uneven, 0, None)), [(7, 8), (8, 9)]);
 }
 
 #[test]
-fn nobody_passes_a_gate_before_it_is_decided_how_to_go_on() {
+fn no_worker_passes_a_gate_before_the_decision() {
     let quick = Some(Duration::from_micros(1));
     let mut schedule = Schedule::new(1, 10, 1000, None, vec![]);
     schedule.decide(None, Some(8));
@@ -64,11 +64,11 @@ fn nobody_passes_a_gate_before_it_is_decided_how_to_go_on() {
     assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Later, None));
     schedule.complete(order.stride, order.end);
     assert_eq!(schedule.waits_at(), Some(16));
-    // The end comes before the next gate: nobody has to wait there.
+    // The end comes before the next gate: no worker waits there.
     schedule.decide(Some(20), Some(32));
     assert_eq!((ranges(&orders(&mut schedule, 0, quick)), schedule.target()), (vec![(16, 20)], 20));
     assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Done, None));
-    // An end that was reached before: at once.
+    // The end was reached before: the render ends at once.
     let mut schedule = Schedule::new(1, 10, 1000, None, vec![]);
     schedule.decide(None, Some(8));
     orders(&mut schedule, 0, quick);
@@ -83,7 +83,7 @@ fn a_deadline_in_the_past_still_gives_one_sample() {
 }
 
 #[test]
-fn no_sample_is_begun_that_would_end_long_after_the_deadline() {
+fn no_sample_is_started_that_would_end_long_after_the_deadline() {
     let deadline = Instant::now() + Duration::from_secs(1000);
     for (pace, samples) in [(2000, 1), (400, 50), (1, 50)] {
         let mut schedule = Schedule::new(1, 100, 50, Some(deadline), vec![]);
@@ -95,7 +95,7 @@ fn no_sample_is_begun_that_would_end_long_after_the_deadline() {
 }
 
 #[test]
-fn workers_end_together_where_another_sample_would_take_too_long() {
+fn workers_end_together_if_another_sample_would_take_too_long() {
     let deadline = Instant::now() + Duration::from_secs(1000);
     let mut schedule = Schedule::new(2, 10, 50, Some(deadline), vec![]);
     let (quick, slow) = (Some(Duration::from_secs(1)), Some(Duration::from_secs(2000)));
@@ -104,17 +104,17 @@ fn workers_end_together_where_another_sample_would_take_too_long() {
     schedule.complete(first.stride, first.end);
     assert_eq!(schedule.next(0, slow), Deal::Done);
     schedule.complete(second.stride, second.end);
-    // Even if it turns out that there would have been time.
+    // Even if the time would have sufficed in the end.
     assert_eq!((schedule.next(1, quick), schedule.next(0, quick)), (Deal::Done, Deal::Done));
     assert_eq!(schedule.completed(), 1);
 }
 
 #[test]
-fn a_worker_keeps_to_its_own_until_another_is_two_barriers_behind() {
+fn a_worker_takes_over_shares_of_workers_two_barriers_behind() {
     let mut schedule = Schedule::new(2, 10_000, 8, None, vec![]);
     assert_eq!(schedule.shares(), 16);
     let mut given = Vec::new();
-    // Worker 1 is slow: it has one order and never comes back.
+    // Worker 1 is slow: it never completes its order.
     let Deal::Order(stuck) = schedule.next(1, None) else { panic!("no order for worker 1") };
     while let Deal::Order(order) = schedule.next(0, None) {
         schedule.complete(order.stride, order.end);
@@ -122,7 +122,7 @@ fn a_worker_keeps_to_its_own_until_another_is_two_barriers_behind() {
     }
     assert!(given[..16].iter().all(|&(owner, end)| owner == 0 && end <= 2), "{given:?}");
     assert_eq!(given[16], (1, 1), "a share of worker 1, which has passed no barrier");
-    // Everything but the one share is done by worker 0, which can only wait for that one.
+    // Worker 0 does everything except for the one share, and can only wait for that.
     assert_eq!(given.len(), 15 * 8);
     assert_eq!((schedule.next(0, None), schedule.completed()), (Deal::Later, 0));
     schedule.complete(stuck.stride, stuck.end);
@@ -132,18 +132,22 @@ fn a_worker_keeps_to_its_own_until_another_is_two_barriers_behind() {
 }
 
 #[test]
-fn a_share_is_with_one_worker_at_a_time() {
+fn one_worker_at_a_time_has_orders_for_a_share() {
     let mut schedule = Schedule::new(2, 10, 4, None, vec![]);
-    assert_eq!(schedule.shares(), 2, "ten pixels are not worth cutting up");
+    assert_eq!(schedule.shares(), 2, "ten pixels are not divided further");
     let Deal::Order(first) = schedule.next(0, None) else { panic!("no order") };
     let Deal::Order(second) = schedule.next(0, None) else { panic!("no second order") };
-    assert_eq!((first.stride, second.first), (second.stride, first.end), "its own, one after the other");
+    assert_eq!(
+        (first.stride, second.first),
+        (second.stride, first.end),
+        "two orders for its own share, in sequence"
+    );
     for order in orders(&mut schedule, 1, None) {
         assert_eq!(order.stride.first, 1);
     }
     assert_eq!(schedule.next(1, None), Deal::Later);
     schedule.complete(first.stride, first.end);
-    assert_eq!(schedule.next(1, None), Deal::Later, "the second order is still under way");
+    assert_eq!(schedule.next(1, None), Deal::Later, "the second order is not completed");
     schedule.complete(second.stride, second.end);
     assert!(matches!(schedule.next(1, None), Deal::Order(order) if order.stride.first == 0));
 }
@@ -158,7 +162,7 @@ fn owned(schedule: &Schedule, pixels: u32) -> BTreeMap<usize, u32> {
 }
 
 #[test]
-fn a_worker_that_joins_gets_its_part_and_one_that_leaves_gives_it_back() {
+fn a_worker_that_joins_gets_shares_and_one_that_leaves_returns_them() {
     for (workers, run) in [(1, false), (2, false), (3, true)] {
         let pixels = 40 * 300;
         let mut schedule = Schedule::new(workers, pixels, 100, None, vec![]);
@@ -178,7 +182,7 @@ fn a_worker_that_joins_gets_its_part_and_one_that_leaves_gives_it_back() {
         schedule.lose(workers);
         let owned = owned(&schedule, pixels);
         assert_eq!((owned.values().sum::<u32>(), owned.len()), (pixels, workers), "{owned:?}");
-        // Each place is in one share.
+        // Each place is in exactly one share.
         let mut times = vec![0; pixels as usize];
         for share in &schedule.shares {
             let slots = 0..share.stride.len(pixels);
@@ -189,7 +193,7 @@ fn a_worker_that_joins_gets_its_part_and_one_that_leaves_gives_it_back() {
 }
 
 #[test]
-fn shares_that_are_worked_at_are_cut_when_they_are_free() {
+fn busy_shares_are_divided_when_their_orders_are_completed() {
     let mut schedule = Schedule::new(1, 10_000, 8, None, vec![]);
     let Deal::Order(first) = schedule.next(0, None) else { panic!("no order") };
     schedule.join(1, 1.0);
@@ -208,13 +212,13 @@ fn shares_that_are_worked_at_are_cut_when_they_are_free() {
 }
 
 #[test]
-fn a_render_may_begin_without_a_worker_and_lose_all_that_it_has() {
+fn a_render_may_begin_without_workers_and_lose_all_of_them() {
     let mut schedule = Schedule::new(0, 10_000, 4, None, vec![]);
     assert_eq!(schedule.completed(), 0);
     schedule.join(5, 1.0);
     let Deal::Order(order) = schedule.next(5, None) else { panic!("no order") };
     schedule.lose(5);
-    // What it held waits for the next.
+    // Its unfinished work waits for the next worker.
     schedule.join(6, 1.0);
     let mut first = None;
     while let Deal::Order(order) = schedule.next(6, None) {

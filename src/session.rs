@@ -1,17 +1,17 @@
-//! A render from settings to files: the devices, the processes, and what is written.
+//! Runs a render from settings to files: devices, processes, outputs.
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `settings` | what a render is asked for |
+//! | `settings` | the settings of a render |
 //! | `crew` | the workers: CPU threads, a GPU, or both |
-//! | `wiring`, `process` | the processes of a render, the channels between them, and what Ctrl-C closes |
-//! | `finishing` | what is written at the end, and what went wrong |
-//! | `opening`, `tour` | the window, and the renders of the cameras that it is moved to |
-//! | `resuming` | the film that a render begins with |
-//! | `pictures`, `layers`, `identity` | picture files, their layers, what files say of themselves |
-//! | `event`, `report` | what a render tells on the way and at the end |
+//! | `wiring`, `process` | the processes of a render and the channels between them |
+//! | `finishing` | the outputs at the end, and errors |
+//! | `opening`, `tour` | the window, and the renders of cameras moved in it |
+//! | `resuming` | the film at the start of a render |
+//! | `pictures`, `layers`, `identity` | picture files, their layers and their metadata |
+//! | `event`, `report` | events during a render, and its result |
 //!
-//! Nothing is printed, and nothing is shared between two renders of one process.
+//! This module prints nothing, and two renders in one process share nothing.
 
 mod crew;
 mod error;
@@ -54,7 +54,7 @@ use std::time::{Duration, Instant};
 use tour::{Home, conclude};
 use wiring::{Begun, Rendered, Task, Viewer, render};
 
-/// A render that can begin: the scene is compiled, and the devices are ready. Nothing has been written yet.
+/// A render that is ready to run: the scene is compiled, and the devices are prepared. No file has been written yet.
 pub struct Prepared<'a> {
     settings: &'a Settings,
     events: Sender<Event>,
@@ -63,11 +63,11 @@ pub struct Prepared<'a> {
     samples: Option<Sender<Vec<Sample>>>,
 }
 
-/// Compiles the scene and prepares the devices. No request to stop is heard meanwhile, so that a caller that takes Ctrl-C
-/// over does it after this.
+/// Compiles the scene and prepares the devices. Requests to stop are ignored during this, so that a caller that handles
+/// Ctrl-C should install its handler afterwards.
 ///
-/// Events are sent until the render is over. Where they are not received they are not waited for once their channel is
-/// closed; an open channel must be emptied.
+/// Events are sent until the render ends. The caller must either receive them or close the channel: the render waits
+/// for a full channel.
 pub fn prepare(settings: &Settings, events: Sender<Event>) -> Result<Prepared<'_>, SessionError> {
     let build_start = Instant::now();
     let crew = Crew::new(settings, &events, &never())?;
@@ -85,17 +85,17 @@ pub fn run(
 }
 
 impl Prepared<'_> {
-    /// Sends every sample of this run, too, each (pixel, sample) once and in any order. The render waits where they are
-    /// not received; where their channel is closed it ends. [`Outputs::sends_samples`] must be set.
+    /// Also sends every sample of this run, each (pixel, sample) once and in any order. The render waits until they are
+    /// received, and ends if their channel is closed. [`Outputs::sends_samples`] must be set.
     pub fn sending(self, samples: Sender<Vec<Sample>>) -> Self {
         Prepared { samples: Some(samples), ..self }
     }
 
-    /// Renders. Closing `stop` ends the render with what there is. A failure after the first sample leaves a report
-    /// with a [`Report::problem`].
+    /// Renders. Closing `stop` ends the render with the samples made so far. A failure after the first sample is
+    /// returned in [`Report::problem`].
     ///
-    /// Where the camera is moved in the window, the render of the scene's own camera is set aside, to be gone on with
-    /// when that is wanted back, and is written in the end.
+    /// If the camera is moved in the window, the render of the scene's own camera is suspended. It is resumed when the
+    /// user returns to that camera, and written at the end.
     ///
     /// Must run on the main thread if a window may open.
     pub fn run(self, stop: &Receiver<Infallible>) -> Result<Report, SessionError> {
@@ -128,7 +128,7 @@ impl Prepared<'_> {
         } else if own.problem.is_none()
             && let Err(error) = toured
         {
-            // The render that went on with the film has taken it along.
+            // The film belongs to the resumed render, which has failed.
             return Err(error);
         }
         let Conclusion { noise, is_noise_asked, .. } = conclude(settings, &own, &events);

@@ -65,7 +65,7 @@ fn spp_counts_from_sample_0_wherever_a_film_begins() {
     said(dir.path(), 0, &render(&["--resume", "a.film", "--spp", "12"]));
     assert!(info(dir.path(), "a.film").contains("samples     4..12\n"));
     let text = said(dir.path(), 1, &render(&["--resume", "a.film", "--spp", "10"]));
-    assert!(text.contains("it has the samples up to 12 already, and 4 to 10 are asked for"), "{text}");
+    assert!(text.contains("it already has the samples up to 12, and 4 to 10 are requested"), "{text}");
     let text = said(dir.path(), 2, &render(&["--resume", "a.film", "--spp", "4"]));
     assert!(text.contains("begins with sample 4") && text.contains("--spp 4"), "{text}");
     // The same samples as those of a range, to the bit.
@@ -92,7 +92,7 @@ fn a_film_that_differs_from_its_facts_is_refused() {
     forged[end..].copy_from_slice(&digest);
     fs::write(&path, &forged).expect("a film");
     let text = said(dir.path(), 1, &render(&["--resume", "a.film", "--spp", "3"]));
-    assert!(text.contains("it has 18×24 plain pixels, and its facts say 24×18"), "{text}");
+    assert!(text.contains("it has 18×24 plain pixels, but its facts say 24×18"), "{text}");
     assert!(fs::read(&path).expect("a film") == forged);
     // Negative control.
     fs::write(&path, &good).expect("a film");
@@ -106,13 +106,16 @@ fn a_goal_that_is_missed_is_told_of_also_to_those_who_want_quiet() {
     let told = || ["noise_asked", "noise_reached"].map(|key| stats(dir.path())[key].clone());
     let missed = go(&["--noise", "0.001", "--spp", "40"]);
     assert!(
-        missed.starts_with("warning: ") && missed.contains("0.001, is not reached: it is 0."),
+        missed.starts_with("warning: ") && missed.contains("0.001 was not reached: the estimate is 0."),
         "{missed}"
     );
-    assert!(missed.contains("at 40 samples a pixel\n"), "{missed}");
+    assert!(missed.contains("at 40 samples per pixel\n"), "{missed}");
     assert_eq!(told(), [json!(0.001), json!(false)]);
     let unknown = go(&["--noise", "0.5", "--spp", "12"]);
-    assert!(unknown.contains("is not known: an estimate takes more than 16 samples a pixel"), "{unknown}");
+    assert!(
+        unknown.contains("cannot be checked: an estimate needs more than 16 samples per pixel"),
+        "{unknown}"
+    );
     assert!(unknown.contains("ended at 12\n"), "{unknown}");
     assert_eq!(told(), [json!(0.5), json!(false)]);
     assert!(stats(dir.path())["estimated_noise"].is_null());
@@ -166,7 +169,7 @@ fn a_film_keeps_its_layers_and_gets_no_others() {
     let before = bytes("a.film");
     let text = go(1, &["--resume", "a.film", "--spp", "9", "--layers", "depth,uv"]);
     assert!(text.contains("not albedo,depth,uv,crypto-material: "), "{text}");
-    assert!(text.contains("without --layers uv; leave these out, or begin another film"), "{text}");
+    assert!(text.contains("without --layers uv; omit these, or begin another film"), "{text}");
     assert!(bytes("a.film") == before);
     go(0, &["--spp", "9", "--film", "w.film", "--layers", "albedo,depth,crypto-material", "-o", "w.exr"]);
     // What the film has goes on, whatever the picture shows of it.

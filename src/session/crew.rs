@@ -1,4 +1,4 @@
-//! Those who render: CPU workers, a GPU worker, or both.
+//! The pool of workers: CPU threads, a GPU worker, or both.
 
 mod measuring;
 mod threads;
@@ -23,29 +23,29 @@ use threads::{PortSettings, ThreadStarter, WorkerChannels};
 
 pub(crate) use threads::{RunningCrew, Threads};
 
-/// What threads alone are called.
+/// The device name of a pool of CPU threads alone.
 const CPU: &str = "cpu";
 
-/// Those who render. The GPU worker, if there is one, has the last number.
+/// The workers of a render. The GPU worker, if there is one, has the last number.
 pub(super) struct Crew {
     splatter: Option<Arc<Splatter>>,
     integrator: Option<Arc<dyn Integrator>>,
-    /// What traces first hits, if layers are wanted that need it: the CPU, whatever renders.
+    /// Traces first hits, if the layers need them: on the CPU, whatever device renders.
     first_hit_tracer: Option<Arc<dyn Integrator>>,
     threads: usize,
     gpu: Option<Gpu>,
-    /// The GPU's speed in those of a CPU worker, where there are both.
+    /// The speed of the GPU relative to a CPU worker, if there are both.
     times: f64,
 }
 
-/// A worker on a GPU, and the name of the GPU.
+/// A GPU worker and the name of its device.
 pub(super) struct Gpu {
     worker: Box<gpu::GpuWorker>,
     name: String,
 }
 
 impl Crew {
-    /// A crew with the devices that are asked for. The end of `stop` cuts the measuring of devices short.
+    /// A pool of the requested devices. Closing `stop` shortens the measuring of their speeds.
     pub(super) fn new(
         settings: &Settings,
         events: &Sender<Event>,
@@ -81,7 +81,7 @@ impl Crew {
             let first_hit_tracer = (!settings.job.layers.is_empty()).then(integrator);
             return Ok(Crew { splatter, integrator: None, first_hit_tracer, threads: 0, gpu, times: 1.0 });
         }
-        // A worker without a pixel would have nothing to do.
+        // A worker without pixels would be idle.
         let threads = settings.devices.threads.get().min(settings.job.region.len() as usize);
         let mut crew = Crew::of_threads(settings, integrator(), threads);
         if let DeviceChoice::All(name) = &settings.devices.choice {
@@ -93,8 +93,8 @@ impl Crew {
         Ok(crew)
     }
 
-    /// A crew for the scene of a crew before, whose integrator this was, with another camera: nothing is compiled
-    /// anew where threads render. Beside a GPU they do it alone then: to measure it takes longer than to look.
+    /// A pool for the same scene with another camera, given the integrator of the previous pool: CPU threads need no
+    /// compilation. The GPU is left out, because measuring its speed takes longer than the view is likely to last.
     pub(super) fn again(
         settings: &Settings,
         integrator: Option<&Arc<dyn Integrator>>,
@@ -108,16 +108,16 @@ impl Crew {
         Ok(Crew::of_threads(settings, seen.into(), threads))
     }
 
-    /// Threads of the CPU alone.
+    /// A pool of CPU threads.
     fn of_threads(settings: &Settings, integrator: Arc<dyn Integrator>, threads: usize) -> Crew {
         let first_hit_tracer = (!settings.job.layers.is_empty()).then(|| Arc::clone(&integrator));
         let splatter = splatter(settings);
         Crew { splatter, integrator: Some(integrator), first_hit_tracer, threads, gpu: None, times: 1.0 }
     }
 
-    /// A crew for a film that was begun on the devices of this description, by a crew whose integrator this was. Only
-    /// their samples may go into it. Threads do without a GPU that is not there any more, or is another now; and where
-    /// there was none when the film was begun, none that has come since takes part.
+    /// A pool for a film that was begun on the devices with this description, given the integrator of the previous
+    /// pool. Only their samples may be added to it. A missing or different GPU is left out if there are threads, and a
+    /// GPU that was absent when the film was begun takes no part.
     pub(super) fn of_film(
         settings: &Settings,
         integrator: Option<&Arc<dyn Integrator>>,
@@ -136,25 +136,25 @@ impl Crew {
         if integrator.is_none() {
             return Err(SessionError::OtherDevice { begun: device.to_owned(), found });
         }
-        // Of a GPU that is gone it has been told already.
+        // A missing GPU has already been reported.
         if crew.gpu.is_some() {
-            let reason = format!("the render was begun on {device}, and now there is {found}");
+            let reason = format!("the render was begun on {device}, but the device is now {found}");
             tell(events, Event::CpuAlone(reason));
         }
         Crew::again(settings, integrator, events, stop)
     }
 
-    /// What spreads samples over pixels, if the film wants that.
+    /// Adds weighted samples to pixels, if the film has them.
     pub(super) fn splatter(&self) -> Option<Arc<Splatter>> {
         self.splatter.clone()
     }
 
-    /// What the threads trace with, if there are any.
+    /// The integrator of the CPU threads, if there are any.
     pub(super) fn integrator(&self) -> Option<Arc<dyn Integrator>> {
         self.integrator.clone()
     }
 
-    /// What traces first hits, if layers are wanted that need it.
+    /// The integrator that traces first hits, if the layers need them.
     pub(super) fn first_hit_tracer(&self) -> Option<Arc<dyn Integrator>> {
         self.first_hit_tracer.clone()
     }
@@ -163,17 +163,17 @@ impl Crew {
         self.threads + usize::from(self.gpu.is_some())
     }
 
-    /// The number of the worker on a GPU, if there is one.
+    /// The number of the GPU worker, if there is one.
     pub(super) fn gpu_worker(&self) -> Option<usize> {
         self.gpu.is_some().then_some(self.threads)
     }
 
-    /// The worker that the others can do without.
+    /// The worker that the render can continue without, if there is one.
     pub(super) fn spare(&self) -> Option<usize> {
         (self.gpu.is_some() && self.threads > 0).then_some(self.threads)
     }
 
-    /// Deals strides in proportion to speed, of stripes where samples count in all pixels around them.
+    /// Assigns strides in proportion to speed, as stripes of rows for weighted samples.
     pub(super) fn deal(&self, region: Region, schedule: Schedule) -> Schedule {
         let schedule = match self.spare() {
             Some(_) => schedule.with_faster(region.len(), self.times),
@@ -193,14 +193,14 @@ impl Crew {
         }
     }
 
-    /// What each device is called, and which workers are its.
+    /// The name of each device, and the numbers of its workers.
     pub(super) fn devices(&self) -> Vec<(String, std::ops::Range<usize>)> {
         let cpu = (self.threads > 0).then(|| (CPU.to_owned(), 0..self.threads));
         let gpu = self.gpu.as_ref().map(|gpu| (gpu.name.clone(), self.threads..self.threads + 1));
         cpu.into_iter().chain(gpu).collect()
     }
 
-    /// Carries out orders on a thread of the CPU until their channel closes.
+    /// Executes orders on a CPU thread until their channel closes.
     fn work(&self, settings: &Settings, index: usize, channels: &WorkerChannels) {
         let Some(integrator) = self.integrator.as_deref() else { return };
         let (level, region, sends_samples) =
@@ -210,8 +210,8 @@ impl Crew {
         worker.run_until(&channels.orders, &channels.stop, &channels.batches);
     }
 
-    /// Starts a thread for each worker and returns the channels for their orders. A GPU comes back through `returned`
-    /// when its worker ends, with what became of it, if that is given.
+    /// Starts a thread for each worker and returns the channels. If `returned` is given, the GPU and its result are
+    /// sent there when its worker ends.
     pub(super) fn start(
         mut self,
         settings: &Settings,
@@ -235,7 +235,7 @@ impl Crew {
                 level: settings.devices.level,
                 layers: settings.job.layers,
                 region: settings.job.region,
-                // Beside threads that render it has one core's worth of time.
+                // Beside CPU threads it has one core's worth of time.
                 threads: if threads > 0 { 1 } else { settings.devices.threads.get() },
             });
             gpu.worker.trace_first_hits_with(first_hit_tracer);
@@ -243,7 +243,7 @@ impl Crew {
             starter.start(format!("the GPU worker ({})", gpu.name), port, move |channels| {
                 let end = gpu.worker.run_until(&channels.orders, &channels.stop, &channels.batches);
                 let Some(returned) = returned else { return end };
-                // After too long a wait nothing listens any more.
+                // The receiver is gone if the GPU took too long.
                 let _ = returned.send((gpu, end));
                 Ok(())
             });
@@ -252,7 +252,7 @@ impl Crew {
     }
 }
 
-/// What puts contributions to any pixel into the film's light image, if it has one.
+/// Adds contributions to the film's light image, if it has one.
 pub(super) fn light(settings: &Settings) -> Option<Arc<Splatter>> {
     let Job { scene, region, .. } = &settings.job;
     let weights = || Weights::of_contributions(&scene.film);
@@ -260,7 +260,7 @@ pub(super) fn light(settings: &Settings) -> Option<Arc<Splatter>> {
     light.map(|_| Arc::new(Splatter::new(weights(), [region.x, region.y])))
 }
 
-/// What spreads samples over pixels, if the film wants that.
+/// Adds weighted samples to pixels, if the film has them.
 fn splatter(settings: &Settings) -> Option<Arc<Splatter>> {
     let weights = Weights::of(&settings.job.scene.film)?;
     let splatter = Splatter::new(weights, [settings.job.region.x, settings.job.region.y]);

@@ -7,10 +7,10 @@ use crate::render::accumulator::WorkerFailure;
 use crate::world::TooLarge;
 use std::path::PathBuf;
 
-/// What became of files.
+/// The result of writing files.
 pub(super) type Written = Result<(), OutputError>;
 
-/// Why a render failed. Whatever was rendered has been written all the same.
+/// The reason why a render failed. The samples made by then have been written if possible.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     /// The film is too large.
@@ -19,49 +19,49 @@ pub enum SessionError {
     /// The scene is too large.
     #[error(transparent)]
     Scene(#[from] TooLarge),
-    /// There is no window.
+    /// The window cannot be opened.
     #[error(transparent)]
     Window(#[from] window::WindowError),
-    /// There is no tev.
+    /// The viewer tev cannot be reached.
     #[error(transparent)]
     Tev(#[from] TevError),
-    /// The GPU can't do it.
+    /// The GPU cannot be used.
     #[error(transparent)]
     Gpu(#[from] gpu::GpuError),
-    /// A file can't be written.
+    /// A file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A film can't be read.
+    /// A film cannot be read.
     #[error(transparent)]
     Film(#[from] FilmError),
-    /// A film is not one of this render.
-    #[error("cannot go on with {path:?}: {reason}")]
+    /// A film does not belong to this render.
+    #[error("cannot resume {path:?}: {reason}")]
     Resume {
         /// The film.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
-    /// The device that a render was begun on is gone, and there is another.
-    #[error("the render was begun on {begun}, and now there is {found}: it can't be gone on with here")]
+    /// The device that a render was begun on is not available.
+    #[error("the render was begun on {begun}, but the device is now {found}: it cannot be resumed here")]
     OtherDevice {
-        /// What it was begun on.
+        /// The device that it was begun on.
         begun: String,
-        /// What is there.
+        /// The present device.
         found: String,
     },
-    /// The camera was moved to where no camera can be.
+    /// The camera was moved to an impossible position.
     #[error(
-        "the camera was moved to where no camera can be; this is a bug in stride: please report it with the scene"
+        "the camera was moved to an impossible position; this is a bug in stride: please report it with the scene"
     )]
     MovedCamera,
     /// A worker failed.
     #[error("{0}; {1}")]
     Worker(WorkerFailure, String),
-    /// A worker did not stop when it was asked to.
+    /// A worker did not stop on request.
     #[error("{0}; {1}")]
     Unanswered(String, String),
-    /// A process failed that should not.
+    /// An internal process failed.
     #[error("the {0} failed; this is a bug in stride: please report it with the scene and the command")]
     Process(&'static str),
 }

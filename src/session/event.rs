@@ -1,4 +1,4 @@
-//! What a render tells while it runs. The caller decides what of it is shown, and where.
+//! Events of a render. The caller decides how to show them.
 
 use super::report::Noise;
 use super::settings::Settings;
@@ -10,63 +10,63 @@ use crate::scene::Viewpoint;
 use crossbeam_channel::{Receiver, Sender, select};
 use std::path::PathBuf;
 
-/// Something that a render tells.
+/// An event of a render.
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// How far it is. If events are taken more slowly than they come, some of these are left out. There are none beside
-    /// a window, which shows it.
+    /// The progress. Some are dropped if the caller receives events slowly. There are none with a window, which shows
+    /// the progress itself.
     Progress(Progress),
-    /// How far it came. No more samples are made; what there is is written from now on.
+    /// The final progress. No more samples are made; outputs are written after this.
     Ended(Progress),
-    /// A difficulty that was got over, or is going to be: a file that can't be written yet, a viewer that has gone.
+    /// A problem that does not stop the render: a file that cannot be written yet, a viewer that has disconnected.
     Note(String),
-    /// The CPU renders without the GPU that was asked for, for this reason.
+    /// The CPU renders without the requested GPU, for this reason.
     CpuAlone(String),
-    /// Where the camera of the window is, whose user asked to be told.
+    /// The camera of the window, on the user's request.
     Viewpoint(Viewpoint),
-    /// What a render came to, when all is written. A render whose camera is moved tells it for each camera that it came
-    /// to an end with.
+    /// The conclusion of a render, when all outputs are written. A render whose camera is moved sends one for each
+    /// camera that was rendered to its end.
     Concluded(Box<Conclusion>),
 }
 
-/// What a user should know of a render that has ended, beside the files.
+/// A summary of a render that has ended, for the user.
 #[derive(Clone, Debug)]
 pub struct Conclusion {
-    /// The files that were to be written, and whether all of them were.
+    /// The files that were to be written.
     pub files: Vec<PathBuf>,
     /// Whether all of them were written.
     pub is_written: bool,
     /// The figures.
     pub totals: Totals,
-    /// The fewest and the most samples that a pixel has.
+    /// The minimum and the maximum number of samples per pixel.
     pub spp_range: [u64; 2],
-    /// Whether every pixel has [`Totals::spp`] samples and no other.
+    /// Whether every pixel has exactly [`Totals::spp`] samples.
     pub is_whole: bool,
     /// Pixels that were rendered.
     pub pixels: u32,
-    /// Whether samples were spent where the error is.
+    /// Whether sampling was adaptive.
     pub is_adaptive: bool,
-    /// The samples a pixel that were asked for, if the render ended before them though nothing else was to end it.
+    /// The requested samples per pixel, if the render ended early without another criterion for its end.
     pub stopped_before: Option<u32>,
-    /// Whether the time was up long before the next sample of every pixel was done.
+    /// Whether the time was up long before the next whole sample.
     pub is_overtime: bool,
-    /// Numbers of samples a pixel that pictures were asked for at, and that were not reached.
+    /// The requested samples per pixel of pictures that were not reached.
     pub unreached: Vec<u32>,
-    /// Where the camera was moved to, if it was.
+    /// The position of the moved camera, if it was moved.
     pub moved: Option<Viewpoint>,
-    /// What became of devices that were lost on the way.
+    /// Descriptions of the devices that were lost.
     pub lost: Vec<String>,
-    /// What became of the error at which the render was to end, if it was to end at one.
+    /// The requested and the estimated error, if the render was to end at an error.
     pub noise: Option<Noise>,
-    /// Whether the error was asked for by number.
+    /// Whether the user requested the error by number.
     pub is_noise_asked: bool,
-    /// Some of the samples that were left out, each with the column and row of its pixel.
+    /// Some of the rejected samples, each with the column and row of its pixel.
     pub rejects: Vec<(Traced, [u32; 2], Reject)>,
-    /// Contributions of samples that were left out: the other [`Totals::rejected`] are samples.
+    /// The number of rejected contributions: the rest of [`Totals::rejected`] are samples.
     pub rejected_contributions: u64,
-    /// Samples that are infinite or too bright for a film.
+    /// The number of samples that are infinite or too bright for a film.
     pub too_bright: u64,
-    /// A warning that radiance is too small for a film, if it is and no note has said so.
+    /// A warning that radiance is too small for a film, unless a note has already given it.
     pub faint: Option<String>,
 }
 
@@ -102,13 +102,13 @@ impl Conclusion {
     }
 }
 
-/// Tells an event, as long as it can be heard.
+/// Sends an event, unless the channel is closed.
 pub(super) fn tell(events: &Sender<Event>, event: Event) {
     let _ = events.send(event);
 }
 
-/// The process that tells of progress and difficulties, until both channels have closed. The end of `totals` is the end
-/// of the render.
+/// The process that reports progress and notes until both channels have closed. The render has ended when `totals`
+/// closes.
 pub(super) fn narrate(
     settings: &Settings,
     totals: &Receiver<Totals>,
@@ -135,7 +135,7 @@ pub(super) fn narrate(
     narrate_notes(notes, events);
 }
 
-/// The process that tells of difficulties.
+/// The process that reports notes.
 pub(super) fn narrate_notes(notes: &Receiver<String>, events: &Sender<Event>) {
     notes.iter().for_each(|note| tell(events, Event::Note(note)));
 }

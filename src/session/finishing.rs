@@ -1,4 +1,4 @@
-//! The end of a render: what is written then, and what is said of what went wrong.
+//! The end of a render: its outputs and errors.
 
 use super::error::{SessionError, Written};
 use super::event::{Event, narrate_notes};
@@ -18,19 +18,20 @@ use crate::sampling::Region;
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
 
-/// The process from the film to the files. It is one, so that they are written while the window stays open.
+/// The process from the film to the files. It is a single process, so that files are written while the window stays
+/// open.
 pub(super) struct Finisher<'a, 'scope> {
     pub(super) pictures: Pictures<'a>,
     pub(super) sink: Option<&'a FilmSink>,
     /// The process that writes checkpoints.
     pub(super) keeper: Option<Process<'scope, ()>>,
-    /// Why the window left the render, before the accumulator hears that it did.
+    /// The reason why the window left the render, available before the accumulator notices.
     pub(super) left: Receiver<Left>,
-    /// Where the saver of the window hears that the end is coming.
+    /// Informs the process that saves for the window of the coming end.
     pub(super) ending: Sender<Ended>,
 }
 
-/// What comes of it.
+/// The result of a [`Finisher`].
 pub(super) struct Finished {
     pub(super) outcome: Outcome,
     pub(super) picture: Picture,
@@ -40,20 +41,20 @@ pub(super) struct Finished {
 }
 
 impl Finisher<'_, '_> {
-    /// Runs the accumulator, and writes what it comes to: the film first, then the pictures.
+    /// Runs the accumulator and writes its outcome: the film first, then the pictures.
     pub(super) fn run(self, accumulator: Accumulator, inbox: Inbox) -> Result<Finished, SessionError> {
         let Finisher { pictures, sink, keeper, left, ending } = self;
         let outcome = accumulator.run(inbox);
         let is_aside = is_aside(&outcome, left.try_recv().ok().as_ref());
-        // Whose pixels they are may have changed on the way.
+        // The owners of pixels may have changed.
         let pictures = Pictures { owners: Arc::clone(&outcome.owners), ..pictures };
         let picture = outcome.film.picture();
-        // Neither a checkpoint that is still on its way nor what the window saves must replace the end.
+        // Neither a pending checkpoint nor a save of the window must replace the final files.
         let kept = keeper.map_or(Ok(()), Process::join);
         let (written_out, written) = bounded(0);
-        // Without a window there is nothing to wait for.
+        // Without a window there is no save to wait for.
         let _ = ending.send(written);
-        // A black picture is no replacement for whatever is there.
+        // A black picture must not replace an existing file.
         let (written, layers) = match outcome.totals.samples {
             0 => (Ok(()), Vec::new()),
             _ if is_aside => (Ok(()), Vec::new()),
@@ -64,15 +65,15 @@ impl Finisher<'_, '_> {
     }
 }
 
-/// Whether a render is set aside: the camera has moved on, and nothing has failed. A render that failed is not gone on
-/// with, so that it is written.
+/// Whether a render is suspended: the camera has moved, and there was no failure. A failed render is not resumed, and
+/// so is written at once.
 fn is_aside(outcome: &Outcome, left: Option<&Left>) -> bool {
     outcome.failure.is_none()
         && outcome.unanswered.is_empty()
         && matches!(left, Some(Left::Moved(_) | Left::Home))
 }
 
-/// Writes the render of the scene's own camera that was set aside.
+/// Writes the suspended render of the scene's own camera.
 pub(super) fn write_aside(
     settings: &Settings,
     head: &Head,
@@ -94,7 +95,7 @@ pub(super) fn write_aside(
     Ok(written?)
 }
 
-/// The first thing that went wrong, if any did.
+/// The first error, if there was any.
 pub(super) fn problem(
     outcome: &Outcome,
     written: Written,
@@ -105,7 +106,7 @@ pub(super) fn problem(
     if outcome.failure.is_some() || !outcome.unanswered.is_empty() {
         let kept = match written {
             Err(error) => format!("the picture so far could not be written: {error}"),
-            Ok(()) if outcome.totals.samples == 0 => "nothing had been rendered yet".to_owned(),
+            Ok(()) if outcome.totals.samples == 0 => "nothing had been rendered".to_owned(),
             Ok(()) => {
                 let counts = sample_counts(outcome.film.seen_range());
                 format!("the picture so far has been written: {counts}")
@@ -128,8 +129,8 @@ pub(super) fn problem(
     files().err()
 }
 
-/// Describes a worker that did not stop: its whole order, so that it can be repeated, and a way to find the path that
-/// takes long.
+/// Describes a worker that did not stop: its complete order, so that it can be repeated, and a way to find the slow
+/// path.
 pub(super) fn describe_abandoned(
     silent: &Unanswered,
     names: &[String],
@@ -138,9 +139,9 @@ pub(super) fn describe_abandoned(
 ) -> String {
     let name = names.get(silent.worker).map_or("a worker", String::as_str);
     let within = silent.within.as_secs_f64();
-    let silence = format!("{name} did not stop within {within} s of the request to, and was abandoned");
+    let silence = format!("{name} did not stop within {within} s of the request, and was abandoned");
     let Some((order, slots)) = silent.order.as_ref().filter(|(_, slots)| !slots.is_empty()) else {
-        return format!("{silence}: it held no order");
+        return format!("{silence}; it had no order");
     };
     let Stride { first, step, run } = order.stride;
     let place = match run {
@@ -151,12 +152,12 @@ pub(super) fn describe_abandoned(
     let from = region.pixel(order.stride.place(slots.start));
     let [first_sample, last_sample] = [order.first, order.end - 1];
     let hint = if gpu == Some(silent.worker) {
-        "a CPU takes the same paths, and shows whether the scene or the device is slow"
+        "the CPU traces the same paths, which shows whether the scene or the device is slow"
     } else {
-        "one of them is slow or takes forever"
+        "at least one path among them is slow or endless"
     };
     format!(
-        "{silence}: it held the samples {first_sample} to {last_sample} of {} pixels, which have numbers i from {} to {}, each in column {x} + p mod {width} and row {y} + p div {width} for p = {place}; {hint}: try them with stride trace SCENE --pixel {},{} --sample {first_sample}",
+        "{silence}; its order was the samples {first_sample} to {last_sample} of {} pixels with i = {} to {}, each at column {x} + p mod {width} and row {y} + p div {width} for p = {place}; {hint}; trace them with stride trace SCENE --pixel {},{} --sample {first_sample}",
         slots.len(),
         slots.start,
         slots.end - 1,

@@ -1,4 +1,4 @@
-//! What the files of a render say of themselves.
+//! The metadata of a render's files.
 
 use super::error::Written;
 use super::settings::Settings;
@@ -10,7 +10,7 @@ use crate::sampling::Region;
 use crate::scene::{Fingerprint, UNLIMITED, Viewpoint};
 use std::path::Path;
 
-/// What determines the bits of a render's samples, on a device.
+/// The facts that determine the bits of a render's samples on a device.
 fn identity(settings: &Settings, device: &str) -> Identity {
     let (scene, region) = (&settings.job.scene, settings.job.picture_region());
     let max_depth = match scene.render.max_depth {
@@ -29,7 +29,7 @@ fn identity(settings: &Settings, device: &str) -> Identity {
         .with("max depth", max_depth)
         .with("seed", scene.render.seed)
         .with("device", device);
-    // Where samples go depends on where the render is to end.
+    // With adaptive sampling the distribution of samples depends on the end of the render.
     let identity = match settings.stopping.goal().filter(|_| settings.stopping.adaptive) {
         None => identity,
         Some(noise) if settings.stopping.spp == u32::MAX => {
@@ -44,12 +44,12 @@ fn identity(settings: &Settings, device: &str) -> Identity {
     }
 }
 
-/// A camera's text, in a line.
+/// The text of a camera, on one line.
 fn one_line(camera: &Viewpoint) -> String {
     camera.to_string().lines().skip(1).collect::<Vec<_>>().join("; ")
 }
 
-/// What a film file of this render says of itself.
+/// The header of a film file of this render.
 pub(super) fn head(settings: &Settings, device: &str) -> Head {
     let range = settings.range();
     let mut notes = Identity::default()
@@ -73,11 +73,11 @@ pub(super) fn head(settings: &Settings, device: &str) -> Head {
     Head { layout: settings.job.layout(), identity: identity(settings, device), notes }
 }
 
-/// What a dump says beside the facts of its samples: notes that don't determine their bits.
+/// The notes in a sample dump: unlike facts they do not determine the bits of samples.
 pub(crate) const NOTES: [&str; 5] = ["exposure", "tone", "asked", "layers", "rendered"];
 
-/// What a dump of this render's samples says of itself: facts and notes of a film, and where there are samples.
-/// A header has no room for the scene's parts, which only tell people what differs, and for the names of its things.
+/// The metadata of a dump of this render's samples: facts and notes of a film, and the region with samples. The header
+/// has no room for the outline of the scene and for names, which only serve messages and Cryptomatte layers.
 pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
     let Region { x, y, width, height, .. } = settings.job.region;
     let notes = head.notes.facts().filter(|(name, _)| NOTES.contains(name));
@@ -86,28 +86,28 @@ pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
         .with("rendered", format_args!("{x},{y},{width},{height}"))
 }
 
-/// Finds out, before hours of rendering, whether the film file that is asked for can say what it is of.
+/// Checks before the render that the requested film file can store its header.
 pub(super) fn check_film(settings: &Settings, head: &Head) -> Written {
     let Some(path) = &settings.outputs.film else { return Ok(()) };
     head.check().map_err(|error| OutputError::from_io(path, error))
 }
 
-/// What writes the film file, if there is to be one.
+/// The writer of the film file, if one is requested.
 pub(super) fn film_sink(settings: &Settings, head: &Head) -> Option<FilmSink> {
     settings.outputs.film.clone().map(|path| FilmSink { path, head: head.clone(), range: settings.range() })
 }
 
-/// What an EXR says of itself: what determines its bits.
+/// The metadata of an EXR file: the facts that determine its bits.
 pub(crate) fn facts(identity: &Identity, holding: &Holding) -> Identity {
     identity.clone().with("samples", holding)
 }
 
-/// The names that the layers which are mattes are about.
+/// The names in the Cryptomatte layers among these.
 pub(super) fn mattes_of<'m>(layers: &[Layer], mattes: &'m Mattes) -> Vec<&'m Names> {
     layers.iter().filter_map(|layer| layer.names(mattes)).collect()
 }
 
-/// Writes a picture file that says what determines its bits, with layers and what those that are mattes are about.
+/// Writes a picture file with layers and metadata.
 pub(super) fn write_saying(
     path: &Path,
     picture: &Picture,

@@ -7,11 +7,11 @@ use crate::integrator::Integrator;
 use crate::render;
 use std::sync::Arc;
 
-/// Samples of a pixel that the window's layers are means of.
+/// Samples per pixel of the layers in the window.
 const PREVIEW: u32 = 2;
 
-/// The layers that first hits tell, for the window, before there are any; without mattes, whose values are ids and no
-/// colours.
+/// The layers of first hits for the window, before the render has them; without Cryptomatte layers, whose values are
+/// ids and not colours.
 pub(super) fn preview(
     settings: &Settings,
     integrator: &Arc<dyn Integrator>,
@@ -23,7 +23,7 @@ pub(super) fn preview(
     render::preview(integrator, level, region, PREVIEW, &layers, mattes)
 }
 
-/// The layers that are wanted, of what the render came to.
+/// The requested layers of a finished render.
 pub(super) fn layers(settings: &Settings, mattes: &Mattes, film: &Film) -> Vec<Channel> {
     settings.outputs.layers.iter().flat_map(|&layer| film.channels(layer, mattes)).collect()
 }

@@ -9,8 +9,8 @@ use crate::output::window::{self, Window, WindowOptions};
 use crate::sampling::Region;
 use crate::scene::Scene;
 
-/// The window, if one is wanted and there is a display. The integrator, if there is one, tells what the camera turns
-/// about.
+/// Opens the window, if one is requested and there is a display. The integrator, if there is one, finds the point that
+/// the camera orbits.
 pub(super) fn open_window(
     settings: &Settings,
     integrator: Option<&dyn Integrator>,
@@ -20,7 +20,7 @@ pub(super) fn open_window(
     }
     let (job, outputs) = (&settings.job, &settings.outputs);
     let camera = if outputs.wants_samples() || !outputs.dump_at.is_empty() {
-        Err("the camera stays: samples and numbered pictures that are written are of one render".to_owned())
+        Err("the camera cannot move: a sample dump and numbered pictures belong to one render".to_owned())
     } else {
         Ok(Orbit::new(&job.scene.camera, distance(settings, integrator)))
     };
@@ -43,8 +43,8 @@ pub(super) fn open_window(
     }
 }
 
-/// How far in front of the camera a mouse turns it about: at what is seen in the middle of the film, or else as far
-/// as the origin.
+/// The distance from the camera to the point that it orbits: the first surface in the middle of the film, or else the
+/// distance of the origin.
 fn distance(settings: &Settings, integrator: Option<&dyn Integrator>) -> f64 {
     let Scene { film, camera, .. } = &*settings.job.scene;
     let mut hits = Vec::new();

@@ -1,4 +1,4 @@
-//! The picture files of a render: at barriers, whenever the window asks for them, and at the end.
+//! The picture files of a render: at barriers, on request of the window, and at the end.
 
 use super::error::Written;
 use super::event::{Event, tell};
@@ -18,21 +18,21 @@ use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Unwritten pictures that are kept until their place can be written again.
+/// Pictures that are kept in memory until they can be written.
 const MOST_UNWRITTEN: usize = 4;
 
-/// Says that something is in the way, as long as it can be heard.
+/// Sends a note about a problem, unless the channel is closed.
 pub(super) fn note(notes: &Sender<String>, line: String) {
     let _ = notes.send(line);
 }
 
-/// Closes when everything that is written at the end has been written.
+/// Closes when all final files have been written.
 pub(super) type Ended = Receiver<Infallible>;
 
-/// Serves a window's requests: cameras by `tell`, and pictures by `save`, which gets what to save, how to show it, and
-/// whether the end is written already, and says what came of it. The finisher sends over `ending` first: once
-/// that is received no save is under way, and none is begun before the end is written. From then on nothing unfinished
-/// is saved.
+/// Serves a window's requests: reports cameras by `tell`, and saves pictures by `save`, which receives the snapshot,
+/// the view transform and whether the final files are already written, and returns a message. The finisher sends over
+/// `ending` first: once that is received no save is in progress, and none begins before the final files are written.
+/// After that unfinished pictures are not saved.
 fn serve_saves(
     requests: &Receiver<Request>,
     ending: &Receiver<Ended>,
@@ -45,7 +45,7 @@ fn serve_saves(
             recv(ending) -> end => {
                 if let Ok(end) = end {
                     ended = true;
-                    // Nothing is ever sent over it: it closes.
+                    // The channel carries no messages: it closes.
                     let _ = end.recv();
                 }
                 ending = never();
@@ -60,31 +60,31 @@ fn serve_saves(
                     Err(_) => return,
                 };
                 let line = match ended && !snapshot.finished {
-                    true => "the end is written already".to_owned(),
+                    true => "the final files are already written".to_owned(),
                     false => save(&snapshot, view, ended),
                 };
-                // The window may have closed meanwhile.
+                // The window may have closed.
                 let _ = reply.send(line);
             },
         }
     }
 }
 
-/// What the picture files of a render have in common, and who is told of those that can't be written.
+/// The common settings of the picture files of a render, and the channel for notes about write errors.
 #[derive(Clone)]
 pub(super) struct Pictures<'a> {
     pub(super) settings: &'a Settings,
     pub(super) identity: &'a Identity,
-    /// What the scene's things are called.
+    /// The names of entities and materials.
     pub(super) mattes: &'a Mattes,
-    /// Who made each pixel.
+    /// The worker that rendered each pixel.
     pub(super) owners: Arc<Vec<u32>>,
     pub(super) notes: Sender<String>,
 }
 
 impl Pictures<'_> {
-    /// Writes pictures at barriers. One that can't be written is tried again with the next, and in the end with
-    /// patience; only when too many wait for that is one put elsewhere at once.
+    /// Writes pictures at barriers. One that cannot be written is retried with the next, and at the end with several
+    /// attempts. Only if too many wait is one written elsewhere at once.
     pub(super) fn write_barriers(&self, barriers: &Receiver<Barrier>) -> Written {
         let mut unwritten: VecDeque<(PathBuf, Identity, Picture)> = VecDeque::new();
         let mut first_error = Ok(());
@@ -103,7 +103,7 @@ impl Pictures<'_> {
             for path in &self.settings.outputs.pictures {
                 let path = numbered_path(path, end - self.settings.job.first);
                 if let Err(error) = self.write(&path, &picture, &facts, &[], view) {
-                    say(format!("{error}; the render goes on, and the picture is tried again"));
+                    say(format!("{error}; the render continues and will retry the picture"));
                     unwritten.push_back((path, facts.clone(), picture.clone()));
                 }
             }
@@ -117,8 +117,8 @@ impl Pictures<'_> {
         first_error
     }
 
-    /// Writes what there is at the end, with patience: the film first, then the pictures with the layers that are wanted.
-    /// Returns the first error, and the layers.
+    /// Writes the final files, with retries: the film first, then the pictures with the requested layers. Returns the
+    /// first error, and the layers.
     pub(super) fn write_end(
         &self,
         sink: Option<&FilmSink>,
@@ -143,7 +143,7 @@ impl Pictures<'_> {
         (first_error, layers)
     }
 
-    /// Writes the outputs and tells the camera whenever the window asks for it, until it closes; see [`serve_saves`].
+    /// Writes the outputs and reports the camera on request of the window, until it closes; see [`serve_saves`].
     pub(super) fn save_on_request(
         &self,
         requests: &Receiver<Request>,
@@ -151,12 +151,12 @@ impl Pictures<'_> {
         events: &Sender<Event>,
     ) {
         let say = |camera| tell(events, Event::Viewpoint(camera));
-        // How far each pixel is a view does not tell.
+        // A view does not show the samples of each pixel.
         let facts = self.identity.clone().with("samples", "unfinished");
         serve_saves(requests, ending, say, |snapshot, view, whole| {
             let mut saved = Ok(());
             for path in &self.settings.outputs.pictures {
-                // In the end all files are there, with layers and all; only what people see may look different.
+                // The final files are complete, with layers; a save may only change the view.
                 if whole && !matches!(Format::of(path), Ok(Format::Png)) {
                     continue;
                 }
@@ -209,20 +209,20 @@ mod tests {
         Request::Save { snapshot: Arc::new(snapshot), view: ViewTransform::default(), reply: replies.clone() }
     }
 
-    // In which order threads come to the channels is theirs to choose: a hundred rounds show many orders.
+    // The order in which threads reach the channels varies: a hundred rounds show many orders.
     #[test]
-    fn what_a_window_saves_never_replaces_the_end() {
+    fn saves_of_the_window_never_replace_the_final_files() {
         for _ in 0..100 {
             save_about_the_end();
         }
     }
 
     fn save_about_the_end() {
-        // Nothing is taken from it that is not asked for: a request lies in it until the saver is free.
+        // The channel has no buffer: a request waits until the saver is ready.
         let (requests_out, requests) = bounded(1);
         let (ending_out, ending) = bounded::<Ended>(0);
         let (replies_out, replies) = unbounded();
-        // What happens to the files, in order.
+        // The sequence of operations on the files.
         let (log_out, log) = unbounded();
         let (go_out, go) = bounded(1);
         std::thread::scope(|scope| {
@@ -237,15 +237,15 @@ mod tests {
             });
             requests_out.send(request(false, &replies_out)).unwrap();
             assert_eq!(log.recv().unwrap(), "save begins");
-            // A save is under way: whoever writes the end is not let past it.
+            // A save is in progress: the final write must wait for it.
             let (written_out, written) = bounded(0);
             let Err(TrySendError::Full(written)) = ending_out.try_send(written) else {
-                panic!("the end is let past a save that is under way");
+                panic!("the final write did not wait for a save");
             };
             go_out.send(()).unwrap();
             ending_out.send(written).unwrap();
             log_out.send("end").unwrap();
-            // A request that comes while it is written waits: no save begins before it is written.
+            // A request during the final write waits: no save begins before it is done.
             requests_out.send(request(true, &replies_out)).unwrap();
             log_out.send("end is written").unwrap();
             drop(written_out);
@@ -257,11 +257,11 @@ mod tests {
         let log: Vec<_> = log.iter().collect();
         assert_eq!(log, ["save", "end", "end is written", "save begins", "save of the end"]);
         let replies: Vec<_> = replies.iter().collect();
-        assert_eq!(replies, ["false", "true", "the end is written already"]);
+        assert_eq!(replies, ["false", "true", "the final files are already written"]);
     }
 
     #[test]
-    fn a_run_that_ends_without_a_word_leaves_the_window_its_saves() {
+    fn the_window_can_save_after_a_run_without_an_end_message() {
         let (requests_out, requests) = bounded(1);
         let (ending_out, ending) = bounded::<Ended>(0);
         let (replies_out, replies) = unbounded();

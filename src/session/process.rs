@@ -1,9 +1,9 @@
-//! Processes that are waited for.
+//! Named processes that are joined.
 
 use super::error::SessionError;
 use std::thread::{Scope, ScopedJoinHandle};
 
-/// A process of a render, and what it is called where it fails.
+/// A process of a render, with its name for error messages.
 pub(super) struct Process<'scope, T> {
     name: &'static str,
     thread: ScopedJoinHandle<'scope, T>,
@@ -18,7 +18,7 @@ impl<'scope, T: Send + 'scope> Process<'scope, T> {
         Process { name, thread: scope.spawn(work) }
     }
 
-    /// Waits for its end. A panic is an error.
+    /// Waits for its end. A panic becomes an error.
     pub(super) fn join(self) -> Result<T, SessionError> {
         self.thread.join().map_err(|_| SessionError::Process(self.name))
     }

@@ -1,4 +1,4 @@
-//! What a render came to.
+//! The result of a render.
 
 use super::error::SessionError;
 use super::identity::write_saying;
@@ -11,72 +11,72 @@ use std::fmt;
 use std::path::Path;
 use std::time::Duration;
 
-/// What a render came to.
+/// The result of a render.
 #[derive(Debug)]
 pub struct Report {
     /// The figures.
     pub totals: Totals,
-    /// What became of the error that was asked for.
+    /// The requested and the estimated error, if an error was requested.
     pub noise: Option<Noise>,
-    /// The fewest and the most samples that a pixel has.
+    /// The minimum and the maximum number of samples per pixel.
     pub spp_range: [u64; 2],
     /// Whether every pixel has the same number of samples.
     pub whole: bool,
-    /// What rendered.
+    /// The description of the devices that rendered.
     pub device: String,
-    /// Each device, and how many samples it made.
+    /// Each device, and the number of samples it made.
     pub devices: Vec<(String, u64)>,
-    /// What became of a device that was lost on the way.
+    /// The description of a device that was lost.
     pub lost: Option<String>,
-    /// Threads that rendered.
+    /// The number of threads that rendered.
     pub threads: usize,
     /// Time to compile the scene.
     pub build: Duration,
     /// The picture.
     pub picture: Picture,
-    /// The layers that were asked for.
+    /// The channels of the requested layers.
     pub layers: Vec<Channel>,
-    /// What determines the bits of the picture, as its files say.
+    /// The facts that determine the bits of the picture, as in its files.
     pub facts: Identity,
-    /// How 8-bit files and windows show it.
+    /// The view transform of 8-bit files and windows.
     pub view: ViewTransform,
-    /// What those of the layers that are mattes are about.
+    /// The names in those of the layers that are Cryptomatte layers.
     pub mattes: Vec<Names>,
-    /// The failure that ended the render, if one did: whatever was rendered by then has been written all the same.
+    /// The failure that ended the render, if there was one. The samples made by then have been written if possible.
     pub problem: Option<SessionError>,
 }
 
 impl Report {
-    /// Writes the picture in the format of the name's extension, `.png`, `.exr` or `.hdr`, whole or not at all: the file
-    /// that the render writes at its end where it is asked for one without an overlay. Layers go into EXR files.
+    /// Writes the picture in the format of the extension, `.png`, `.exr` or `.hdr`, completely or not at all. The file
+    /// equals the one that the render writes on request without an overlay. EXR files contain the layers.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
         let mattes: Vec<&Names> = self.mattes.iter().collect();
         write_saying(path.as_ref(), &self.picture, &self.facts, (&self.layers, &mattes), self.view)
     }
 
-    /// The picture in 8-bit sRGB, as a PNG file has it: red, green and blue, row by row from the top left.
+    /// The picture in 8-bit sRGB, as in a PNG file: red, green and blue, row by row from the top left.
     pub fn srgb(&self) -> Vec<[u8; 3]> {
         let tone = ToneMap::new(self.view.of_file());
         self.picture.rgb.iter().map(|&rgb| tone.encode(rgb)).collect()
     }
 
-    /// The channels of a layer that was asked for; none of another.
+    /// The channels of a requested layer; empty for another.
     pub fn layer(&self, layer: Layer) -> Vec<&Channel> {
         let names = layer.channels();
         self.layers.iter().filter(|channel| names.contains(&channel.name)).collect()
     }
 }
 
-/// What became of an error that a render was to end at.
+/// The requested and the estimated error of a render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// The error that was asked for.
+    /// The requested error.
     pub asked: f64,
-    /// The error by estimate, where there were samples enough for one.
+    /// The estimated error, if there were enough samples for an estimate.
     pub estimated: Option<f64>,
     /// Samples that every pixel has.
     pub spp: u32,
-    /// Whether the picture has no brightness that an error could be relative to.
+    /// Whether the picture is black, so that errors cannot be relative to its brightness.
     pub is_black: bool,
 }
 
@@ -87,7 +87,7 @@ impl Noise {
         Noise { asked, estimated: noise.map(|[now, _]| now), spp, is_black }
     }
 
-    /// Whether it is as small as was asked for, as far as is known.
+    /// Whether the estimated error is at most the requested one.
     pub fn reached(&self) -> bool {
         self.estimated.is_some_and(|estimated| estimated <= self.asked)
     }
@@ -99,29 +99,29 @@ impl fmt::Display for Noise {
         let least = 2 * FIRST_MILESTONE;
         match estimated {
             Some(now) if self.reached() => {
-                write!(f, "the error is {now:.5} by estimate; {asked} was asked for")
+                write!(f, "the estimated error is {now:.5}; {asked} was requested")
             }
             Some(now) => write!(
                 f,
-                "the error that was asked for, {asked}, is not reached: it is {now:.5} by estimate at {spp} samples a pixel"
+                "the requested error of {asked} was not reached: the estimate is {now:.5} at {spp} samples per pixel"
             ),
             None if is_black && spp >= least => write!(
                 f,
-                "whether the error that was asked for, {asked}, is reached is not known: errors are relative to the picture's brightness, and the picture is black"
+                "the requested error of {asked} cannot be checked: errors are relative to the picture's brightness, and the picture is black"
             ),
             None => write!(
                 f,
-                "whether the error that was asked for, {asked}, is reached is not known: an estimate takes more than {least} samples a pixel, and the render ended at {spp}"
+                "the requested error of {asked} cannot be checked: an estimate needs more than {least} samples per pixel, and the render ended at {spp}"
             ),
         }
     }
 }
 
-/// Says which samples pixels have, of which the fewest and the most that one has are given. Each has its first ones.
+/// Describes the minimum and the maximum number of samples per pixel. Each pixel has its first samples.
 pub(crate) fn sample_counts(range: [u64; 2]) -> String {
     match range {
         [least, most] if least == most => format!("every pixel has its first {least} samples"),
-        [0, most] => format!("pixels have between no sample and their first {most}"),
+        [0, most] => format!("each pixel has at most its first {most} samples, and some have none"),
         [least, most] => format!("every pixel has its first {least} samples, and some have up to {most}"),
     }
 }

@@ -1,4 +1,4 @@
-//! The film that a render begins with.
+//! The film at the start of a render.
 
 use super::error::SessionError;
 use super::settings::Settings;
@@ -7,7 +7,7 @@ use crate::film::head::{Head, LAYERS};
 use crate::film::{Film, Milestone};
 use crate::output::{FilmError, open_film};
 
-/// The film to begin with: an empty one, or that of the run that is gone on with and its last milestone.
+/// The film to start with: an empty one, or that of the resumed run with its last milestone.
 pub(super) fn first_film(
     settings: &Settings,
     head: &Head,
@@ -18,22 +18,22 @@ pub(super) fn first_film(
     if let Some(difference) = head.difference(file.head()) {
         let lacks = head.layout.layers.without(file.head().layout.layers);
         let remedy = match difference.name.as_str() {
-            "program" => "samples of different versions may differ: finish it with the one that began it",
+            "program" => "samples of different versions may differ: finish it with the version that began it",
             "scene" => {
-                "the scene file, or one that it names, is not what it was: undo that, or begin another film"
+                "the scene file, or a file that it names, has changed: undo the change, or begin another film"
             }
             LAYERS => {
                 return Err(refuse(format!(
-                    "{difference}: the film was begun without `layers` {lacks}; leave these out, or begin another film with them"
+                    "{difference}: the film was begun without `layers` {lacks}; omit these, or begin another film with them"
                 )));
             }
-            _ => "give this render the settings of the film, or begin another film",
+            _ => "use the settings of the film, or begin another film",
         };
         return Err(refuse(format!("{difference}; {remedy}")));
     }
     if head.layout.spreads && !file.head().layout.spreads {
         return Err(refuse(
-            "it was begun without `layers` variance, and has not the sums that this takes; leave the layer out, or begin another film".to_owned(),
+            "it was begun without `layers` variance, and lacks the sums for it; omit the layer, or begin another film".to_owned(),
         ));
     }
     if file.head().layout != head.layout {
@@ -44,7 +44,7 @@ pub(super) fn first_film(
             format!("{}×{} {words} pixels{spreads}{light}", layout.width, layout.height)
         });
         return Err(refuse(format!(
-            "it has {theirs}, and its facts say {ours}: the program that wrote it made a mistake; begin another film"
+            "it has {theirs}, but its facts say {ours}: this is a bug in the program that wrote it; begin another film"
         )));
     }
     let holding = file.holding().clone();
@@ -52,7 +52,7 @@ pub(super) fn first_film(
     if !nothing && holding.start() != Some(settings.job.first) {
         let from = settings.job.first;
         return Err(refuse(format!(
-            "it holds the samples {holding}, and a render goes on without a gap from sample {from}; render what is missing with `range`, and merge"
+            "it has the samples {holding}, but a render must continue without a gap from sample {from}; render the missing samples with `range`, and merge"
         )));
     }
     let milestone = file.milestone().cloned();
@@ -61,19 +61,19 @@ pub(super) fn first_film(
     if most > u64::from(settings.stopping.spp) {
         let (asked, end) = (settings.range(), u64::from(settings.job.first) + most);
         return Err(refuse(format!(
-            "it has the samples up to {end} already, and {} to {} are asked for; ask for more (`samples`), or begin another film",
+            "it already has the samples up to {end}, and {} to {} are requested; request more (`samples`), or begin another film",
             asked.start, asked.end
         )));
     }
     if let Some(Milestone { samples, plan: Some(plan), .. }) = &milestone
         && (plan.ends().len() as u64 != head.layout.len() || !plan.allows(*samples, |place| film.seen(place)))
     {
-        let reason = FilmFileError::Contradiction("its pixels have other samples than it planned");
+        let reason = FilmFileError::Contradiction("the sample counts of its pixels do not match its plan");
         return Err(FilmError { path: path.clone(), reason }.into());
     }
     if let Some(early) = settings.outputs.dump_at.iter().find(|&&at| u64::from(at) <= most) {
         return Err(refuse(format!(
-            "it has {most} samples a pixel already: there is no picture of {early} to be had any more (`dump_at`)"
+            "it already has {most} samples per pixel: a picture of {early} cannot be made any more (`dump_at`)"
         )));
     }
     Ok((film, milestone))

@@ -1,4 +1,4 @@
-//! What a render is asked for.
+//! The settings of a render.
 
 use crate::film::{Holding, Layer, LayerSet, Layout, LightScale, Weights};
 use crate::integrator;
@@ -12,62 +12,63 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Everything that a render is asked for, checked.
+/// The checked settings of a render.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// What is rendered.
+    /// The scene, and the part of it to render.
     pub job: Job,
-    /// When it ends.
+    /// The criteria for the end of the render.
     pub stopping: Stopping,
-    /// What renders it.
+    /// The devices that render.
     pub devices: Devices,
-    /// Where it is written.
+    /// The files to write.
     pub outputs: Outputs,
-    /// Where it is shown.
+    /// The viewers that show the render.
     pub view: View,
 }
 
 impl Settings {
-    /// The indices of each pixel's samples.
+    /// The range of sample indices of each pixel.
     pub fn range(&self) -> Range<u32> {
         self.job.first..self.job.first.saturating_add(self.stopping.spp)
     }
 
-    /// Samples a pixel, if they are limited: a range that goes on to the last number is not.
+    /// Samples per pixel, if they are limited: a range up to the last index is unlimited.
     pub fn target(&self) -> Option<u32> {
         (self.range().end < u32::MAX).then_some(self.stopping.spp)
     }
 
-    /// The samples in a film whose pixels have between so many and so many of them.
+    /// The samples in a film with this minimum and maximum number of samples per pixel.
     pub(super) fn holding(&self, [least, most]: [u64; 2]) -> Holding {
         Holding::prefix(self.range(), least, most)
     }
 }
 
-/// What is rendered: with the devices, all that the bits of the samples depend on.
+/// The scene to render: together with the devices, it determines the bits of the samples.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// The scene, with whatever the caller changed in it.
+    /// The scene, including the caller's changes.
     pub scene: Arc<Scene>,
-    /// What tells the scene from others, where films or pictures are to say so.
+    /// The fingerprint of the scene, if films or pictures are to contain it.
     pub fingerprint: Option<Fingerprint>,
     /// The part of the film that is rendered.
     pub region: Region,
-    /// The part of that which becomes the picture: around it are pixels whose samples reach into it.
+    /// The part of that which becomes the picture. The pixels around it are rendered because their samples contribute
+    /// to it.
     pub shown: Rectangle,
     /// The index of each pixel's first sample.
     pub first: u32,
-    /// Keep what a variance takes where samples are weighed, which costs memory and time.
+    /// Whether to compute the sums for the variance of weighted samples, which cost memory and time.
     pub spreads: bool,
-    /// The layers of first hits that the film keeps the sums of, which costs memory and time.
+    /// The layers of first hits whose sums the film stores, which cost memory and time.
     pub layers: LayerSet,
-    /// Where the scene's camera was moved to in the window, if it was.
+    /// The position of the moved camera, if the scene's camera was moved in the window.
     pub moved: Option<Viewpoint>,
 }
 
 impl Job {
-    /// The picture of a part of a scene's film, from sample 0 on. As many pixels around it are rendered as have samples
-    /// that reach into it.
+    /// The picture of a part of a scene's film, from sample 0 on. The pixels around it whose samples contribute to it
+    /// are rendered as well.
     pub fn new(scene: Arc<Scene>, picture: Region) -> Job {
         let reach = Weights::of(&scene.film).map_or(0, |weights| weights.reach());
         let (region, shown) = picture.with_margin(reach, scene.film.height);
@@ -75,7 +76,7 @@ impl Job {
         Job { scene, fingerprint, region, shown, first: 0, spreads: false, layers, moved: None }
     }
 
-    /// What the film's words are.
+    /// The layout of the film.
     pub fn layout(&self) -> Layout {
         let (Region { width, height, .. }, shown) = (self.region, self.shown);
         let Scene { film, render, .. } = &*self.scene;
@@ -93,101 +94,101 @@ impl Job {
     }
 }
 
-/// When a render ends: whatever comes first.
+/// The criteria for the end of a render; the first one met ends it.
 #[derive(Clone, Debug)]
 pub struct Stopping {
-    /// At so many samples a pixel.
+    /// Samples per pixel, at least 1.
     pub spp: u32,
-    /// At the first whole sample after this long.
+    /// The time limit. The render ends at the first whole sample after it.
     pub time: Option<Duration>,
-    /// At this estimated error, √relMSE_scaled without the worst 0.5% of pixels.
+    /// The estimated error, √relMSE_scaled without the worst 0.5% of pixels, above 0 and below 1.
     pub noise: Option<f64>,
-    /// Spend samples where the error is, `spp` of them a pixel at most.
+    /// Whether sampling is adaptive, with at most `spp` samples per pixel.
     pub adaptive: bool,
 }
 
 impl Stopping {
-    /// At so many samples a pixel, and for no other reason.
+    /// Ends at this number of samples per pixel, and for no other reason.
     pub fn at(spp: u32) -> Stopping {
         Stopping { spp, time: None, noise: None, adaptive: false }
     }
 
-    /// The error at which the render ends, if it does at one.
+    /// The error at which the render ends, if there is one.
     pub fn goal(&self) -> Option<f64> {
         self.noise.or(self.adaptive.then_some(ADAPTIVE_NOISE))
     }
 }
 
-/// The error that adaptive sampling ends at unless another is asked for.
+/// The default error of adaptive sampling.
 pub const ADAPTIVE_NOISE: f64 = 0.01;
 
-/// The most threads that a render may have.
+/// The maximum number of threads of a render.
 pub const MOST_THREADS: u16 = 1024;
 
-/// What renders.
+/// The devices that render.
 #[derive(Clone, Debug)]
 pub struct Devices {
-    /// Which devices.
+    /// The choice of devices.
     pub choice: DeviceChoice,
-    /// CPU workers, [`MOST_THREADS`] at most.
+    /// The number of CPU workers, at most [`MOST_THREADS`].
     pub threads: NonZeroUsize,
-    /// The lanes that they use.
+    /// The SIMD level of the CPU workers.
     pub level: Level,
-    /// What finds the surfaces that rays meet, on the CPU.
+    /// The acceleration structure on the CPU.
     pub finder: Finder,
 }
 
 impl Devices {
-    /// So many threads of the CPU.
+    /// CPU threads only.
     pub fn cpu(threads: NonZeroUsize, level: Level) -> Devices {
         Devices { choice: DeviceChoice::Cpu, threads, level, finder: Finder::Fastest }
     }
 }
 
-/// Which devices render.
+/// A choice of devices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DeviceChoice {
     /// The CPU.
     Cpu,
-    /// A GPU, of this name if one is given.
+    /// A GPU, with a name that contains this text if it is given.
     Gpu(Option<String>),
-    /// The CPU and a GPU, likewise.
+    /// The CPU and a GPU, with a name that contains this text if it is given.
     All(Option<String>),
 }
 
-/// The files that a render writes, and the one that it goes on with.
+/// The files that a render writes, and the film file that it resumes.
 #[derive(Clone, Debug)]
 pub struct Outputs {
-    /// Picture files.
+    /// Picture files to write at the end: `.png`, `.exr` or `.hdr`.
     pub pictures: Vec<PathBuf>,
-    /// Show which worker owns each pixel instead of what it saw: in the pictures, which then have to be PNG
-    /// files, and at first in the window.
+    /// Whether pictures show the worker that owns each pixel instead of radiance. They must then be PNG files. A window
+    /// starts with this view.
     pub overlay: bool,
-    /// Sample counts to write numbered pictures at.
+    /// Samples per pixel at which to write numbered pictures.
     pub dump_at: Vec<u32>,
-    /// Layers that EXR files get beside colour, at the end. Those that first hits tell must be among [`Job::layers`].
+    /// Layers for EXR files at the end. Those made of first hits must be in [`Job::layers`].
     pub layers: Vec<Layer>,
-    /// A dump of every sample, if any.
+    /// The NumPy file for all samples, if requested.
     pub samples: Option<PathBuf>,
-    /// Every sample is sent to the caller: see [`Prepared::sending`](super::Prepared::sending).
+    /// Whether all samples are sent to the caller: see [`Prepared::sending`](super::Prepared::sending).
     pub sends_samples: bool,
-    /// A film file, for going on and merging, if any.
+    /// The film file for resuming and merging, if requested.
     pub film: Option<PathBuf>,
-    /// How often the film file is written while the render runs.
+    /// The interval at which the film file is written during the render.
     pub checkpoint: Duration,
-    /// The film file of a run that this one goes on with.
+    /// The film file to resume, if there is one.
     pub resume: Option<PathBuf>,
 }
 
 impl Outputs {
-    /// Whether samples are wanted one by one.
+    /// Whether single samples are needed.
     pub fn wants_samples(&self) -> bool {
         self.samples.is_some() || self.sends_samples
     }
 }
 
 impl Default for Outputs {
-    /// No file.
+    /// No files.
     fn default() -> Outputs {
         Outputs {
             pictures: Vec::new(),
@@ -203,25 +204,25 @@ impl Default for Outputs {
     }
 }
 
-/// Where a render is shown while it runs.
+/// The viewers of a render.
 #[derive(Clone, Debug, Default)]
 pub struct View {
-    /// What viewers call it.
+    /// The name of the render in viewers.
     pub name: String,
-    /// Whether it is shown in a window.
+    /// Whether to open a window.
     pub window: WindowChoice,
-    /// The host and port of a tev that shows it, too.
+    /// The host and port of a tev viewer, if there is one.
     pub tev: Option<String>,
 }
 
-/// Whether a render is shown in a window.
+/// Whether to open a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WindowChoice {
-    /// In none.
+    /// No window.
     #[default]
     None,
-    /// In one, where there is a display.
+    /// A window, if there is a display.
     IfPossible,
-    /// In one; without a display there is an error.
+    /// A window; without a display the render fails.
     Required,
 }

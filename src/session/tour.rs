@@ -1,4 +1,4 @@
-//! The tour: renders of the cameras that the window is moved to.
+//! Renders of the cameras that the user moves to in the window.
 
 use super::crew::Crew;
 use super::error::SessionError;
@@ -18,21 +18,21 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The render of the scene's own camera, to which a tour may come home.
+/// The suspended render of the scene's own camera.
 pub(super) struct Home<'a> {
     pub(super) settings: &'a Settings,
     pub(super) head: &'a Head,
     /// The description of the devices that it was begun on.
     pub(super) device: &'a str,
-    /// What the threads trace with, if there are any.
+    /// The integrator of the CPU threads, if there are any.
     pub(super) integrator: Option<&'a Arc<dyn Integrator>>,
     pub(super) events: &'a Sender<Event>,
     pub(super) stop: &'a Receiver<Infallible>,
 }
 
 impl Home<'_> {
-    /// Renders what the user moves the camera to, until the window is closed. `own` is the render of the scene's own
-    /// camera, set aside; it is gone on with whenever that camera is wanted back.
+    /// Renders the cameras that the user moves to, until the window is closed. `own` is the suspended render of the
+    /// scene's own camera. It is resumed whenever the user returns to that camera.
     pub(super) fn tour(&self, own: &mut Rendered, window: &mut Window) -> Result<(), SessionError> {
         let mut left = own.left.take();
         loop {
@@ -47,7 +47,7 @@ impl Home<'_> {
         }
     }
 
-    /// Renders another camera, from the first sample on. Returns why the window left it.
+    /// Renders another camera from the first sample on. Returns the reason why the window left it.
     fn look_from(&self, camera: Viewpoint, window: &mut Window) -> Result<Option<Left>, SessionError> {
         let settings = moved(self.settings, camera)?;
         let crew = Crew::again(&settings, self.integrator, self.events, self.stop)?;
@@ -63,11 +63,11 @@ impl Home<'_> {
         view.problem.map_or(Ok(view.left), Err)
     }
 
-    /// Goes on with the scene's own camera. Returns why the window left it.
+    /// Resumes the scene's own camera. Returns the reason why the window left it.
     fn go_home(&self, own: &mut Rendered, window: &mut Window) -> Result<Option<Left>, SessionError> {
         let crew = Crew::of_film(self.settings, self.integrator, self.device, self.events, self.stop)?;
         let film = std::mem::replace(&mut own.outcome.film, Film::new(1, 1)?);
-        // From here on it is that render's to write, even if it fails.
+        // The resumed render writes its files from here on, even if it fails.
         own.is_aside = false;
         let milestone = own.outcome.milestone.take();
         let begun = Begun { film, milestone, spent: own.outcome.totals.elapsed };
@@ -87,17 +87,16 @@ impl Home<'_> {
     }
 }
 
-/// Tells what a render came to, also one that failed.
+/// Sends the conclusion of a render, which may have failed.
 pub(super) fn conclude(settings: &Settings, rendered: &Rendered, events: &Sender<Event>) -> Conclusion {
     let conclusion = Conclusion::of(settings, &rendered.outcome, rendered.is_written);
     tell(events, Event::Concluded(Box::new(conclusion.clone())));
     conclusion
 }
 
-/// The settings for a camera that was moved in the window: pictures go to names that nothing has yet, and nothing
-/// else is written.
+/// The settings for a moved camera: pictures get new names, and no other files are written.
 fn moved(settings: &Settings, viewpoint: Viewpoint) -> Result<Settings, SessionError> {
-    // The window moves it to no place where it can't be.
+    // The window allows only possible cameras.
     let camera = viewpoint.settings().ok_or(SessionError::MovedCamera)?;
     let scene = Scene { camera, ..(*settings.job.scene).clone() };
     let names = |view: u32| {

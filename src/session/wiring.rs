@@ -8,16 +8,16 @@
 //!                                 └────progress───▶ narrator    (frames may drop)
 //! ```
 //!
-//! Every arrow is a bounded channel. Those who write files tell the narrator of difficulties, and it tells the caller.
-//! The accumulator is a part of the *finisher*, one process from the film to the files: when the accumulator ends, it
-//! writes what there is.
+//! Every arrow is a bounded channel. Processes that write files report problems to the narrator, which forwards them to
+//! the caller. The accumulator is part of the *finisher*, one process from the film to the files: when the accumulator
+//! ends, the finisher writes them.
 //!
-//! Ctrl-C closes the `stop` channel, a viewer or a sink that goes away closes its own, and either makes the accumulator
-//! stop; it closes the orders and asks the workers to stop, which they look for at each bounce. One that does not end
-//! is abandoned: its thread belongs to nobody, and ends with the program.
+//! Ctrl-C closes the `stop` channel, and a viewer or a sink that ends closes its own. Either makes the accumulator
+//! stop: it closes the orders and asks the workers to stop, which they check at each bounce. A worker that does not end
+//! is abandoned: its thread is detached, and ends with the program.
 //!
-//! What the window saves and what is written at the end are the same files: the finisher tells the saver that the
-//! end is coming, and writes when the saver waits for it.
+//! Saves of the window and the final outputs are the same files. The finisher announces the end to the saver, and
+//! writes when the saver is waiting.
 
 use super::crew::{self, Crew, RunningCrew, Threads};
 use super::error::{SessionError, Written};
@@ -45,44 +45,44 @@ use std::sync::Arc;
 use std::thread::Scope;
 use std::time::{Duration, Instant};
 
-/// A render of one camera.
+/// The render of one camera.
 pub(super) struct Task<'a> {
     pub(super) settings: &'a Settings,
     pub(super) crew: Crew,
     pub(super) head: &'a Head,
     pub(super) begun: Begun,
     pub(super) dump: Option<SampleDump>,
-    /// Where the caller hears every sample, if it wants that.
+    /// The channel to the caller for all samples, if requested.
     pub(super) samples: Option<Sender<Vec<Sample>>>,
     pub(super) tev: Option<Tev>,
 }
 
-/// A film to begin or go on with, its last milestone, and how long it was rendered before.
+/// A film to start with, its last milestone, and the time spent on it before.
 pub(super) struct Begun {
     pub(super) film: Film,
     pub(super) milestone: Option<Milestone>,
     pub(super) spent: Duration,
 }
 
-/// What became of a task.
+/// The result of a task.
 pub(super) struct Rendered {
     pub(super) outcome: Outcome,
     pub(super) picture: Picture,
     pub(super) layers: Vec<Channel>,
     pub(super) tev: Option<Tev>,
-    /// Why the window left it, if there is one.
+    /// The reason why the window left it, if there is a window.
     pub(super) left: Option<Left>,
-    /// It is to be gone on with, and not written yet.
+    /// Whether it is suspended: it may be resumed, and its files are not written yet.
     pub(super) is_aside: bool,
-    /// Whether all files were written that were to be.
+    /// Whether all requested files were written.
     pub(super) is_written: bool,
-    /// The failure that ended it, if one did.
+    /// The failure that ended it, if there was one.
     pub(super) problem: Option<SessionError>,
 }
 
-/// A view of a render, until its user closes it or wants to see another.
+/// Shows a render until the user closes the view or selects another render.
 pub(super) trait Viewer {
-    /// Shows a render until it is left. `is_moved` tells that the camera is not the scene's own.
+    /// Shows a render until it is left. `is_moved` is set if the camera is not the scene's own.
     fn show(&mut self, feed: &Feed, requests: &Sender<Request>, is_moved: bool) -> Left;
 }
 
@@ -92,7 +92,7 @@ impl Viewer for Window {
     }
 }
 
-/// Renders, and writes what comes of it unless the camera moves on.
+/// Renders, and writes the outputs unless the render is suspended.
 pub(super) fn render(
     task: Task<'_>,
     window: Option<&mut dyn Viewer>,
@@ -126,7 +126,7 @@ pub(super) fn render(
         let Wired { accumulator, batches, changes, threads } = start_workers(settings, crew, begun, outbox);
         let names = threads.names();
 
-        // Notes end with the last of those who write.
+        // The channel of notes closes with the last writer.
         let owners = accumulator.owners();
         let pictures =
             Pictures { settings, identity: &head.identity, mattes: &mattes, owners, notes: notes_out };
@@ -150,7 +150,7 @@ pub(super) fn render(
                 let layers = start_preview(settings, first_hit_tracer);
                 let feed = Feed { snapshots, layers, stop: stop.clone() };
                 let left = window.show(&feed, &requests, settings.job.moved.is_some());
-                // It lies there before the accumulator sees that the viewer is left.
+                // It is in the channel before the accumulator notices that the viewer was left.
                 let _ = left_out.send(left.clone());
                 drop(viewing);
                 Some(left)
@@ -175,7 +175,7 @@ pub(super) fn render(
     })
 }
 
-/// Workers that wait for orders, and the accumulator that is going to give them.
+/// Running workers that wait for orders, and the accumulator that will give them.
 struct Wired {
     accumulator: Accumulator,
     batches: Receiver<SampleBatch>,
@@ -183,7 +183,7 @@ struct Wired {
     threads: Threads,
 }
 
-/// Starts the workers, and tells the accumulator of them and of what is wanted.
+/// Starts the workers, and configures the accumulator.
 fn start_workers(settings: &Settings, crew: Crew, begun: Begun, outbox: Outbox) -> Wired {
     let Begun { film, milestone, spent } = begun;
     let (job, stopping, outputs) = (&settings.job, &settings.stopping, &settings.outputs);
@@ -193,7 +193,7 @@ fn start_workers(settings: &Settings, crew: Crew, begun: Begun, outbox: Outbox) 
     let deadline = time.and_then(|time| Instant::now().checked_add(time));
     let barriers: Vec<u32> = outputs.dump_at.iter().map(|at| job.first + at).collect();
     let [least, most] = film.seen_range().map(|seen| seen.min(u64::from(stopping.spp)) as u32);
-    // Pixels that have stopped have passed the milestone, too.
+    // Stopped pixels have passed the milestone as well.
     let least = planned.map_or(least, |milestone| milestone.samples);
     let schedule = Schedule::new(workers, region.len(), settings.range().end, deadline, barriers.clone())
         .starting_at(job.first + least, job.first + most);
@@ -218,7 +218,7 @@ fn start_workers(settings: &Settings, crew: Crew, begun: Begun, outbox: Outbox) 
     Wired { accumulator, batches, changes, threads }
 }
 
-/// Starts the process that writes every sample, if they are to be written, and sends them on to the caller.
+/// Starts the process that writes all samples, if requested, and forwards them to the caller.
 fn start_dump<'scope>(
     scope: &'scope Scope<'scope, '_>,
     dump: Option<SampleDump>,
@@ -238,7 +238,7 @@ fn start_dump<'scope>(
     (Some(samples_out), Some(Process::start(scope, "sample dump", keep)))
 }
 
-/// Starts the process that writes the film file while the render runs, if there is one.
+/// Starts the process that writes checkpoints of the film file, if there is one.
 fn start_keeper<'scope>(
     scope: &'scope Scope<'scope, '_>,
     sink: Option<&'scope FilmSink>,
@@ -250,10 +250,11 @@ fn start_keeper<'scope>(
     (Some(film_out), Some(Process::start(scope, "film writer", keep)))
 }
 
-/// The channel of a viewer elsewhere.
+/// The channel of a remote viewer.
 type Remote = Sender<Arc<Snapshot>>;
 
-/// Starts the process that sends pictures to a tev, if there is one. It comes back at the end, unless it has gone.
+/// Starts the process that sends pictures to tev, if requested. It returns the connection at the end, unless it was
+/// lost.
 fn start_tev<'scope>(
     scope: &'scope Scope<'scope, '_>,
     tev: Option<Tev>,
@@ -265,7 +266,7 @@ fn start_tev<'scope>(
     (Some(remote_out), Some(Process::start(scope, "tev sender", show)))
 }
 
-/// Starts the process that writes pictures whenever the window asks for it.
+/// Starts the process that writes pictures on request of the window.
 fn start_saver<'scope>(
     scope: &'scope Scope<'scope, '_>,
     pictures: Pictures<'scope>,
@@ -277,15 +278,15 @@ fn start_saver<'scope>(
     requests_out
 }
 
-/// Starts the thread that looks at first hits for the window, if layers are wanted that need it. No end of the render
-/// waits for it: a path may never come back from its first hit.
+/// Starts the thread that traces first hits for the window, if its layers need them. The end of the render does not
+/// wait for it: a path may hang before its first hit.
 fn start_preview(settings: &Settings, integrator: Option<Arc<dyn Integrator>>) -> Receiver<Vec<Channel>> {
     let (layers_out, layers) = bounded(1);
     if let Some(integrator) = integrator {
         let settings = settings.clone();
         std::thread::spawn(move || {
             let mattes = Mattes::of(&settings.job.scene);
-            // The viewer may have gone.
+            // The viewer may have closed.
             let _ = layers_out.send(preview(&settings, &integrator, &mattes));
         });
     }

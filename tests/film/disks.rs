@@ -26,7 +26,7 @@ fn a_folder_that_vanishes_and_comes_back_loses_nothing() {
     run.wait_for("a.film", Path::exists);
     fs::rename(&out, dir.path().join("away")).unwrap();
     run.hear("the film is tried again");
-    run.hear("the picture is tried again");
+    run.hear("will retry the picture");
     fs::rename(dir.path().join("away"), &out).unwrap();
     run.hear("is written again");
     run.interrupt();

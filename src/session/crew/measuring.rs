@@ -1,4 +1,4 @@
-//! Measures how fast devices are, so that each gets work in proportion.
+//! Measures the speed of devices, so that each gets work in proportion.
 
 use super::threads::{ANSWERED_WITHIN, GPU_ANSWERS_WITHIN, RunningCrew};
 use super::{Crew, Gpu};
@@ -10,18 +10,18 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, at, bounded, select};
 use std::convert::Infallible;
 use std::time::{Duration, Instant};
 
-/// How long devices are measured before strides are dealt to them.
+/// The time of measuring, after the first results.
 const MEASURED_FOR: Duration = Duration::from_millis(300);
 
-/// And at most, where the first results are long in coming.
+/// The longest time of measuring, for slow first results.
 const MEASURED_AT_MOST: Duration = Duration::from_secs(2);
 
-/// Samples of an order by which devices are measured: more than they make in that time.
+/// Samples per pixel in the orders for measuring: more than devices make in that time.
 const MEASURED_BY: u32 = 256;
 
 impl Crew {
-    /// Takes a GPU on, once both devices have shown how fast they are. They work side by side for it, as they will:
-    /// a GPU that is the CPU in disguise gets no more than it has.
+    /// Adds a GPU to the pool and measures the speeds of both devices, side by side, as in the render: a software GPU
+    /// then gets only the share that the CPU leaves to it.
     pub(super) fn measured_with(
         &mut self,
         settings: &Settings,
@@ -30,7 +30,7 @@ impl Crew {
     ) -> Result<(), gpu::GpuError> {
         let adapter = gpu.name.clone();
         let (splatter, integrator, threads) = (self.splatter.clone(), self.integrator.clone(), self.threads);
-        // Layers are of few samples of a render: both are measured by what they do with all the others.
+        // Layers need only few samples of a render: speeds are measured without them.
         let mut settings = settings.clone();
         settings.job.layers = LayerSet::NONE;
         let (first_hit_tracer, gpu) = (None, Some(gpu));
@@ -43,19 +43,19 @@ impl Crew {
         drop((batches_out, changes_out));
         let speeds = watch(&ports, &batches, stop);
         for stop in ports.iter().filter_map(|port| port.stop.as_ref()) {
-            // One that has failed has nothing to hear.
+            // A worker that has failed receives nothing.
             let _ = stop.try_send(());
         }
-        // Closing both ends ends them all.
+        // Closing both channels ends all workers.
         drop((ports, batches));
         let asked = Instant::now();
         let returned = returned.recv_deadline(asked + GPU_ANSWERS_WITHIN);
-        // The channel closes with the last thread. A CPU worker that does not end is left alone: if it meets the same
-        // path in the render, it is abandoned there, with its order. So is a failure left to the render.
+        // The channel closes with the last thread. A CPU worker that does not end is ignored: if it meets the same path
+        // in the render, it is abandoned there and reported. The same holds for a failure.
         while changes.recv_deadline(asked + ANSWERED_WITHIN).is_ok() {}
         let (gpu, end) = returned.map_err(|error| {
             let message = match error {
-                RecvTimeoutError::Timeout => format!("it does not stop within {GPU_ANSWERS_WITHIN:?}"),
+                RecvTimeoutError::Timeout => format!("it did not stop within {GPU_ANSWERS_WITHIN:?}"),
                 RecvTimeoutError::Disconnected => "its worker panicked".to_owned(),
             };
             gpu::GpuError::Failed { adapter, message }
@@ -68,7 +68,7 @@ impl Crew {
     }
 }
 
-/// Samples a second of each worker, over some time from its first results on, or until `stop` closes.
+/// The samples per second of each worker, over a period from its first results on, or until `stop` closes.
 fn watch(ports: &[Port], batches: &Receiver<SampleBatch>, stop: &Receiver<Infallible>) -> Vec<f64> {
     let workers = ports.len();
     let order = |index: usize, round: u32| Order {
@@ -77,11 +77,11 @@ fn watch(ports: &[Port], batches: &Receiver<SampleBatch>, stop: &Receiver<Infall
         end: (round + 1) * MEASURED_BY,
     };
     for (index, port) in ports.iter().enumerate() {
-        // A worker that does not take its order has failed, and says so elsewhere.
+        // A worker that does not receive its order has failed, and reports that elsewhere.
         let _ = port.orders.send(order(index, 0).into());
     }
     let start = Instant::now();
-    // When each sent something first and last, and how many samples came after the first.
+    // For each worker the times of the first and the last batch, and the samples after the first.
     let mut seen: Vec<Option<(Instant, Instant, u64)>> = vec![None; workers];
     let deadline = at(start + MEASURED_AT_MOST);
     loop {

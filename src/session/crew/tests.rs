@@ -1,4 +1,4 @@
-//! A crew with workers that fail.
+//! A pool with workers that fail.
 
 use super::super::identity;
 use super::super::settings::{Devices, Job, Outputs, Stopping, View};
@@ -30,7 +30,7 @@ fn settings(device: DeviceChoice) -> Settings {
     }
 }
 
-/// A channel for events that nothing hears.
+/// A channel for events without a receiver.
 fn unheard() -> Sender<Event> {
     bounded(0).0
 }
@@ -39,7 +39,7 @@ fn new(settings: &Settings) -> Crew {
     Crew::new(settings, &unheard(), &never()).unwrap()
 }
 
-/// How many workers go on with a film of a device, and what they are.
+/// The number of workers that continue a film of a device, and their description.
 fn of_film(device: DeviceChoice, begun: &str) -> (usize, String) {
     let settings = settings(device);
     let threads = new(&self::settings(DeviceChoice::Cpu));
@@ -48,14 +48,14 @@ fn of_film(device: DeviceChoice, begun: &str) -> (usize, String) {
 }
 
 #[test]
-fn a_film_gets_samples_of_no_other_device_than_it_was_begun_on() {
+fn a_film_gets_samples_only_of_the_device_it_was_begun_on() {
     let threads = || (2, "cpu".to_owned());
-    // A GPU that has come, one that has gone, and another one.
+    // A GPU that has appeared, one that has gone, and a different one.
     assert_eq!(of_film(DeviceChoice::All(None), "cpu"), threads());
     let gone = DeviceChoice::All(Some("no GPU is called this".to_owned()));
     assert_eq!(of_film(gone, "all: cpu and some GPU"), threads());
     assert_eq!(of_film(DeviceChoice::All(None), "all: cpu and some GPU"), threads());
-    // Negative control: the one that was there.
+    // Negative control: the same GPU.
     let all = new(&settings(DeviceChoice::All(None)));
     if all.gpu.is_none() {
         assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "no GPU");
@@ -63,14 +63,14 @@ fn a_film_gets_samples_of_no_other_device_than_it_was_begun_on() {
         return;
     }
     assert_eq!(of_film(DeviceChoice::All(None), &all.description()), (3, all.description()));
-    // Nobody is left to go on with it.
+    // There is no worker left.
     let other =
         Crew::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU", &unheard(), &never());
     let told = other.err().map(|error| error.to_string()).unwrap_or_default();
     assert!(told.contains("begun on gpu: some GPU"), "{told}");
 }
 
-/// Traces as another, but never comes back from pixels of a certain sample on: it tells of that, and waits.
+/// An integrator that hangs from a certain sample on, after sending a message.
 struct Stuck {
     inner: Arc<dyn Integrator>,
     held: Sender<()>,
@@ -105,7 +105,7 @@ impl Integrator for Stuck {
     }
 }
 
-/// A viewer that is left as soon as a worker is stuck, because the camera moves or goes home.
+/// A viewer that is left as soon as a worker hangs, because the camera moves or returns.
 struct Leaving {
     held: Receiver<()>,
     left: Left,
@@ -113,21 +113,21 @@ struct Leaving {
 
 impl Viewer for Leaving {
     fn show(&mut self, feed: &Feed, _requests: &Sender<Request>, _is_moved: bool) -> Left {
-        // Snapshots are taken until then.
+        // Snapshots are received until then.
         loop {
             select! {
                 recv(feed.snapshots) -> _ => {}
                 recv(self.held) -> _ => break,
             }
         }
-        // The other workers come to an end of what they can do without the stuck one: no batch tells the accumulator
-        // any more that the viewer is left.
+        // The other workers run out of work without the hanging one, so that no further batch makes the accumulator
+        // notice that the viewer was left.
         while feed.snapshots.recv_timeout(Duration::from_millis(500)).is_ok() {}
         self.left.clone()
     }
 }
 
-/// Renders with a worker that is stuck. The end of the render is asked for then, or a viewer is left.
+/// Renders with a worker that hangs. Then the end of the render is requested, or a viewer is left.
 fn render_stuck(settings: &Settings, left: Option<Left>) -> Rendered {
     let mut crew = new(settings);
     let (held_out, held) = bounded(1);
@@ -160,7 +160,7 @@ fn render_stuck(settings: &Settings, left: Option<Left>) -> Rendered {
 }
 
 #[test]
-fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
+fn a_render_ends_without_a_hanging_worker_and_reports_its_order() {
     let moved = Orbit::new(&CameraSettings::default(), 1.0).viewpoint();
     for left in [None, Some(Left::Moved(moved.clone())), Some(Left::Home)] {
         let folder = tempfile::tempdir().unwrap();
@@ -179,11 +179,11 @@ fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
         assert!(matches!(problem, Some(SessionError::Unanswered(..))), "{said}");
         let [least, most] = outcome.film.seen_range();
         let counts = format!("first {least} samples, and some have up to {most}");
-        // Pixel 19 is one of the odd half.
+        // Pixel 19 is in the odd half.
         for part in [
             "worker 1 did not stop within 1 s",
-            " of 32 pixels, which have numbers i from 0 to 31",
-            "column 0 + p mod 8 and row 0 + p div 8 for p = 1 + 2·i",
+            " of 32 pixels with i = 0 to 31",
+            "at column 0 + p mod 8 and row 0 + p div 8 for p = 1 + 2·i",
             "stride trace SCENE --pixel 1,0 --sample 1",
             "has been written: ",
             if least == most { "every pixel has its first 1 samples" } else { &counts },
@@ -195,7 +195,7 @@ fn a_render_ends_without_a_worker_that_does_not_and_tells_what_it_held() {
 }
 
 #[test]
-fn a_gpu_is_measured_beside_a_worker_that_does_not_stop() {
+fn a_gpu_is_measured_beside_a_hanging_worker() {
     let settings = settings(DeviceChoice::All(None));
     let mut crew = new(&settings);
     let Some(gpu) = crew.gpu.take() else {
@@ -208,6 +208,6 @@ fn a_gpu_is_measured_beside_a_worker_that_does_not_stop() {
     let inner = crew.integrator().unwrap();
     crew.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
     crew.measured_with(&settings, gpu, &never()).unwrap_or_else(|error| panic!("{error}"));
-    assert!(crew.gpu.is_some() && held.try_recv().is_ok(), "no worker was stuck");
+    assert!(crew.gpu.is_some() && held.try_recv().is_ok(), "no worker hung");
     drop(release);
 }

@@ -1,4 +1,4 @@
-//! The threads of workers, and their channels.
+//! The threads of workers and their channels.
 
 use crate::gpu;
 use crate::render::accumulator::{Change, WorkerFailure};
@@ -9,30 +9,30 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// The time that CPU workers have to answer the request to stop. They look for it all the time: this is for machines
+/// The time limit for CPU workers after the request to stop. They check for it all the time: the limit is for machines
 /// with many more threads than cores.
 pub(super) const ANSWERED_WITHIN: Duration = Duration::from_secs(1);
 
-// A render on the CPU ends within two seconds of its deadline.
+// A CPU render ends within two seconds of its deadline.
 const _: () = assert!(ANSWERED_WITHIN.as_millis() + GRACE.as_millis() < 2000);
 
-/// The time that a GPU worker has: a dispatch that has begun cannot be cut short, and a GPU that is software on a busy
-/// machine takes seconds for one.
+/// The time limit for a GPU worker: a dispatch cannot be interrupted, and takes seconds on a software GPU on a busy
+/// machine.
 pub(super) const GPU_ANSWERS_WITHIN: Duration = Duration::from_secs(10);
 
-/// How the accumulator deals with a worker.
+/// The accumulator's settings for a worker.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PortSettings {
-    /// How long it may take to answer the request to stop.
+    /// The time limit after the request to stop.
     pub(super) patience: Duration,
-    /// Whether the others go on without it if it fails.
+    /// Whether the render continues without it if it fails.
     pub(super) may_be_lost: bool,
 }
 
 impl PortSettings {
-    /// Those of a thread of the CPU.
+    /// Settings for a CPU thread.
     pub(super) const CPU: PortSettings = PortSettings { patience: ANSWERED_WITHIN, may_be_lost: false };
-    /// Those of a GPU that renders alone.
+    /// Settings for a GPU that renders alone.
     pub(super) const GPU: PortSettings = PortSettings { patience: GPU_ANSWERS_WITHIN, may_be_lost: false };
 }
 
@@ -57,15 +57,15 @@ fn channels(settings: PortSettings, batches: &Sender<SampleBatch>) -> (Port, Wor
     (port, WorkerChannels { orders, stop, batches: batches.clone() })
 }
 
-/// A crew whose threads run.
+/// A pool whose threads run.
 pub(crate) struct RunningCrew {
-    /// The channels of each worker.
+    /// The accumulator's ends of the channels of each worker.
     pub(crate) ports: Vec<Port>,
-    /// Their threads.
+    /// The threads of the workers.
     pub(crate) threads: Threads,
 }
 
-/// A crew whose threads are being started, one after the other.
+/// A pool whose threads are being started.
 pub(super) struct ThreadStarter<'a> {
     batches: &'a Sender<SampleBatch>,
     changes: &'a Sender<Change>,
@@ -74,12 +74,12 @@ pub(super) struct ThreadStarter<'a> {
 }
 
 impl<'a> ThreadStarter<'a> {
-    /// A crew without threads yet, whose workers will send their batches and changes here.
+    /// An empty pool whose workers will send their batches and changes to these channels.
     pub(super) fn new(batches: &'a Sender<SampleBatch>, changes: &'a Sender<Change>) -> ThreadStarter<'a> {
         ThreadStarter { batches, changes, ports: Vec::new(), threads: Vec::new() }
     }
 
-    /// Starts the thread of a worker of this name. If its work fails or panics, that is its failure.
+    /// Starts the thread of a worker with this name. An error or panic in `work` is sent as the worker's failure.
     pub(super) fn start(
         &mut self,
         name: String,
@@ -96,7 +96,7 @@ impl<'a> ThreadStarter<'a> {
                 Ok(Err(error)) => error.to_string(),
                 Err(panic) => panic_message(&*panic),
             };
-            // Nothing listens any more only if the run has ended already.
+            // The receiver is gone only if the run has ended already.
             let _ = changes.send(Change::Fails(WorkerFailure { index, worker, message }));
         });
         self.threads.push((name, thread));
@@ -107,20 +107,20 @@ impl<'a> ThreadStarter<'a> {
     }
 }
 
-/// The threads of workers. Those that do not end when they are asked to are abandoned, and never joined.
+/// The threads of workers. Those that do not end on request are abandoned and never joined.
 pub(crate) struct Threads(Vec<(String, JoinHandle<()>)>);
 
 impl Threads {
-    /// What the workers are called.
+    /// The names of the workers.
     pub(crate) fn names(&self) -> Vec<String> {
         self.0.iter().map(|(name, _)| name.clone()).collect()
     }
 
-    /// Waits for all but those that have been abandoned.
+    /// Waits for all threads except for abandoned ones.
     pub(crate) fn join(self, is_abandoned: impl Fn(usize) -> bool) {
         for (worker, (_, thread)) in self.0.into_iter().enumerate() {
             if !is_abandoned(worker) {
-                // It has caught its panic.
+                // The thread catches its own panics.
                 let _ = thread.join();
             }
         }
@@ -130,5 +130,5 @@ impl Threads {
 fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
     let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
-    text.unwrap_or_else(|| "it panicked without a word".to_owned())
+    text.unwrap_or_else(|| "it panicked without a message".to_owned())
 }

@@ -95,7 +95,7 @@ fn no_threads_kills_or_lanes_show() {
     let told = String::from_utf8(run(dir.path(), &["info", "part.film"]).stdout).expect("text");
     assert!(told.contains("adaptive    noise 0.07\n"), "{told}");
     assert!(told.contains(&format!("samples     0..{least}, and some of ")), "{told}");
-    assert!(told.contains(&format!("a pixel     {least} to {most} samples")), "{told}");
+    assert!(told.contains(&format!("per pixel   {least} to {most} samples")), "{told}");
     // Negative controls: another seed's, another goal's, and one without it are others, and films of those are refused.
     for other in
         [&["--adaptive", "--noise", "0.08"][..], &["--noise", "0.07"], &["--adaptive", "--spp", "64"]]

@@ -115,7 +115,7 @@ fn the_error_falls_with_the_root_of_the_number_of_samples() {
         logs.iter().fold((0.0, 0.0), |(w, s), (x, y)| (w + (x - 2.5) * y, s + (x - 2.5) * (x - 2.5)));
     assert!((weighted / squares - slope).abs() < 1e-3);
     assert!(rows.iter().all(|row| row[3] < row[1]), "the worst pixels are still there: {rows:?}");
-    assert!(text.contains("reference of 512 samples a pixel"), "{text}");
+    assert!(text.contains("reference of 512 samples per pixel"), "{text}");
     assert_eq!(dots(&folder.path().join("n.svg")), 12);
 }
 

@@ -95,7 +95,7 @@ fn instances_are_counted_and_held_by_the_bounds() {
         "entities    10",
         "surfaces    7200 triangles, 10 instances of meshes",
         "bounds      (0, 0, 0) to (150, 60, 0)",
-        "lights      none; 0 to choose among, and the environment",
+        "lights      none; 0 to sample, and the environment",
         "materials   white (matte)",
     ] {
         assert!(told.lines().any(|l| l == line), "{told} lacks {line:?}");
@@ -108,9 +108,9 @@ fn a_scene_says_what_is_in_it() {
     for words in [
         "entities    10\n",
         "surfaces    4 spheres, 6 quads\n",
-        "lights      1 entity that emits; 1 to choose among\n",
+        "lights      1 entity that emits; 1 to sample\n",
         "(glass)",
-        "tree        none: so few surfaces are all tried\n",
+        "tree        none: there are few surfaces, and rays are tested against all of them\n",
     ] {
         assert!(told.contains(words), "{told} lacks {words:?}");
     }
@@ -118,7 +118,7 @@ fn a_scene_says_what_is_in_it() {
     for words in [
         "entities    13\n",
         "surfaces    2 planes, 3 disks, 4 cylinders, 4 boxes of six quads\n",
-        "lights      4 entities that emit; 9 to choose among\n",
+        "lights      4 entities that emit; 9 to sample\n",
     ] {
         assert!(told.contains(words), "{told} lacks {words:?}");
     }

@@ -221,7 +221,7 @@ fn a_second_interrupt_ends_at_once() {
     });
     let (code, said) = run.end();
     assert_eq!(code, Some(130), "{said}");
-    assert!(said.contains("stopped at once; nothing more is written"), "{said}");
+    assert!(said.contains("stopped at once; no further files are written"), "{said}");
 }
 
 #[test]
@@ -279,7 +279,7 @@ fn impossible_samples_are_left_out_counted_and_can_be_traced() {
         let numbers: Vec<&str> =
             line.split(|c: char| !c.is_ascii_digit()).filter(|s| !s.is_empty()).collect();
         let (told, _) = run(&["trace", "broken.toml", "--pixel", numbers[0], "--sample", numbers[1]]);
-        for word in ["bounce 0", "\"wall\"", "\"broken\"", "leaves this sample out"] {
+        for word in ["bounce 0", "\"wall\"", "\"broken\"", "a film rejects this sample"] {
             assert!(told.contains(word), "no {word:?} in {told}");
         }
     }

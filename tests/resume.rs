@@ -140,9 +140,8 @@ fn merged_films_have_the_layers_that_they_were_rendered_with() {
     let bytes = |name: &str| fs::read(dir.path().join(name)).expect("a file");
     assert!(bytes("m.exr") == bytes("w.exr") && bytes("m.film") == bytes("w.film"));
     let told = info(dir.path(), "m.film");
-    let names =
-        "first hits  there are the sums for albedo,normal,position,depth,uv,crypto-entity,crypto-material\n";
-    assert!(told.contains(names) && told.contains("entities    8 names, for mattes\n"), "{told}");
+    let names = "first hits  the film has the sums for albedo,normal,position,depth,uv,crypto-entity,crypto-material\n";
+    assert!(told.contains(names) && told.contains("entities    8 names, for Cryptomatte\n"), "{told}");
     // Asked for by name, or not at all.
     let channels = |file: &str| {
         let told = info(dir.path(), file);
@@ -155,7 +154,7 @@ fn merged_films_have_the_layers_that_they_were_rendered_with() {
     let text = said(dir.path(), 1, &["merge", "a.film", "c.film", "-o", "m.exr"]);
     assert!(text.contains("its set of layers is normal, not albedo,"), "{text}");
     let text = said(dir.path(), 2, &["merge", "c.film", "-o", "m.exr", "--layers", "depth"]);
-    assert!(text.contains("do not tell the layer depth") && text.contains("--layers depth"), "{text}");
+    assert!(text.contains("were begun without the layer depth") && text.contains("--layers depth"), "{text}");
     said(dir.path(), 0, &["merge", "c.film", "-q", "-o", "m.exr"]);
     assert_eq!(channels("m.exr"), "B, G, R, normal.X, normal.Y, normal.Z");
 }

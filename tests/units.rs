@@ -309,10 +309,10 @@ fn radiance_that_a_film_cannot_keep_is_told_once_with_a_remedy() {
     assert_eq!(warns(&room(1.0, 1.0), &["--max-depth", "0"]), None);
     // Beyond the other end samples are left out, and the remedy is the opposite.
     let (_, said) = to_error(dir.path(), "a", &room(1e-3, 1e5), &["--spp", "4"]);
-    assert!(said.contains("samples were left out") && said.contains("divide every emission"), "{said}");
+    assert!(said.contains("samples were rejected") && said.contains("divide all emissions"), "{said}");
     // Those who want quiet are warned, too.
     let (_, said) = to_error(dir.path(), "a", &room(1e-3, 1e5), &["--spp", "4", "-q"]);
-    assert!(said.starts_with("warning: ") && said.contains("divide every emission"), "{said}");
+    assert!(said.starts_with("warning: ") && said.contains("divide all emissions"), "{said}");
 }
 
 #[test]

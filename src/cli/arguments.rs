@@ -1,4 +1,4 @@
-//! Arguments that several commands share, and the words they are written in.
+//! Arguments that several commands share, and their parsers.
 
 use super::failure::Failure;
 use super::loading::Loading;
@@ -11,44 +11,45 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// An option's help, with the names that it takes.
+/// The help text of an option, with the names that it accepts.
 pub(super) fn named<C: Choice>(about: &str) -> String {
     format!("{about}: {}", C::listed())
 }
 
-/// What a command may change in a scene.
+/// The scene file, and changes to the scene.
 #[derive(Debug, Default, clap::Args)]
 pub(super) struct SceneArguments {
     /// Scene file (TOML)
     pub scene: PathBuf,
-    /// Seed of all randomness, instead of the scene's
+    /// Seed of all random numbers, instead of the scene's
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = seed)]
     pub seed: Option<u32>,
     /// Size of the film in pixels, instead of the scene's
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = size)]
     pub size: Option<(u32, u32)>,
-    #[arg(long, value_name = "NAME", help = named::<Integrator>("How light is followed, instead of the scene's way"))]
+    #[arg(long, value_name = "NAME", help = named::<Integrator>("Integrator, instead of the scene's"))]
     pub integrator: Option<Integrator>,
-    #[arg(long, value_name = "NAME", help = named::<Sampler>("Where random numbers come from, instead of the scene's source"))]
+    #[arg(long, value_name = "NAME", help = named::<Sampler>("Sampler, instead of the scene's"))]
     pub sampler: Option<Sampler>,
-    /// Largest number of bounces, instead of the scene's; 0 sees emitters only; or unlimited
+    /// Maximum number of bounces, or unlimited, instead of the scene's; 0 shows only emitters
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = max_depth)]
     pub max_depth: Option<u32>,
     #[arg(long, value_name = "NAME", help = named::<Filter>("Reconstruction filter, instead of the scene's"))]
     pub filter: Option<Filter>,
-    /// How samples are filtered, instead of the scene's way: importance (each pixel draws its own from the filter) or
-    /// continuous (each sample lands on every pixel in reach) [default: what suits the filter]
+    /// Filtering mode, instead of the scene's: importance (samples are drawn from the filter, separately for each
+    /// pixel) or continuous (each sample contributes to all pixels within the filter radius) [default: the best mode
+    /// for the filter]
     #[arg(long, value_name = "NAME")]
     pub film_mode: Option<FilmMode>,
 }
 
 impl SceneArguments {
-    /// Reads the scene, says what is dubious about it, and makes the changes.
+    /// Reads the scene, prints its warnings, and applies the changes.
     pub(super) fn load(&self, quiet: bool) -> Result<Scene, Failure> {
         Ok(self.load_with_sources(quiet)?.0)
     }
 
-    /// The same, with what the scene was read from.
+    /// The same, also returning the files that the scene was read from.
     pub(super) fn load_with_sources(&self, quiet: bool) -> Result<(Scene, Sources), Failure> {
         let loaded = scene::load_watched(&self.scene, &mut Loading::stderr(quiet).watch())?;
         if !quiet {
@@ -82,43 +83,45 @@ impl SceneArguments {
         Ok((scene, loaded.sources))
     }
 
-    /// What people call the scene: the file's name.
+    /// The name of the scene: the file's name.
     pub(super) fn name(&self) -> String {
         self.scene.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
 }
 
-/// "640x480".
+/// Parses "640x480".
 pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
-    let error = || format!("a size is written like 640x480, each side 1 to {LONGEST_SIDE}");
+    let error = || format!("a size is WIDTHxHEIGHT, like 640x480, each side from 1 to {LONGEST_SIDE}");
     let (width, height) = text.split_once(['x', '×']).ok_or_else(error)?;
     let side =
         |text: &str| text.parse().ok().filter(|side| (1..=LONGEST_SIDE).contains(side)).ok_or_else(error);
     Ok((side(width)?, side(height)?))
 }
 
-/// "7".
+/// Parses "7".
 pub(super) fn seed(text: &str) -> Result<u32, String> {
     text.parse().map_err(|_| "a seed is a whole number from 0 to 4294967295".to_owned())
 }
 
-/// "12" or "unlimited" as a number of bounces.
+/// Parses "12" or "unlimited" as a number of bounces.
 pub(super) fn max_depth(text: &str) -> Result<u32, String> {
     let number = || text.parse().ok().filter(|depth| *depth <= MOST_BOUNCES);
     let depth = if text == "unlimited" { Some(scene::UNLIMITED) } else { number() };
-    depth.ok_or_else(|| format!("a number of bounces is 0 to {MOST_BOUNCES}, or unlimited"))
+    depth.ok_or_else(|| {
+        format!("a number of bounces is a whole number from 0 to {MOST_BOUNCES}, or unlimited")
+    })
 }
 
-/// "10,20,64,48" as a part of the film.
+/// Parses "10,20,64,48" as a part of the film.
 pub(super) fn crop(text: &str) -> Result<[u32; 4], String> {
-    let error = || "a crop is written X,Y,WIDTH,HEIGHT in whole pixels, like 10,20,64,48".to_owned();
+    let error = || "a crop is X,Y,WIDTH,HEIGHT in whole pixels, like 10,20,64,48".to_owned();
     let numbers: Result<Vec<u32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
     numbers.ok().and_then(|numbers| numbers.try_into().ok()).ok_or_else(error)
 }
 
-/// "30s", "1.5m", "250ms", "2h"; a bare number is seconds.
+/// Parses "30s", "1.5m", "250ms" or "2h"; a bare number is in seconds.
 pub(super) fn duration(text: &str) -> Result<Duration, String> {
-    let error = || "a time is written like 30s, 1.5m, 2h or 250ms".to_owned();
+    let error = || "a time is a number with a unit, like 30s, 1.5m, 2h or 250ms".to_owned();
     let split = text.rfind(|c: char| !c.is_ascii_alphabetic()).map_or(0, |last| last + 1);
     let (number, unit) = text.split_at(split);
     let seconds = match unit {
@@ -132,19 +135,20 @@ pub(super) fn duration(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(number * seconds).ok().filter(|d| !d.is_zero()).ok_or_else(error)
 }
 
-/// "16..32": sample indices from the first to one past the last.
+/// Parses "16..32", from the first sample index to one past the last.
 pub(super) fn range(text: &str) -> Result<Range<u32>, String> {
     let error = || {
-        "a range of samples is written FIRST..END, like 16..32 for the samples 16 to 31, or FIRST.. without an end".to_owned()
+        "a range of samples is FIRST..END, like 16..32 for the samples 16 to 31, or FIRST.. without an end"
+            .to_owned()
     };
     let (first, end) = text.split_once("..").ok_or_else(error)?;
     let number = |text: &str| text.trim().parse::<u32>().map_err(|_| error());
     let end = if end.trim().is_empty() { u32::MAX } else { number(end)? };
     let range = number(first)?..end;
-    if range.is_empty() { Err(format!("there is no sample in {text}: {}", error())) } else { Ok(range) }
+    if range.is_empty() { Err(format!("the range {text} is empty: {}", error())) } else { Ok(range) }
 }
 
-/// A path as messages show it.
+/// A path as shown in messages.
 pub(super) fn shown(path: &Path) -> String {
     path.display().to_string()
 }
@@ -193,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn help_names_all_that_can_be_chosen() {
+    fn help_lists_all_choices() {
         let command = SceneArguments::augment_args(clap::Command::new("stride"));
         let help = |id: &str| {
             let argument = command.get_arguments().find(|argument| argument.get_id() == id).unwrap();

@@ -1,4 +1,4 @@
-//! `stride check`: what is wrong with a scene file.
+//! `stride check`: reports errors and warnings in a scene file.
 
 use super::arguments::shown;
 use super::failure::Failure;
@@ -23,7 +23,7 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     let scene = loaded.scene;
     let count = |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
     text += &format!(
-        "{}: fine: {}×{} pixels, {}, {}\n",
+        "{}: valid: {}×{} pixels, {}, {}\n",
         shown(&arguments.scene),
         scene.film.width,
         scene.film.height,

@@ -1,4 +1,4 @@
-//! `stride compare`: how far apart two pictures are.
+//! `stride compare`: the difference between two pictures.
 
 use super::failure::Failure;
 use super::print::print;
@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 pub(super) struct CompareArguments {
     /// Picture: .png, .exr or .hdr
     a: PathBuf,
-    /// The picture to hold it against; relative errors are relative to this one
+    /// Reference picture; relative errors are relative to this one
     b: PathBuf,
-    /// Print one JSON object, with null for figures that are infinite
+    /// Print one JSON object; infinite figures are null
     #[arg(long)]
     json: bool,
 }
@@ -25,14 +25,14 @@ pub(super) struct CompareArguments {
 pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let (format_a, a) = read_picture(&arguments.a)?;
     let (format_b, b) = read_picture(&arguments.b)?;
-    // Beside a picture made for a screen, radiance is looked at as a screen would show it.
+    // If one picture is made for a screen, radiance is compared as a screen would show it.
     let screen = format_a == Format::Png || format_b == Format::Png;
     if screen && format_a != format_b {
         let for_screens = if format_a == Format::Png { &arguments.a } else { &arguments.b };
         let _ = writeln!(
             io::stderr(),
-            "warning: {} is made for screens, clipped at white, with an exposure and a tone curve; the other picture \
-             holds radiance: some of the difference may come of that",
+            "warning: {} is clamped at white and has an exposure and a tone curve; the other picture holds radiance, \
+             so part of the difference may be due to that",
             for_screens.display()
         );
     }
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<(), Failure> {
 
 fn words(a: &Path, b: &Path, found: &Comparison) -> String {
     let mut text = String::new();
-    // Writing to a string can't fail.
+    // Writing to a String cannot fail.
     let _ = writeln!(text, "{:<14}{:>13}{:>13}{:>13}", "", "red", "green", "blue");
     for (name, path, means) in [("mean A", a, found.means[0]), ("mean B", b, found.means[1])] {
         let [red, green, blue] = means.map(figure);
@@ -59,7 +59,7 @@ fn words(a: &Path, b: &Path, found: &Comparison) -> String {
     let _ = writeln!(text, "{:<14}{:>13}", "relMSE", figure(found.relative_mse));
     let _ = writeln!(
         text,
-        "{:<14}{:>13}   for a brightness of B of {}: its mean without the brightest 0.5% of pixels",
+        "{:<14}{:>13}   with brightness {} of B: its mean without the brightest 0.5% of pixels",
         "relMSE_scaled",
         figure(found.relative_mse_scaled),
         figure(found.brightness)
@@ -87,13 +87,13 @@ fn words(a: &Path, b: &Path, found: &Comparison) -> String {
     for (name, count) in [("A", found.non_finite[0]), ("B", found.non_finite[1])] {
         if count > 0 {
             let (pixels, are) = if count == 1 { ("pixel", "is") } else { ("pixels", "are") };
-            let _ = writeln!(text, "{count} {pixels} of {name} {are} NaN or infinite and left out");
+            let _ = writeln!(text, "{count} {pixels} of {name} {are} NaN or infinite and not compared");
         }
     }
     text
 }
 
-/// Six digits, however small or large the number.
+/// Formats a number of any magnitude with six digits.
 fn figure(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {

@@ -1,4 +1,4 @@
-//! `stride develop`: a picture from samples that were dumped.
+//! `stride develop`: makes a picture from dumped samples.
 
 use super::arguments::{self, range};
 use super::failure::{Failure, usage};
@@ -19,46 +19,46 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct DevelopArguments {
-    /// Samples (render --samples), of a film of mode continuous or of a whole one with filter box
+    /// Sample dump (render --samples), of a film in mode continuous, or of a whole film with filter box
     samples: PathBuf,
     /// Reconstruction filter: box, tent, gaussian, mitchell, blackman-harris or lanczos
     #[arg(long, value_name = "NAME")]
     filter: Filter,
-    /// The filter's radius in pixels, instead of its usual one
+    /// Filter radius in pixels, instead of the filter's default
     #[arg(long, value_name = "PIXELS")]
     radius: Option<f64>,
-    /// Size of the film in pixels, where the file does not say of what its samples are
+    /// Size of the film in pixels, if the file does not contain it
     #[arg(long, value_name = "WxH", value_parser = arguments::size)]
     size: Option<(u32, u32)>,
     /// Picture to write: .png, .exr or .hdr; may be given several times
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     outputs: Vec<PathBuf>,
-    /// Layers that EXR files get beside colour, of those that samples tell: variance, samples, or all
+    /// Layers for EXR files that samples determine: variance, samples, or all
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = render::layer)]
     layers: Vec<Layers>,
-    /// Exposure of PNG in stops, instead of the render's
+    /// Exposure of PNG files in stops, instead of the render's
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = render::exposure)]
     exposure: Option<f64>,
-    /// Tone curve of PNG, srgb or filmic, instead of the render's
+    /// Tone curve of PNG files, srgb or filmic, instead of the render's
     #[arg(long, value_name = "NAME")]
     tone: Option<Tone>,
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(short, long)]
     quiet: bool,
 }
 
-/// Samples that are read at a time.
+/// Samples read at a time.
 const PIECE: usize = 1 << 16;
 
-/// What a dump says that its samples are of.
+/// The metadata of a sample dump.
 struct Dumped {
     facts: Identity,
     width: u32,
     height: u32,
-    /// The part that becomes the picture, and the part of which there are samples.
+    /// The part that becomes the picture, and the part that has samples.
     shown: Region,
     rendered: Region,
-    /// The samples that every pixel was to have.
+    /// The requested range of samples of every pixel.
     asked: Option<Range<u32>>,
 }
 
@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
         arguments.layers.iter().filter_map(|asked| asked.0).find(|layer| !layer.is_of_radiance())
     {
         return Err(usage(format!(
-            "samples do not tell the layer {}; render the scene for it (render --layers)",
+            "samples do not determine the layer {}; render the scene with it (render --layers)",
             layer.name()
         )));
     }
@@ -86,12 +86,12 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
     let dumped = match (dump.facts(), arguments.size) {
         (Some(facts), None) => Dumped::told(facts, arguments)?,
         (Some(_), Some(_)) => {
-            return Err(usage("the file says of which film its samples are; leave --size out"));
+            return Err(usage("the file contains the size of its film; omit --size"));
         }
         (None, Some((width, height))) => Dumped::of_size(width, height),
         (None, None) => {
             return Err(usage(format!(
-                "{:?} does not say of which film its samples are (was it saved by another program?); give its --size",
+                "{:?} does not contain the size of its film (was it saved by another program?); set --size",
                 arguments.samples
             )));
         }
@@ -110,7 +110,7 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
     let (region, shown) = dumped.shown.with_margin(weights.reach(), dumped.height);
     if !dumped.rendered.holds(region) {
         return Err(anyhow::anyhow!(
-            "{:?} is of a crop, with samples around it for a narrower filter than {filter}; render the crop with a filter as wide as this",
+            "{:?} belongs to a crop, and its samples around the crop suffice only for a narrower filter than {filter}; render the crop with a filter of this width",
             arguments.samples
         )
         .into());
@@ -140,24 +140,23 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
         layers.iter().flat_map(|&layer| film.channels(layer, &Mattes::none())).collect();
     let (facts, channels, crop) = (Some(&facts), &channels[..], Crop::of(&facts));
     let options = PictureOptions { view, facts, channels, mattes: &[], crop };
-    // All of them, even if one fails.
+    // All files are written, even if one fails.
     let written: Vec<_> =
         arguments.outputs.iter().map(|path| write_picture(path, &picture, &options)).collect();
     written.into_iter().collect::<Result<(), _>>()?;
     if !arguments.quiet {
         let names: Vec<String> = arguments.outputs.iter().map(|path| path.display().to_string()).collect();
-        // Standard error may be closed: this is a courtesy.
+        // Standard error may be closed, which is not an error.
         let _ = writeln!(std::io::stderr(), "{} samples; wrote {}", dump.count(), names.join(", "));
     }
     Ok(())
 }
 
 impl Dumped {
-    /// From what the file says.
+    /// From the metadata in the file.
     fn told(facts: &Identity, arguments: &DevelopArguments) -> Result<Dumped, Failure> {
         let path = &arguments.samples;
-        let strange =
-            || anyhow::anyhow!("{path:?} does not say what its samples are of in a way that is known here");
+        let strange = || anyhow::anyhow!("the metadata of {path:?} is not in a known form");
         let fact = |name: &str| facts.get(name).ok_or_else(strange);
         let (width, height) = arguments::size(fact("size")?).map_err(|_| strange())?;
         let part = |text: &str| {
@@ -170,13 +169,13 @@ impl Dumped {
         let even = mode == FilmMode::Continuous.to_string() || (filter == "box 0.5" && whole);
         if !even {
             return Err(anyhow::anyhow!(
-                "{path:?} has samples that were drawn from the filter {filter}, and no other can be had of them; render with mode \"continuous\" (--film-mode continuous) for samples that lie evenly"
+                "the samples of {path:?} were drawn from the filter {filter}, and cannot be filtered by another; render with --film-mode continuous for uniform samples"
             )
             .into());
         }
         if fact("integrator")?.parse().is_ok_and(integrator::contributes) {
             return Err(anyhow::anyhow!(
-                "{path:?} has samples of an integrator that contributes light to other pixels, too, and not these contributions; render the scene with the filter"
+                "the integrator of {path:?} contributes light to other pixels, and the dump lacks these contributions; render the scene with the filter"
             )
             .into());
         }
@@ -195,7 +194,7 @@ impl Dumped {
         Dumped { facts, width, height, shown: whole, rendered: whole, asked: None }
     }
 
-    /// What a picture of these samples with a filter says of itself: what a render's would.
+    /// The metadata of a picture of these samples with a filter, equal to that of a render.
     fn developed(&self, filter: Filter, film: &Film) -> Identity {
         let [least, most] = film.seen_range();
         let end = u32::try_from(most).unwrap_or(u32::MAX);

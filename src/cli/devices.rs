@@ -1,18 +1,18 @@
-//! `stride info --devices`: what there is to render with.
+//! `stride info --devices`: the devices that can render.
 
 use super::failure::with_options;
 use crate::gpu;
 use crate::math::lanes::Level;
 use std::fmt::Write;
 
-/// The CPU, and each adapter with what `--device gpu:NAME` looks into as its first line.
+/// The CPU, and each GPU with its name, in which `--device gpu:NAME` searches, as the first line.
 pub(super) fn list() -> String {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let lanes = Level::from_environment().map_or_else(|error| error.to_string(), |level| level.to_string());
     let mut text = format!("cpu\n  threads     {cores}\n  lanes       {lanes}\n");
     let adapters = gpu::adapters();
     for adapter in &adapters {
-        // Writing to a string can't fail.
+        // Writing to a String cannot fail.
         let _ = write!(
             text,
             "{}\n  kind        {}\n  interface   {}\n  driver      {}\n  table       at most {} MiB\n  \
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn devices_are_listed_with_their_limits_or_with_what_to_do() {
+    fn devices_are_listed_with_their_limits_or_with_a_remedy() {
         let text = list();
         assert!(text.starts_with("cpu\n  threads "), "{text}");
         match &gpu::adapters()[..] {

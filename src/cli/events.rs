@@ -1,7 +1,7 @@
-//! Prints what a render tells, on standard error: progress, difficulties, and at the end what came of it; a camera that
-//! is asked for goes to standard output.
+//! Prints the events of a render on standard error: progress, problems, and the conclusion at the end. The camera, on
+//! request, is printed on standard output.
 //!
-//! Either may be closed: all of it is a courtesy.
+//! Either stream may be closed, which is not an error.
 
 use super::failure::with_options;
 use super::reporter::Reporter;
@@ -9,8 +9,8 @@ use crate::session::{Conclusion, Event, sample_counts};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::io::{StderrLock, Write};
 
-/// Runs something that tells events, and prints them meanwhile. If `quiet`, only what makes the files other than those
-/// that were asked for.
+/// Runs a function that sends events, and prints them meanwhile. With `quiet`, it prints only problems that affect the
+/// files, and warnings about the result.
 pub(super) fn print_events<T>(quiet: bool, run: impl FnOnce(Sender<Event>) -> T) -> T {
     let (events_out, events) = bounded(16);
     std::thread::scope(|scope| {
@@ -56,13 +56,13 @@ fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// Warns where the picture is not that of the scene, or not what was asked for.
+/// Warns if the picture is wrong, or the requested error was not reached.
 fn warn(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Result<()> {
     let Conclusion { too_bright, faint, noise, is_noise_asked, totals, .. } = conclusion;
     if *too_bright > 0 {
         writeln!(
             out,
-            "warning: {too_bright} samples are infinite or brighter than 2³⁰, the most that a film keeps, and are left out: divide every emission, intensity and radiance of the scene by one number and raise its exposure, or, where point lights light it, measure lengths in a smaller unit"
+            "warning: {too_bright} samples were rejected because they are infinite or above 2³⁰, the maximum of a film; divide all emissions, intensities and radiances of the scene by one number and raise its exposure; with point lights, a smaller unit of length also helps"
         )?;
     }
     if let Some(faint) = faint {
@@ -76,8 +76,8 @@ fn warn(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Result<()
     }
 }
 
-/// Says where the pictures are, if they were written, and all that a user would not expect: samples that were left out
-/// and how to look at one of them, pictures that were not reached, nothing at all.
+/// Reports the written files, and everything unexpected: rejected samples with a command to trace one, pictures that
+/// were not reached, an empty result.
 fn conclude(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Result<()> {
     let Conclusion { files, totals, noise, rejects, .. } = conclusion;
     if totals.samples > 0 && conclusion.is_written && !files.is_empty() {
@@ -86,9 +86,9 @@ fn conclude(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Resul
             notes.push(format!("stopped early, before {spp} spp"));
         }
         if conclusion.is_overtime {
-            notes.push("the time was up long before the next sample of every pixel was done".to_owned());
+            notes.push("the time limit came long before the next whole sample".to_owned());
         }
-        // With adaptive sampling it is said below, and on purpose.
+        // With adaptive sampling this is intended, and reported below.
         if !conclusion.is_whole && !conclusion.is_adaptive {
             notes.push(sample_counts(conclusion.spp_range));
         }
@@ -100,8 +100,8 @@ fn conclude(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Resul
         writeln!(out, "seen from\n{}", camera.to_string().trim_end())?;
     }
     for lost in &conclusion.lost {
-        let note = if conclusion.is_whole { ", and nothing is missing" } else { "" };
-        writeln!(out, "warning: {}; the CPU went on{note}", with_options(lost))?;
+        let note = if conclusion.is_whole { ", and no samples are missing" } else { "" };
+        writeln!(out, "warning: {}; the CPU continued{note}", with_options(lost))?;
     }
     if let Some(noise) = noise.filter(|noise| noise.reached() || !conclusion.is_noise_asked) {
         writeln!(out, "{noise}")?;
@@ -115,7 +115,7 @@ fn conclude(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Resul
         let contributions = conclusion.rejected_contributions;
         writeln!(
             out,
-            "{} left out:",
+            "{} rejected:",
             left_out([totals.rejected.saturating_sub(contributions), contributions])
         )?;
     }
@@ -123,18 +123,18 @@ fn conclude(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Resul
         writeln!(out, "  pixel {} sample {}: {reject}", traced.pixel, traced.sample)?;
     }
     if let Some((traced, [x, y], _)) = rejects.first() {
-        writeln!(out, "  look at one: stride trace SCENE --pixel {x},{y} --sample {}", traced.sample)?;
+        writeln!(out, "  trace one: stride trace SCENE --pixel {x},{y} --sample {}", traced.sample)?;
     }
     for spp in &conclusion.unreached {
-        writeln!(out, "the render ended before {spp} samples a pixel: there is no picture of them")?;
+        writeln!(out, "the render ended before {spp} samples per pixel: their picture was not written")?;
     }
     if totals.samples == 0 {
-        writeln!(out, "nothing was rendered yet: no picture is written")?;
+        writeln!(out, "nothing was rendered: no picture was written")?;
     }
     Ok(())
 }
 
-/// So many samples and contributions, and the verb: "1 sample was", "2 samples and 1 contribution were".
+/// The numbers of samples and contributions, with the verb: "1 sample was", "2 samples and 1 contribution were".
 fn left_out([samples, contributions]: [u64; 2]) -> String {
     let count = |count: u64, what: &str| {
         (count > 0).then(|| format!("{count} {what}{}", if count == 1 { "" } else { "s" }))
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_and_contributions_that_were_left_out_are_told_apart() {
+    fn rejected_samples_and_contributions_are_counted_separately() {
         assert_eq!(left_out([1, 0]), "1 sample was");
         assert_eq!(left_out([0, 3]), "3 contributions were");
         assert_eq!(left_out([2, 1]), "2 samples and 1 contribution were");

@@ -5,19 +5,19 @@ use crate::output::OutputError;
 use crate::scene::SceneErrors;
 use crate::session::SessionError;
 
-/// Why a command ends without success.
+/// The reason why a command fails.
 #[derive(Debug)]
 pub(super) enum Failure {
-    /// The command line asks for something that can't be: exit code 2.
+    /// The command line is invalid: exit code 2.
     Usage(anyhow::Error),
-    /// It went wrong on the way: exit code 1.
+    /// The command failed during its execution: exit code 1.
     Failed(anyhow::Error),
 }
 
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Failure {
         let error = error.into();
-        // A name that tells no format is the command line's fault, whatever the command and the option.
+        // A file name without a known format is an error of the command line, whatever the command and the option.
         let output = match error.downcast_ref() {
             Some(Error::Session(SessionError::Output(output))) => Some(output),
             _ => error.downcast_ref(),
@@ -29,12 +29,12 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
     }
 }
 
-/// A failure of the command line itself.
+/// An error of the command line itself.
 pub(super) fn usage(message: impl std::fmt::Display) -> Failure {
     Failure::Usage(anyhow::anyhow!("{message}"))
 }
 
-/// Settings as messages of the library name them, and their options.
+/// Settings as named in messages of the library, and the corresponding options.
 const OPTIONS: [(&str, &str); 18] = [
     ("checkpoint", "--checkpoint"),
     ("crop", "--crop"),
@@ -56,18 +56,18 @@ const OPTIONS: [(&str, &str); 18] = [
     ("view", "--headless"),
 ];
 
-/// A message of the library, whose settings stand in backquotes, with the options of the command line instead.
+/// Replaces settings in backquotes in a message of the library by the options of the command line.
 pub(super) fn with_options(message: &str) -> String {
     let option = |text: String, (setting, option)| text.replace(&format!("`{setting}`"), option);
     OPTIONS.into_iter().fold(message.to_owned(), option)
 }
 
 impl Failure {
-    /// What to tell the user.
+    /// The message for the user.
     pub(super) fn message(&self) -> String {
         let (Failure::Usage(error) | Failure::Failed(error)) = self;
         let message = format!("{error:#}");
-        // What a scene file quotes is not a setting.
+        // A quotation from a scene file is not a setting.
         if error.is::<SceneErrors>() { message } else { with_options(&message) }
     }
 }
@@ -80,7 +80,7 @@ mod tests {
     fn settings_have_the_names_of_options() {
         let failure = Failure::from(SettingsError::BeforeFilm { samples: 8, first: 16 });
         assert!(matches!(failure, Failure::Usage(_)));
-        assert!(failure.message().starts_with("--spp 8 asks for the samples 0 to 7"), "{failure:?}");
+        assert!(failure.message().starts_with("--spp 8 requests the samples 0 to 7"), "{failure:?}");
         assert_eq!(with_options("a `word` that is no `film_mode`"), "a `word` that is no --film-mode");
     }
 }

@@ -1,4 +1,4 @@
-//! `stride info` of scenes and meshes: what is in them, and what they take to be rendered.
+//! `stride info` of scenes and meshes: their contents, and the memory that they need.
 
 use super::failure::Failure;
 use super::loading::Loading;
@@ -13,13 +13,13 @@ use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Facts, a line each.
+/// The output: one fact per line.
 #[derive(Default)]
 struct Facts(String);
 
 impl Facts {
     fn line(&mut self, name: &str, value: impl std::fmt::Display) {
-        // Writing to a string can't fail.
+        // Writing to a String cannot fail.
         let _ = writeln!(self.0, "{name:<12}{value}");
     }
 
@@ -28,11 +28,13 @@ impl Facts {
         self.line("bounds", format!("{} to {}", point(low), point(high)));
     }
 
-    /// What finds hits in it, and what that takes.
+    /// The acceleration structure, and the memory that it needs.
     fn structure(&mut self, surfaces: &Simple) {
         match World::new(surfaces, Finder::Fastest).tree {
             Some(tree) => self.line("tree", format!("{} levels, {}", tree.depth(), bytes(tree.bytes()))),
-            None => self.line("tree", "none: so few surfaces are all tried"),
+            None => {
+                self.line("tree", "none: there are few surfaces, and rays are tested against all of them")
+            }
         }
         if !surfaces.triangles.is_empty() {
             self.line("triangles", format!("{} of their own", bytes(surfaces.triangles.bytes())));
@@ -57,7 +59,7 @@ fn count(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
-/// What is in a scene, compiled as it would be rendered.
+/// The contents of a scene, compiled as for a render.
 pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     let loaded = scene::load_watched(path, &mut Loading::stderr(false).watch())?;
     let scene = &loaded.scene;
@@ -87,7 +89,7 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     Ok(facts.0)
 }
 
-/// The picture that is the environment, and the grid by which it is sampled.
+/// The environment picture, and the grid that samples it.
 fn environment(scene: &Scene, compiled: &CompiledScene, facts: &mut Facts) {
     let Some(around) = scene.environment_picture else { return };
     let name = &scene.images[around.file.0].name;
@@ -99,7 +101,7 @@ fn environment(scene: &Scene, compiled: &CompiledScene, facts: &mut Facts) {
     facts.line("environment", format!("{name}, {grid}"));
 }
 
-/// The textures, and what the pictures of each file take, if there are any.
+/// The textures, and the memory of their pictures, if there are any.
 fn textures(scene: &Scene, compiled: &CompiledScene, facts: &mut Facts) {
     if scene.images.is_empty() && scene.textures.is_empty() {
         return;
@@ -137,16 +139,16 @@ fn lights(scene: &Scene, sampled: usize) -> String {
     let sky = if shines(&scene.environment) { ", and the environment" } else { "" };
     let emitters = (emitters, ["entity that emits", "entities that emit"]);
     let kinds = declared(scene.lights.iter()).into_iter().chain([emitters]);
-    format!("{}; {sampled} to choose among{sky}", counts(kinds))
+    format!("{}; {sampled} to sample{sky}", counts(kinds))
 }
 
-/// How many there are of each kind of which there are any.
+/// The numbers of each kind that occurs.
 fn counts(kinds: impl Iterator<Item = (usize, [&'static str; 2])>) -> String {
     let kinds = kinds.filter(|(n, _)| *n > 0).map(|(n, [one, many])| count(n, one, many));
     or_none(kinds.collect::<Vec<_>>().join(", "))
 }
 
-/// How many there are of each declaration of a family, and what one and many are called.
+/// The numbers of each declaration of a family, with the singular and the plural of its name.
 fn declared<'f, F: Family>(all: impl Iterator<Item = &'f F>) -> Vec<(usize, [&'static str; 2])> {
     let mut counts: Vec<_> = F::DECLARATIONS.iter().map(|declaration| (0, declaration.counted)).collect();
     for place in all.filter_map(F::place) {
@@ -159,7 +161,7 @@ fn kind(kind: &MaterialKind) -> &'static str {
     kind.declaration().map_or("", |declaration| declaration.name)
 }
 
-/// The first dozen.
+/// The first dozen names.
 fn list(names: impl Iterator<Item = String>) -> String {
     const MOST: usize = 12;
     let names: Vec<_> = names.collect();
@@ -171,7 +173,7 @@ fn or_none(text: String) -> String {
     if text.is_empty() { "none".into() } else { text }
 }
 
-/// The sum of the areas of a mesh's triangles.
+/// The total area of a mesh's triangles.
 fn area(mesh: &mesh::Mesh) -> f64 {
     let point = |i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
     let twice = |triangle: &[u32; 3]| {
@@ -181,7 +183,7 @@ fn area(mesh: &mesh::Mesh) -> f64 {
     mesh.triangles.iter().map(twice).sum::<f64>() / 2.0
 }
 
-/// What is in a mesh file, as one that is placed where it lies.
+/// The contents of a mesh file, without a transform.
 pub(super) fn of_mesh(path: &Path) -> Result<String, Failure> {
     let loading = Loading::stderr(false);
     let mut watch = loading.watch();

@@ -1,4 +1,4 @@
-//! `stride info`: what is in a file, or what there is to render with.
+//! `stride info`: the contents of a file, or the available devices.
 
 use super::arguments::range;
 use super::failure::{Failure, usage};
@@ -13,13 +13,13 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct InfoArguments {
-    /// Film, picture, samples, scene or mesh: .film, .png, .exr, .hdr, .npy, .toml, .ply, .obj, .glb or .gltf
+    /// Film, picture, sample dump, scene or mesh: .film, .png, .exr, .hdr, .npy, .toml, .ply, .obj, .glb or .gltf
     #[arg(conflicts_with = "devices")]
     file: Option<PathBuf>,
     /// List the devices that can render, and their limits
     #[arg(long)]
     devices: bool,
-    /// Print the program that a GPU runs for a scene, in WGSL
+    /// Print the WGSL program that a GPU runs for a scene
     #[arg(long, conflicts_with = "devices")]
     wgsl: bool,
 }
@@ -29,9 +29,7 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
         Some(path) => path,
         None if arguments.devices => return Ok(print(&devices::list())?),
         None => {
-            return Err(usage(
-                "name a file to look into, or list what there is to render with: stride info --devices",
-            ));
+            return Err(usage("name a file, or list the devices: stride info --devices"));
         }
     };
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
@@ -59,14 +57,14 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
     Ok(print(&text)?)
 }
 
-/// A film, read to its end: damage is found.
+/// A film, which is read completely, so that damage is detected.
 fn film(path: &Path) -> Result<String, Failure> {
     let file = open_film(path)?;
     let (head, holding) = (file.head().clone(), file.holding().clone());
     let film = file.read().map_err(|reason| FilmError { path: path.to_path_buf(), reason })?;
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
-        // Writing to a string can't fail.
+        // Writing to a String cannot fail.
         let _ = writeln!(text, "{name:<12}{value}");
     };
     let shown = head.layout.shown;
@@ -78,44 +76,43 @@ fn film(path: &Path) -> Result<String, Failure> {
     line("samples", holding.to_string());
     if holding.open().is_some() {
         let [least, most] = film.seen_range();
-        line("a pixel", format!("{least} to {most} samples"));
+        line("per pixel", format!("{least} to {most} samples"));
     }
     let missing = holding.missing();
     if !missing.is_empty() {
         line("missing", Ranges(&missing).to_string());
     }
     if head.layout.spreads {
-        line("variance", "there are the sums for it".to_owned());
+        line("variance", "the film has the sums for it".to_owned());
     }
     if !head.layout.layers.is_empty() {
-        line("first hits", format!("there are the sums for {}", head.layout.layers));
+        line("first hits", format!("the film has the sums for {}", head.layout.layers));
     }
     let [lost, outside] = film.lost_contributions();
-    line("left out", format!("{} samples", film.rejected().saturating_sub(lost)));
+    line("rejected", format!("{} samples", film.rejected().saturating_sub(lost)));
     if film.has_light_image() {
-        line("light image", format!("{lost} contributions left out, {outside} that reach no pixel"));
+        line("light image", format!("{lost} contributions rejected, {outside} outside the film"));
     }
     line("mean", mean(&film.picture().rgb));
     Ok(text)
 }
 
-/// A fact or a note as people read it: ranges without an end have none, and of the scene's parts and things it is told how
-/// many there are.
+/// A fact or a note for users: open ranges have no end, and long lists are replaced by their lengths.
 fn shown_fact(name: &str, value: &str) -> String {
     match (name, range(value)) {
         ("asked", Ok(asked)) => Ranges(&[asked]).to_string(),
         ("parts", _) => {
-            format!("{} of the scene, to tell what differs in another", value.matches(';').count())
+            format!("{} of the scene, to find differences between scenes", value.matches(';').count())
         }
         ("entities" | "materials", _) => {
             let names = Names::of_list("", value).map_or(0, |names| names.len());
-            format!("{names} names, for mattes")
+            format!("{names} names, for Cryptomatte")
         }
         _ => value.to_owned(),
     }
 }
 
-/// A dump of samples, by its header.
+/// The metadata of a sample dump.
 fn samples(path: &Path) -> Result<String, Failure> {
     let dump = npy::read::open_dump(path)?;
     let mut text = format!("{:<12}{} of {} bytes\n", "samples", dump.count(), npy::RECORD_BYTES);
@@ -124,17 +121,17 @@ fn samples(path: &Path) -> Result<String, Failure> {
         let _ = writeln!(text, "{name:<12}{}", shown_fact(name, value));
     }
     if dump.facts().is_none() {
-        let _ = writeln!(text, "{:<12}unknown: the file does not say", "film");
+        let _ = writeln!(text, "{:<12}unknown: the file has no metadata", "film");
     }
     Ok(text)
 }
 
-/// What the numbers of a format are.
+/// A description of a format's numbers.
 fn kind(format: Format) -> &'static str {
     match format {
-        Format::Png => "PNG: as it is shown, in 8 or 16 bits; the mean is that of its light",
-        Format::Exr => "EXR: light, in floating point",
-        Format::Hdr => "Radiance HDR: light, with a shared exponent of 8 bits a pixel",
+        Format::Png => "PNG: display values of 8 or 16 bits; the mean is that of linear light",
+        Format::Exr => "EXR: radiance in floating point",
+        Format::Hdr => "Radiance HDR: radiance with a shared exponent of 8 bits per pixel",
     }
 }
 

@@ -1,23 +1,23 @@
-//! Progress while the files of a scene are read.
+//! Progress of reading the files of a scene.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// How far the files of a scene have been read: a bar on a terminal, for what takes longer than a moment.
+/// The progress of reading the files of a scene: a bar on a terminal, if it takes longer than a moment.
 pub(super) struct Loading(Option<ProgressBar>);
 
-/// Files that are read faster than that are not worth a word.
+/// The time after which the bar appears.
 const PATIENCE: Duration = Duration::from_millis(300);
 
 impl Loading {
-    /// On standard error; nothing if it is no terminal, or if `quiet`.
+    /// On standard error; nothing if that is not a terminal, or with `quiet`.
     pub(super) fn stderr(quiet: bool) -> Loading {
         let bar = (!quiet).then(|| ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()));
         Loading(bar.filter(|bar| !bar.is_hidden()))
     }
 
-    /// What hears of it.
+    /// A callback for the progress: the file, the bytes read, and the total.
     pub(super) fn watch(&self) -> impl FnMut(&Path, u64, u64) + '_ {
         let start = Instant::now();
         move |path, bytes, of| {

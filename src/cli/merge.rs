@@ -1,4 +1,4 @@
-//! `stride merge`: films of disjoint samples add up to one, exactly.
+//! `stride merge`: adds films of disjoint samples, exactly.
 
 use super::failure::{Failure, usage};
 use super::render::Layers;
@@ -22,24 +22,24 @@ pub(super) struct MergeArguments {
     /// Films of one render, of different samples (render --range)
     #[arg(required = true, value_name = "FILE.film")]
     films: Vec<PathBuf>,
-    /// What to write: .film, .exr, .png or .hdr; may be given several times
+    /// File to write: .film, .exr, .png or .hdr; may be given several times
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     outputs: Vec<PathBuf>,
-    /// Layers that EXR files get beside colour, of those that the films have [default: those that they were rendered with]
+    /// Layers for EXR files, among those that the films have [default: those that they were rendered with]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = super::render::layer)]
     layers: Vec<Layers>,
-    /// Exposure of PNG in stops, instead of the films'
+    /// Exposure of PNG files in stops, instead of the films'
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = super::render::exposure)]
     exposure: Option<f64>,
-    /// Tone curve of PNG, srgb or filmic, instead of the first film's
+    /// Tone curve of PNG files, srgb or filmic, instead of the first film's
     #[arg(long, value_name = "NAME")]
     tone: Option<Tone>,
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(short, long)]
     quiet: bool,
 }
 
-/// A film whose pixels have not been read yet. The file is closed: there may be thousands.
+/// A film whose pixels have not been read yet. The file is closed: there may be thousands of films.
 struct Part<'a> {
     path: &'a Path,
     head: Head,
@@ -52,21 +52,21 @@ impl<'a> Part<'a> {
         Ok(Part { path, head: file.head().clone(), holding: file.holding().clone() })
     }
 
-    /// The names that its mattes are about.
+    /// The names in its Cryptomatte layers.
     fn mattes(&self) -> Result<Mattes, FilmError> {
         self.head.mattes().ok_or_else(|| {
-            let reason = FilmFileError::Contradiction("the names of things are not in lists");
+            let reason = FilmFileError::Contradiction("its lists of names are malformed");
             FilmError { path: self.path.to_path_buf(), reason }
         })
     }
 
-    /// The file again, if it is still the same film.
+    /// Opens the file again, and checks that it is the same film.
     fn open(&self) -> Result<FilmFile, Failure> {
         let file = open_film(self.path)?;
         if *file.head() == self.head && *file.holding() == self.holding {
             return Ok(file);
         }
-        Err(anyhow::anyhow!("{:?} changed while it was read; merge again when it is finished", self.path)
+        Err(anyhow::anyhow!("{:?} changed while it was read; merge again when it is complete", self.path)
             .into())
     }
 }
@@ -81,7 +81,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let (layers, no_variance) = layers(&arguments.layers, first, &parts)?;
     let mattes = first.mattes()?;
 
-    // One film's memory, however many there are; with what a variance takes if all of them have it.
+    // Memory for one film, regardless of their number; with the sums for a variance if all of them have these.
     let spreads = parts.iter().all(|part| part.head.layout.spreads);
     let layout = Layout { spreads, ..first.head.layout };
     let mut film = Film::with_layout(layout)?;
@@ -95,14 +95,14 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let head = Head { layout, ..merged_head(&parts, first, &holding, view) };
     write_outputs(&arguments.outputs, &head, &film, &holding, view, (&layers, &mattes))?;
     if !arguments.quiet {
-        // Standard error may be closed: these are courtesies.
+        // Standard error may be closed, which is not an error.
         let told = (layout.layers, &noted_layers(&parts)[..]);
         let _ = tell(arguments, &holding, told, no_variance, &mut std::io::stderr().lock());
     }
     Ok(())
 }
 
-/// The layers to write; and a film that has no variance, where that is noted and cannot be written.
+/// The layers to write; and a film without variance, if that layer is requested implicitly and cannot be written.
 fn layers<'p, 'a>(
     asked: &[Layers],
     first: &Part<'_>,
@@ -118,7 +118,7 @@ fn layers<'p, 'a>(
             _ if layer.is_of_radiance() || has.contains(layer) => {}
             _ => {
                 return Err(usage(format!(
-                    "the films do not tell the layer {name}: they were begun without it; begin them with render --layers {name}",
+                    "the films were begun without the layer {name}; begin them with render --layers {name}",
                     name = layer.name()
                 )));
             }
@@ -138,13 +138,11 @@ fn layers<'p, 'a>(
     Ok((written, no_variance.filter(|_| wanted(&Layer::Variance))))
 }
 
-/// Why a film tells no variance.
+/// Why a film has no variance estimate.
 fn why_no_variance(part: &Part<'_>) -> &'static str {
     match part.head.layout.light {
-        Some(_) => "has light that samples contribute to any pixel, whose variance is not known",
-        None => {
-            "is of mode \"continuous\" and was begun without --layers variance: it has not the sums that this takes"
-        }
+        Some(_) => "has a light image, whose variance is unknown",
+        None => "is in mode \"continuous\" and was begun without --layers variance: it lacks the sums for it",
     }
 }
 
@@ -169,12 +167,12 @@ fn check_outputs(outputs: &[PathBuf]) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// What is written must not replace what it was made of: merged once more, the same samples would count twice.
+/// An output must not replace an input: merged again, the same samples would count twice.
 fn refuse_inputs_as_outputs(arguments: &MergeArguments) -> Result<(), Failure> {
     for output in &arguments.outputs {
         if let Some(film) = arguments.films.iter().find(|film| is_same_file(film, output)) {
             return Err(usage(format!(
-                "-o {} would replace one of the films to merge, {}; give the sum a name of its own",
+                "-o {} would replace one of the films to merge, {}; choose another name for the result",
                 output.display(),
                 film.display()
             )));
@@ -183,7 +181,7 @@ fn refuse_inputs_as_outputs(arguments: &MergeArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether two paths lead to one file.
+/// Whether two paths denote the same file.
 fn is_same_file(a: &Path, b: &Path) -> bool {
     #[cfg(unix)]
     if let (Ok(a), Ok(b)) = (a.metadata(), b.metadata()) {
@@ -193,19 +191,19 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// What all films hold together, if they are of one render and no sample is in two.
+/// The samples of all films together; fails if they belong to different renders or have common samples.
 fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, Failure> {
     let mut all = Holding::default();
     for (i, part) in parts.iter().enumerate() {
         if let Some(difference) = first.head.difference(&part.head) {
             let (path, other) = (part.path, first.path);
             let remedy = if difference.name == LAYERS {
-                "; films add up only if they were begun with the same --layers: render the samples of one again with those of the other"
+                "; only films with the same --layers can be merged: render one again with the layers of the other"
             } else {
                 ""
             };
             return Err(anyhow::anyhow!(
-                "{path:?} and {other:?} are of different renders: of the first, {difference}{remedy}"
+                "{path:?} and {other:?} belong to different renders: of the first, {difference}{remedy}"
             )
             .into());
         }
@@ -213,7 +211,7 @@ fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, 
             if let Some(both) = before.holding.overlap(&part.holding) {
                 let (path, other) = (before.path, part.path);
                 return Err(anyhow::anyhow!(
-                    "{path:?} and {other:?} both hold the samples {}; leave one of them out",
+                    "{path:?} and {other:?} both have the samples {}; omit one of them",
                     Ranges(&[both])
                 )
                 .into());
@@ -221,7 +219,7 @@ fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, 
             if to_film && !before.holding.can_join(&part.holding) {
                 let (path, other) = (before.path, part.path);
                 return Err(anyhow::anyhow!(
-                    "{path:?} and {other:?} were both interrupted, and a film can say of one range only how far each pixel has come; finish one with --resume, or write a picture (-o FILE.exr)"
+                    "{path:?} and {other:?} were both interrupted, and a film can store only one unfinished range; finish one with --resume, or write a picture (-o FILE.exr)"
                 )
                 .into());
             }
@@ -252,7 +250,7 @@ fn merged_head(parts: &[Part<'_>], first: &Part<'_>, holding: &Holding, view: Vi
     Head { notes, ..first.head.clone() }
 }
 
-/// Writes all of them, even if one fails, and returns the first error.
+/// Writes all files, even if one fails, and returns the first error.
 fn write_outputs(
     outputs: &[PathBuf],
     head: &Head,

@@ -25,7 +25,7 @@ use failure::Failure;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Physically based path tracing; the same picture to the bit, whatever the threads.
+/// A physically based path tracer with pictures that are identical to the bit for any number of threads.
 #[derive(Debug, Parser)]
 #[command(name = "stride", version, arg_required_else_help = true)]
 struct Arguments {
@@ -37,25 +37,25 @@ struct Arguments {
 enum Command {
     /// Render a scene to a window and to picture files
     Render(Box<render::RenderArguments>),
-    /// Say what is wrong with a scene file, and render nothing
+    /// Check a scene file for errors without rendering
     Check(check::CheckArguments),
-    /// Trace one path again and tell what happens on it, bounce by bounce
+    /// Trace one path again and describe it bounce by bounce
     Trace(trace::TraceArguments),
     /// Measure time against threads, time against depth, or error against samples
     Bench(bench::BenchArguments),
-    /// Add films of different samples of one render up, exactly
+    /// Merge films of disjoint samples of one render, exactly
     Merge(merge::MergeArguments),
-    /// Make a picture of samples that were dumped, with any filter
+    /// Make a picture from dumped samples, with any filter
     Develop(develop::DevelopArguments),
-    /// Say how far apart two pictures are
+    /// Measure the difference between two pictures
     Compare(compare::CompareArguments),
-    /// Say what is in a film, a picture, dumped samples, a scene or a mesh, or what there is to render with
+    /// Describe a film, a picture, a sample dump, a scene or a mesh, or list the devices
     Info(info::InfoArguments),
 }
 
 /// Runs the program: 0 done, 1 failed, 2 bad usage.
 pub fn main() -> ExitCode {
-    // clap itself exits with 2 for what it can't parse, and with 0 for --help and --version.
+    // clap itself exits with 2 on a parse error, and with 0 for --help and --version.
     let arguments = Arguments::parse();
     let result = match arguments.command {
         Command::Render(arguments) => render::run(*arguments),
@@ -68,7 +68,7 @@ pub fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
     };
     let Err(failure) = result else { return ExitCode::SUCCESS };
-    // Standard error may be closed: then the exit code has to say it all.
+    // Standard error may be closed: then only the exit code reports the error.
     let _ = writeln!(std::io::stderr(), "error: {}", failure.message());
     ExitCode::from(match failure {
         Failure::Failed(_) => 1,

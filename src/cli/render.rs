@@ -26,97 +26,98 @@ pub(super) struct RenderArguments {
     /// in the current folder]
     #[arg(short, long = "output", value_name = "FILE")]
     outputs: Vec<PathBuf>,
-    /// Samples a pixel, instead of the scene's: those with the numbers 0 to N − 1, also where --resume goes on with
-    /// a film that begins later
+    /// Samples per pixel, instead of the scene's: those with the indices 0 to N − 1, even if --resume continues a film
+    /// that begins later
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Render these samples only, for merging: 16..32 are the samples 16 to 31 of each pixel, and 16.. all from 16 on,
+    /// Render only these samples, for merging: 16..32 are the samples 16 to 31 of each pixel, and 16.. all from 16 on
     /// until --time or Ctrl-C
     #[arg(long, allow_hyphen_values = true, value_name = "FIRST..END", value_parser = range, conflicts_with = "spp")]
     range: Option<Range<u32>>,
-    /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h) or at the end of --spp or --range; neither the
-    /// scene's samples nor those that a resumed film was begun for count then
+    /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h), or at the end of --spp or --range. The scene's
+    /// samples and those requested for a resumed film are ignored
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = duration)]
     time: Option<Duration>,
-    /// Stop when the estimated error is this small: 0.05 is a preview, 0.01 is clean; or at --spp (and say so), like
-    /// --time. The error is what `stride compare` calls noise, and relative to the picture's own brightness: no unit
-    /// of length or radiance matters. It is known from 16 samples a pixel on, and never of a black picture
+    /// Stop when the estimated error is this small: 0.05 is a preview, 0.01 is clean. Stops with a warning at --spp,
+    /// and without one at --time. The error is the noise of `stride compare`, relative to the picture's brightness, so
+    /// that units of length and radiance do not matter. The estimate starts at 16 samples per pixel. A black picture
+    /// has none
     #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = error, conflicts_with = "range")]
     noise: Option<f64>,
-    /// Spend samples where the error is, until it is that of --noise [default: 0.01] on the whole or pixels have --spp,
-    /// or the scene's samples without --noise; like adaptive = true in the scene
+    /// Distribute samples by error, until the picture has the error of --noise [default: 0.01] or pixels have --spp
+    /// samples. Without --noise, the scene's samples are the limit. Same as adaptive = true in the scene
     #[arg(long)]
     adaptive: bool,
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
-        help = format!("Threads that render, 1 to {MOST_THREADS} [default: one a core]"))]
+        help = format!("Rendering threads, 1 to {MOST_THREADS} [default: one per core]"))]
     threads: Option<u16>,
     /// Part of the film to render, in pixels
     #[arg(long, allow_hyphen_values = true, value_name = "X,Y,W,H", value_parser = crop)]
     crop: Option<[u32; 4]>,
-    /// What finds the surfaces that rays meet, on the CPU; the picture is the same [default: the faster one for
-    /// as many surfaces as there are]
+    /// Acceleration structure on the CPU; it does not affect the picture [default: the faster one for the number of
+    /// surfaces]
     #[arg(long, value_enum, value_name = "NAME")]
     world: Option<WorldName>,
-    /// Who renders: cpu, gpu, all for both, or gpu:NAME and all:NAME with a GPU whose name contains NAME
+    /// Device that renders: cpu, gpu, all for both, or gpu:NAME and all:NAME for a GPU whose name contains NAME
     #[arg(long, value_name = "DEVICE", value_parser = device, default_value = "cpu")]
     device: DeviceChoice,
-    /// Show the render in a window, or fail without a display
+    /// Show the render in a window, and fail without a display
     #[arg(long, conflicts_with = "headless")]
     window: bool,
     /// Open no window
     #[arg(long)]
     headless: bool,
-    /// Show the render in the viewer tev as well, which listens at this address: localhost:14158
+    /// Also show the render in the viewer tev that listens at this address: localhost:14158
     #[arg(long, value_name = "HOST:PORT", value_parser = address)]
     tev: Option<String>,
-    /// Exposure of PNG and window in stops, instead of the scene's
+    /// Exposure of PNG files and the window in stops, instead of the scene's
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
     exposure: Option<f64>,
-    /// Tone curve of PNG and window, instead of the scene's: srgb, clipped at white, or filmic
+    /// Tone curve of PNG files and the window, instead of the scene's: srgb, clamped at white, or filmic
     #[arg(long, value_name = "NAME")]
     tone: Option<Tone>,
     /// Colour pixels by the worker that owns them (report figure 3.1)
     #[arg(long, value_enum, value_name = "NAME")]
     overlay: Option<Overlay>,
-    /// Also write numbered pictures at these sample counts: 10,100,500
+    /// Also write numbered pictures at these numbers of samples: 10,100,500
     #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     dump_at: Vec<u32>,
-    /// Layers that EXR files get beside colour, and that films keep: albedo, normal, position, depth, uv, variance,
-    /// samples, crypto-entity and crypto-material (Cryptomatte), or all; but for variance and samples they are of each
-    /// pixel's samples 0 to 31 [default: none; with --resume those that the film was last rendered with]
+    /// Layers for EXR files and films: albedo, normal, position, depth, uv, variance, samples, crypto-entity and
+    /// crypto-material (Cryptomatte), or all. Layers other than variance and samples use only the samples 0 to 31 of
+    /// each pixel [default: none; with --resume those that the film was last rendered with]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = layer)]
     layers: Vec<Layers>,
-    /// Dump every sample to a NumPy file
+    /// Write every sample to a NumPy file
     #[arg(long, value_name = "FILE.npy")]
     samples: Option<PathBuf>,
-    /// Write a film file, which can be gone on with (--resume) and merged (stride merge)
+    /// Write a film file, for resuming (--resume) and merging (stride merge)
     #[arg(long, value_name = "FILE.film")]
     film: Option<PathBuf>,
-    /// How often the film file is written while the render runs [default: 60s]
+    /// Interval at which the film file is written during the render [default: 60s]
     #[arg(long, allow_hyphen_values = true, value_name = "TIME", value_parser = duration)]
     checkpoint: Option<Duration>,
-    /// Go on where a film stopped, and write the same film [unless --film names another]
+    /// Resume the render of a film file, and write the same file [unless --film names another]
     #[arg(long, value_name = "FILE.film")]
     resume: Option<PathBuf>,
-    /// Write the figures of the run as JSON
+    /// Write statistics of the run as JSON
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
-    /// Say nothing but errors
+    /// Print only errors and warnings about the result
     #[arg(short, long)]
     quiet: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum WorldName {
-    /// Try every surface
+    /// Test rays against every surface
     Simple,
-    /// Find the way through a tree of boxes
+    /// Bounding volume hierarchy
     Bvh,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Overlay {
-    /// Which worker owns a pixel
+    /// The worker that owns each pixel
     Owner,
 }
 
@@ -130,11 +131,11 @@ fn device(text: &str) -> Result<DeviceChoice, String> {
         ("cpu", None) => Ok(DeviceChoice::Cpu),
         ("gpu", name) => Ok(DeviceChoice::Gpu(name)),
         ("all", name) => Ok(DeviceChoice::All(name)),
-        _ => Err("the devices are cpu, gpu, all, gpu:NAME and all:NAME".to_owned()),
+        _ => Err("a device is cpu, gpu, all, gpu:NAME or all:NAME".to_owned()),
     }
 }
 
-/// One layer, or all.
+/// One layer, or all (`None`).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layers(pub(super) Option<Layer>);
 
@@ -144,10 +145,10 @@ pub(super) fn layer(text: &str) -> Result<Layers, String> {
     }
     let known = || Layer::ALL.map(Layer::name).join(", ");
     let found = Layer::ALL.into_iter().find(|layer| layer.name() == text);
-    found.map(|layer| Layers(Some(layer))).ok_or_else(|| format!("the layers are {} and all", known()))
+    found.map(|layer| Layers(Some(layer))).ok_or_else(|| format!("a layer is one of {}, or all", known()))
 }
 
-/// Each once, in an order that does not depend on how they were asked for.
+/// The layers without duplicates, in an order that does not depend on the request.
 pub(super) fn layers(asked: &[Layers]) -> Vec<Layer> {
     let wanted = |layer: &Layer| asked.iter().any(|asked| asked.0.is_none_or(|asked| asked == *layer));
     Layer::ALL.into_iter().filter(wanted).collect()
@@ -157,7 +158,7 @@ fn address(text: &str) -> Result<String, String> {
     let parts = text.rsplit_once(':').filter(|(host, _)| !host.is_empty());
     let port = parts.and_then(|(_, port)| port.parse::<u16>().ok()).filter(|&port| port > 0);
     let address = port.map(|_| text.to_owned());
-    address.ok_or_else(|| "an address is a host and a port, like localhost:14158".to_owned())
+    address.ok_or_else(|| "an address is HOST:PORT, like localhost:14158".to_owned())
 }
 
 fn error(text: &str) -> Result<f64, String> {
@@ -181,27 +182,26 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
         && !arguments.quiet
     {
         let film = film.display();
-        let _ =
-            writeln!(std::io::stderr(), "warning: {film} will be replaced; --resume goes on with it instead");
+        let _ = writeln!(std::io::stderr(), "warning: {film} will be replaced; use --resume to continue it");
     }
     let layers = settings.job.layers;
     if !layers.is_empty() && settings.range().start >= LAYER_SAMPLES && !arguments.quiet {
         let last = LAYER_SAMPLES - 1;
         let until = match &settings.outputs.film {
-            Some(_) => " until its film is merged with films that have them",
-            None => ", and without --film they cannot be merged with films that have them",
+            Some(_) => " until its film is merged with films of these samples",
+            None => "; add --film to merge them with films of these samples",
         };
         let _ = writeln!(
             std::io::stderr(),
-            "warning: the layers {layers} are of samples 0 to {last}, of which this render makes none: they stay empty{until}"
+            "warning: the layers {layers} use only the samples 0 to {last}, which this render does not make: they stay empty{until}"
         );
     }
 
     let report = print_events(arguments.quiet, |events| -> Result<Report, Failure> {
         let prepared = session::prepare(&settings, events)?;
         // Until here Ctrl-C ends the program at once: there is nothing to write.
-        let stop =
-            stop::on_interrupt().map_err(|error| anyhow::anyhow!("Ctrl-C can't be caught: {error}"))?;
+        let stop = stop::on_interrupt()
+            .map_err(|error| anyhow::anyhow!("the handler of Ctrl-C cannot be installed: {error}"))?;
         Ok(prepared.run(&stop)?)
     })?;
     if let Some(path) = &arguments.stats {
@@ -214,7 +214,7 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
     report.problem.map_or(Ok(()), |problem| Err(problem.into()))
 }
 
-/// The render that is asked for. Without outputs it writes the scene's name with .png.
+/// The requested render. Without outputs it writes the scene's name with .png.
 fn asked(
     arguments: &RenderArguments,
     scene: &Scene,
@@ -226,9 +226,7 @@ fn asked(
     let keeps_layers =
         arguments.film.is_some() || arguments.resume.is_some() || arguments.outputs.iter().any(is_exr);
     if !layers.is_empty() && !keeps_layers {
-        return Err(usage(
-            "--layers go into .exr files and films, and none is written; add -o FILE.exr or --film FILE.film",
-        ));
+        return Err(usage("--layers needs an .exr file or a film; add -o FILE.exr or --film FILE.film"));
     }
     let window = match (arguments.quiet, arguments.window, arguments.headless) {
         (_, true, _) => WindowChoice::Required,
@@ -261,13 +259,13 @@ fn asked(
         .view(View { name: arguments.scene.name(), window, tev: arguments.tev.clone() });
     let default_output =
         || arguments.scene.scene.file_stem().map(|stem| PathBuf::from(stem).with_extension("png"));
-    let outputs = match arguments.outputs.as_slice() {
-        [] => vec![
-            default_output()
-                .ok_or_else(|| usage("the scene has no name to derive the picture's from; use -o"))?,
-        ],
-        outputs => outputs.to_vec(),
-    };
+    let outputs =
+        match arguments.outputs.as_slice() {
+            [] => vec![default_output().ok_or_else(|| {
+                usage("the scene file has no name from which to derive the picture's; use -o")
+            })?],
+            outputs => outputs.to_vec(),
+        };
     let render = outputs.into_iter().fold(render, Render::output);
     let render = arguments.samples.iter().fold(render, Render::sample_file);
     let render = arguments.film.iter().fold(render, Render::film);

@@ -1,13 +1,12 @@
 //! Progress without a window: a bar on a terminal, plain lines elsewhere.
 //!
-//! It is a courtesy: an error on its way out (a closed pipe, a terminal that hung up) is passed over in
-//! silence.
+//! Progress is not essential: errors of the output (a closed pipe, a terminal that disconnected) are ignored.
 
 use crate::output::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, Write};
 
-/// Tells a person, or a log, how far a run has come.
+/// Reports progress to a terminal or a log.
 pub(super) struct Reporter {
     target: Target,
 }
@@ -21,7 +20,7 @@ impl Reporter {
     /// A bar if standard error is a terminal, lines otherwise.
     pub(super) fn stderr() -> Self {
         let bar = ProgressBar::with_draw_target(Some(BAR_STEPS), ProgressDrawTarget::stderr());
-        // Hidden, as indicatif does on a pipe or a dumb terminal.
+        // indicatif hides the bar on a pipe or a dumb terminal.
         if bar.is_hidden() {
             return Self::lines(Box::new(io::stderr()));
         }
@@ -33,14 +32,14 @@ impl Reporter {
         Self { target: Target::Lines(Lines { out, last_seconds: None, last_tenth: 0 }) }
     }
 
-    /// Shows how far the run is. May be called as often as one likes: it writes no more than can be read.
+    /// Shows the progress. May be called at any rate: the output is limited to a readable one.
     pub(super) fn update(&mut self, progress: &Progress) {
         match &mut self.target {
             Target::Bar(bar) => {
                 if bar.message().is_empty() {
                     bar.set_style(style(progress.fraction().is_some()));
                 }
-                // Message first: it is the position that may draw.
+                // The message is set first, because setting the position may draw.
                 bar.set_message(progress.to_string());
                 bar.set_position((progress.fraction().unwrap_or(0.0) * BAR_STEPS as f64) as u64);
             }
@@ -48,7 +47,7 @@ impl Reporter {
         }
     }
 
-    /// A line of its own, above the bar if there is one; a warning for instance.
+    /// Prints a separate line, above the bar if there is one; a warning for instance.
     pub(super) fn note(&mut self, text: &str) {
         match &mut self.target {
             Target::Bar(bar) => bar.println(text),
@@ -56,7 +55,7 @@ impl Reporter {
         }
     }
 
-    /// Takes the bar away and leaves one line that says what the run amounted to.
+    /// Removes the bar and prints one line with a summary of the run.
     pub(super) fn finish(mut self, progress: &Progress) {
         match &mut self.target {
             Target::Bar(bar) => {
@@ -68,26 +67,26 @@ impl Reporter {
     }
 }
 
-/// The bar counts in thousandths of the run.
+/// The length of the bar, in thousandths of the run.
 const BAR_STEPS: u64 = 1000;
 
 fn style(has_end: bool) -> ProgressStyle {
     let template = if has_end { "{bar:24} {percent:>3}%  {wide_msg}" } else { "{spinner} {wide_msg}" };
-    // The templates are ours; should indicatif ever refuse one, its own bar will do.
+    // The templates are tested; if indicatif rejects one nevertheless, its default bar is used.
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 struct Lines {
     out: Box<dyn Write + Send>,
-    /// The run's clock at the last line.
+    /// The run's time at the last line.
     last_seconds: Option<f64>,
-    /// The tenth of the run the last line fell into.
+    /// The tenth of the run in which the last line was printed.
     last_tenth: u32,
 }
 
-/// Lines are at least this far apart …
+/// The shortest interval between lines, in seconds.
 const LINE_SECONDS: f64 = 2.0;
-/// … and at most this far: between the two they wait for the next tenth of the run.
+/// The longest interval between lines; within these limits a line appears at each tenth of the run.
 const LONGEST_SILENCE: f64 = 30.0;
 
 impl Lines {
@@ -115,7 +114,7 @@ mod tests {
     use super::*;
     use crate::output::progress::tests::at;
 
-    /// What a run over `seconds` writes when it is updated ten times a second.
+    /// The output of a run over `seconds` that is updated ten times a second.
     fn log(seconds: f64, progress: impl Fn(f64) -> Progress) -> Vec<String> {
         let (sender, receiver) = crossbeam_channel::unbounded();
         struct Pipe(crossbeam_channel::Sender<Vec<u8>>);
@@ -138,9 +137,9 @@ mod tests {
     }
 
     #[test]
-    fn a_long_run_gets_a_line_a_tenth() {
+    fn a_long_run_prints_a_line_per_tenth() {
         let lines = log(100.0, |t| at(t * 5.0, t));
-        // The first after two seconds, one at each tenth, the summary.
+        // The first after two seconds, one at each tenth, and the summary.
         assert_eq!(lines.len(), 11, "{lines:#?}");
         assert!(lines[0].starts_with("  2%  10/500 spp"), "{}", lines[0]);
         assert!(lines[1].starts_with(" 10%  50/500 spp"), "{}", lines[1]);
@@ -148,12 +147,12 @@ mod tests {
     }
 
     #[test]
-    fn a_short_run_gets_its_summary_only() {
+    fn a_short_run_prints_only_its_summary() {
         assert_eq!(log(1.5, |t| at(t * 300.0, t)).len(), 1);
     }
 
     #[test]
-    fn lines_are_never_closer_than_two_seconds_nor_farther_than_thirty() {
+    fn lines_are_two_to_thirty_seconds_apart() {
         assert_eq!(log(5.0, |t| at(t * 100.0, t)).len(), 3);
         let endless = |t| Progress { spp_target: None, ..at(t, t) };
         let lines = log(93.0, endless);
@@ -162,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_pipe_is_no_panic() {
+    fn a_closed_pipe_causes_no_panic() {
         struct Closed;
         impl Write for Closed {
             fn write(&mut self, _: &[u8]) -> io::Result<usize> {

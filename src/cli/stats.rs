@@ -1,21 +1,21 @@
-//! `--stats`: the figures of a run as one JSON object.
+//! `--stats`: statistics of a run as one JSON object.
 
 use super::failure::with_options;
 use crate::session::{DeviceChoice, Report};
 use serde::Serialize;
 use std::time::Duration;
 
-/// What `--stats` writes. Times are in seconds.
+/// The contents of the file of `--stats`. Times are in seconds.
 #[derive(Debug, Serialize)]
 pub(super) struct Stats {
     samples: u64,
     resumed_samples: u64,
     spp: f64,
     estimated_noise: Option<f64>,
-    /// The error that was asked for, and whether it is reached as far as is known.
+    /// The requested error, and whether it is known to be reached.
     noise_asked: Option<f64>,
     noise_reached: Option<bool>,
-    /// The fewest and the most samples that a pixel has.
+    /// The minimum and the maximum number of samples per pixel.
     spp_range: [u64; 2],
     seconds: f64,
     samples_per_second: f64,
@@ -23,7 +23,7 @@ pub(super) struct Stats {
     threads: usize,
     device: String,
     devices: Vec<Device>,
-    /// What another run like this one gives.
+    /// The reproducibility of the picture.
     promise: &'static str,
     lost: Option<String>,
     simd: String,
@@ -34,7 +34,7 @@ pub(super) struct Stats {
     peak_memory_bytes: Option<u64>,
 }
 
-/// A device, and how many samples it made.
+/// A device, and the number of samples it made.
 #[derive(Debug, Serialize)]
 struct Device {
     name: String,
@@ -77,7 +77,7 @@ impl Stats {
     }
 }
 
-/// The most memory that the process has had at once, in bytes, where the system tells.
+/// The peak memory of the process in bytes, if the system reports it.
 fn peak_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,4 +1,4 @@
-//! Ctrl-C.
+//! Handles Ctrl-C.
 
 use crate::output::remove_unfinished;
 use crossbeam_channel::{Receiver, Sender, bounded};
@@ -6,26 +6,26 @@ use std::convert::Infallible;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-/// Requests that follow the first one as fast as this are the same one: some who end a program tell it and its
-/// process group, which are two signals.
+/// A request within this time after the first is the same one: some programs signal both a process and its process
+/// group.
 const SAME_REQUEST: Duration = Duration::from_millis(500);
 
-/// A channel that closes with the first Ctrl-C (or request to terminate); the second one ends the program
-/// at once, and leaves no half-written file behind.
+/// Returns a channel that closes at the first Ctrl-C (or request to terminate). The second one ends the program
+/// at once, without leaving a partial file.
 pub(super) fn on_interrupt() -> Result<Receiver<Infallible>, ctrlc::Error> {
     on_interrupts_apart(SAME_REQUEST)
 }
 
-/// The same, where requests that follow the first one within this time are the same one.
+/// The same, where requests within the time `apart` after the first are the same one.
 fn on_interrupts_apart(apart: Duration) -> Result<Receiver<Infallible>, ctrlc::Error> {
     let (sender, receiver) = bounded::<Infallible>(0);
     let mut requests = Requests { open: Some(sender), first: None, apart };
     ctrlc::set_handler(move || {
         if requests.take(Instant::now()) {
-            // While the guard lives no other file is begun. If there is none in time, the program ends all the same.
+            // While the guard exists no other file is begun. If it cannot be obtained in time, the program ends anyway.
             let _none_begins = remove_unfinished();
-            let _ = writeln!(std::io::stderr(), "stopped at once; nothing more is written");
-            // The exit code of a shell's command that SIGINT ended.
+            let _ = writeln!(std::io::stderr(), "stopped at once; no further files are written");
+            // The exit code that a shell reports for a command ended by SIGINT.
             std::process::exit(130);
         }
     })?;
@@ -34,15 +34,15 @@ fn on_interrupts_apart(apart: Duration) -> Result<Receiver<Infallible>, ctrlc::E
 
 /// The requests to stop so far.
 struct Requests {
-    /// Closes with the first.
+    /// Closes at the first request.
     open: Option<Sender<Infallible>>,
     first: Option<Instant>,
-    /// Requests that follow the first one within this time are the same one.
+    /// Requests within this time after the first are the same one.
     apart: Duration,
 }
 
 impl Requests {
-    /// Takes a request that comes at a moment; whether the program is to end at once.
+    /// Records a request at a moment. Returns whether the program is to end at once.
     fn take(&mut self, now: Instant) -> bool {
         let first = *self.first.get_or_insert(now);
         self.open.take().is_none() && now.duration_since(first) > self.apart
@@ -59,7 +59,7 @@ mod tests {
     use std::process::{Child, Command, Stdio};
 
     #[test]
-    fn the_first_request_stops_its_echoes_do_nothing_and_a_later_one_ends_at_once() {
+    fn the_first_request_stops_and_only_a_later_one_ends_at_once() {
         let (sender, receiver) = bounded::<Infallible>(0);
         let mut requests = Requests { open: Some(sender), first: None, apart: SAME_REQUEST };
         assert_eq!(receiver.try_recv(), Err(TryRecvError::Empty));
@@ -71,7 +71,7 @@ mod tests {
         assert!(requests.take(first + SAME_REQUEST + Duration::from_nanos(1)));
     }
 
-    /// Where the program that is interrupted writes its file: set in that program only.
+    /// The folder of the interrupted program's file: set only in that program.
     const FOLDER: &str = "STRIDE_TEST_INTERRUPTED_IN";
 
     fn names(folder: &Path) -> Vec<String> {
@@ -79,13 +79,13 @@ mod tests {
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
     }
 
-    /// The program that is interrupted: in the middle of a file it waits, for ever.
+    /// The interrupted program: it waits forever in the middle of a file.
     fn be_interrupted(folder: &Path) {
         let stop = on_interrupts_apart(Duration::ZERO).unwrap();
         let _ = atomic::write_atomically(&folder.join("a.png"), |out| {
             out.write_all(b"half")?;
             let _ = writeln!(std::io::stderr(), "writing");
-            // It closes with the first request.
+            // The channel closes at the first request.
             let _ = stop.recv();
             let _ = writeln!(std::io::stderr(), "asked to stop");
             let (_open, never) = bounded::<Infallible>(0);
@@ -100,12 +100,12 @@ mod tests {
     }
 
     #[test]
-    fn a_second_request_leaves_no_half_written_file() {
+    fn a_second_request_leaves_no_partial_file() {
         if let Some(folder) = std::env::var_os(FOLDER) {
             return be_interrupted(&PathBuf::from(folder));
         }
         let folder = tempfile::tempdir().unwrap();
-        let path = concat!(module_path!(), "::a_second_request_leaves_no_half_written_file");
+        let path = concat!(module_path!(), "::a_second_request_leaves_no_partial_file");
         let (_, name) = path.split_once("::").unwrap();
         let mut child = Command::new(std::env::current_exe().unwrap())
             .args([name, "--exact", "--nocapture"])
@@ -123,7 +123,7 @@ mod tests {
         interrupt(&child);
         wait_for("asked to stop");
         interrupt(&child);
-        wait_for("stopped at once; nothing more is written");
+        wait_for("stopped at once; no further files are written");
         assert_eq!(child.wait().unwrap().code(), Some(130));
         assert_eq!(names(folder.path()), Vec::<String>::new());
     }

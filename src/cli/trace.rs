@@ -30,7 +30,7 @@ enum Where {
 }
 
 fn pixel(text: &str) -> Result<Where, String> {
-    let error = || "a pixel is written X,Y, like 320,240, or as its index on the film".to_owned();
+    let error = || "a pixel is X,Y, like 320,240, or its index on the film".to_owned();
     let number = |text: &str| text.trim().parse().map_err(|_| error());
     match text.split_once(',') {
         Some((x, y)) => Ok(Where::Place(number(x)?, number(y)?)),
@@ -60,14 +60,14 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
         describe(event, &scene, &mut text);
     }
     if let Err(reject) = reject::check(sample.radiance) {
-        let _ = writeln!(text, "a film leaves this sample out: {reject}");
+        let _ = writeln!(text, "a film rejects this sample: {reject}");
     }
     Ok(print(&text)?)
 }
 
 fn describe(event: &Event, scene: &Scene, text: &mut String) {
     let v = |v: &[f32; 3]| format!("({} {} {})", v[0], v[1], v[2]);
-    // Writing to a string can't fail.
+    // Writing to a String cannot fail.
     let _ = match event {
         Event::Ray { depth, origin, direction } => {
             writeln!(text, "bounce {depth}: from {} along {}", v(origin), v(direction))
@@ -78,10 +78,10 @@ fn describe(event: &Event, scene: &Scene, text: &mut String) {
             let (point, normal, emitted) = (v(point), v(normal), v(emitted));
             writeln!(
                 text,
-                "  meets \"{name}\" of \"{made_of}\" at distance {distance}: {point}, normal {normal}, emitted {emitted}"
+                "  hits \"{name}\" of \"{made_of}\" at distance {distance}: {point}, normal {normal}, emitted {emitted}"
             )
         }
-        Event::Escape { radiance } => writeln!(text, "  leaves the scene and sees {}", v(radiance)),
+        Event::Escape { radiance } => writeln!(text, "  leaves the scene, with radiance {}", v(radiance)),
         Event::Light { direction, added } => {
             writeln!(text, "  light from {} adds {}, times the throughput", v(direction), v(added))
         }
@@ -89,7 +89,7 @@ fn describe(event: &Event, scene: &Scene, text: &mut String) {
             writeln!(text, "  scatters with weight {} (pdf {pdf}): throughput {}", v(weight), v(throughput))
         }
         Event::Survive { chance, throughput } => {
-            writeln!(text, "  survives Russian roulette (chance {chance}): throughput {}", v(throughput))
+            writeln!(text, "  survives Russian roulette (probability {chance}): throughput {}", v(throughput))
         }
         Event::End { reason, radiance } => writeln!(text, "ends: {reason}; radiance {}", v(radiance)),
     };

@@ -94,7 +94,7 @@ fn what_cannot_be_developed_says_why() {
     for (more, code, word) in [
         (&["--filter", "none"][..], 2, "none"),
         (&["--filter", "mitchell", "--radius", "0.2"], 2, "0.5 to 16"),
-        (&["--filter", "mitchell", "--size", "40x30"], 2, "leave --size out"),
+        (&["--filter", "mitchell", "--size", "40x30"], 2, "omit --size"),
     ] {
         let (exit, said) = develop("box.npy", more);
         assert!(exit == Some(code) && said.contains(word), "{said}");

@@ -53,7 +53,7 @@ fn films_and_pictures_say_what_they_are() {
     let before = bytes(dir.path(), "a.exr");
     succeed(dir.path(), &render(&scene, &["--spp", "4", "--seed", "77", "--threads", "1", "-o", "a.exr"]));
     assert!(bytes(dir.path(), "a.exr") == before);
-    assert!(info("a.png").starts_with("picture     40×30 pixels\nformat      PNG: as it is shown"));
+    assert!(info("a.png").starts_with("picture     40×30 pixels\nformat      PNG: display values"));
     let parts = info("a.film").lines().find(|line| line.starts_with("parts")).expect("parts").to_owned();
     assert!(parts.starts_with("parts       33 of the scene, "), "{parts}");
     assert!(refused(dir.path(), 2, &["info", "a.txt"]).contains(".film"));

@@ -101,12 +101,11 @@ fn a_render_of_none_of_the_samples_that_layers_are_of_says_so() {
         String::from_utf8_lossy(&output.stderr).into_owned()
     };
     let text = said("32..34", &["--layers", "albedo"]);
-    let warning =
-        "warning: the layers albedo are of samples 0 to 31, of which this render makes none: they stay empty";
-    assert!(text.contains(&format!("{warning}, and without --film")), "{text}");
+    let warning = "warning: the layers albedo use only the samples 0 to 31, which this render does not make: they stay empty";
+    assert!(text.contains(&format!("{warning}; add --film")), "{text}");
     let text = said("32..34", &["--layers", "albedo", "--film", "a.film"]);
     assert!(
-        text.contains(&format!("{warning} until its film is merged with films that have them\n")),
+        text.contains(&format!("{warning} until its film is merged with films of these samples\n")),
         "{text}"
     );
     for (range, more) in

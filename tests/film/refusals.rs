@@ -59,7 +59,9 @@ fn films_that_do_not_belong_together_are_refused_with_the_reason() {
     succeed(dir.path(), &render("scene.toml", &other));
     let said = refused(dir.path(), 1, &["merge", "a.film", "c.film", "-o", "m.exr"]);
     assert!(
-        said.contains("of the first, its set of layers is depth, not none; films add up only if"),
+        said.contains(
+            "of the first, its set of layers is depth, not none; only films with the same --layers"
+        ),
         "{said}"
     );
     assert!(refused(dir.path(), 1, &["merge", "a.film", "a.exr", "-o", "m.exr"]).contains("no film"));

@@ -1,4 +1,4 @@
-//! `stride bench depth`: what a bounce more costs (report table 6.2).
+//! `stride bench depth`: the cost of additional bounces (report table 6.2).
 
 use super::measurement::{Bench, CommonArguments, Loudness, Times, repeats, threads_or_cores};
 use super::table::{Cell, Table, significant};
@@ -11,13 +11,13 @@ use crate::session::MOST_THREADS;
 pub(super) struct DepthArguments {
     #[command(flatten)]
     common: CommonArguments,
-    /// Largest numbers of bounces
+    /// Maximum numbers of bounces to measure
     #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', default_value = "2,3,5", value_parser = clap::value_parser!(u32).range(0..=MOST_BOUNCES.into()))]
     depths: Vec<u32>,
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
-        help = format!("Threads that render, 1 to {MOST_THREADS} [default: one a core]"))]
+        help = format!("Rendering threads, 1 to {MOST_THREADS} [default: one per core]"))]
     threads: Option<u16>,
-    /// Runs of each, of which the median counts
+    /// Runs per setting; the median is reported
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
     repeat: u16,
 }
@@ -32,7 +32,7 @@ struct Measured {
 
 pub(super) fn run(arguments: &DepthArguments) -> Result<(), Failure> {
     if arguments.common.scene.max_depth.is_some() {
-        return Err(usage("--max-depth has no meaning here; the depths to measure are given by --depths"));
+        return Err(usage("--max-depth has no effect here; set the depths to measure with --depths"));
     }
     let bench = Bench::open(&arguments.common)?;
     let rows = measure(&bench, arguments)?;
@@ -43,7 +43,7 @@ pub(super) fn run(arguments: &DepthArguments) -> Result<(), Failure> {
     bench.publish(&circumstances, &table(&rows), "", &chart)
 }
 
-/// Measures until all is done or Ctrl-C comes, every depth once a round.
+/// Measures until all runs are done or Ctrl-C is pressed; each round measures every depth once.
 fn measure(bench: &Bench, arguments: &DepthArguments) -> Result<Vec<Measured>, Failure> {
     let threads = threads_or_cores(arguments.threads);
     let mut depths = arguments.depths.clone();
@@ -112,17 +112,17 @@ fn chart(rows: &[Measured], circumstances: &str) -> Chart {
         points: measured.clone(),
         style: Style::MeasuredNotesBelow,
     }];
-    // A path that meets more mirrors than lamps costs as much a bounce at any depth.
+    // In a path that meets more mirrors than lamps, each bounce costs the same at any depth.
     let first = measured.iter().find(|point| point.x > 0.0);
     if let (Some(first), Some(last)) = (first, measured.last()) {
         let end = Point::at(last.x, first.y / first.x * last.x);
-        let label = format!("in proportion to depth, from depth {}", first.x);
+        let label = format!("proportional to depth, from depth {}", first.x);
         series.push(Series { label, points: vec![Point::at(0.0, 0.0), end], style: Style::Guide });
     }
     Chart {
         title: "Time against depth".to_owned(),
         subtitle: circumstances.to_owned(),
-        x: Axis { label: "Largest number of bounces".to_owned(), scale: Scale::Whole },
+        x: Axis { label: "Maximum number of bounces".to_owned(), scale: Scale::Whole },
         y: Axis { label: "Time (s)".to_owned(), scale: Scale::Linear },
         series,
     }

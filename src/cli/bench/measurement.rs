@@ -1,4 +1,4 @@
-//! What measurements have in common: a scene, renders of it, and places for the results.
+//! The common part of all measurements: a scene, its renders, and outputs for the results.
 
 use super::table::Table;
 use crate::cli::arguments::SceneArguments;
@@ -19,35 +19,35 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What all of them are asked for.
+/// Arguments common to all measurements.
 #[derive(Debug, clap::Args)]
 pub(super) struct CommonArguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
-    /// Samples a pixel
+    /// Samples per pixel
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     pub(super) spp: u32,
     /// Write the table as comma-separated values, with a header row
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
-    /// Write a chart
+    /// Write a chart as SVG
     #[arg(long, value_name = "FILE.svg")]
     pub(super) plot: Option<PathBuf>,
-    /// Print the table and errors, nothing else
+    /// Print only the table and errors
     #[arg(short, long)]
     pub(super) quiet: bool,
 }
 
-/// Whether a render tells of its progress.
+/// Whether a render reports its progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Loudness {
-    /// It does, unless quiet is asked for.
+    /// Progress is reported, unless `--quiet` is given.
     Progress,
-    /// It does not.
+    /// Progress is not reported.
     Quiet,
 }
 
-/// Where measurements are made: a scene, a way to render it, and places for the results.
+/// The setup of measurements: a scene, the SIMD level, and the request to stop.
 pub(super) struct Bench<'a> {
     pub(super) arguments: &'a CommonArguments,
     pub(super) scene: Scene,
@@ -56,7 +56,7 @@ pub(super) struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    /// Reads the scene and finds out whether the results can be written, before anything is measured.
+    /// Reads the scene and checks that the results can be written, before measuring anything.
     pub(super) fn open(arguments: &'a CommonArguments) -> Result<Bench<'a>, Failure> {
         let level = Level::from_environment().map_err(usage)?;
         if let Some(path) = &arguments.plot {
@@ -69,13 +69,13 @@ impl<'a> Bench<'a> {
         for path in [&arguments.csv, &arguments.plot].into_iter().flatten() {
             check_place(path)?;
         }
-        let stop =
-            stop::on_interrupt().map_err(|error| anyhow::anyhow!("Ctrl-C can't be caught: {error}"))?;
+        let stop = stop::on_interrupt()
+            .map_err(|error| anyhow::anyhow!("the handler of Ctrl-C cannot be installed: {error}"))?;
         Ok(Bench { arguments, scene, level, stop })
     }
 
-    /// Renders a variant of the scene; none if Ctrl-C came before the end. What was left out is said, because
-    /// the figures are then those of another picture.
+    /// Renders a variant of the scene; `None` if Ctrl-C was pressed before the end. Warns about rejected samples,
+    /// because the figures then belong to another picture.
     pub(super) fn render(
         &self,
         scene: Scene,
@@ -94,18 +94,18 @@ impl<'a> Bench<'a> {
         let is_quiet = self.arguments.quiet || loudness == Loudness::Quiet;
         let report = print_events(is_quiet, |events| session::run(&settings, events, &self.stop))?;
         if report.totals.rejected > 0 {
-            self.say(&format!("warning: {} samples were left out", report.totals.rejected));
+            self.say(&format!("warning: {} samples were rejected", report.totals.rejected));
         }
         Ok((report.whole && report.totals.spp == spp).then_some(report))
     }
 
-    /// Renders a little, so that what is measured next finds processor and memory awake.
+    /// Renders briefly, so that processor clocks and caches are warm for the measurement.
     pub(super) fn warm_up(&self, threads: NonZeroUsize) -> Result<(), Failure> {
         self.say("warming up");
         self.render(self.scene.clone(), (self.arguments.spp / 8).max(1), threads, Loudness::Quiet).map(drop)
     }
 
-    /// A line for whoever waits.
+    /// Prints a progress message.
     pub(super) fn say(&self, line: &str) {
         if !self.arguments.quiet {
             let _ = writeln!(std::io::stderr(), "{line}");
@@ -121,7 +121,7 @@ impl<'a> Bench<'a> {
         chart: &Chart,
     ) -> Result<(), Failure> {
         if table.is_empty() {
-            return Err(anyhow::anyhow!("stopped before the first measurement was done").into());
+            return Err(anyhow::anyhow!("stopped before the first measurement was finished").into());
         }
         let printed = print(&format!("{circumstances}\n\n{table}{remarks}"));
         let write = |path: &Option<PathBuf>, text: &str| match path {
@@ -135,7 +135,7 @@ impl<'a> Bench<'a> {
         Ok(plot?)
     }
 
-    /// What was rendered, in the words of a chart's subtitle.
+    /// The description of the render in a chart's subtitle.
     pub(super) fn circumstances(&self, more: &[String]) -> String {
         let Scene { film, render, .. } = &self.scene;
         let integrator = match render.integrator {
@@ -165,11 +165,11 @@ impl<'a> Bench<'a> {
     }
 
     pub(super) fn spp(&self) -> String {
-        counted(self.arguments.spp.into(), "sample a pixel", "samples a pixel")
+        counted(self.arguments.spp.into(), "sample per pixel", "samples per pixel")
     }
 }
 
-/// A chart is refused any name that says it is something else.
+/// Rejects file names of charts without the extension .svg.
 fn check_plot(path: &Path) -> Result<(), Failure> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg")) {
         return Ok(());
@@ -177,7 +177,7 @@ fn check_plot(path: &Path) -> Result<(), Failure> {
     Err(usage(format!("--plot {}: charts are SVG; choose a name that ends in .svg", path.display())))
 }
 
-/// As many threads as the machine has cores, or as were asked for.
+/// The requested number of threads, or one per core.
 pub(super) fn threads_or_cores(threads: Option<u16>) -> NonZeroUsize {
     let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     threads.and_then(|threads| NonZeroUsize::new(threads.into())).unwrap_or_else(cores)
@@ -194,7 +194,7 @@ pub(super) struct Times(pub(super) Vec<f64>);
 
 impl Times {
     /// The middle one, or the mean of the two in the middle. Other programs can only make a run slower, and
-    /// seldom more than half of them.
+    /// seldom more than half of the runs.
     pub(super) fn median(&self) -> f64 {
         let mut sorted = self.0.clone();
         sorted.sort_by(f64::total_cmp);
@@ -215,7 +215,7 @@ impl Times {
     }
 }
 
-/// "median of 3, whiskers from the fastest to the slowest"; nothing for one run alone.
+/// "median of 3, whiskers: fastest and slowest"; `None` for a single run.
 pub(super) fn repeats(repeat: u16) -> Option<String> {
     (repeat > 1).then(|| format!("median of {repeat}, whiskers: fastest and slowest"))
 }

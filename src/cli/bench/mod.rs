@@ -20,7 +20,7 @@ enum What {
     Threads(threads::ThreadsArguments),
     /// Time against the number of bounces (report table 6.2)
     Depth(depth::DepthArguments),
-    /// Error against samples a pixel, with the slope of its logarithms
+    /// Error against samples per pixel, with the slope on logarithmic axes
     Noise(noise::NoiseArguments),
 }
 

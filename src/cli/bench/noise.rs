@@ -1,10 +1,10 @@
-//! `stride bench noise`: error against samples a pixel.
+//! `stride bench noise`: error against samples per pixel.
 //!
-//! Independent samples make the error fall as 1/√n: on logarithmic axes a line of slope −½; those of `sobol` make it
-//! fall faster where radiance is smooth. The error is the root of the mean squared difference to a reference that
-//! another seed made with many more samples, so that the two have nothing in common but the scene. A reference of R
-//! samples has an error of its own: what is measured at n independent samples is √(1 + n/R) times the true error, at
-//! most 1.6% too much at the default R of 32 n.
+//! With independent samples the error falls as 1/√n: a line of slope −½ on logarithmic axes. With `sobol` it falls
+//! faster where radiance is smooth. The error is the root of the mean squared difference from a reference that is
+//! rendered with another seed and many more samples, so that the two are independent. A reference of R samples has an
+//! error of its own: the measured error at n independent samples is √(1 + n/R) times the true error, at most 1.6% too
+//! large at the default R of 32 n.
 
 use super::measurement::{Bench, CommonArguments, Loudness, counted, threads_or_cores};
 use super::table::{Cell, Table, significant};
@@ -18,23 +18,23 @@ use crate::session::MOST_THREADS;
 pub(super) struct NoiseArguments {
     #[command(flatten)]
     common: CommonArguments,
-    /// Samples a pixel of the reference [default: 32 times the most that are measured]
+    /// Samples per pixel of the reference [default: 32 times the largest measured number]
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
     reference_spp: Option<u32>,
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
-        help = format!("Threads that render, 1 to {MOST_THREADS} [default: one a core]"))]
+        help = format!("Rendering threads, 1 to {MOST_THREADS} [default: one per core]"))]
     threads: Option<u16>,
     /// Seeds over which squared errors are averaged
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
     repeat: u16,
 }
 
-/// Samples of the reference for each of the largest measured picture.
+/// Samples of the reference per sample of the largest measured picture.
 const REFERENCE_FACTOR: u32 = 32;
-/// The reference's seed lies as far as can be from those of the measured pictures, which count up from the scene's.
+/// The reference's seed is as far as possible from the seeds of the measured pictures, which count up from the scene's.
 const REFERENCE_SEED: u32 = 1 << 31;
 
-/// One row of the table: root-mean-square errors, as radiance.
+/// One row of the table: root-mean-square errors of radiance.
 #[derive(Clone, Copy, Debug)]
 struct Measured {
     spp: u32,
@@ -49,14 +49,14 @@ pub(super) fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
     let reference_spp = arguments.reference_spp.unwrap_or(most * REFERENCE_FACTOR);
     if reference_spp <= most {
         return Err(usage(format!(
-            "--reference-spp {reference_spp} is no reference for {}; give it many times as many",
-            counted(most.into(), "sample a pixel", "samples a pixel")
+            "--reference-spp {reference_spp} is too small for {}; set it to many times as many",
+            counted(most.into(), "sample per pixel", "samples per pixel")
         )));
     }
     let bench = Bench::open(&arguments.common)?;
     let rows = measure(&bench, arguments, &steps, reference_spp)?;
 
-    let mut circumstances = vec![bench.depth(), format!("reference of {reference_spp} samples a pixel")];
+    let mut circumstances = vec![bench.depth(), format!("reference of {reference_spp} samples per pixel")];
     if arguments.repeat > 1 {
         circumstances.push(format!("{} seeds", arguments.repeat));
     }
@@ -70,8 +70,8 @@ pub(super) fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
 
 const WITHOUT_WORST: &str = "without the worst 0.5% of pixels";
 
-/// Renders the reference and then the pictures, until all is done or Ctrl-C comes. Each picture is a render of its
-/// own: it has the bits of a longer one that passed by there, and together they take as long as one more.
+/// Renders the reference and then the pictures, until all are done or Ctrl-C is pressed. Each picture is a separate
+/// render: it equals the picture of a longer one at that point, and all together take as long as one more.
 fn measure(
     bench: &Bench,
     arguments: &NoiseArguments,
@@ -84,7 +84,7 @@ fn measure(
         scene.render.seed = scene.render.seed.wrapping_add(seed);
         bench.render(scene, spp, threads, loudness)
     };
-    bench.say(&format!("rendering the reference, {reference_spp} samples a pixel"));
+    bench.say(&format!("rendering the reference, {reference_spp} samples per pixel"));
     let Some(reference) = render(REFERENCE_SEED, reference_spp, Loudness::Progress)? else {
         return Ok(Vec::new());
     };
@@ -99,7 +99,7 @@ fn measure(
         }
         let root = |sum: f64| (sum / f64::from(arguments.repeat)).sqrt();
         let row = Measured { spp, rms: root(all), without_worst: root(rest) };
-        let samples = counted(spp.into(), "sample a pixel", "samples a pixel");
+        let samples = counted(spp.into(), "sample per pixel", "samples per pixel");
         bench.say(&format!("{samples}: RMS error {}", significant(row.rms, 4)));
         rows.push(row);
     }
@@ -134,12 +134,11 @@ struct Fit {
     slope: f64,
     /// Standard error of the slope.
     deviation: f64,
-    /// The part of the variance of the ordinates that the line explains, 0 to 1.
+    /// The coefficient of determination R², 0 to 1.
     explained: f64,
 }
 
-/// Least squares; none for fewer than three points, through two of which any line fits, or where an ordinate has no
-/// logarithm.
+/// Least squares; `None` for fewer than three points, because any line fits two, or if an ordinate has no logarithm.
 fn fit(points: impl Iterator<Item = (f64, f64)>) -> Option<Fit> {
     let points: Vec<(f64, f64)> = points.map(|(x, y)| (x.ln(), y.ln())).collect();
     if points.len() < 3 || points.iter().any(|(x, y)| !x.is_finite() || !y.is_finite()) {
@@ -162,7 +161,7 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> Option<Fit> {
 /// "−0.501 ± 0.002 (R² 0.9998)".
 fn told(fit: Option<Fit>) -> String {
     fit.map_or_else(
-        || "none, with fewer than three errors above zero".to_owned(),
+        || "none: fewer than three errors are above zero".to_owned(),
         |Fit { slope, deviation, explained }| {
             format!("{slope:.3} ± {deviation:.3} (R² {explained:.4})").replace('-', "−")
         },
@@ -184,8 +183,8 @@ fn chart(rows: &[Measured], fits: [Option<Fit>; 2], circumstances: &str) -> Char
     ];
     if let (Some(first), Some(last)) = (rows.first(), rows.last()) {
         let at = |spp: u32| f64::from(spp).sqrt().recip();
-        // Beside the curve, not on it, where one would hide the other; and on to the borders. Its height is the
-        // curve's mean on these axes, so that neither end seems to be the true one.
+        // Beside the curve, so that neither hides the other, and across the whole chart. Its height is the
+        // curve's mean on these axes, so that neither end appears as the reference.
         let logarithms: f64 = rows.iter().map(|row| (row.rms * f64::from(row.spp).sqrt()).ln()).sum();
         let level = 1.15 * (logarithms / rows.len() as f64).exp();
         let ends = [
@@ -198,7 +197,7 @@ fn chart(rows: &[Measured], fits: [Option<Fit>; 2], circumstances: &str) -> Char
     Chart {
         title: "Error against samples".to_owned(),
         subtitle: circumstances.to_owned(),
-        x: Axis { label: "Samples a pixel".to_owned(), scale: Scale::Binary },
+        x: Axis { label: "Samples per pixel".to_owned(), scale: Scale::Binary },
         y: Axis { label: "RMS error (W·m⁻²·sr⁻¹)".to_owned(), scale: Scale::Decimal },
         series,
     }
@@ -209,7 +208,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_straight_line_is_found_exactly_and_a_bent_one_admitted() {
+    fn a_straight_line_fits_exactly_and_a_bent_one_has_a_deviation() {
         let line = |n: i32| (f64::from(1 << n), 3.0 * f64::from(1 << n).powf(-0.5));
         let found = fit((0..6).map(line)).unwrap();
         assert!((found.slope + 0.5).abs() < 1e-12 && found.deviation < 1e-9 && found.explained > 1.0 - 1e-12);

@@ -1,8 +1,8 @@
-//! Tables for people and for programs.
+//! Tables for users, and as CSV for programs.
 
 use std::fmt;
 
-/// A number as it is shown, and as it is.
+/// A number, formatted and raw.
 #[derive(Clone, Debug)]
 pub(super) struct Cell {
     shown: String,
@@ -10,7 +10,7 @@ pub(super) struct Cell {
 }
 
 impl Cell {
-    /// A number in words of one's own.
+    /// A number with its own format.
     pub(super) fn new(shown: impl Into<String>, raw: f64) -> Cell {
         Cell { shown: shown.into(), raw: Some(raw) }
     }
@@ -30,13 +30,13 @@ impl Cell {
         Cell::measured(seconds, " s")
     }
 
-    /// What there is no number for.
+    /// A missing number.
     pub(super) fn nothing() -> Cell {
         Cell { shown: "–".to_owned(), raw: None }
     }
 }
 
-/// A number with so many significant digits, and never less than all before the point.
+/// A number with this many significant digits, but at least all digits before the point.
 pub(super) fn significant(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
@@ -51,9 +51,9 @@ pub(super) fn significant(value: f64, digits: i32) -> String {
 /// A column.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Column {
-    /// For people.
+    /// The heading for users.
     pub(super) heading: &'static str,
-    /// For programs, with its unit.
+    /// The name for programs, with its unit.
     pub(super) name: &'static str,
 }
 
@@ -65,7 +65,7 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// A table without rows. Columns that have no heading are for programs alone.
+    /// A table without rows. Columns without a heading appear only in CSV.
     pub(super) fn new(columns: &[(&'static str, &'static str)]) -> Table {
         let columns = columns.iter().map(|&(heading, name)| Column { heading, name }).collect();
         Table { columns, rows: Vec::new() }
@@ -77,12 +77,12 @@ impl Table {
         self.rows.push(row);
     }
 
-    /// Whether there is no row.
+    /// Whether there are no rows.
     pub(super) fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Comma-separated values with a header row; numbers in full, nothing where there is none.
+    /// Comma-separated values with a header row; numbers in full, and empty fields for missing ones.
     pub(super) fn csv(&self) -> String {
         let names: Vec<&str> = self.columns.iter().map(|column| column.name).collect();
         let mut text = names.join(",") + "\n";

@@ -1,4 +1,4 @@
-//! `stride bench threads`: does a thread more take its share of the time (report table 6.1)?
+//! `stride bench threads`: the speed-up with more threads (report table 6.1).
 
 use super::measurement::{Bench, CommonArguments, Loudness, Times, counted, repeats};
 use super::table::{Cell, Table, significant};
@@ -14,7 +14,7 @@ pub(super) struct ThreadsArguments {
     #[arg(long, allow_hyphen_values = true, value_name = "N,N,…", value_delimiter = ',', default_value = "1,2,4,8", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)),
         help = format!("Numbers of threads, each 1 to {MOST_THREADS}"))]
     threads: Vec<u16>,
-    /// Runs of each, of which the median counts
+    /// Runs per setting; the median is reported
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=1000))]
     repeat: u16,
 }
@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &ThreadsArguments) -> Result<(), Failure> {
     let pixels = u64::from(bench.scene.film.width) * u64::from(bench.scene.film.height);
     if let Some(idle) = threads.iter().find(|&&threads| u64::from(threads) > pixels) {
         return Err(usage(format!(
-            "--threads {idle}: there are only {pixels} pixels, and a thread needs one"
+            "--threads {idle}: each thread needs a pixel, and there are only {pixels}"
         )));
     }
     let rows = measure(&bench, &threads, arguments.repeat)?;
@@ -52,8 +52,8 @@ pub(super) fn run(arguments: &ThreadsArguments) -> Result<(), Failure> {
     bench.publish(&circumstances, &table(&rows), &remarks, &chart)
 }
 
-/// Measures until all is done or Ctrl-C comes. Each round runs every number of threads once, so that a machine
-/// that grows slow as it grows warm is slow for all of them.
+/// Measures until all runs are done or Ctrl-C is pressed. Each round measures every number of threads once, so that a
+/// machine that becomes slower as it warms up affects all of them.
 fn measure(bench: &Bench, threads: &[u16], repeat: u16) -> Result<Vec<Measured>, Failure> {
     let spp = bench.arguments.spp;
     let size = |threads: u16| NonZeroUsize::new(threads.into()).unwrap_or(NonZeroUsize::MIN);
@@ -75,7 +75,7 @@ fn measure(bench: &Bench, threads: &[u16], repeat: u16) -> Result<Vec<Measured>,
     Ok(rows)
 }
 
-/// How many times as fast as one thread, if the first row's threads did not hinder each other.
+/// The speed relative to one thread, assuming that the first row scales perfectly.
 fn speed_up(first: &Measured, seconds: f64) -> f64 {
     f64::from(first.threads) * first.times.median() / seconds
 }
@@ -123,18 +123,14 @@ fn chart(rows: &[Measured], circumstances: &str) -> Chart {
         title: "Speed-up with threads".to_owned(),
         subtitle: circumstances.to_owned(),
         x: Axis { label: "Threads".to_owned(), scale: Scale::Whole },
-        y: Axis { label: "Times as fast as one thread".to_owned(), scale: Scale::Linear },
+        y: Axis { label: "Speed relative to one thread".to_owned(), scale: Scale::Linear },
         series: vec![
             Series {
                 label: "measured".to_owned(),
                 points: measured.collect(),
                 style: Style::MeasuredNotesBelow,
             },
-            Series {
-                label: "ideal: n threads, n times as fast".to_owned(),
-                points: ideal,
-                style: Style::Guide,
-            },
+            Series { label: "ideal: proportional to threads".to_owned(), points: ideal, style: Style::Guide },
         ],
     }
 }
@@ -159,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn without_one_thread_the_fewest_are_the_measure() {
+    fn without_one_thread_the_smallest_number_is_the_reference() {
         let rows = [row(2, &[10.0]), row(4, &[5.0])];
         assert!((speed_up(&rows[0], 5.0) - 4.0).abs() < 1e-12);
     }

@@ -2,16 +2,17 @@
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `builder` | [`Render`]: what a render is asked for |
-//! | `rules` | settings that are impossible, or impossible together; which samples there are |
-//! | `places` | files that would replace each other, or that can't be written |
-//! | `running` | renders that the caller waits for |
-//! | `handle` | [`RenderHandle`]: a render that runs beside the caller |
+//! | `builder` | [`Render`]: the settings of a render |
+//! | `rules` | the validation of settings, and the range of samples |
+//! | `places` | checks of output files: collisions and permissions |
+//! | `running` | blocking renders |
+//! | `handle` | [`RenderHandle`]: a render in the background |
 //! | `error` | [`Error`] |
 //!
-//! Nothing is printed, no process is ended, no environment variable is read, and no signal is caught. Two renders in one
-//! process are independent. The program `stride` is a caller like others: it takes the [`Settings`](crate::session::Settings)
-//! that [`Render::settings`] has checked, and runs them with a window and Ctrl-C of its own.
+//! This module prints nothing, ends no process, reads no environment variables and catches no signals. Two renders in
+//! one process are independent. The program `stride` uses the same interface: it takes the
+//! [`Settings`](crate::session::Settings) from [`Render::settings`], and runs them with a window and its own handler of
+//! Ctrl-C.
 
 mod builder;
 mod error;

@@ -5,7 +5,7 @@ use crate::parameter::unit;
 use crate::sampling::warp;
 use glam::DVec3;
 
-/// What a camera is made of. Vectors are in world space; `forward` and `up` have length one and are not
+/// The parameters of a camera. Vectors are in world space; `forward` and `up` have length one and are not
 /// parallel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraSettings {
@@ -15,24 +15,25 @@ pub struct CameraSettings {
     pub forward: DVec3,
     /// The world's up direction, of length one and not parallel to `forward`.
     pub up: DVec3,
-    /// The angle between the top and the bottom of the picture, in radians, within (0, π). An orthographic camera has
-    /// none.
+    /// The angle between the top and the bottom of the picture, in radians, within (0, π). Ignored by an orthographic
+    /// camera.
     pub vertical_fov: f64,
-    /// The height of the picture in the scene, above zero, if the camera is orthographic: all rays are parallel to
+    /// The height of the picture in scene units, above zero, if the camera is orthographic: all rays are then parallel
+    /// to
     /// `forward`.
     pub orthographic_height: Option<f64>,
-    /// The distance of the focal plane from the eye along `forward` (report §2.1.2), above zero. A
-    /// pinhole's picture does not depend on it.
+    /// The distance of the focal plane from the eye along `forward` (report §2.1.2), above zero. It does not affect the
+    /// picture of a pinhole camera.
     pub focal_length: f64,
-    /// Nothing nearer than this distance along `forward` is seen; zero or more.
+    /// The near plane: the smallest visible distance along `forward`, zero or more.
     pub near: f64,
     /// The radius of a thin lens; zero for a pinhole.
     pub aperture_radius: f64,
-    /// The distance along `forward` that a thin lens renders sharp, above zero.
+    /// The distance along `forward` at which a thin lens is in focus, above zero.
     pub focus_distance: f64,
 }
 
-/// What an empty scene file gives: a pinhole at the origin that looks along x with z up, 90° high.
+/// The camera of an empty scene file: a pinhole at the origin that looks along +x with z up, 90° high.
 impl Default for CameraSettings {
     fn default() -> Self {
         CameraSettings {
@@ -50,8 +51,8 @@ impl Default for CameraSettings {
 }
 
 impl CameraSettings {
-    /// The default camera at another point, from which it looks at a point in the middle of the picture. Z is up, so that
-    /// neither may lie above the other.
+    /// The default camera at another point, with `at` in the middle of its picture. Z is up, so that neither point may
+    /// be vertically above the other.
     pub fn looking_at(eye: impl Into<DVec3>, at: impl Into<DVec3>) -> CameraSettings {
         let eye = eye.into();
         CameraSettings { eye, forward: unit(at.into() - eye), ..CameraSettings::default() }
@@ -73,15 +74,16 @@ pub struct Camera {
     pub forward: [f32; 3],
     /// The film's centre in pixels.
     pub centre: [f32; 2],
-    /// The side of a pixel on a focal plane at distance one; of an orthographic camera the side of a pixel.
+    /// The width of a pixel on a focal plane at distance one; for an orthographic camera the width of a pixel in scene
+    /// units.
     pub pixel_side: f32,
     /// Whether all rays are parallel to `forward`.
     pub is_orthographic: bool,
-    /// Nothing nearer than this distance along `forward` is seen.
+    /// The near plane: the smallest visible distance along `forward`.
     pub near: f32,
     /// The radius of the lens.
     pub aperture_radius: f32,
-    /// The distance along `forward` that the lens renders sharp.
+    /// The distance along `forward` at which the lens is in focus.
     pub focus_distance: f32,
 }
 
@@ -91,7 +93,7 @@ impl Camera {
         let forward = settings.forward.normalize();
         let left = settings.up.cross(forward).normalize();
         let up = forward.cross(left);
-        // The focal plane of the report, whose length cancels once its pixels are seen from the eye.
+        // The length of the report's focal plane cancels in ray directions.
         let l = settings.focal_length;
         let half_height = l * libm::tan(settings.vertical_fov / 2.0);
         let of_perspective = 2.0 * half_height / f64::from(height) / l;
@@ -118,7 +120,7 @@ impl Camera {
         function!(F, camera_ray(x, y, lens), {
             let (left, up, forward) =
                 (Vec3::given(&self.left), Vec3::given(&self.up), Vec3::given(&self.forward));
-            // Distances from the film's centre are exact in f32, and small where the picture is looked at.
+            // Distances from the film's centre are exact in f32, and small in the most important part of the picture.
             let leftward = (-x + F::given(&self.centre[0])) * F::given(&self.pixel_side);
             let upward = (-y + F::given(&self.centre[1])) * F::given(&self.pixel_side);
             let across = left * leftward + up * upward;
@@ -138,13 +140,13 @@ impl Camera {
             if self.near > 0.0 {
                 o = o + d * (F::given(&self.near) / d.dot(forward));
             }
-            // The shutter opens and closes at once.
+            // The shutter is open for an instant.
             Ray { o, d, time: F::zero() }
         })
     }
 
-    /// The area that a pixel covers at a point, of a plane that faces the eye. Behind the eye it is what it is at the same
-    /// depth before it.
+    /// The area that a pixel covers at a point, on a plane that faces the eye. Points behind the eye have the area of
+    /// the same depth in front of it.
     #[inline(always)]
     pub fn footprint<F: Float>(&self, p: Vec3<F>) -> F {
         let side = F::given(&self.pixel_side);
@@ -184,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn the_focal_length_moves_no_ray() {
+    fn the_focal_length_does_not_affect_rays() {
         let near = Camera::new(&settings(), 64, 48);
         let far = Camera::new(&CameraSettings { focal_length: 4.0, ..settings() }, 64, 48);
         assert_eq!(near, far);
@@ -216,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn an_orthographic_camera_sees_its_height_by_parallel_rays() {
+    fn an_orthographic_camera_covers_its_height_with_parallel_rays() {
         let camera = CameraSettings { orthographic_height: Some(6.0), ..settings() };
         let film = Camera::new(&camera, 64, 48);
         for (x, y, left, up) in [(32.0, 24.0, 0.0, 0.0), (0.0, 0.0, 4.0, 3.0), (64.0, 48.0, -4.0, -3.0)] {
@@ -226,7 +228,7 @@ mod tests {
         }
         let near = Camera::new(&CameraSettings { near: 5.0, ..camera.clone() }, 64, 48);
         close(near.ray(0.0, 0.0, [0.0; 2]).o, [6.0, 6.0, 6.0]);
-        // A lens renders sharp what is at its distance.
+        // A lens is in focus at its focus distance.
         let lens = CameraSettings { aperture_radius: 0.5, focus_distance: 7.0, ..camera };
         let lens = Camera::new(&lens, 64, 48);
         for u in [[0.1, 0.2], [0.9, 0.7]] {
@@ -238,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lens_is_sharp_at_its_focus_distance_only() {
+    fn a_lens_is_in_focus_only_at_its_focus_distance() {
         let lens = CameraSettings { aperture_radius: 0.5, focus_distance: 7.0, ..settings() };
         let camera = Camera::new(&lens, 64, 48);
         let pinhole = Camera::new(&settings(), 64, 48).ray(10.0_f32, 5.0, [0.0; 2]);

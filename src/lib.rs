@@ -1,4 +1,4 @@
-//! A physically based path tracer whose pictures are the same to the bit, whatever the threads.
+//! A physically based path tracer whose pictures are identical to the bit for any number of threads.
 //!
 //! ```
 //! use stride::{Layer, Render, Scene};
@@ -15,39 +15,39 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! - [`Scene`] is plain data: load it, or build it in code and let [`Scene::checked`] say what is wrong.
-//! - [`Render`] is what is asked for: samples, time or error; threads or a GPU; layers and files. [`Render::run`] waits for
-//!   the picture, [`Render::start`] gives a [`RenderHandle`] with events and a way to stop,
-//!   [`Render::run_with_samples`] shows every sample.
-//! - [`Report`] is what comes of it, and [`Error`] why not.
+//! - [`Scene`] is plain data: load it from a file, or build it in code and check it with [`Scene::checked`].
+//! - [`Render`] holds the settings of a render: samples, time or error; threads or a GPU; layers and files.
+//!   [`Render::run`] waits for the picture, [`Render::start`] returns a [`RenderHandle`] with events and a way to stop,
+//!   and [`Render::run_with_samples`] passes every sample to a callback.
+//! - [`Report`] is the result of a render, and [`Error`] the reason why it failed.
 //!
-//! Nothing is printed, no process is ended, and two renders in one process are independent. `examples/` has three
-//! programs.
+//! The library prints nothing and ends no process, and two renders in one process are independent. There are three
+//! programs in `examples/`.
 //!
-//! # The rooms
+//! # Modules
 //!
-//! Each imports only rooms above it:
+//! Each module imports only modules above it:
 //!
-//! | room | what is in it |
+//! | module | contents |
 //! |---|---|
 //! | [`math`] | vectors, lanes, rays, frames |
 //! | [`sampling`] | pixels, regions and samples; random streams; warps, each beside its density |
 //! | [`parameter`] | how shapes, textures, materials and lights are declared |
 //! | [`shape`] | plane, sphere, quad, disk, cylinder, box, triangle mesh |
 //! | [`texture`] | textures, pictures |
-//! | [`material`] | materials, BxDFs and their interface |
+//! | [`texture`] | textures and images |
 //! | [`light`] | the interface of lights, area and point lights, and the choice among them |
-//! | [`camera`] | film positions to rays |
+//! | [`light`] | the interface of lights, area and point lights, and light sampling |
 //! | [`scene`] | the description: names, units, source lines; the readers of scene and mesh files |
-//! | [`world`] | the compiled scene, and the intersection of rays with it |
+//! | [`scene`] | the scene description: names, units, source lines; the readers of scene and mesh files |
 //! | [`integrator`] | whitted, path, path-naive |
 //! | [`film`] | exact sums, reconstruction filters, tone mapping |
 //! | [`render`] | strides, batches, workers, the accumulator |
-//! | [`gpu`] | the GPU worker |
+//! | [`render`] | strides, batches, workers, the accumulator |
 //! | [`output`] | one sink per file |
 //! | [`session`] | the processes of a render, and the channels between them |
 //! | [`api`] | the interface for programs: what is above, and the rules of settings |
-//! | [`cli`] | one file per subcommand |
+//! | [`api`] | the interface for programs: render settings and their rules |
 
 pub mod api;
 pub mod camera;

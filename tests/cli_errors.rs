@@ -114,7 +114,7 @@ refuses! {
     an_output_over_a_numbered_one: ["render", "scene.toml", "-o", "a.png", "-o", "a-1.png", "--dump-at", "1"] => 2, ["twice"];
     samples_in_no_folder: ["render", "scene.toml", "--samples", "nowhere/all.npy"] => 1, ["nowhere"];
     stats_in_no_folder: ["render", "scene.toml", "--stats", "nowhere/stats.json"] => 1, ["nowhere"];
-    statistics_over_the_scene: ["render", "scene.toml", "--stats", "./scene.toml"] => 2, ["over the scene"];
+    statistics_over_the_scene: ["render", "scene.toml", "--stats", "./scene.toml"] => 2, ["replace the scene"];
     one_place_in_two_spellings: ["render", "scene.toml", "-o", "a.png", "-o", "./a.png"] => 2, ["twice"];
     a_window_without_display: ["render", "scene.toml", "--window"] => 1, ["display", "--headless"];
     check_of_nothing: ["check", "nothing.toml"] => 1, ["nothing.toml"];

@@ -1,4 +1,4 @@
-//! What a render is asked for.
+//! The settings of a render.
 
 use crate::film::Layer;
 use crate::math::lanes::Level;
@@ -9,11 +9,12 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// A render of a scene: what is asked for, and then the run.
+/// The settings of a render, as a builder, and the methods that run it.
 ///
-/// What is not asked for is as the scene says, or as `stride render` does it: the CPU with one thread a core, to the
-/// scene's number of samples. No file is written unless one is named. Settings that can be left to the scene take a value
-/// or an `Option`, of which `None` leaves it so.
+/// Settings default to those of the scene and of `stride render`: the CPU with one thread per core, and the scene's
+/// number of samples. Files are written only if they are named. Settings with a default in the scene take a value or an
+/// `Option`;
+/// `None` selects the default.
 ///
 /// ```
 /// # use stride::{Render, Scene};
@@ -50,7 +51,7 @@ pub struct Render {
 
 /// What is rendered.
 impl Render {
-    /// A render of a scene as it says itself. The scene is copied, but for its meshes, which are shared.
+    /// A render with the settings of the scene. The scene is copied, except for its meshes, which are shared.
     pub fn new(scene: &Scene) -> Render {
         Render {
             scene: scene.clone(),
@@ -78,13 +79,13 @@ impl Render {
         }
     }
 
-    /// The files that the scene's meshes come from: [`Loaded::sources`](crate::scene::Loaded::sources). Film files name them,
-    /// so that messages can say which one has changed; no sample depends on their names.
+    /// The files of the scene's meshes: [`Loaded::sources`](crate::scene::Loaded::sources). Film files contain their
+    /// names, so that messages can name a changed file; samples do not depend on them.
     pub fn sources(self, sources: Sources) -> Render {
         Render { sources, ..self }
     }
 
-    /// Width and height of the film in pixels, each 1 to [`LONGEST_SIDE`](crate::scene::LONGEST_SIDE).
+    /// Width and height of the film in pixels, each from 1 to [`LONGEST_SIDE`](crate::scene::LONGEST_SIDE).
     pub fn size(mut self, size: impl Into<Option<(u32, u32)>>) -> Render {
         if let Some((width, height)) = size.into() {
             (self.scene.film.width, self.scene.film.height) = (width, height);
@@ -92,31 +93,31 @@ impl Render {
         self
     }
 
-    /// The part of the film that is rendered, in pixels: column and row of its first one from the top left, its width
-    /// and its height. The pixels are those of the whole picture.
+    /// The part of the film to render, in pixels: column and row of its first pixel from the top left, width and
+    /// height. Its pixels equal those of the whole picture.
     pub fn crop(self, crop: impl Into<Option<[u32; 4]>>) -> Render {
         Render { crop: crop.into(), ..self }
     }
 
-    /// The seed of all randomness.
+    /// The seed of all random numbers.
     pub fn seed(mut self, seed: impl Into<Option<u32>>) -> Render {
         set(&mut self.scene.render.seed, seed);
         self
     }
 
-    /// How light is followed.
+    /// The integrator.
     pub fn integrator(mut self, integrator: impl Into<Option<Integrator>>) -> Render {
         set(&mut self.scene.render.integrator, integrator);
         self
     }
 
-    /// Where random numbers come from.
+    /// The sampler.
     pub fn sampler(mut self, sampler: impl Into<Option<Sampler>>) -> Render {
         set(&mut self.scene.render.sampler, sampler);
         self
     }
 
-    /// The largest number of bounces, 0 (emitters only) to [`MOST_BOUNCES`](crate::scene::MOST_BOUNCES), or
+    /// The maximum number of bounces, from 0 (emitters only) to [`MOST_BOUNCES`](crate::scene::MOST_BOUNCES), or
     /// [`UNLIMITED`](crate::scene::UNLIMITED).
     pub fn max_depth(mut self, max_depth: impl Into<Option<u32>>) -> Render {
         set(&mut self.scene.render.max_depth, max_depth);
@@ -129,7 +130,8 @@ impl Render {
         self
     }
 
-    /// Whether pixels draw samples of their own from the filter, or each sample counts in every pixel in reach.
+    /// Whether samples are drawn from the filter for each pixel, or are weighted in all pixels within the filter
+    /// radius.
     pub fn film_mode(mut self, mode: impl Into<Option<FilmMode>>) -> Render {
         self.scene.film.mode = mode.into().or(self.scene.film.mode);
         self
@@ -148,52 +150,51 @@ impl Render {
     }
 }
 
-/// When it ends.
+/// The end of the render.
 impl Render {
-    /// Samples a pixel, at least 1: those with the numbers 0 to `samples` − 1, also where a film is gone on with that
-    /// begins later.
+    /// Samples per pixel, at least 1: those with the indices 0 to `samples` − 1, even if a resumed film begins later.
     pub fn samples(self, samples: impl Into<Option<u32>>) -> Render {
         Render { samples: samples.into(), ..self }
     }
 
-    /// Only these samples of each pixel, for merging. An end of `u32::MAX` is none.
+    /// The range of sample indices of each pixel, for merging. An end of `u32::MAX` means unlimited.
     pub fn range(self, range: impl Into<Option<Range<u32>>>) -> Render {
         Render { range: range.into(), ..self }
     }
 
-    /// Ends at a whole sample after this time, or at the end of `samples` or `range`. Neither the scene's samples nor
-    /// those that a resumed film was begun for count then.
+    /// The time limit: the render ends at the first whole sample after it, or at the end of `samples` or `range`. The
+    /// scene's samples and those requested for a resumed film are ignored.
     pub fn time(self, time: impl Into<Option<Duration>>) -> Render {
         Render { time: time.into(), ..self }
     }
 
-    /// Ends when the estimated error (√relMSE_scaled without the worst 0.5% of pixels, above 0 and below 1) is this
-    /// small, or at `samples`. It is known from 16 samples a pixel on, and never of a black picture.
+    /// The error at which the render ends, above 0 and below 1, estimated as √relMSE_scaled without the worst 0.5% of
+    /// pixels; or at `samples`. The estimate starts at 16 samples per pixel, and a black picture has none.
     pub fn noise(self, error: impl Into<Option<f64>>) -> Render {
         Render { noise: error.into(), ..self }
     }
 
-    /// Spends samples where the error is, until it is that of `noise` (or
-    /// [`ADAPTIVE_NOISE`](crate::session::ADAPTIVE_NOISE)) on the whole, or pixels have `samples`.
+    /// Whether to distribute samples by error, until the picture has the error `noise` (or
+    /// [`ADAPTIVE_NOISE`](crate::session::ADAPTIVE_NOISE)), or pixels have `samples` samples.
     pub fn adaptive(mut self, adaptive: impl Into<Option<bool>>) -> Render {
         set(&mut self.scene.render.adaptive, adaptive);
         self
     }
 }
 
-/// Who renders. On the CPU none of this changes a bit.
+/// The devices that render. On the CPU these settings do not affect the picture.
 impl Render {
-    /// Threads that render, 1 to [`MOST_THREADS`](crate::session::MOST_THREADS); one a core unless it is said.
+    /// The number of threads, from 1 to [`MOST_THREADS`](crate::session::MOST_THREADS); by default one per core.
     pub fn threads(self, threads: impl Into<Option<usize>>) -> Render {
         Render { threads: threads.into(), ..self }
     }
 
-    /// The lanes of the CPU; the widest that there are unless it is said.
+    /// The SIMD level of the CPU; by default the widest available one.
     pub fn level(self, level: impl Into<Option<Level>>) -> Render {
         Render { level: level.into(), ..self }
     }
 
-    /// What finds the surfaces that rays meet, on the CPU.
+    /// The acceleration structure on the CPU.
     pub fn world(self, world: Finder) -> Render {
         Render { world, ..self }
     }
@@ -204,28 +205,28 @@ impl Render {
     }
 }
 
-/// What becomes of it.
+/// The outputs.
 impl Render {
-    /// Layers beside colour, in memory, in EXR files and in film files, each once and in the order of [`Layer::ALL`]. A
-    /// render that goes on with a film shows the layers that were shown before, unless some are given.
+    /// Layers beside colour, in the report, in EXR files and in film files, each once and in the order of
+    /// [`Layer::ALL`]. A resumed render shows the previous layers by default.
     pub fn layers(self, layers: impl IntoIterator<Item = Layer>) -> Render {
         let asked: Vec<Layer> = layers.into_iter().collect();
         let layers = Layer::ALL.into_iter().filter(|layer| asked.contains(layer)).collect();
         Render { layers, ..self }
     }
 
-    /// A picture file to write at the end: `.png`, `.exr` or `.hdr`. May be called several times.
+    /// Adds a picture file to write at the end: `.png`, `.exr` or `.hdr`. May be called several times.
     pub fn output(mut self, file: impl Into<PathBuf>) -> Render {
         self.files.push(file.into());
         self
     }
 
-    /// Colours the pixels of PNG files by the worker that owns them, instead of what they saw.
+    /// Whether PNG files show the worker that owns each pixel instead of radiance.
     pub fn overlay(self, overlay: bool) -> Render {
         Render { overlay, ..self }
     }
 
-    /// Numbers of samples, each at least 1, to write numbered pictures at, too.
+    /// Samples per pixel, each at least 1, at which to write numbered pictures.
     pub fn dump_at(self, samples: impl IntoIterator<Item = u32>) -> Render {
         let mut dump_at: Vec<u32> = samples.into_iter().collect();
         dump_at.sort_unstable();
@@ -233,40 +234,40 @@ impl Render {
         Render { dump_at, ..self }
     }
 
-    /// A NumPy file of every sample to write, `.npy`.
+    /// The NumPy file for all samples, `.npy`.
     pub fn sample_file(self, file: impl Into<PathBuf>) -> Render {
         Render { sample_file: Some(file.into()), ..self }
     }
 
-    /// A film file to write, `.film`, which can be gone on with and merged.
+    /// The film file to write, `.film`, for resuming and merging.
     pub fn film(self, file: impl Into<PathBuf>) -> Render {
         Render { film: Some(file.into()), ..self }
     }
 
-    /// How often the film file is written while the render runs; every minute unless it is said.
+    /// The interval at which the film file is written during the render; by default one minute.
     pub fn checkpoint(self, time: impl Into<Option<Duration>>) -> Render {
         Render { checkpoint: time.into(), ..self }
     }
 
-    /// A film file to go on with, which is the one that is written unless `film` names another.
+    /// The film file to resume, which is also written unless `film` names another.
     pub fn resume(self, file: impl Into<PathBuf>) -> Render {
         Render { resume: Some(file.into()), ..self }
     }
 
-    /// A file that nothing may be written over: the scene's, for instance.
+    /// Protects a file, such as the scene's, from being overwritten by an output. May be called several times.
     pub fn keep(mut self, file: impl Into<PathBuf>) -> Render {
         self.kept.push(file.into());
         self
     }
 
-    /// A file that the caller is going to write itself, for which no other file may have the same place.
+    /// Reserves a file that the caller will write itself: no output may have the same path. May be called several
+    /// times.
     pub fn beside(mut self, file: impl Into<PathBuf>) -> Render {
         self.others.push(file.into());
         self
     }
 
-    /// Where the render is shown while it runs. A window needs the program's main thread; all of the render is run there
-    /// then.
+    /// The viewers of the render. A window requires the program's main thread, on which the whole render then runs.
     pub fn view(self, view: View) -> Render {
         Render { view, ..self }
     }

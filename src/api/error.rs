@@ -1,4 +1,4 @@
-//! Errors of the interface.
+//! Errors of this interface.
 
 use crate::output::{FilmError, OutputError};
 use crate::scene::{SceneErrors, SceneProblem};
@@ -6,29 +6,30 @@ use crate::session::{MOST_THREADS, Report, SessionError};
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// Why a scene can't be had, or a render. Names in backquotes are settings: methods of [`Render`](super::Render).
+/// The reason why a scene cannot be loaded, or a render fails. Names in backquotes are methods of
+/// [`Render`](super::Render).
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A scene file can't be read, or has mistakes.
+    /// A scene file cannot be read, or is invalid.
     #[error(transparent)]
     SceneFile(#[from] SceneErrors),
-    /// A scene breaks its promises.
+    /// A scene built in code is invalid.
     #[error("{}", lines(.0))]
     Scene(Vec<SceneProblem>),
-    /// Settings are impossible, or impossible together.
+    /// Settings are invalid, alone or in combination.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// The render can't begin, or it failed before the first sample.
+    /// The render cannot start, or failed before the first sample.
     #[error(transparent)]
     Session(#[from] SessionError),
-    /// The render failed on the way, or a file could not be written: this is what there is. Files have been written as
-    /// far as possible.
+    /// The render failed after the first sample, or a file could not be written. The other files have been written if
+    /// possible.
     #[error("{reason}")]
     Incomplete {
-        /// What failed.
+        /// The failure.
         reason: SessionError,
-        /// The picture of the samples that there are.
+        /// The picture of the samples made by then.
         report: Box<Report>,
     },
 }
@@ -49,26 +50,26 @@ fn lines(problems: &[SceneProblem]) -> String {
     problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
-/// What is wrong with settings.
+/// An error in the settings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingsError {
-    /// A filter and a mode, or an integrator and a depth, do not go together.
+    /// A filter and a mode, or an integrator and a depth, cannot be combined.
     #[error("{0}")]
     Scene(&'static str),
-    /// The film has more pixels than can be numbered.
+    /// The film has too many pixels.
     #[error(
-        "a film of {width}×{height} pixels is more than stride can number (2³¹); it would need {gigabytes:.0} GB of memory"
+        "a film of {width}×{height} pixels exceeds the maximum of 2³¹ pixels; it would need {gigabytes:.0} GB of memory"
     )]
     TooManyPixels {
         /// Pixels in a row.
         width: u32,
         /// Rows.
         height: u32,
-        /// The memory that it would take, in 10⁹ bytes.
+        /// The memory that it would need, in 10⁹ bytes.
         gigabytes: f64,
     },
-    /// A part of the film is none.
+    /// The crop is not a part of the film.
     #[error("`crop` {},{},{},{} is not a part of the film, which has {}×{} pixels", .crop[0], .crop[1], .crop[2], .crop[3], .film[0], .film[1])]
     Crop {
         /// Column and row of its first pixel, its width and its height.
@@ -76,87 +77,85 @@ pub enum SettingsError {
         /// Width and height of the film.
         film: [u32; 2],
     },
-    /// A number is out of its range.
+    /// A number is out of range.
     #[error("`{setting}` must be {range}, not {value}")]
     OutOfRange {
         /// The setting.
         setting: &'static str,
-        /// What it may be, in words.
+        /// The valid range, in words.
         range: &'static str,
-        /// What it is.
+        /// The invalid value.
         value: String,
     },
-    /// There are no threads, or too many.
+    /// The number of threads is out of range.
     #[error("`threads` must be from 1 to {most}, not {0}", most = MOST_THREADS)]
     Threads(usize),
-    /// Both are given, and may contradict each other.
-    #[error("`range` and `samples` can't be had together: both say which samples there are")]
+    /// Both settings determine the samples.
+    #[error("`range` and `samples` cannot be combined: both determine the samples")]
     RangeAndSamples,
-    /// There is no sample in a range.
-    #[error("there is no sample in `range` {}..{}", .0.start, .0.end)]
+    /// The range of samples is empty.
+    #[error("`range` {}..{} is empty", .0.start, .0.end)]
     EmptyRange(Range<u32>),
-    /// The samples that are asked for end before those of the film that is gone on with.
+    /// The requested samples end before those of the resumed film.
     #[error(
-        "`samples` {samples} asks for the samples 0 to {}, and this film begins with sample {first}; to go on with it, ask for more",
+        "`samples` {samples} requests the samples 0 to {}, but this film begins with sample {first}; to resume it, request more",
         .samples - 1
     )]
     BeforeFilm {
-        /// Samples that are asked for.
+        /// The requested samples.
         samples: u32,
-        /// The film's first one.
+        /// The film's first sample index.
         first: u32,
     },
-    /// A variance is asked for of light that may come from any sample.
+    /// The variance layer is requested for a light image.
     #[error(
-        "`layers` variance can't be had with an integrator that contributes light to other pixels, too: their variance is not known"
+        "`layers` variance is not available for an integrator that contributes light to other pixels: their variance is unknown"
     )]
     VarianceOfContributions,
-    /// An error is asked for of samples that do not begin with the first.
-    #[error(
-        "`noise` tells the error of renders from sample 0 on, and these samples begin later (`range`, or the film)"
-    )]
+    /// An error is requested for samples that do not begin with index 0.
+    #[error("`noise` needs a render from sample 0 on, and these samples begin later (`range`, or the film)")]
     NoiseOfLaterSamples,
-    /// Adaptive sampling of samples that do not begin with the first, or of some only.
+    /// Adaptive sampling is requested for samples that do not begin with index 0.
     #[error(
-        "adaptive sampling decides where samples go by all from sample 0 on: it can't render a range of them (`range`), nor go on with a film that begins later"
+        "adaptive sampling needs all samples from sample 0 on: it cannot render a range (`range`) or resume a film that begins later"
     )]
     AdaptiveRange,
-    /// Adaptive sampling with pictures of numbers of samples on the way.
+    /// Adaptive sampling is combined with numbered pictures.
     #[error(
-        "adaptive sampling gives pixels different numbers of samples: there are no pictures of one number on the way (`dump_at`)"
+        "adaptive sampling gives pixels different numbers of samples: it cannot write pictures at a given number (`dump_at`)"
     )]
     AdaptiveDump,
-    /// Adaptive sampling on a GPU.
+    /// Adaptive sampling is requested on a GPU.
     #[error(
-        "adaptive sampling is the CPU's: a GPU renders the same samples for all pixels of an order; use `device` cpu"
+        "adaptive sampling is not available on a GPU, which renders the same samples for all pixels of an order; use `device` cpu"
     )]
     AdaptiveDevice,
-    /// Adaptive sampling of pixels that share their samples.
+    /// Adaptive sampling is requested for weighted samples.
     #[error(
-        "adaptive sampling needs pixels whose samples are their own: with mode \"continuous\" they share them; use mode \"importance\" (`film_mode` importance)"
+        "adaptive sampling needs separate samples for each pixel, but pixels share them in mode \"continuous\"; use mode \"importance\" (`film_mode` importance)"
     )]
     AdaptiveMode,
-    /// A numbered picture of more samples than there will be.
-    #[error("`dump_at` {at} lies past the end of the render at {samples} samples a pixel")]
+    /// A numbered picture is beyond the end of the render.
+    #[error("`dump_at` {at} is beyond the end of the render at {samples} samples per pixel")]
     DumpPastEnd {
-        /// Samples of the picture.
+        /// Samples per pixel of the picture.
         at: u32,
-        /// Samples of the render.
+        /// Samples per pixel of the render.
         samples: u32,
     },
-    /// The overlay in a format that has no colours of its own.
-    #[error("`overlay` colours .png files; {} would hold the picture", .0.display())]
+    /// The overlay is requested for a format other than PNG.
+    #[error("`overlay` needs .png files, and {} is not one", .0.display())]
     Overlay(PathBuf),
-    /// How often is said, and not what.
-    #[error("`checkpoint` says how often a film file is written, and none is; add `film` FILE.film")]
+    /// A checkpoint interval is given without a film file.
+    #[error("`checkpoint` is the interval of writing the film file, and there is none; add `film` FILE.film")]
     CheckpointOfNoFilm,
-    /// Two files in one place.
-    #[error("{} would be written twice, or over the scene; give each file a name of its own", .0.display())]
+    /// Two files have the same path.
+    #[error("{} would be written twice, or would replace the scene; choose another name for one of the files", .0.display())]
     Twice(PathBuf),
-    /// The samples of a run that is gone on with would be lost.
-    #[error("{} may hold the samples of the run that this one goes on with; give the rest a file of its own", .0.display())]
+    /// The sample dump of the resumed run would be lost.
+    #[error("{} may contain the samples of the resumed run; choose another file for the new ones", .0.display())]
     SamplesOfEarlierRun(PathBuf),
-    /// A window of a render that does not run on the caller's thread.
-    #[error("a window needs the program's main thread: run the render there")]
+    /// A window is requested for a render in the background.
+    #[error("a window requires the program's main thread: run the render there")]
     WindowElsewhere,
 }

@@ -1,4 +1,4 @@
-//! A render that runs beside the caller.
+//! A render in the background.
 
 use super::builder::Render;
 use super::error::Error;
@@ -8,10 +8,10 @@ use crossbeam_channel::{Receiver, Sender, bounded, unbounded};
 use std::convert::Infallible;
 use std::thread::JoinHandle;
 
-/// Events that may wait before news of progress are left out.
+/// The number of buffered events after which progress is dropped.
 const MOST_WAITING: usize = 16;
 
-/// A render that runs beside the caller, on threads of its own.
+/// A render on background threads.
 ///
 /// Dropping it stops the render and waits for its end: its files are written as after [`RenderHandle::stop`].
 ///
@@ -30,14 +30,14 @@ const MOST_WAITING: usize = 16;
 #[derive(Debug)]
 pub struct RenderHandle {
     events: Receiver<Event>,
-    /// Closes when the end is asked for.
+    /// Closes to request the end.
     stop: Option<Sender<Infallible>>,
-    /// There until it is waited for.
+    /// `None` once it has been joined.
     thread: Option<JoinHandle<Result<Report, Error>>>,
 }
 
 impl Render {
-    /// Begins the render and returns at once. What is wrong with settings or places of files is told here, all else by
+    /// Starts the render and returns at once. Errors in settings and output files are returned here, all others by
     /// [`RenderHandle::join`].
     pub fn start(&self) -> Result<RenderHandle, Error> {
         let settings = self.elsewhere()?;
@@ -54,26 +54,27 @@ impl Render {
     }
 }
 
-/// Passes events on without waiting for the caller, until both channels have closed.
+/// Forwards events without waiting for the caller, until both channels have closed.
 fn relay(told: &Receiver<Event>, events: &Sender<Event>) {
     for event in told {
         let may_be_left_out = matches!(event, Event::Progress(_));
         if may_be_left_out && events.len() >= MOST_WAITING {
             continue;
         }
-        // A caller that does not listen any more need not be told.
+        // The caller may have dropped its receiver.
         let _ = events.send(event);
     }
 }
 
 impl RenderHandle {
-    /// What the render tells, until it has ended. They need not be taken: the render does not wait, and where they are
-    /// taken slowly some of the progress is left out. Of several iterators each gets a part of them.
+    /// The events of the render, until it has ended. The caller need not receive them: the render does not wait, and
+    /// drops progress if they are received slowly. Each event goes to only one of several iterators.
     pub fn events(&self) -> Events {
         Events(self.events.clone())
     }
 
-    /// Asks the render to end with what there is, and returns at once. Before the scene is compiled it is not heard yet.
+    /// Requests the end of the render, with the samples made so far, and returns at once. The request takes effect once
+    /// the scene is compiled.
     pub fn stop(&mut self) {
         self.stop = None;
     }
@@ -83,7 +84,7 @@ impl RenderHandle {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Waits for the end of the render.
+    /// Waits for the end of the render, and returns its result.
     pub fn join(mut self) -> Result<Report, Error> {
         let thread = self.thread.take().ok_or_else(failed)?;
         thread.join().unwrap_or_else(|_| Err(failed()))
@@ -94,18 +95,18 @@ impl Drop for RenderHandle {
     fn drop(&mut self) {
         self.stop();
         if let Some(thread) = self.thread.take() {
-            // The report is dropped.
+            // The report is discarded.
             let _ = thread.join();
         }
     }
 }
 
-/// What a render tells, in order: an iterator that waits for the next event, and ends with the render.
+/// The events of a render, in order: an iterator that waits for the next event, and ends with the render.
 #[derive(Clone, Debug)]
 pub struct Events(Receiver<Event>);
 
 impl Events {
-    /// The next event, if it is there already.
+    /// The next event, if it is available.
     pub fn try_next(&mut self) -> Option<Event> {
         self.0.try_recv().ok()
     }

@@ -1,12 +1,12 @@
-//! The places of files: each has one of its own, and can be written.
+//! Checks of output files: each has a different path and can be written.
 
 use super::error::{Error, SettingsError};
 use crate::output::{self, atomic};
 use crate::session::Outputs;
 use std::path::{Path, PathBuf};
 
-/// Finds out before the render whether its files can be written after it, each in a place of its own: none of those that
-/// are `kept`, and none of the `others` that the caller writes.
+/// Checks before the render that its files can be written after it, each to a different path that is neither one of the
+/// `kept` files nor one of the `others` that the caller writes.
 pub(super) fn check_places(outputs: &Outputs, kept: &[PathBuf], others: &[PathBuf]) -> Result<(), Error> {
     let is_png = |path: &&PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
     if outputs.overlay
@@ -41,7 +41,7 @@ pub(super) fn check_places(outputs: &Outputs, kept: &[PathBuf], others: &[PathBu
     others.iter().try_for_each(|path| Ok(atomic::check_place(path)?))
 }
 
-/// Where a path leads, as far as its folder exists: two ways of writing one place are equal.
+/// The target of a path, as far as its folder exists: two spellings of one path are equal.
 fn place(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     match (folder.canonicalize(), path.file_name()) {

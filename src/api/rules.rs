@@ -1,4 +1,4 @@
-//! The rules of settings: what is impossible, and what is meant where nothing is said.
+//! The validation of settings, and their defaults.
 
 use super::builder::Render;
 use super::error::{Error, SettingsError};
@@ -16,15 +16,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How often a film file is written unless it is said.
+/// The default interval at which the film file is written.
 const CHECKPOINT: Duration = Duration::from_secs(60);
 
-/// Pixels are numbered in 32 bits, with room for strides that step past the end.
+/// Pixel indices have 32 bits, with a margin for strides that step beyond the end.
 const MOST_PIXELS: u64 = 1 << 31;
 
 impl Render {
-    /// What the render is to be in full, checked: the scene, the settings, and whether all files can be written. It is
-    /// for callers that run [`crate::session`] themselves. Leaves nothing behind.
+    /// The complete and checked settings: scene, devices, outputs. All files are checked to be writable, and no file is
+    /// left behind. For callers that run [`crate::session`] themselves.
     pub fn settings(&self) -> Result<Settings, Error> {
         let scene = &self.scene;
         check_film(scene)?;
@@ -40,7 +40,7 @@ impl Render {
             Some(film) if self.layers.is_empty() => film.shown.clone(),
             _ => self.layers.clone(),
         };
-        // What a film has goes on, whatever is written this time.
+        // The film keeps its layers, whatever is written this time.
         let spreads = shown.contains(&Layer::Variance) || resumed.as_ref().is_some_and(|film| film.spreads);
         let layers = LayerSet::new(&shown, scene.entities.len(), scene.materials.len());
         let layers = resumed.map_or(layers, |film| film.layers.with(layers));
@@ -95,12 +95,12 @@ impl Render {
         }
         let times = [("time", self.time), ("checkpoint", self.checkpoint)];
         if let Some((setting, _)) = times.into_iter().find(|(_, time)| *time == Some(Duration::ZERO)) {
-            return wrong(setting, "longer than nothing", "0s".to_owned());
+            return wrong(setting, "above 0", "0s".to_owned());
         }
         Ok(())
     }
 
-    /// Checks what settings mean for each other, in a render of so many samples a pixel from the first on.
+    /// Checks combinations of settings, for a render from sample `first` with `spp` samples per pixel.
     fn check_together(&self, first: u32, spp: u32) -> Result<(), SettingsError> {
         if self.noise.is_some() && first > 0 {
             return Err(SettingsError::NoiseOfLaterSamples);
@@ -131,7 +131,7 @@ impl Render {
         }
     }
 
-    /// The samples that a pixel is to have: the scene's number where nothing says more.
+    /// The range of sample indices of a pixel; by default the scene's number.
     fn which_samples(&self, resumed: Option<&Resumed>) -> Result<Range<u32>, SettingsError> {
         if let Some(range) = &self.range {
             if self.samples.is_some() {
@@ -146,7 +146,7 @@ impl Render {
         let end = match (self.samples, begun_for) {
             (Some(samples), _) if samples > first => samples,
             (Some(samples), _) => return Err(SettingsError::BeforeFilm { samples, first }),
-            // With a limit of time or error alone, that decides, whatever the film was begun for.
+            // A limit of time or error alone replaces the range that the film was begun for.
             (None, _) if self.time.is_some() || self.noise.is_some() => u32::MAX,
             (None, Some(end)) => end,
             (None, None) => first.saturating_add(self.scene.render.samples),
@@ -155,17 +155,17 @@ impl Render {
     }
 }
 
-/// What a film that is gone on with has to say about its samples.
+/// The samples and layers of a resumed film.
 struct Resumed {
-    /// Its first sample.
+    /// Its first sample index.
     first: u32,
-    /// The end that it was begun for, where that is known.
+    /// The end of its requested range, if it is known.
     end: Option<u32>,
-    /// Whether it has what a variance takes where samples are weighed.
+    /// Whether it has the sums for the variance of weighted samples.
     spreads: bool,
-    /// The layers of first hits that it has the sums of.
+    /// The layers of first hits whose sums it has.
     layers: LayerSet,
-    /// The layers that the last render showed of it.
+    /// The layers of its last render.
     shown: Vec<Layer>,
 }
 
@@ -181,7 +181,7 @@ impl Resumed {
     }
 }
 
-/// Checks settings of a scene that a caller may change, in the words of callers.
+/// Checks film and integrator settings that a caller may change, with messages for callers.
 pub(crate) fn check_film(scene: &Scene) -> Result<(), SettingsError> {
     let endless = scene::endless(scene.render.integrator, scene.render.max_depth);
     if let Some(problem) = scene.film.problem().or(endless) {
@@ -195,7 +195,7 @@ pub(crate) fn check_film(scene: &Scene) -> Result<(), SettingsError> {
     Ok(())
 }
 
-/// A part of a film: column and row of its first pixel, its width and its height; or all of it.
+/// A part of a film, given by column and row of its first pixel, width and height; or the whole film.
 pub(crate) fn part(crop: Option<[u32; 4]>, width: u32, height: u32) -> Result<Region, SettingsError> {
     let Some([x, y, w, h]) = crop else { return Ok(Region::whole(width, height)) };
     let fits =
@@ -212,7 +212,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_that_have_no_end_are_no_target() {
+    fn unlimited_samples_are_not_a_target() {
         let target =
             |range: Range<u32>| Render::new(&Scene::default()).range(range).settings().unwrap().target();
         assert_eq!((target(16..u32::MAX), target(16..20)), (None, Some(4)));

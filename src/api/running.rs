@@ -1,4 +1,4 @@
-//! Renders that the caller waits for.
+//! Blocking renders.
 
 use super::builder::Render;
 use super::error::{Error, SettingsError};
@@ -7,18 +7,18 @@ use crate::session::{self, Event, Report, SessionError, Settings, WindowChoice};
 use crossbeam_channel::{Receiver, Sender, bounded, never};
 use std::convert::Infallible;
 
-/// Messages of samples that may wait for a caller.
+/// The number of buffered messages of samples.
 const MOST_WAITING: usize = 4;
 
 impl Render {
-    /// Renders, and returns the picture, its layers and its figures. A failure after the first sample is an
-    /// [`Error::Incomplete`], which has the picture of what there is.
+    /// Renders, and returns the picture, its layers and statistics. A failure after the first sample is an
+    /// [`Error::Incomplete`] with the picture of the samples made by then.
     pub fn run(&self) -> Result<Report, Error> {
         render(&self.settings()?, silent(), None, &never())
     }
 
-    /// Renders, and gives every sample to `take` on this thread: each (pixel, sample) of this run once, in any order.
-    /// The render waits for it.
+    /// Renders, and passes every sample to `take` on this thread: each (pixel, sample) of this run once, in any order.
+    /// The render waits for the callback.
     pub fn run_with_samples(&self, mut take: impl FnMut(&[Sample])) -> Result<Report, Error> {
         let mut settings = self.elsewhere()?;
         settings.outputs.sends_samples = true;
@@ -31,7 +31,7 @@ impl Render {
         })
     }
 
-    /// The checked settings of a render that is not to run on this thread.
+    /// The checked settings of a render that will not run on this thread.
     pub(super) fn elsewhere(&self) -> Result<Settings, Error> {
         let settings = self.settings()?;
         match settings.view.window {
@@ -60,12 +60,12 @@ pub(super) fn render(
     }
 }
 
-/// A channel for events that nothing listens to.
+/// A channel for events without a receiver.
 fn silent() -> Sender<Event> {
     bounded(0).0
 }
 
-/// The error of a thread that panicked.
+/// The error for a thread that panicked.
 pub(super) fn failed() -> Error {
     SessionError::Process("renderer").into()
 }

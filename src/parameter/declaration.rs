@@ -1,58 +1,58 @@
-//! Declarations: one for each shape, material and light, in its own file, and a list of those of a family.
+//! Declarations: one for each shape, texture, material and light, in its own file, and lists of them by family.
 
 use super::kind::ParameterKind;
 use super::value::{Value, Varying};
 
-/// A parameter of a shape, a material or a light.
+/// A parameter of a shape, a texture, a material or a light.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Its name in scene files.
     pub name: &'static str,
-    /// Its description, for people.
+    /// Its description for users.
     pub about: &'static str,
-    /// The values that it may have.
+    /// The type and the limits of its values.
     pub kind: ParameterKind,
-    /// What it means that it is absent.
+    /// The meaning of its absence.
     pub absence: Absence,
-    /// The value that does not count in a scene's fingerprint: the default of a parameter that came after films which
-    /// are continued.
+    /// The value that is left out of a scene's fingerprint: the default of a parameter that was added when films
+    /// without it already existed, which must remain resumable.
     pub uncounted: Option<Value>,
 }
 
-/// What it means that a parameter is absent.
+/// The meaning of the absence of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Absence {
-    /// It must be there.
+    /// An error: the parameter is required.
     Wrong,
-    /// The same as this value, in TOML.
+    /// This default value, in TOML.
     Means(&'static str),
     /// No value: the field is an [`Option`].
     Fine,
 }
 
-/// The names of a shape, a material or a light, and its parameters.
+/// The names of a shape, a texture, a material or a light, and its parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Declaration {
     /// Its name in scene files: "sphere".
     pub name: &'static str,
     /// With an article: "a sphere".
     pub what: &'static str,
-    /// What it is, for people.
+    /// Its description for users.
     pub about: &'static str,
-    /// What one and several are called where they are counted.
+    /// The singular and the plural of its name in counts.
     pub counted: [&'static str; 2],
     /// Whether lists and the JSON Schema leave it out.
     pub is_hidden: bool,
     /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// JSON Schema keywords for what concerns several parameters, as a JSON object.
+    /// JSON Schema keywords for constraints between several parameters, as a JSON object.
     pub rules: &'static str,
 }
 
 /// An error or a warning about the values of several parameters together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
-    /// The name of the parameter at fault.
+    /// The name of the invalid parameter.
     pub parameter: &'static str,
     /// The message.
     pub message: String,
@@ -60,12 +60,12 @@ pub struct Problem {
     pub help: Option<String>,
 }
 
-/// The parameters of a shape, a material or a light. `parameters!` implements it.
+/// The parameters of a shape, a texture, a material or a light. Implemented by `parameters!`.
 pub trait Declared: Sized {
     /// Its names and parameters.
     const DECLARATION: Declaration;
 
-    /// The parameters with these values, in the order of the declaration.
+    /// Makes the parameters from values in the order of the declaration.
     ///
     /// # Panics
     ///
@@ -75,34 +75,35 @@ pub trait Declared: Sized {
     /// The values, in the order of the declaration.
     fn values(&self) -> Vec<Value>;
 
-    /// The same, if the values are possible together. What is odd about them is added to `warnings`.
+    /// Returns the parameters if their values are valid in combination. Adds warnings about unusual ones to `warnings`.
     ///
-    /// A reader checks what it could read even if it could not read everything: any value may be
-    /// [unknown](super::ParameterKind::unknown), which is NaN for numbers and `usize::MAX` for materials. A check reports only
-    /// what holds whatever the unknown value is. Comparisons with NaN are false, all but `!=`: write
+    /// A reader checks the values that it could read even if others are missing: any value may be
+    /// [unknown](super::ParameterKind::unknown), which is NaN for numbers and `usize::MAX` for materials. A check must
+    /// report only errors that hold for all values of the unknown ones. Comparisons with NaN are false, except for
+    /// `!=`: write
     /// `x.abs() > 0.0`, not `x != 0.0`.
     fn check(self, warnings: &mut Vec<Problem>) -> Result<Self, Problem>;
 
-    /// Gives the materials or the textures that are named here their new indices.
+    /// Replaces the indices of materials or textures by new ones.
     fn renumber(&mut self, new: &dyn Fn(usize) -> usize);
 }
 
-/// All shapes, all textures, all materials, or all lights. `family!` implements it.
+/// All shapes, all textures, all materials, or all lights. Implemented by `family!`.
 pub trait Family: Sized + 'static {
-    /// The declarations, in the order in which they are listed.
+    /// The declarations, in the order of lists.
     const DECLARATIONS: &'static [Declaration];
 
-    /// The member of a declaration, by its place among them, with these values.
+    /// Makes the member with the declaration at this index, from values.
     ///
     /// # Panics
     ///
-    /// If there is no such declaration, and as [`Declared::of`].
+    /// If the index is out of range, and as [`Declared::of`].
     fn build(place: usize, values: &[Value], warnings: &mut Vec<Problem>) -> Result<Self, Problem>;
 
-    /// The place of its declaration among them; none if it is not declared, as a mesh.
+    /// The index of its declaration; `None` for a member without one, such as a mesh.
     fn place(&self) -> Option<usize>;
 
-    /// Its declaration; none if it is not declared.
+    /// Its declaration; `None` for a member without one.
     fn declaration(&self) -> Option<&'static Declaration> {
         self.place().map(|place| &Self::DECLARATIONS[place])
     }
@@ -110,7 +111,7 @@ pub trait Family: Sized + 'static {
     /// The values of its parameters, in the order of the declaration.
     fn values(&self) -> Vec<Value>;
 
-    /// The indices of the materials that are named here.
+    /// The indices of the materials that it names.
     fn materials(&self) -> impl Iterator<Item = usize> {
         self.values().into_iter().filter_map(|value| match value {
             Value::Material(index) => Some(index),
@@ -118,7 +119,7 @@ pub trait Family: Sized + 'static {
         })
     }
 
-    /// The indices of the textures that are named here.
+    /// The indices of the textures that it names.
     fn textures(&self) -> impl Iterator<Item = usize> {
         self.values().into_iter().filter_map(|value| match value {
             Value::Varying(Varying::Texture(index)) => Some(index),
@@ -126,16 +127,17 @@ pub trait Family: Sized + 'static {
         })
     }
 
-    /// Gives the materials or the textures that are named here their new indices.
+    /// Replaces the indices of materials or textures by new ones.
     fn renumber(&mut self, new: &dyn Fn(usize) -> usize);
 }
 
-/// Declares the parameters of a shape, a material or a light: a struct with a field for each, and its [`Declared`].
+/// Declares the parameters of a shape, a texture, a material or a light: a struct with a field for each, and its
+/// [`Declared`].
 ///
-/// The documentation of the struct and of its fields are the descriptions in the JSON Schema. After the field's type comes the
-/// [`ParameterKind`] of its values and, if it may be absent, the value that this means, in TOML, or `nothing` for a
-/// field that is an [`Option`]. A parameter that is added to others later has that value as `uncounted` as well, or films
-/// of scenes without it could not be continued:
+/// The documentation of the struct and of its fields becomes the descriptions in the JSON Schema. After a field's type
+/// comes the [`ParameterKind`] of its values and, if the parameter is optional, its default in TOML, or `nothing` for a
+/// field that is an [`Option`]. A parameter that is added later must repeat that value as `uncounted`, or films of
+/// scenes without it could not be resumed:
 ///
 /// ```text
 /// parameters! {
@@ -148,9 +150,9 @@ pub trait Family: Sized + 'static {
 /// }
 /// ```
 ///
-/// After the names may come those of one and of several for `stride info`, which are else the name and the name with
-/// an s. What comes after the fields may be left out: `check`, a function as [`Declared::check`], `rules`, its JSON
-/// Schema, and `hidden = true`.
+/// After the names may come their singular and plural for `stride info`, which default to the name and the name with an
+/// s. The items after the fields are optional: `check`, a function as [`Declared::check`], `rules`, JSON Schema
+/// keywords, and `hidden = true`.
 macro_rules! parameters {
     (
         $(#[doc = $summary:literal])+
@@ -232,10 +234,10 @@ macro_rules! parameters {
 }
 pub(crate) use parameters;
 
-/// Lists a family: an enum with a member for each declaration, which stands in a module beside that of the list, and its
-/// [`Family`]. Members that are not declared come after a semicolon, as an enum has them. After the enum comes the
-/// function that compiles the parameters of a member, each by the same expression, and `else` what it gives for members
-/// that are not declared. Other crates, the tests among them, must allow for new members.
+/// Defines a family: an enum with a member for each declaration, whose module is a sibling of the list's, and its
+/// [`Family`]. Members without a declaration follow after a semicolon, as in an enum. After the enum comes the
+/// function that compiles the parameters of a member, all by the same expression, and `else` its result for members
+/// without a declaration. Other crates, including the tests, must allow for new members.
 macro_rules! family {
     (
         $(#[$attribute:meta])*

@@ -1,28 +1,28 @@
-//! The kinds of values of parameters, and their limits.
+//! The types of parameter values, and their limits.
 
 use super::value::{ImageIndex, Value, Varying};
 use glam::DVec3;
 
-/// A number that 32 bits can hold, within limits.
+/// The limits of a number, which must also be representable in 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Number {
-    /// The number is above this.
+    /// An exclusive lower limit.
     pub above: Option<f64>,
-    /// The least that it may be.
+    /// The minimum.
     pub least: f64,
-    /// The most that it may be.
+    /// The maximum.
     pub most: f64,
-    /// The number is below this.
+    /// An exclusive upper limit.
     pub below: Option<f64>,
 }
 
 impl Number {
-    /// From `least` to `most`.
+    /// From `least` to `most`, inclusive.
     pub const fn between(least: f64, most: f64) -> Self {
         Self { above: None, least, most, below: None }
     }
 
-    /// Above zero, and no smaller than `least`.
+    /// Above zero, with the minimum `least`.
     pub const fn positive(least: f64, most: f64) -> Self {
         Self { above: Some(0.0), least, most, below: None }
     }
@@ -32,7 +32,7 @@ impl Number {
         Self { above: Some(0.0), least: 0.0, most: limit, below: Some(limit) }
     }
 
-    /// The requirement that `number` does not meet, in words; `None` if it is allowed.
+    /// The requirement that `number` violates, in words; `None` if it is valid.
     pub fn objection(&self, number: f64) -> Option<String> {
         if !number.is_finite() {
             return Some("must be a finite number".into());
@@ -40,11 +40,11 @@ impl Number {
         let single = number as f32;
         if !single.is_finite() {
             return Some(format!(
-                "must be at most {}, the largest that 32 bits hold",
+                "must be at most {}, the largest number in 32 bits",
                 limit(f32::MAX.into())
             ));
         }
-        // Rendering uses 32 bits: a number that rounds to a limit counts as equal to it.
+        // Rendering uses 32 bits: a number that rounds to a limit is treated as equal to it.
         let rounded = f64::from(single);
         match (self.above, self.below) {
             (Some(above), Some(below)) if number <= above || rounded >= below => {
@@ -54,7 +54,7 @@ impl Number {
             _ => {}
         }
         if number != 0.0 && single == 0.0 {
-            return Some("is so small that 32 bits would round it to 0".into());
+            return Some("is so small that it would be rounded to 0 in 32 bits".into());
         }
         if (self.least..=self.most).contains(&number) {
             None
@@ -69,7 +69,7 @@ impl Number {
 }
 
 impl Number {
-    /// The least and the greatest float that are allowed.
+    /// The smallest and the largest valid float.
     pub fn range(&self) -> [f32; 2] {
         let low = self.least as f32;
         let low = if self.above.is_some_and(|above| f64::from(low) <= above) { low.next_up() } else { low };
@@ -80,7 +80,7 @@ impl Number {
     }
 }
 
-/// A limit as one would write it.
+/// A limit in decimal or scientific notation.
 fn limit(value: f64) -> String {
     if value.abs() >= 1e12 || value != 0.0 && value.abs() < 1e-4 {
         format!("{value:e}")
@@ -89,7 +89,7 @@ fn limit(value: f64) -> String {
     }
 }
 
-/// The kind of a parameter's values, and their limits.
+/// The type of a parameter's values, and their limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParameterKind {
     /// A number.
@@ -102,9 +102,9 @@ pub enum ParameterKind {
     Vector(Number),
     /// A vector that is not zero.
     NonZero(Number),
-    /// A vector that is not zero, of which only the direction counts: it is made one long.
+    /// A vector that is not zero, of which only the direction matters: it is normalised.
     Direction(Number),
-    /// The name of another material, which comes before the one that names it.
+    /// The name of another material, which must be defined before.
     Material,
     /// One of these words.
     Word(&'static [&'static str]),
@@ -112,17 +112,18 @@ pub enum ParameterKind {
     Words(&'static [&'static str]),
     /// Yes or no.
     Flag,
-    /// A number, a colour, or the name of a texture, which comes before the one that names it.
+    /// A number, a colour, or the name of a texture, which must be defined before.
     Varying(Number),
-    /// A whole number from the first to the second.
+    /// A whole number from the first to the second, inclusive.
     Integer(u32, u32),
-    /// An image file, or the tiles that `<UDIM>` stands for.
+    /// An image file, or the tiles that `<UDIM>` represents.
     Image,
 }
 
 impl ParameterKind {
-    /// Stands for a value that could not be read, so that the others can be checked: NaN, with which no comparison
-    /// holds but `!=`; for a material, an image and a word `usize::MAX`, which is no index; for a flag no.
+    /// A placeholder for a value that could not be read, so that the others can be checked: NaN, for which all
+    /// comparisons except `!=` are false; `usize::MAX`, an invalid index, for a material, an image and a word; false
+    /// for a flag.
     pub fn unknown(&self) -> Value {
         match self {
             ParameterKind::Number(_) => Value::Number(f64::NAN),
@@ -143,8 +144,8 @@ impl ParameterKind {
 }
 
 impl ParameterKind {
-    /// A value for which a texture stands, so that there is one; none of what can be no texture. It is the largest up to
-    /// 1.5, an index of refraction that refracts.
+    /// A valid value in place of a texture; `None` if the parameter cannot be a texture. It is the maximum up to 1.5,
+    /// so that an index of refraction refracts.
     pub fn stand_in(&self) -> Option<Value> {
         let one = |limits: &Number| {
             let [least, most] = limits.range();
@@ -159,7 +160,7 @@ impl ParameterKind {
     }
 }
 
-/// A vector that is not zero, made one long. Scaled first: squares of its parts may not fit.
+/// Normalises a vector that is not zero. It is scaled first, because squares of its components may overflow.
 pub fn unit(vector: DVec3) -> DVec3 {
     (vector / vector.abs().max_element()).normalize()
 }

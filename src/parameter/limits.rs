@@ -1,22 +1,21 @@
-//! The limits that several parameters have in common.
+//! Common limits of parameters.
 
 use super::kind::{Number, ParameterKind};
 
-/// The longest length: its square, and the square of its inverse, fit 32 bits.
+/// The maximum length: its square, and the inverse of its square, are representable in 32 bits.
 pub const LONGEST: f64 = 1e18;
-/// The shortest likewise.
+/// The minimum positive length, for the same reason.
 pub const SHORTEST: f64 = 1e-18;
 
-/// A coordinate, or another length with a sign.
+/// A coordinate, or another signed length.
 pub const COORDINATE: Number = Number::between(-LONGEST, LONGEST);
 /// A length above zero.
 pub const LENGTH: Number = Number::positive(SHORTEST, LONGEST);
 /// A length that may be zero.
 pub const DISTANCE: Number = Number::between(0.0, LONGEST);
-/// A radiance: the film holds up to 2³⁰.
+/// A radiance: the maximum of a film is 2³⁰.
 pub const RADIANCE: Number = Number::between(0.0, (1u32 << 30) as f64);
-/// A radiant intensity: as much as gives the greatest radiance at any distance that there may be, whatever the unit
-/// of length.
+/// A radiant intensity: sufficient for the maximum radiance at any valid distance, in any unit of length.
 pub const INTENSITY: Number = Number::between(0.0, LONGEST * LONGEST);
 
 /// A point in space.
@@ -29,5 +28,5 @@ pub const DIRECTION: ParameterKind = ParameterKind::Direction(COORDINATE);
 pub const FRACTION: ParameterKind = ParameterKind::Colour(Number::between(0.0, 1.0));
 
 /// The sine of the angle below which two directions count as parallel: a basis built on them in 32 bits would
-/// be noise.
+/// be inaccurate.
 pub const PARALLEL: f64 = 1e-6;

@@ -1,14 +1,14 @@
-//! Declarations of shapes, textures, materials and lights: each parameter once, with its name, limits, default and
-//! description.
+//! Declarations of shapes, textures, materials and lights: each parameter is declared once, with its name, limits,
+//! default and description.
 //!
 //! | file | what is in it |
 //! |---|---|
 //! | `value` | the values of parameters, and the types of the fields that hold them |
-//! | `kind` | the kinds of values, and their limits |
-//! | [`limits`] | the limits that several parameters have in common |
-//! | `declaration` | a declaration, `parameters!` that makes one, and `family!` that lists them |
+//! | `kind` | the types of values, and their limits |
+//! | [`limits`] | common limits of parameters |
+//! | `declaration` | declarations, and the macros `parameters!` and `family!` |
 //!
-//! The reader of scene files, the JSON Schema, the fingerprint and `stride info` follow the declarations.
+//! The reader of scene files, the JSON Schema, the fingerprint and `stride info` are derived from the declarations.
 
 mod declaration;
 mod kind;

@@ -18,13 +18,13 @@ pub enum Value {
     Vector(DVec3),
     /// The index of a material.
     Material(usize),
-    /// The place of a word in the list of its kind.
+    /// The index of a word in the list of its kind.
     Word(usize),
     /// A word along u and one along v.
     Words([usize; 2]),
     /// Yes or no.
     Flag(bool),
-    /// Nothing was given for a parameter that may be absent.
+    /// No value: the parameter is optional and was not given.
     Absent,
     /// A number, a colour or a texture.
     Varying(Varying),
@@ -32,14 +32,14 @@ pub enum Value {
     Image(ImageIndex),
 }
 
-/// The place of a word in the list of [`ParameterKind::Word`](super::ParameterKind::Word).
+/// The index of a word in the list of [`ParameterKind::Word`](super::ParameterKind::Word).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Word(pub usize);
 
-/// What may differ from point to point.
+/// A value that may vary over a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Varying {
-    /// The same everywhere; a number is a grey.
+    /// A constant; a number is a grey.
     Colour(Colour),
     /// The index of a texture.
     Texture(usize),
@@ -51,17 +51,17 @@ pub struct ImageIndex(pub usize);
 
 /// The type of a field that holds the value of a parameter.
 pub trait Field: Copy {
-    /// The value in the field.
+    /// The value of the field.
     fn value(self) -> Value;
 
-    /// The field that holds a value.
+    /// Makes a field from a value.
     ///
     /// # Panics
     ///
-    /// If the value is of another type, which means that a declaration gives a field a kind that its type does not fit.
+    /// If the value has another type, which means that a declaration gives a field the wrong kind.
     fn of(value: Value) -> Self;
 
-    /// Gives the material or the texture in the field, if it is one, its new index.
+    /// Replaces the index of a material or texture by a new one.
     fn renumber(&mut self, _new: &dyn Fn(usize) -> usize) {}
 }
 
@@ -110,7 +110,7 @@ impl Field for Word {
     }
 }
 
-/// Of a parameter that may be absent.
+/// For an optional parameter.
 impl<T: Field> Field for Option<T> {
     fn value(self) -> Value {
         self.map_or(Value::Absent, Field::value)
@@ -134,7 +134,7 @@ field!(
 );
 field!(ImageIndex, Image);
 
-/// Declares an enum whose members are words in scene files, and makes it a type of fields.
+/// Declares an enum whose members are words in scene files, and makes it a field type.
 macro_rules! words {
     (
         $(#[$attribute:meta])*
@@ -149,7 +149,7 @@ macro_rules! words {
             pub const WORDS: &'static [&'static str] = &[$($word),*];
             const ALL: &'static [Self] = &[$(Self::$member),*];
 
-            /// The member of a place; the first of a place that is unknown.
+            /// The member at an index; the first one for an invalid index.
             fn of_place(place: usize) -> Self {
                 Self::ALL.get(place).copied().unwrap_or(Self::ALL[0])
             }

@@ -156,7 +156,7 @@ fn bad_usage_says_what_is_wrong() {
         ("threads", "--repeat 0", "0"),
         ("depth", "--max-depth 3", "--depths"),
         ("depth", "--depths -1", "-1"),
-        ("noise", "--spp 64 --reference-spp 64", "no reference"),
+        ("noise", "--spp 64 --reference-spp 64", "too small"),
         ("speed", "", "speed"),
     ] {
         let output = bench(what, arguments, folder.path());

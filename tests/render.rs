@@ -213,7 +213,7 @@ fn a_second_interrupt_ends_at_once() {
     // After the first interrupt the picture has no place: it is tried again for a while, which a second one ends.
     fs::rename(&out, dir.path().join("away")).expect("a folder");
     run.interrupt();
-    run.hear("trying again");
+    run.hear("retrying");
     // Requests that follow the first one fast are the same one: `src/cli/stop.rs` tests how fast that is.
     poll("the end", || {
         run.interrupt();

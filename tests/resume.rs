@@ -291,15 +291,15 @@ f 1 2 3
 fn negative_numbers_are_answered_with_what_may_stand_there() {
     let dir = folder();
     let text = said(dir.path(), 2, &["render", "a.toml", "--size", "-4x4"]);
-    assert!(text.contains("invalid value") && text.contains("written like"), "{text}");
+    assert!(text.contains("invalid value") && text.contains("like 640x480"), "{text}");
     for (option, value, words) in [
         ("--seed", "-1", "0 to 4294967295"),
         ("--spp", "-4", "4294967295"),
         ("--threads", "-2", "1024"),
         ("--max-depth", "-1", "0 to 10000"),
-        ("--time", "-1s", "written like"),
-        ("--crop", "-1,0,4,4", "written"),
-        ("--range", "-1..4", "written"),
+        ("--time", "-1s", "like 30s"),
+        ("--crop", "-1,0,4,4", "X,Y,WIDTH,HEIGHT"),
+        ("--range", "-1..4", "FIRST..END"),
         ("--dump-at", "-1,4", "4294967295"),
     ] {
         let text = said(dir.path(), 2, &render(&[option, value]));

@@ -1,10 +1,9 @@
-//! Files that are either there whole or not at all.
+//! Files that appear completely or not at all.
 //!
-//! A file is written under a temporary name beside its place, flushed and synced, and renamed into it:
-//! whoever opens the name sees the old file or the new one, even if the program is killed between two bytes.
-//! What a killed program has begun is removed when the same file is written next.
-//! The rename itself is left to the file system to make durable; a power cut right after it may bring back
-//! the old file, never half of one.
+//! A file is written under a temporary name beside its path, flushed and synced, and renamed: readers see the old file
+//! or the new one, even if the program is killed at any moment. Temporary files of killed programs are removed when the
+//! same file is written the next time. The file system decides when the rename itself becomes durable; after a power
+//! cut the old file may reappear, but never a partial one.
 
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -13,32 +12,32 @@ use std::path::{Path, PathBuf};
 use super::error::{OutputError, folder_of};
 use super::unfinished::{Temporary, UNFINISHED};
 
-/// Links followed before we believe that they go round in a circle; what Linux allows.
+/// The maximum number of symbolic links to follow before they are assumed to be circular: the limit of Linux.
 const MAX_LINKS: u32 = 40;
 
-/// Where a file will stand, once symbolic links are followed.
+/// The location of a file after following symbolic links.
 #[derive(Debug)]
 struct Place {
     path: PathBuf,
     folder: PathBuf,
-    /// Of the file that stands there now; the new one takes them over.
+    /// The permissions of the present file, which the new one takes over.
     permissions: Option<Permissions>,
 }
 
-/// Finds out, before hours of rendering, whether `path` can be written. Leaves nothing behind.
+/// Checks before a render that `path` can be written. Leaves no file behind.
 ///
-/// A pipe or a device is refused: a finished file cannot be renamed onto it without replacing it.
+/// A pipe or a device is rejected: renaming a finished file would replace it.
 pub fn check_place(path: &Path) -> Result<(), OutputError> {
     let place = Place::find(path)?;
-    // Only creating a file tells for sure: mode bits know nothing of root, access lists and read-only mounts.
+    // Only creating a file is a reliable test: mode bits do not show root, access lists and read-only mounts.
     temporary(path, &place).map(drop)
 }
 
-/// Writes a file whole or not at all: `fill` gets a buffered writer that can seek.
+/// Writes a file completely or not at all: `fill` receives a buffered, seekable writer.
 ///
-/// If anything fails the temporary file is removed and the old file, if there is one, is as it was. A
+/// If anything fails the temporary file is removed and an existing file is unchanged. A
 /// symbolic link stays a link: the file it points to is replaced. A new file gets the mode that the umask
-/// leaves, a replaced one keeps its own.
+/// allows, a replaced one keeps its own.
 pub fn write_atomically(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
@@ -50,9 +49,9 @@ pub fn write_atomically(
     draft.commit()
 }
 
-/// A file that is written bit by bit under a temporary name, and put in place when it is whole. Dropped
-/// before that, it leaves nothing behind. While it is open it is locked, which tells it from one whose writer was
-/// killed; where files can't be locked, none is taken for such.
+/// A file that is written in steps under a temporary name, and renamed when it is complete. If it is dropped before, it
+/// is removed. It is locked while it is open, which distinguishes it from a file whose writer was killed; where files
+/// cannot be locked, none is considered abandoned.
 pub(super) struct Draft {
     path: PathBuf,
     place: Place,
@@ -60,18 +59,17 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// Begins a file for `path`, and removes those that earlier runs began for the same one and were killed
-    /// over.
+    /// Begins a file for `path`, and removes abandoned temporary files for the same path.
     pub(super) fn begin(path: &Path) -> Result<Draft, OutputError> {
         let place = Place::find(path)?;
         let name = place.path.file_name().unwrap_or_default().to_string_lossy();
-        // As much of it as leaves room for the rest: names end at 255 bytes.
+        // As much of the name as leaves room for the rest: names have at most 255 bytes.
         let name: String = name.chars().take(48).collect();
         let prefix = format!(".stride-{name}-");
         sweep(&place.folder, &prefix);
         loop {
             let file = temporary_called(&prefix, path, &place)?;
-            // Another run that sweeps may hold it for a moment, between its birth and this lock, and then it is gone.
+            // Another run may lock it briefly between its creation and this lock, and then remove it.
             let locked = file.as_file().lock().is_ok();
             if !locked || file.path().exists() {
                 return Ok(Draft { path: path.to_path_buf(), place, file });
@@ -79,12 +77,12 @@ impl Draft {
         }
     }
 
-    /// The file, to write to.
+    /// The file to write to.
     pub(super) fn file(&self) -> io::Result<File> {
         self.file.as_file().try_clone()
     }
 
-    /// Puts the file on the disk and into its place.
+    /// Syncs the file to disk and renames it.
     pub(super) fn commit(self) -> Result<(), OutputError> {
         let synced = self.file.as_file().sync_all();
         synced.map_err(|error| OutputError::from_io(&self.path, error))?;
@@ -92,8 +90,7 @@ impl Draft {
     }
 }
 
-/// Removes temporary files that nobody will finish: those that nobody has locked. It is a courtesy: what can't be
-/// removed stays.
+/// Removes abandoned temporary files: those that no process has locked. Files that cannot be removed are ignored.
 fn sweep(folder: &Path, prefix: &str) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
@@ -103,16 +100,15 @@ fn sweep(folder: &Path, prefix: &str) {
             && let Ok(file) = File::open(entry.path())
             && file.try_lock().is_ok()
         {
-            // The lock is held until it is gone: see `Draft::begin`.
+            // The lock is held until the file is removed: see `Draft::begin`.
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// Creates a file that is filled while others may already read it, with `start` as its first bytes.
+/// Creates a file that is written while other programs may read it, with `start` as its first bytes.
 ///
-/// It takes the place of an older file at once, by renaming: a program that still has the old one mapped
-/// keeps it.
+/// It replaces an older file by renaming: a program that has mapped the old one keeps it.
 pub(super) fn create_in_place(path: &Path, start: &[u8]) -> Result<File, OutputError> {
     let place = Place::find(path)?;
     let file = temporary(path, &place)?;
@@ -130,7 +126,7 @@ impl Place {
                 Ok(found) if found.is_symlink() => {
                     links += 1;
                     if links > MAX_LINKS {
-                        return Err(wrong(io::Error::other("its symbolic links go round in a circle")));
+                        return Err(wrong(io::Error::other("its symbolic links are circular")));
                     }
                     let next = fs::read_link(&target).map_err(wrong)?;
                     target = folder_of(&target).join(next);
@@ -167,7 +163,7 @@ impl Place {
     }
 }
 
-/// What temporary names end in.
+/// The ending of temporary names.
 const SUFFIX: &str = ".tmp";
 
 fn temporary(path: &Path, place: &Place) -> Result<Temporary, OutputError> {
@@ -177,7 +173,7 @@ fn temporary(path: &Path, place: &Place) -> Result<Temporary, OutputError> {
 fn temporary_called(prefix: &str, path: &Path, place: &Place) -> Result<Temporary, OutputError> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix).suffix(SUFFIX);
-    // The crate's own choice, readable by the owner alone, is for secrets; a picture follows the umask.
+    // The default mode of the crate, readable only by the owner, is for secrets; pictures follow the umask.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let create = || builder.tempfile_in(&place.folder);
@@ -222,12 +218,12 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_half_way_keeps_the_old_file_and_leaves_no_other() {
+    fn a_failure_keeps_the_old_file_and_leaves_no_other() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.bin");
         write(&path, b"old").unwrap();
         let result = write_atomically(&path, |out| {
-            out.write_all(b"half of the new")?;
+            out.write_all(b"part of the new")?;
             Err(io::Error::from(ErrorKind::StorageFull))
         });
         assert!(matches!(result, Err(OutputError::DiskFull { .. })));
@@ -236,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_half_way_keeps_the_old_file_and_leaves_no_other() {
+    fn a_panic_keeps_the_old_file_and_leaves_no_other() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.bin");
         write(&path, b"old").unwrap();
@@ -260,10 +256,10 @@ mod tests {
     }
 
     #[test]
-    fn what_was_left_by_the_dead_is_swept_up_and_what_the_living_write_is_not() {
+    fn abandoned_temporary_files_are_removed_and_locked_ones_are_not() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.film");
-        // Another writer's, under way, and one that nobody holds any more.
+        // A temporary file of a running writer, and an abandoned one.
         let other = Draft::begin(&path).unwrap();
         let left = folder.path().join(".stride-a.film-dead.tmp");
         fs::write(&left, "half").unwrap();
@@ -279,12 +275,12 @@ mod tests {
         ours.commit().unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"ours");
         assert_eq!(names(folder.path()), [".stride-ab.film-dead.tmp", "a.film"]);
-        // What is in place is nobody's draft: it can be locked.
+        // The final file is not a temporary one: it is not locked.
         File::open(&path).unwrap().try_lock().unwrap();
     }
 
     #[test]
-    fn many_who_begin_at_once_do_not_sweep_each_other_up() {
+    fn concurrent_writers_do_not_remove_each_others_files() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.film");
         std::thread::scope(|scope| {
@@ -407,7 +403,7 @@ mod tests {
             let folder = tempfile::tempdir().unwrap();
             fs::set_permissions(folder.path(), Permissions::from_mode(0o555)).unwrap();
             let path = folder.path().join("a.png");
-            // Root may write anywhere, so there is nothing to refuse.
+            // Root may write anywhere, so that nothing is rejected.
             if fs::write(folder.path().join("probe"), "").is_ok() {
                 println!("skipped: this user may write into a read-only folder");
                 return;
@@ -417,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_the_system_get_their_own_words() {
+    fn system_errors_have_specific_messages() {
         let path = Path::new("sub/a.png");
         let full = OutputError::from_io(path, ErrorKind::StorageFull.into());
         assert_eq!(

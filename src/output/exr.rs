@@ -2,7 +2,7 @@
 //!
 //! ZIP over blocks of 16 lines: on noisy floats no lossless method saves much (640×480 with 2% noise: 3.5 MB
 //! of 3.7 in 110 ms; PIZ 3.2 MB in 140 ms), on smooth ones it is the smallest and fastest (1.2 MB in 37 ms;
-//! PIZ 1.6 in 53), and every reader knows it.
+//! PIZ 1.6 in 53), and all readers support it.
 
 use std::io::{self, Cursor, Read, Seek, Write};
 
@@ -15,7 +15,7 @@ use super::options::PictureOptions;
 use crate::film::cryptomatte::{self, Names};
 use crate::film::{Identity, Picture};
 
-/// The primaries and white point of Rec. 709. They are what a reader assumes anyway; saying it settles it.
+/// The primaries and white point of Rec. 709, which readers assume by default; they are written to be explicit.
 const REC_709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
     green: Vec2(0.3, 0.6),
@@ -23,9 +23,9 @@ const REC_709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.329),
 };
 
-/// Writes a picture's radiance, bit for bit, layers beside it, and what determines these bits: a line for each
-/// fact, in the attribute `comments`. Attributes of our own would come in an order of their own each time. The
-/// display window is the film, the data window the picture's part of it.
+/// Writes a picture's radiance, bit for bit, its layers, and its metadata: one line per fact, in the standard attribute
+/// `comments`, because custom attributes would be in a different order each time. The
+/// display window is the film, the data window the part of it in the picture.
 pub fn encode(
     picture: &Picture,
     options: &PictureOptions<'_>,
@@ -59,7 +59,7 @@ pub fn encode(
     image.attributes.display_window =
         IntegerBounds::from_dimensions(crop.map_or(size.into(), |c| pair(c.film)));
     image.attributes.chromaticities = Some(REC_709);
-    // One thread: the order of blocks is then the order of lines, and the renderer has the other threads.
+    // One thread: blocks are then in the order of lines, and the renderer uses the other threads.
     if mattes.is_empty() {
         return image.write().non_parallel().to_buffered(out).map_err(to_io);
     }
@@ -70,7 +70,7 @@ pub fn encode(
     out.write_all(&file)
 }
 
-/// What a header says of a layer of mattes, under a key that is the layer's own.
+/// The header attributes of a Cryptomatte layer, under a key that is specific to the layer.
 fn matte_attributes(names: &Names) -> [(Text, AttributeValue); 4] {
     let key = format!("cryptomatte/{:07x}", cryptomatte::hash(names.layer) >> 4);
     let manifest = names.manifest();
@@ -83,8 +83,8 @@ fn matte_attributes(names: &Names) -> [(Text, AttributeValue); 4] {
     .map(|(name, value)| (Text::from(&format!("{key}/{name}")[..]), AttributeValue::Text(Text::from(value))))
 }
 
-/// Puts the attributes of a file's header in the order of their names: those of our own come in another one each
-/// time. Each has a name, a type, both ended by a zero, the length of its value, and that; a zero ends the header.
+/// Sorts the attributes of a file's header by name: custom ones are in a different order each time. An attribute is a
+/// name and a type, both zero-terminated, the length of its value, and the value; a zero byte ends the header.
 fn sort_attributes(file: &mut [u8]) {
     const START: usize = 8;
     let end_of_text = |at: usize| file[at..].iter().position(|&byte| byte == 0).map(|len| at + len + 1);
@@ -95,7 +95,7 @@ fn sort_attributes(file: &mut [u8]) {
     };
     let (mut attributes, mut at) = (Vec::new(), START);
     while file.get(at).is_some_and(|&byte| byte != 0) {
-        // A header that we have just written has no other form.
+        // The header was just written, and so has this form.
         let Some(end) = end_of(at).filter(|&end| end <= file.len()) else { return };
         attributes.push(file[at..end].to_vec());
         at = end;
@@ -104,7 +104,7 @@ fn sort_attributes(file: &mut [u8]) {
     file[START..at].copy_from_slice(&attributes.concat());
 }
 
-/// The layers of mattes that a file has, each with how many names its manifest lists.
+/// The Cryptomatte layers of a file, each with the number of names in its manifest.
 pub fn mattes(file: impl Read) -> Vec<(String, usize)> {
     let Ok(meta) = MetaData::read_from_unbuffered(file, true) else { return Vec::new() };
     let others = || meta.headers.iter().flat_map(|header| &header.own_attributes.other);
@@ -134,7 +134,7 @@ pub fn channels(file: impl Read) -> Vec<String> {
     headers.flat_map(|header| &header.channels.list).map(|channel| channel.name.to_string()).collect()
 }
 
-/// The facts that [`encode`] has put into a file, if it has.
+/// The facts that [`encode`] has written into a file, if there are any.
 pub fn facts(file: impl Read) -> Option<Identity> {
     let meta = MetaData::read_from_unbuffered(file, true).ok()?;
     Identity::parse(&meta.headers.first()?.own_attributes.comments.as_ref()?.to_string())
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn facts_are_read_back_and_change_no_pixel() {
+    fn facts_are_read_back_and_do_not_affect_pixels() {
         let facts =
             Identity::default().with("program", "stride 1").with("scene", "5eed").with("samples", "0..8");
         let picture = speckle(17, 5);
@@ -205,7 +205,7 @@ mod tests {
         assert!(bits(&decode(&file(Some(&facts)))) == bits(&picture));
         assert_eq!(super::facts(&file(None)[..]), None);
         assert_ne!(file(Some(&facts)), file(Some(&facts.clone().with("seed", 1))));
-        // What a reader of Latin letters could not take is no error.
+        // Characters that a Latin-1 reader does not support are no error.
         let strange = facts.clone().with("device", "gpu: Größe 東京");
         assert_eq!(super::facts(&file(Some(&strange))[..]).unwrap().get("device"), Some("gpu: Gr??e ??"));
     }
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_of_a_film_says_where_on_it_it_lies() {
+    fn a_part_of_a_film_has_its_position_in_the_header() {
         let facts = Identity::default().with("size", "40x30").with("crop", "5,9,17,6");
         let crop = Crop::of(&facts);
         assert_eq!(crop, Some(Crop { film: [40, 30], from: [5, 9] }));
@@ -250,7 +250,7 @@ mod tests {
         for bad in ["5", "a,b,c,d", "-1,0,3,3"] {
             assert_eq!(Crop::of(&Identity::default().with("size", "40x30").with("crop", bad)), None, "{bad}");
         }
-        // A whole film is its own window.
+        // A whole film is its own display window.
         let mut out = Cursor::new(Vec::new());
         encode(&picture, &PictureOptions::default(), &mut out).unwrap();
         let meta = MetaData::read_from_buffered(Cursor::new(out.into_inner()), true).unwrap();
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn the_header_says_what_the_bits_mean_and_no_more() {
+    fn the_header_contains_only_what_determines_the_bits() {
         let file = bytes(Format::Exr, &speckle(17, 5), 0.0);
         let meta = MetaData::read_from_buffered(Cursor::new(&file), true).unwrap();
         let [header] = &meta.headers[..] else { panic!("one layer, not {}", meta.headers.len()) };

@@ -1,4 +1,4 @@
-//! Film files on disk: checkpoints while a render runs, the whole film at its end, and back again.
+//! Film files on disk: checkpoints during a render, the whole film at its end, and reading.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, ErrorKind, Write};
@@ -14,30 +14,30 @@ use crate::film::file::{self, FilmFileError, FilmReader, FilmWriter, Piece};
 use crate::film::head::Head;
 use crate::film::{Film, Holding, Milestone};
 
-/// A film file that can't be read, or is none.
+/// A film file cannot be read.
 #[derive(Debug, Error)]
 #[error("cannot read {path:?}: {}", said(.reason))]
 pub struct FilmError {
-    /// The file asked for.
+    /// The requested file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The error.
     pub reason: FilmFileError,
 }
 
 fn said(reason: &FilmFileError) -> String {
     match reason {
         FilmFileError::Io(error) if error.kind() == ErrorKind::NotFound => {
-            "there is no such file; `film` begins one".to_owned()
+            "there is no such file; `film` creates one".to_owned()
         }
         FilmFileError::Io(error) if error.kind() == ErrorKind::IsADirectory => "it is a folder".to_owned(),
         other => other.to_string(),
     }
 }
 
-/// A film file on its way in.
+/// A film file whose pixels have not been read.
 pub type FilmFile = FilmReader<BufReader<File>>;
 
-/// Opens a film file: all but its pixels is read.
+/// Opens a film file and reads everything except its pixels.
 pub fn open_film(path: &Path) -> Result<FilmFile, FilmError> {
     let open = || -> Result<FilmFile, FilmFileError> {
         let file = File::open(path)?;
@@ -46,7 +46,7 @@ pub fn open_film(path: &Path) -> Result<FilmFile, FilmError> {
     open().map_err(|reason| FilmError { path: path.to_path_buf(), reason })
 }
 
-/// Finds out, before hours of rendering, whether a film can be written to `path`. Leaves nothing behind.
+/// Checks before a render that a film can be written to `path`. Leaves no file behind.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     if !extension.eq_ignore_ascii_case("film") {
@@ -56,7 +56,7 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     atomic::check_place(path)
 }
 
-/// Writes a film file, whole or not at all.
+/// Writes a film file, completely or not at all.
 pub fn write_film(
     path: &Path,
     head: &Head,
@@ -73,14 +73,14 @@ pub fn write_film(
     draft.commit()
 }
 
-/// The sink that keeps a run: a film file that is written anew from time to time.
+/// The sink for a film file, which is rewritten at intervals.
 #[derive(Clone, Debug)]
 pub struct FilmSink {
-    /// Where it stands.
+    /// The path of the file.
     pub path: PathBuf,
-    /// What it says of itself.
+    /// The header.
     pub head: Head,
-    /// The samples that the run is to give every pixel, from the first on.
+    /// The requested range of samples of every pixel.
     pub range: Range<u32>,
 }
 
@@ -94,16 +94,16 @@ impl FilmSink {
         Holding::prefix(self.range.clone(), least, most)
     }
 
-    /// Writes films whose pixels come in pieces, one film after the other, until the channel closes. Pieces
-    /// of one film may be taken at different times: each pixel counts its own samples. A film that can't be
-    /// written is told of and given up; the next one is another attempt.
+    /// Writes films whose pixels arrive in pieces, one film after the other, until the channel closes. Pieces of one
+    /// film may be from different times: each pixel has its own count of samples. A write error is reported and the
+    /// film abandoned; the next one is another attempt.
     pub fn keep(&self, pieces: &Receiver<Piece>, tell: impl Fn(String)) {
         let (mut draft, mut failing) = (None, false);
         for piece in pieces {
             let step = match (piece, draft.take()) {
                 (Piece::Start(milestone), _) => self.begin(milestone).map(Some),
                 (Piece::Pixels(pixels), Some(checkpoint)) => self.add(checkpoint, &pixels),
-                // Given up already: its other pieces still come.
+                // The film was abandoned: its other pieces are skipped.
                 (Piece::Pixels(_), None) => continue,
             };
             match step {
@@ -115,7 +115,7 @@ impl FilmSink {
                 }
                 Err(error) => {
                     failing = true;
-                    tell(format!("{error}; the render goes on, and the film is tried again"));
+                    tell(format!("{error}; the render continues and will retry the film"));
                 }
             }
         }
@@ -129,7 +129,7 @@ impl FilmSink {
         Ok(Checkpoint { draft, writer, milestone })
     }
 
-    /// Adds pixels; none is left of a checkpoint that is finished with them.
+    /// Adds pixels; returns `None` when the checkpoint is complete.
     fn add(&self, mut checkpoint: Checkpoint, pixels: &[u8]) -> Result<Option<Checkpoint>, OutputError> {
         let wrong = |error| OutputError::from_io(&self.path, error);
         if !checkpoint.writer.pixels(pixels).map_err(wrong)? {
@@ -142,7 +142,7 @@ impl FilmSink {
     }
 }
 
-/// A film that is being written.
+/// A checkpoint in progress.
 struct Checkpoint {
     draft: Draft,
     writer: FilmWriter<BufWriter<File>>,

@@ -1,10 +1,10 @@
-//! Numbers for people: rates, durations, exposures.
+//! Numbers for users: rates, durations, exposures.
 
-/// "7.9 Msamples/s": a rate in samples per second, three digits at most.
+/// "7.9 Msamples/s": a rate in samples per second, with at most three digits.
 pub fn samples_per_second(rate: f64) -> String {
     let (value, prefix) = [(1e9, "G"), (1e6, "M"), (1e3, "k")]
         .into_iter()
-        // What would round to 1000 of one unit is 1 of the next.
+        // A value that would round to 1000 of one unit is 1 of the next.
         .find(|&(unit, _)| rate >= unit * 0.9995)
         .map_or((rate, ""), |(unit, prefix)| (rate / unit, prefix));
     format!("{} {prefix}samples/s", short(value))
@@ -31,13 +31,13 @@ pub fn exposure(stops: f64) -> String {
     format!("{sign}{} EV", hundredths(stops.abs()))
 }
 
-/// "0.2500", "12.50", "3.142e-9": so many significant digits.
+/// "0.2500", "12.50", "3.142e-9": a number with this many significant digits.
 pub fn significant(value: f64, digits: usize) -> String {
     let after = digits.saturating_sub(1);
     let scientific = format!("{value:.after$e}");
     let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
     match exponent {
-        // No number at all, or nothing.
+        // NaN, an infinity, or zero.
         None => format!("{value}"),
         Some(_) if value == 0.0 => "0".to_owned(),
         Some(exponent @ -4..=5) => {
@@ -48,17 +48,17 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// "128" or, while there are few, "3.4": samples per pixel. Never rounded up: 500 is there when it is there.
+/// "128", or "3.4" below 10: samples per pixel. Never rounded up: 500 appears only when it is reached.
 pub fn samples_per_pixel(spp: f64) -> String {
     if spp < 10.0 { tenths((spp * 10.0).floor() / 10.0) } else { format!("{}", spp.floor()) }
 }
 
-/// Three digits at most, as long as that is possible.
+/// At most three digits, if possible.
 fn short(value: f64) -> String {
     if value < 9.95 { tenths(value) } else { format!("{value:.0}") }
 }
 
-/// One decimal, none where it would be 0.
+/// One decimal, or none if it is 0.
 fn tenths(value: f64) -> String {
     trimmed(format!("{value:.1}"))
 }

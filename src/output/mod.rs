@@ -1,16 +1,17 @@
-//! Output: everything that shows or keeps what was rendered, one sink per file.
+//! Output: the sinks and viewers of a render, one per file.
 //!
-//! | sink | takes | is for |
+//! | sink | input | purpose |
 //! |---|---|---|
-//! | [`picture`]: [`png`], [`exr`], [`hdr`] | a finished [`Picture`](crate::film::Picture) | keeping and showing |
-//! | [`npy`] | every sample | studying them in NumPy |
-//! | [`film`] | the film's own words | going on, and merging |
-//! | [`window`] | snapshots | watching |
-//! | [`tev`] | snapshots | watching in tev |
+//! | [`picture`]: [`png`], [`exr`], [`hdr`] | a finished [`Picture`](crate::film::Picture) | picture files |
+//! | [`npy`] | every sample | analysis in NumPy |
+//! | [`film`] | the film's words | resuming and merging |
+//! | [`window`] | snapshots | viewing |
+//! | [`tev`] | snapshots | viewing in tev |
 //! | [`plot`] | measurements | charts |
 //!
-//! [`atomic`] puts files in place whole, `unfinished` knows those that are not, [`patience`] insists, [`progress`] is how far a run has come, [`human`] turns numbers into words, [`overlay`]
-//! colours pixels by worker, [`read`] gets pictures back from files.
+//! [`atomic`] writes files completely or not at all, `unfinished` keeps a list of temporary files, [`patience`] retries
+//! failed writes, [`progress`] is the progress of a run, [`human`] formats numbers, [`overlay`] colours pixels by
+//! worker, and [`read`] reads picture files.
 
 pub mod atomic;
 pub mod error;

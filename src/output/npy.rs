@@ -3,15 +3,13 @@
 //! A record is 28 bytes, little-endian: `pixel` u4, `sample` u4, `x` f4, `y` f4, `radiance` 3 × f4, as in
 //! [`Sample`]. Records come in any order.
 //!
-//! What they are samples of stands in the header behind the dictionary, as a comment that Python skips: `#` and a
-//! list of names and values in JSON, the facts and notes of a film file (`docs/film-format.md`). [`read`] gets all
-//! of it back.
+//! The header contains metadata after the dictionary, as a comment that Python skips: `#` and a list of names and
+//! values in JSON, the facts and notes of a film file (`docs/film-format.md`). [`read`] reads all of it back.
 //!
-//! The file stands in its place from the start and can be loaded at any time, also after `kill -9`: records
-//! are written first, then the count in the header, so that the header never promises what is not there. At
+//! The file exists from the start and can be loaded at any time, even after `kill -9`: records
+//! are written first, then the count in the header, so that the header never counts missing records. At
 //! most [`FLUSH_BYTES`] or [`FLUSH_SECONDS`] of samples are lost with the program. Only
-//! [`SampleDump::finish`] asks the system to put the file on the disk: until then a power cut, unlike a kill,
-//! may lose more.
+//! [`SampleDump::finish`] syncs the file to disk: until then a power cut, unlike a kill, may lose more.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -27,19 +25,19 @@ pub mod read;
 
 /// Bytes of one sample.
 pub const RECORD_BYTES: usize = 28;
-/// Bytes of samples that are kept back before they go to the file.
+/// Bytes of samples that are buffered before they are written.
 pub const FLUSH_BYTES: usize = 1 << 20;
-/// Seconds that samples are kept back at most, while others follow.
+/// The maximum time in seconds that samples are buffered, while others follow.
 pub const FLUSH_SECONDS: f64 = 1.0;
 
-/// The longest header that NumPy reads without being asked to trust the file.
+/// The longest header that NumPy reads by default.
 const LONGEST_HEADER: usize = 10_000;
 
-/// The type of a record, as Python writes it.
+/// The type of a record in Python notation.
 const DESCRIPTION: &str =
     "[('pixel', '<u4'), ('sample', '<u4'), ('x', '<f4'), ('y', '<f4'), ('radiance', '<f4', (3,))]";
 
-/// Finds out, before hours of rendering, whether samples can be dumped to `path`. Leaves nothing behind.
+/// Checks before a render that samples can be dumped to `path`. Leaves no file behind.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     if !extension.eq_ignore_ascii_case("npy") {
@@ -49,7 +47,7 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     atomic::check_place(path)
 }
 
-/// The sink that keeps every sample.
+/// The sink for every sample.
 #[derive(Debug)]
 pub struct SampleDump {
     path: PathBuf,
@@ -58,7 +56,7 @@ pub struct SampleDump {
 }
 
 impl SampleDump {
-    /// Puts an empty dump of samples of this at `path`, in place of what was there.
+    /// Creates an empty dump with this metadata at `path`, and replaces an existing file.
     pub fn create(path: &Path, facts: &Identity) -> Result<Self, OutputError> {
         check_writable(path)?;
         let records = Records::new(facts);
@@ -66,12 +64,12 @@ impl SampleDump {
         Ok(Self { path: path.to_path_buf(), file, records })
     }
 
-    /// Adds samples. After an error the file holds what was flushed before it, and the dump takes no more.
+    /// Adds samples. After an error the file contains the samples flushed before it, and accepts no more.
     pub fn write(&mut self, samples: &[Sample]) -> Result<(), OutputError> {
         self.records.write(samples, &mut self.file).map_err(|error| OutputError::from_io(&self.path, error))
     }
 
-    /// Writes what is kept back, puts the file on the disk and returns the number of samples in it.
+    /// Flushes the samples, syncs the file to disk, and returns the number of samples in it.
     pub fn finish(mut self) -> Result<u64, OutputError> {
         self.records
             .flush(&mut self.file)
@@ -83,15 +81,15 @@ impl SampleDump {
 
 impl Drop for SampleDump {
     fn drop(&mut self) {
-        // A run that ends early keeps its samples as far as that is possible; `finish` is who reports errors.
+        // A run that ends early keeps its samples if possible; only `finish` reports errors.
         let _ = self.records.flush(&mut self.file);
     }
 }
 
-/// Samples on their way into a file.
+/// The buffer of samples before they are written.
 #[derive(Debug)]
 struct Records {
-    /// What stands behind the dictionary, in the header.
+    /// The text after the dictionary in the header.
     comment: String,
     /// Bytes of the header.
     start: usize,
@@ -109,14 +107,14 @@ impl Records {
             Ok(text) if !facts.is_empty() => format!(" # {}", ascii(&text)),
             _ => String::new(),
         };
-        // A dump that NumPy does not read is worth less than one that does not say what it is of.
+        // Metadata that make the header too long for NumPy are omitted.
         let comment = if comment.len() < LONGEST_HEADER / 2 { comment } else { String::new() };
-        // Room for any count; a multiple of 64, as the format asks.
+        // Room for any count; a multiple of 64, as the format requires.
         let start = (10 + dictionary(u64::MAX).len() + comment.len() + 1).next_multiple_of(64);
         Self { comment, start, kept_back, written: 0, last_flush: Instant::now(), failed: false }
     }
 
-    /// The header of `count` records: magic, version 1.0, length, a Python dictionary, a comment, spaces, a line's end.
+    /// The header of `count` records: magic, version 1.0, length, a Python dictionary, a comment, spaces, a newline.
     fn header(&self, count: u64) -> Vec<u8> {
         let text = dictionary(count) + &self.comment;
         let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
@@ -142,7 +140,7 @@ impl Records {
 
     fn flush(&mut self, out: &mut (impl Write + Seek)) -> io::Result<()> {
         if self.failed {
-            return Err(io::Error::other("an earlier write to it failed"));
+            return Err(io::Error::other("an earlier write to the file failed"));
         }
         self.last_flush = Instant::now();
         if self.kept_back.is_empty() {
@@ -180,7 +178,7 @@ fn record(sample: &Sample) -> [u8; RECORD_BYTES] {
     bytes
 }
 
-/// JSON with its other characters escaped: what stands in strings, and nowhere else. Headers are Latin-1.
+/// Escapes the other characters of JSON, which occur only in strings. Headers are Latin-1.
 fn ascii(json: &str) -> String {
     let mut text = String::with_capacity(json.len());
     for c in json.chars() {
@@ -192,7 +190,7 @@ fn ascii(json: &str) -> String {
     text
 }
 
-/// What the format says of `count` records.
+/// The dictionary for `count` records.
 fn dictionary(count: u64) -> String {
     format!("{{'descr': {DESCRIPTION}, 'fortran_order': False, 'shape': ({count},), }}")
 }
@@ -217,7 +215,7 @@ mod tests {
         range.map(sample).collect()
     }
 
-    /// A reader of our own, that knows the format and not the writer.
+    /// An independent reader of the format.
     fn load(file: &[u8]) -> Vec<Sample> {
         assert_eq!(&file[..8], b"\x93NUMPY\x01\x00");
         let length = usize::from(u16::from_le_bytes([file[8], file[9]]));
@@ -280,7 +278,7 @@ mod tests {
             assert!(kept_back * RECORD_BYTES < FLUSH_BYTES);
             assert!(read == samples(0..read.len() as u32));
         }
-        // Forgotten, as by a kill: nothing of it runs any more.
+        // Leaked, as by a kill: no destructor runs.
         std::mem::forget(dump);
         let read = load(&fs::read(&path).unwrap());
         assert!(read.len() >= 100_000 - FLUSH_BYTES / RECORD_BYTES - 1);
@@ -310,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_do_not_wait_longer_than_a_second_for_company() {
+    fn samples_are_buffered_for_a_second_at_most() {
         let mut records = Records::new(&facts());
         let mut out = Cursor::new(records.header(0));
         records.write(&samples(0..1), &mut out).unwrap();

@@ -1,24 +1,24 @@
-//! What a picture file says beside the picture.
+//! The view and the metadata of a picture file.
 
 use crate::film::cryptomatte::Names;
 use crate::film::{Channel, Identity, ViewTransform};
 
-/// What a picture file depends on beside the picture.
+/// The contents of a picture file beside the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PictureOptions<'a> {
-    /// How an 8-bit file shows it; linear files keep the radiance as it is.
+    /// The view transform of an 8-bit file; linear files store radiance.
     pub view: ViewTransform,
-    /// What determines the bits of the picture, for formats that can tell: EXR.
+    /// The facts that determine the bits of the picture, for EXR.
     pub facts: Option<&'a Identity>,
-    /// Layers beside colour, for the format that has room for them: EXR.
+    /// Layers beside colour, for EXR.
     pub channels: &'a [Channel],
-    /// What those of the channels that are mattes are about.
+    /// The names in those of the channels that are Cryptomatte layers.
     pub mattes: &'a [&'a Names],
-    /// Where the picture lies on its film, for the format that can tell: EXR. None where it is the whole of it.
+    /// The position of the picture on its film, for EXR; `None` if it is the whole film.
     pub crop: Option<Crop>,
 }
 
-/// A film and the place on it where a picture begins, in pixels from the top left.
+/// The size of a film, and the position of a picture on it, in pixels from the top left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crop {
     /// Width and height of the film.
@@ -28,7 +28,7 @@ pub struct Crop {
 }
 
 impl Crop {
-    /// What a film says of itself: its facts `size` and `crop`.
+    /// From the facts `size` and `crop` of a film.
     pub fn of(identity: &Identity) -> Option<Crop> {
         let (width, height) = identity.get("size")?.split_once('x')?;
         let mut numbers = identity.get("crop")?.split(',').map(|number| number.parse().ok());

@@ -1,4 +1,4 @@
-//! The owner overlay: each pixel in the colour of the worker that makes it (report figure 3.1).
+//! The owner overlay: each pixel in the colour of the worker that owns it (report figure 3.1).
 
 use std::path::Path;
 
@@ -6,27 +6,27 @@ use super::error::OutputError;
 use super::{atomic, picture, png};
 use crate::film::tone::srgb_to_linear;
 
-/// Levels of red, green and blue that colours are chosen from; the cube of them is how many there are.
+/// Levels of red, green and blue for the colours; their cube is the number of candidates.
 const LEVELS: u8 = 12;
 
-/// The colour of every pixel: its worker's. `owners` are row-major, `width × height` of them.
+/// The colour of every pixel's owner. `owners` are row-major, `width × height` of them.
 ///
 /// # Panics
-/// If there are not that many.
+/// If the number of owners is different.
 pub fn owner_overlay(owners: &[u32], width: u32, height: u32) -> Vec<[u8; 3]> {
     assert_eq!(owners.len(), width as usize * height as usize, "a pixel without an owner");
     let colours = palette(workers(owners));
     owners.iter().map(|&owner| colours[owner as usize % colours.len()]).collect()
 }
 
-/// Writes the overlay as a PNG file, whole or not at all.
+/// Writes the overlay as a PNG file, completely or not at all.
 pub fn write_owner_overlay(path: &Path, owners: &[u32], width: u32, height: u32) -> Result<(), OutputError> {
     check_writable(path)?;
     let colours = owner_overlay(owners, width, height);
     atomic::write_atomically(path, |out| png::encode(width, height, &colours, out))
 }
 
-/// Finds out whether the overlay can be written to `path`, which has to be a PNG file. Leaves nothing behind.
+/// Checks that the overlay can be written to `path`, which must be a PNG file. Leaves no file behind.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     match picture::Format::of(path) {
         Ok(picture::Format::Png) => atomic::check_place(path),
@@ -38,19 +38,19 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     }
 }
 
-/// How many workers there are: one more than the greatest number.
+/// The number of workers: one more than the largest index.
 pub(crate) fn workers(owners: &[u32]) -> usize {
     owners.iter().max().map_or(1, |&most| most as usize + 1)
 }
 
-/// `count` sRGB colours, each as far from the ones before it as can be, so that few workers get very
-/// different colours and many still tell apart; the first colours do not depend on the count. More workers
-/// than colours (1728, less what is too dark) share them.
+/// `count` sRGB colours, each as far as possible from the ones before it, so that few workers have very
+/// different colours and many are still distinguishable. The first colours do not depend on the count. More workers
+/// than colours (1728, less the dark ones) share them.
 pub fn palette(count: usize) -> Vec<[u8; 3]> {
     let level = |i: u8| i * (255 / (LEVELS - 1)) + i.min(255 % (LEVELS - 1));
     let all = (0..LEVELS)
         .flat_map(|r| (0..LEVELS).flat_map(move |g| (0..LEVELS).map(move |b| [r, g, b].map(level))));
-    // Black is what the window has around the picture, and dark colours look alike on most screens.
+    // The area around the picture in a window is black, and dark colours look alike on most screens.
     let mut candidates: Vec<_> = all
         .map(|rgb| (rgb, oklab(rgb)))
         .filter(|(_, lab)| lab[0] > 0.35)
@@ -58,7 +58,7 @@ pub fn palette(count: usize) -> Vec<[u8; 3]> {
         .collect();
 
     let mut colours = Vec::new();
-    // A quiet blue to begin with: a single worker's picture is one even field of it.
+    // A quiet blue first: the picture of a single worker is uniform in it.
     let mut next = candidates.iter().position(|(rgb, ..)| rgb[0] < rgb[1] && rgb[1] < rgb[2]).unwrap_or(0);
     while colours.len() < count && !candidates.is_empty() {
         let (rgb, lab, _) = candidates.swap_remove(next);
@@ -79,7 +79,7 @@ fn distance_squared(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
-/// Oklab (Ottosson 2020), where equal distances look about equally different.
+/// Oklab (Ottosson 2020), in which equal distances are about equal perceived differences.
 fn oklab(rgb: [u8; 3]) -> [f64; 3] {
     let [r, g, b] = rgb.map(|code| srgb_to_linear(f64::from(code) / 255.0));
     let l = libm::cbrt(0.412_221_470_8 * r + 0.536_332_536_3 * g + 0.051_445_992_9 * b);
@@ -109,14 +109,14 @@ mod tests {
 
     #[test]
     fn colours_can_be_told_apart() {
-        // 0.02 in Oklab is about a just noticeable difference side by side.
+        // 0.02 in Oklab is about a just noticeable difference of adjacent colours.
         for (count, apart) in [(2, 0.3), (8, 0.2), (25, 0.12), (64, 0.08), (256, 0.045), (1024, 0.02)] {
             let colours = palette(count);
             assert_eq!(colours.len(), count);
             let distance = closest(&colours).sqrt();
             assert!(distance >= apart, "{count} colours: {distance}");
         }
-        // The comparer does see two that are alike.
+        // Negative control: two similar colours are detected.
         let mut colours = palette(25);
         colours.push(colours[3]);
         assert!(closest(&colours) < 0.01);
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn pixels_take_the_colours_of_their_workers() {
-        // 25 workers on 10 columns, as strides are dealt.
+        // 25 workers on 10 columns, in strides.
         let owners: Vec<u32> = (0..100).map(|pixel| pixel % 25).collect();
         let overlay = owner_overlay(&owners, 10, 10);
         let colours = palette(25);

@@ -1,18 +1,18 @@
-//! Files that must not be lost: written again after a failure, and in the end somewhere else.
+//! Files that must not be lost: retried after a failure, and finally written to another folder.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::error::OutputError;
 
-/// How long files are tried again after a first failure. Disks that come back come back in seconds.
+/// How long writes are retried after a first failure. Temporary failures of disks last seconds.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How long to wait between two attempts.
+/// The interval between two attempts.
 const PAUSE: Duration = Duration::from_millis(500);
 
-/// Writes files that take long to make again. They share one patience: ten files on a disk that is gone
-/// are not waited for ten times.
+/// Writes files that are expensive to make again. The time limit covers all of them together: ten files on a missing
+/// disk are not retried ten times as long.
 #[derive(Debug)]
 pub struct Patience {
     patience: Duration,
@@ -26,13 +26,13 @@ impl Default for Patience {
 }
 
 impl Patience {
-    /// Goes elsewhere at once.
+    /// Without retries: writes to another folder at once.
     pub fn none() -> Patience {
         Patience { patience: Duration::ZERO, deadline: None }
     }
 
-    /// Writes a file by `write`, which gets the path. After an error it says so and tries again for a while;
-    /// then the file goes to the current folder or the one for temporary files, and it says where. The error
+    /// Writes a file by `write`, which receives the path. After an error it reports the error and retries for a while.
+    /// Then the file is written to the current folder or the folder for temporary files, which is reported. The result
     /// is that of the first attempt.
     pub fn write(
         &mut self,
@@ -47,19 +47,19 @@ impl Patience {
         let patience = self.patience;
         let deadline = *self.deadline.get_or_insert_with(|| Instant::now() + patience);
         if Instant::now() < deadline {
-            tell(format!("{error}; trying again for {} s", patience.as_secs()));
+            tell(format!("{error}; retrying for {} s", patience.as_secs()));
         }
         while Instant::now() < deadline {
             std::thread::sleep(PAUSE);
             if write(path).is_ok() {
-                tell(format!("{path:?} is written after all"));
+                tell(format!("{path:?} has been written by a retry"));
                 return Ok(());
             }
         }
         for folder in [PathBuf::from("."), std::env::temp_dir()] {
             let Some(instead) = free_name(&folder, path) else { continue };
             if write(&instead).is_ok() {
-                tell(format!("what should be {path:?} is {instead:?} instead"));
+                tell(format!("{path:?} has been written to {instead:?} instead"));
                 return Err(error);
             }
         }
@@ -67,7 +67,7 @@ impl Patience {
     }
 }
 
-/// A name like that of `path` in another folder, that nothing has yet.
+/// An unused name like that of `path` in another folder.
 fn free_name(folder: &Path, path: &Path) -> Option<PathBuf> {
     let (stem, extension) = (path.file_stem()?, path.extension()?.to_string_lossy());
     let name = |n: u32| match n {
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn what_works_is_written_once_and_in_silence() {
+    fn a_successful_write_happens_once_without_messages() {
         let folder = tempfile::tempdir().unwrap();
         let times = Cell::new(0);
         let tell = |said| panic!("{said}");
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_comes_back_gets_its_file() {
+    fn a_write_succeeds_when_its_folder_returns() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("gone/a.png");
         let said = RefCell::new(Vec::new());
@@ -119,11 +119,11 @@ mod tests {
         };
         impatient().write(&path, &|line| said.borrow_mut().push(line), later).unwrap();
         assert!(path.exists());
-        assert!(said.borrow()[0].contains("trying again"), "{said:?}");
+        assert!(said.borrow()[0].contains("retrying"), "{said:?}");
     }
 
     #[test]
-    fn what_can_not_be_written_there_is_written_elsewhere_and_told_of() {
+    fn a_failed_write_goes_to_another_folder_with_a_message() {
         let folder = tempfile::tempdir().unwrap();
         let name = format!("patience-{}.png", std::process::id());
         let lost = folder.path().join("gone").join(&name);
@@ -139,11 +139,11 @@ mod tests {
             assert_eq!(fs::read(instead).unwrap(), b"x");
             found.push(PathBuf::from(instead));
         }
-        // None is written over another, and they are not waited for one by one.
+        // None overwrites another, and the time limit covers all together.
         assert!(found[0] != found[1] && found[1] != found[2]);
         assert!(start.elapsed() < Duration::from_secs(30));
         found.iter().for_each(|path| fs::remove_file(path).unwrap());
-        // Where nothing can be written the first error is all there is.
+        // If no folder is writable, only the first error is returned.
         let error = patience.write(&lost, &|_| {}, |path| {
             Err(OutputError::NoFolder { path: path.into(), folder: path.into() })
         });

@@ -1,4 +1,4 @@
-//! Pictures to files: the extension says how.
+//! Picture files, in the format of the extension.
 
 use std::fmt;
 use std::io::{self, Seek, Write};
@@ -12,11 +12,11 @@ use crate::film::{Picture, ToneMap};
 /// A picture file's format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// 8-bit sRGB, for looking at.
+    /// 8-bit sRGB, for viewing.
     Png,
-    /// Linear 32-bit floats without loss, for working on.
+    /// Lossless linear 32-bit floats, for editing.
     Exr,
-    /// Radiance RGBE: linear, 8 bits of mantissa, for programs that read nothing better.
+    /// Radiance RGBE: linear with 8-bit mantissas, for programs that do not read EXR.
     Hdr,
 }
 
@@ -33,7 +33,7 @@ impl Format {
         }
     }
 
-    /// The format a file's name asks for, in capitals or not.
+    /// The format for a file name; the extension is case-insensitive.
     pub fn of(path: &Path) -> Result<Self, OutputError> {
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         Self::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.extension())).ok_or_else(
@@ -64,15 +64,14 @@ fn known(formats: &[Format]) -> String {
     }
 }
 
-/// Finds out, before hours of rendering, whether a picture can be written to `path`, and in which format.
-/// Leaves nothing behind.
+/// Checks before a render that a picture can be written to `path`, and returns its format. Leaves no file behind.
 pub fn check_writable(path: &Path) -> Result<Format, OutputError> {
     let format = Format::of(path)?;
     atomic::check_place(path)?;
     Ok(format)
 }
 
-/// Writes a picture in the format of the name's extension, whole or not at all. Equal pictures make equal
+/// Writes a picture in the format of the extension, completely or not at all. Equal pictures give equal
 /// files.
 pub fn write_picture(
     path: &Path,
@@ -83,10 +82,10 @@ pub fn write_picture(
     atomic::write_atomically(path, |out| encode(format, picture, options, out))
 }
 
-/// Writes a picture's file to something that can seek.
+/// Writes a picture's file to a seekable writer.
 ///
 /// # Panics
-/// If the picture has not `width × height` pixels.
+/// If the picture does not have `width × height` pixels.
 pub fn encode(
     format: Format,
     picture: &Picture,
@@ -105,7 +104,7 @@ pub fn encode(
     }
 }
 
-/// The name of the picture after `spp` samples per pixel: `cover.png` becomes `cover-10.png`.
+/// The path of the picture at `spp` samples per pixel: `cover.png` becomes `cover-10.png`.
 pub fn numbered_path(path: &Path, spp: u32) -> PathBuf {
     suffixed_path(path, &spp.to_string())
 }
@@ -130,10 +129,10 @@ pub(super) mod tests {
     use crate::film::ViewTransform;
     use crate::scene::Tone;
 
-    /// The sizes each format is tried at.
+    /// The sizes at which each format is tested.
     pub(crate) const SIZES: [(u32, u32); 5] = [(1, 1), (3, 2), (17, 5), (1, 40), (64, 33)];
 
-    /// A picture in [0, 1) without two equal rows, columns or channels; about a seventh of it black.
+    /// A picture in [0, 1) without two equal rows, columns or channels; about a seventh of it is black.
     pub(crate) fn speckle(width: u32, height: u32) -> Picture {
         let mut state = 0x9e37_79b9u32;
         let mut next = || {
@@ -159,17 +158,17 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn formats_go_by_extension_in_capitals_or_not() {
+    fn extensions_are_case_insensitive() {
         assert_eq!(Format::of(Path::new("a/b.png")).unwrap(), Format::Png);
         assert_eq!(Format::of(Path::new("B.v2.EXR")).unwrap(), Format::Exr);
         assert_eq!(Format::of(Path::new("b.Hdr")).unwrap(), Format::Hdr);
     }
 
     #[test]
-    fn unknown_extensions_are_refused_with_the_known_ones() {
+    fn unknown_extensions_are_refused_with_a_list_of_the_known_ones() {
         for (name, said) in [
             ("a.jpg", "the extension .jpg is not known; use .png, .exr or .hdr"),
-            ("a", "its name has no extension to tell the format by; use .png, .exr or .hdr"),
+            ("a", "its name has no extension to determine the format; use .png, .exr or .hdr"),
             (".png", "its name has no extension"),
             ("a.png/", ""),
             ("", "no extension"),
@@ -178,7 +177,7 @@ pub(super) mod tests {
             let path = folder.path().join(name);
             match check_writable(&path) {
                 Err(error) => assert!(error.to_string().contains(said), "{name}: {error}"),
-                // A slash after a name is dropped by the path's own rules.
+                // A slash after a name is removed by the rules of paths.
                 Ok(format) => assert_eq!((name, format), ("a.png/", Format::Png)),
             }
             assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
@@ -186,7 +185,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn equal_pictures_make_equal_files_and_others_do_not() {
+    fn equal_pictures_give_equal_files_and_different_ones_do_not() {
         for format in Format::ALL {
             for (width, height) in SIZES {
                 let picture = speckle(width, height);
@@ -202,7 +201,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_png_has_its_tone_curve_and_is_srgb_in_any_case() {
+    fn a_png_applies_the_tone_curve_and_is_always_srgb() {
         let picture = speckle(17, 5);
         let file = |tone| {
             let (mut out, view) = (Cursor::new(Vec::new()), ViewTransform { exposure: 0.0, tone });
@@ -251,13 +250,13 @@ pub(super) mod tests {
             let error = encode(format, &speckle(64, 33), &PictureOptions::default(), &mut out).unwrap_err();
             let error = OutputError::from_io(Path::new("a"), error);
             assert!(matches!(error, OutputError::DiskFull { .. }), "{format}: {error}");
-            // The buffer still holds bytes that have nowhere to go.
+            // The buffer still contains bytes that cannot be written.
             let _ = out.into_parts();
         }
     }
 
     #[test]
-    fn numbers_go_before_the_extension() {
+    fn numbers_precede_the_extension() {
         for (path, numbered) in
             [("cover.png", "cover-10.png"), ("a/b.v2.exr", "a/b.v2-10.exr"), ("a", "a-10")]
         {

@@ -1,7 +1,7 @@
 //! Line charts as SVG, for benchmarks.
 //!
-//! Hand-written, because the crates that draw charts measure text with fonts that they need from the system, and
-//! every machine would draw another chart. Here the viewer chooses the font, and the layout leaves room for any.
+//! Written by hand, because charting crates measure text with the system's fonts, so that
+//! every machine would draw a different chart. Here the viewer chooses the font, and the layout fits any.
 
 use std::fmt::Write;
 
@@ -10,40 +10,40 @@ mod axis;
 pub use axis::{Axis, Scale};
 use axis::{Span, number};
 
-/// A chart of a few measurements against one quantity.
+/// A chart of a few series of measurements against one quantity.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// What it shows, in a few words.
+    /// A short title.
     pub title: String,
-    /// Under which circumstances.
+    /// The conditions of the measurement.
     pub subtitle: String,
-    /// From left to right.
+    /// The horizontal axis.
     pub x: Axis,
-    /// From bottom to top.
+    /// The vertical axis.
     pub y: Axis,
-    /// In the order of the legend.
+    /// The lines, in the order of the legend.
     pub series: Vec<Series>,
 }
 
 /// A line of a chart.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// Its place in the legend.
+    /// Its text in the legend.
     pub label: String,
-    /// In the order in which they are joined.
+    /// Its points, in the order in which they are joined.
     pub points: Vec<Point>,
-    /// How it is drawn.
+    /// Its style.
     pub style: Style,
 }
 
-/// How a line is drawn.
+/// The style of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
-    /// What was measured: a coloured line with a dot at each point; notes stand above them.
+    /// Measurements: a coloured line with a dot at each point, and notes above the points.
     Measured,
-    /// The same, with notes below the points.
+    /// Measurements with notes below the points.
     MeasuredNotesBelow,
-    /// What it is held against: a dashed grey line, cut off at the chart's border.
+    /// A reference: a dashed grey line, clipped at the chart's border.
     Guide,
 }
 
@@ -54,19 +54,19 @@ pub struct Point {
     pub x: f64,
     /// Vertical position.
     pub y: f64,
-    /// The smallest and the largest y that were seen, drawn as a whisker.
+    /// The minimum and the maximum measured y, drawn as a whisker.
     pub range: Option<[f64; 2]>,
-    /// A word beside it; not written where it would not fit.
+    /// A short text beside it, which is omitted if it does not fit.
     pub note: String,
 }
 
 impl Point {
-    /// A point and nothing else.
+    /// A point without whisker and note.
     pub fn at(x: f64, y: f64) -> Point {
         Point { x, y, ..Point::default() }
     }
 
-    /// The heights that it takes up: its whisker's, or its own.
+    /// The range of y that it covers: that of its whisker, or its own.
     fn reach(&self) -> [f64; 2] {
         self.range.unwrap_or([self.y, self.y])
     }
@@ -80,11 +80,11 @@ const BOTTOM: f64 = HEIGHT - 72.0;
 /// Baseline of the legend's first line.
 const LEGEND: f64 = 98.0;
 const LEGEND_LINE: f64 = 22.0;
-/// Width of a letter of the legend, on the wide side: text must not run into text in any font.
+/// The width of a letter in the legend, with a margin: texts must not overlap in any font.
 const LETTER: f64 = 7.6;
-/// Line in front of a legend's word, with the gaps around it.
+/// The width of the line before a legend's text, with the gaps around it.
 const SWATCH: f64 = 34.0;
-/// Notes closer to each other than this would touch.
+/// The minimum distance of notes; closer ones would overlap.
 const NOTE_WIDTH: f64 = 46.0;
 
 const INK: &str = "#1f2933";
@@ -92,7 +92,7 @@ const MUTED: &str = "#52606d";
 const GRID: &str = "#e4e7eb";
 const FAINT: &str = "#f1f3f5";
 const GUIDE: &str = "#8a949e";
-/// Colours that people who confuse red and green tell apart as well (Okabe and Ito 2008).
+/// Colours that are distinguishable with red-green colour blindness (Okabe and Ito 2008).
 const COLOURS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"];
 
 impl Chart {
@@ -113,7 +113,7 @@ impl Chart {
         let shown = |series: &'_ Series| -> Vec<Point> {
             series.points.iter().filter(|point| self.shows(point)).cloned().collect()
         };
-        // Guides lie below: what was measured must not hide behind what was hoped for.
+        // References are drawn first: they must not cover measurements.
         for guide in self.series.iter().filter(|series| series.style == Style::Guide) {
             draw_guide(&mut svg, &shown(guide), &x, &y);
         }
@@ -129,7 +129,7 @@ impl Chart {
         self.x.scale.shows(point.x) && self.y.scale.shows(point.y)
     }
 
-    /// The legend, and how far down the chart's own area begins below it.
+    /// The legend, and the top of the chart's own area below it.
     fn legend(&self) -> (String, f64) {
         let mut svg = String::new();
         let (mut x, mut y) = (LEFT, LEGEND);
@@ -207,7 +207,7 @@ impl Chart {
     }
 }
 
-/// The start of the document: words for those who can't see it, styles, title.
+/// The start of the document: text for screen readers, styles, title.
 fn head(title: &str, subtitle: &str, top: f64) -> String {
     let (title, subtitle) = (escaped(title), escaped(subtitle));
     let (width, height) = (RIGHT - LEFT, BOTTOM - top);
@@ -255,7 +255,7 @@ fn draw_measured(svg: &mut String, points: &[Point], x: &Span, y: &Span, colour:
                 r#"<path stroke="{colour}" stroke-width="1.25" fill="none" d="M{left:.1} {low:.1}H{right:.1}M{at:.1} {low:.1}V{high:.1}M{left:.1} {high:.1}H{right:.1}"/>"#
             );
         }
-        // Shown where the pointer rests on the dot.
+        // Shown when the pointer is over the dot.
         let (told_x, told_y) = (number(point.x), number(rounded(point.y)));
         let _ = writeln!(
             svg,
@@ -264,7 +264,7 @@ fn draw_measured(svg: &mut String, points: &[Point], x: &Span, y: &Span, colour:
     }
     let fits = points.windows(2).all(|pair| (x.place(pair[0].x) - x.place(pair[1].x)).abs() >= NOTE_WIDTH);
     for point in points.iter().filter(|point| fits && !point.note.is_empty()) {
-        // Beyond the end of the whisker.
+        // Outside the whisker.
         let range = point.reach().map(|value| y.place(value));
         let height = if notes_below { range[0].max(range[1]) + 23.0 } else { range[0].min(range[1]) - 13.0 };
         let _ = writeln!(
@@ -276,12 +276,12 @@ fn draw_measured(svg: &mut String, points: &[Point], x: &Span, y: &Span, colour:
     }
 }
 
-/// To four digits, which is more than a measurement means.
+/// Rounds to four digits, which exceeds the precision of measurements.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// Text that XML takes for text.
+/// Escapes text for XML.
 fn escaped(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
@@ -290,7 +290,7 @@ fn escaped(text: &str) -> String {
             '<' => out += "&lt;",
             '>' => out += "&gt;",
             '"' => out += "&quot;",
-            // Control characters, which a file's name may have, are forbidden in XML 1.0 in any spelling.
+            // Control characters, which file names may contain, are forbidden in XML 1.0 in any form.
             c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push('\u{fffd}'),
             c => out.push(c),
         }
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn every_point_gets_a_dot_and_those_without_a_place_none() {
+    fn every_point_on_the_axes_gets_a_dot() {
         let points =
             vec![Point::at(1.0, 2.0), Point::at(2.0, f64::NAN), Point::at(0.0, 1.0), Point::at(3.0, 4.0)];
         for (scale, expected) in [(Scale::Linear, 3), (Scale::Binary, 2), (Scale::Decimal, 2)] {
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn words_cannot_break_the_document() {
+    fn text_is_escaped() {
         let mut odd = chart(Scale::Linear, vec![Point { note: "<&>".into(), ..Point::at(1.0, 1.0) }]);
         odd.title = "a<b> & \"c\" \u{7}".into();
         let svg = odd.svg();
@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn a_legend_that_is_too_long_goes_on_in_the_next_line() {
+    fn a_long_legend_continues_on_the_next_line() {
         let mut wide = chart(Scale::Linear, vec![Point::at(1.0, 1.0)]);
         let short = wide.legend().1;
         wide.series.iter_mut().for_each(|series| series.label = "long ".repeat(12));
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn notes_that_would_touch_are_not_written() {
+    fn overlapping_notes_are_omitted() {
         let noted = |x| Point { note: "note".into(), ..Point::at(x, 1.0) };
         let notes = |points| chart(Scale::Linear, points).svg().matches(r#"class="note""#).count();
         assert_eq!(notes((0..4).map(|i| noted(f64::from(i))).collect()), 4);

@@ -1,4 +1,4 @@
-//! PNG: 8-bit RGB, marked as sRGB so that every viewer decodes it alike.
+//! PNG: 8-bit RGB, marked as sRGB.
 
 use std::io::{self, Write};
 
@@ -9,7 +9,7 @@ pub fn encode(width: u32, height: u32, pixels: &[[u8; 3]], out: &mut impl Write)
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
-    // Radiance was clipped, not compressed: colours inside the gamut are meant as they are.
+    // Radiance was clamped, not compressed: colours inside the gamut are to be shown unchanged.
     encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
     let mut writer = encoder.write_header().map_err(to_io)?;
     writer.write_image_data(pixels.as_flattened()).map_err(to_io)?;
@@ -39,7 +39,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_back_is_the_tone_mapped_picture() {
+    fn the_tone_mapped_picture_is_read_back() {
         for (width, height) in SIZES {
             let mut picture = speckle(width, height);
             let (info, pixels) = decode(&bytes(Format::Png, &picture, -2.0));
@@ -53,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn the_file_says_that_it_is_srgb_and_nothing_of_when_or_where() {
+    fn the_file_is_marked_as_srgb_and_has_no_other_metadata() {
         let file = bytes(Format::Png, &speckle(3, 2), 0.0);
         let (info, _) = decode(&file);
         assert_eq!(info.srgb, Some(::png::SrgbRenderingIntent::RelativeColorimetric));

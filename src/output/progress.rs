@@ -1,31 +1,31 @@
-//! How far a run has come, in numbers and in words.
+//! The progress of a run, in numbers and in words.
 
 use std::fmt;
 
 use super::human;
 use crate::film::Snapshot;
 
-/// How far a run has come.
+/// The progress of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// Samples per pixel so far, the mean over the picture.
+    /// Samples per pixel so far: the mean over the picture.
     pub spp_done: f64,
-    /// Samples per pixel of those that an earlier run had made.
+    /// Samples per pixel from an earlier run.
     pub spp_before: f64,
-    /// Samples per pixel the run is to reach, where it has such an end.
+    /// Samples per pixel at which the run ends, if they are limited.
     pub spp_target: Option<u32>,
     /// Seconds since the first ray.
     pub seconds: f64,
-    /// Samples since then, all pixels together.
+    /// Samples since then, over all pixels.
     pub samples: u64,
-    /// Seconds after which the run ends, where it has such an end.
+    /// The time limit in seconds, if there is one.
     pub time_limit: Option<f64>,
-    /// What the error is by estimate, and the one to end at, where it has such an end.
+    /// The estimated and the requested error, if the run ends at an error.
     pub noise: Option<[f64; 2]>,
 }
 
 impl Progress {
-    /// What a snapshot says, in a run that ends after `time_limit` seconds.
+    /// The progress in a snapshot, for a run with this time limit in seconds.
     pub fn of(snapshot: &Snapshot, time_limit: Option<f64>) -> Self {
         Self {
             spp_done: snapshot.spp_done,
@@ -38,19 +38,19 @@ impl Progress {
         }
     }
 
-    /// Samples a second since the first ray; `None` before there is anything to tell.
+    /// Samples per second since the first ray; `None` before the first samples.
     pub fn rate(&self) -> Option<f64> {
         (self.samples > 0 && self.seconds > 0.0).then(|| self.samples as f64 / self.seconds)
     }
 
-    /// The part that is done, in [0, 1]; `None` for a run without an end.
+    /// The completed fraction, in [0, 1]; `None` for a run without an end.
     pub fn fraction(&self) -> Option<f64> {
         let by_samples =
             self.spp_target.filter(|&target| target > 0).map(|target| self.spp_done / f64::from(target));
         let by_time = self.time_limit.filter(|&limit| limit > 0.0).map(|limit| self.seconds / limit);
         // Errors fall as 1/√n.
         let by_noise = self.noise.map(|[now, asked]| (asked / now).powi(2));
-        // Whichever end comes first ends the run.
+        // The first criterion that is met ends the run.
         by_samples
             .into_iter()
             .chain(by_time)
@@ -59,7 +59,7 @@ impl Progress {
             .map(|part| part.clamp(0.0, 1.0))
     }
 
-    /// Seconds left, if it goes on as it went; `None` for a run without an end, or one that has hardly begun.
+    /// The estimated remaining time in seconds; `None` for a run without an end, or at its start.
     pub fn seconds_left(&self) -> Option<f64> {
         let at_end = self.noise.map(|[now, asked]| self.spp_done * (now / asked).powi(2));
         let target = self.spp_target.map(f64::from).into_iter().chain(at_end).reduce(f64::min);
@@ -71,7 +71,7 @@ impl Progress {
         by_samples.into_iter().chain(by_time).reduce(f64::min).map(|left| left.max(0.0))
     }
 
-    /// "500 spp in 1 min 12 s, 7.9 Msamples/s": what a run amounted to.
+    /// "500 spp in 1 min 12 s, 7.9 Msamples/s": a summary of the run.
     pub fn summary(&self) -> String {
         let spp = human::samples_per_pixel(self.spp_done);
         let mut text = format!("{spp} spp in {}", human::duration(self.seconds));
@@ -97,7 +97,7 @@ impl fmt::Display for Progress {
             write!(f, ", {}", human::samples_per_second(rate))?;
         }
         if let Some(left) = self.seconds_left() {
-            // Rounded up: "0 s left" and still going would be a lie.
+            // Rounded up: "0 s left" would be wrong while the run continues.
             write!(f, ", {} left", human::duration(left.ceil()))?;
         }
         Ok(())
@@ -108,7 +108,7 @@ impl fmt::Display for Progress {
 pub(crate) mod tests {
     use super::*;
 
-    /// 640×480 pixels of 500 samples each, so far.
+    /// 640×480 pixels with 500 samples each as the target.
     pub(crate) fn at(spp_done: f64, seconds: f64) -> Progress {
         let samples = (spp_done * 307_200.0) as u64;
         Progress {
@@ -133,14 +133,14 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn the_nearer_end_counts() {
+    fn the_earlier_end_counts() {
         let both = Progress { time_limit: Some(10.0), ..at(100.0, 5.0) };
         assert_eq!(both.fraction(), Some(0.5));
         assert_eq!(both.seconds_left(), Some(5.0));
         let samples = Progress { time_limit: Some(1000.0), ..both };
         assert_eq!(samples.fraction(), Some(0.2));
         assert_eq!(samples.seconds_left(), Some(20.0));
-        // 100 samples with an error that must be halved: 300 more.
+        // 100 samples with an error that must be halved need 300 more.
         let noisy = Progress { noise: Some([0.02, 0.01]), ..samples };
         assert_eq!((noisy.fraction(), noisy.seconds_left()), (Some(0.25), Some(15.0)));
         assert!(noisy.to_string().starts_with("100/500 spp, noise 0.0200 of 0.01, "), "{noisy}");

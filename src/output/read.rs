@@ -1,4 +1,4 @@
-//! Picture files back to pictures: ours, and those of other programs.
+//! Reads picture files of this and other programs.
 
 use std::fs;
 use std::io::{self, Cursor, ErrorKind};
@@ -15,70 +15,70 @@ use super::picture::Format;
 use crate::film::Picture;
 use crate::film::tone::srgb_to_linear;
 
-/// A picture file that could not be read.
+/// A picture file cannot be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// The name ends in nothing that names a format.
+    /// The extension is missing or unknown.
     #[error("cannot read {path:?}: its name does not end in {known}")]
     UnknownFormat {
-        /// The file asked for.
+        /// The requested file.
         path: PathBuf,
-        /// The extensions that are known, for reading.
+        /// The known extensions, for the message.
         known: String,
     },
     /// There is no such file.
     #[error("cannot read {path:?}: there is no such file")]
     Missing {
-        /// The file asked for.
+        /// The requested file.
         path: PathBuf,
     },
-    /// It is a folder.
+    /// The path is a folder.
     #[error("cannot read {path:?}: it is a folder")]
     IsFolder {
-        /// The file asked for.
+        /// The requested file.
         path: PathBuf,
     },
-    /// Anything else that the operating system refuses.
+    /// Another error of the operating system.
     #[error("cannot read {path:?}: {reason}")]
     Io {
-        /// The file asked for.
+        /// The requested file.
         path: PathBuf,
-        /// What it said.
+        /// The error.
         reason: io::Error,
     },
-    /// What is in the file is not what its name says, or only a part of it.
-    #[error("cannot read {path:?}: it is no whole {format} file ({message})")]
+    /// The contents do not match the extension, or are incomplete.
+    #[error("cannot read {path:?}: it is not a complete {format} file ({message})")]
     Broken {
-        /// The file asked for.
+        /// The requested file.
         path: PathBuf,
-        /// What it should be.
+        /// The expected format.
         format: Format,
-        /// What the decoder said.
+        /// The message of the decoder.
         message: String,
     },
     /// An EXR without red, green and blue.
     #[error("cannot read {path:?}: it has no channels R, G and B at full resolution, only {channels}")]
     NoColour {
-        /// The file asked for.
+        /// The requested file.
         path: PathBuf,
-        /// The channels that it has.
+        /// Its channels.
         channels: String,
     },
 }
 
-/// The most memory a decoder may take for what a file's header says: 4 GiB.
+/// The maximum memory of a decoder, whatever the header says: 4 GiB.
 const MOST_MEMORY: u64 = 1 << 32;
 
-/// The most pixels for each byte of a file: deflate packs best, and makes 1032 bytes of one; a pixel has a bit at
-/// least.
+/// The maximum number of pixels per byte of a file: deflate has the highest compression ratio, 1032, and a pixel has at
+/// least one bit.
 const MOST_PIXELS_PER_BYTE: u64 = 8 * 1032;
 
-/// Reads a picture in the format of the name's extension.
+/// Reads a picture in the format of the extension.
 ///
-/// PNG is taken to be sRGB, of any bit depth, and made linear; transparency is passed over. HDR and EXR are
-/// linear. Of an EXR, the first layer with channels R, G and B is taken, or with such ending in .R, .G and .B,
-/// plain ones first; the picture is its data window.
+/// PNG is assumed to be sRGB, of any bit depth, and is linearised; transparency is ignored. HDR and EXR are
+/// linear. In an EXR file, the first layer with channels R, G and B is read, or with names that end in .R, .G and .B;
+/// names without a prefix take precedence. The picture is the data window.
 pub fn read_picture(path: &Path) -> Result<(Format, Picture), ReadError> {
     let format = Format::of(path).map_err(|error| match error {
         OutputError::UnknownFormat { path, known, .. } => ReadError::UnknownFormat { path, known },
@@ -119,7 +119,7 @@ fn decode(bytes: &[u8], format: ImageFormat) -> Result<Picture, String> {
     let (width, height) = decoder.dimensions();
     check_size(bytes, u64::from(width), u64::from(height), 1)?;
     if decoder.total_bytes() > MOST_MEMORY {
-        return Err(format!("its {width}×{height} pixels take more than 4 GiB of memory"));
+        return Err(format!("its {width}×{height} pixels need more than 4 GiB of memory"));
     }
     let image = DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?;
     let (width, height) = (image.width(), image.height());
@@ -127,19 +127,19 @@ fn decode(bytes: &[u8], format: ImageFormat) -> Result<Picture, String> {
     Ok(Picture { width, height, rgb })
 }
 
-/// Refuses a picture whose header promises more than its bytes can hold, before memory is set aside for it.
+/// Rejects a picture whose header describes more data than its bytes can contain, before allocating memory.
 fn check_size(bytes: &[u8], width: u64, height: u64, channels: u64) -> Result<(), String> {
     let samples = width.saturating_mul(height).saturating_mul(channels);
     if samples > (bytes.len() as u64).saturating_mul(MOST_PIXELS_PER_BYTE) {
         return Err(format!(
-            "its header promises {width}×{height} pixels, too many for {} bytes",
+            "its header describes {width}×{height} pixels, too many for {} bytes",
             bytes.len()
         ));
     }
     Ok(())
 }
 
-/// The picture, or the names of all channels where none are red, green and blue.
+/// The picture, or the names of all channels if there is no red, green and blue.
 fn decode_exr(bytes: &[u8]) -> Result<Result<Picture, Vec<String>>, String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
     for header in &meta.headers {
@@ -170,12 +170,12 @@ fn decode_exr(bytes: &[u8]) -> Result<Result<Picture, Vec<String>>, String> {
 
 type FlatLayer = Layer<AnyChannels<FlatSamples>>;
 
-/// Channels called R, G and B, in capitals or not.
+/// Channels named R, G and B, case-insensitive.
 fn plain_colour(layer: &FlatLayer) -> Option<[&FlatSamples; 3]> {
     colour(layer, "")
 }
 
-/// Channels that share a prefix, like those of Blender's "ViewLayer.Combined.R".
+/// Channels with a common prefix, like those of Blender's "ViewLayer.Combined.R".
 fn prefixed_colour(layer: &FlatLayer) -> Option<[&FlatSamples; 3]> {
     layer.channel_data.list.iter().find_map(|channel| {
         let name = channel.name.to_string();
@@ -189,7 +189,7 @@ fn colour<'a>(layer: &'a FlatLayer, prefix: &str) -> Option<[&'a FlatSamples; 3]
         let wanted = format!("{prefix}{last}");
         let channels = &mut layer.channel_data.list.iter();
         let found = channels.find(|channel| channel.name.to_string().eq_ignore_ascii_case(&wanted))?;
-        // Chroma may be stored for every second pixel alone; red, green and blue hardly ever are.
+        // Chroma may be stored at half resolution; red, green and blue hardly ever are.
         (found.sampling.x() == 1 && found.sampling.y() == 1).then_some(&found.sample_data)
     };
     Some([find("R")?, find("G")?, find("B")?])
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_we_write_we_read() {
+    fn written_pictures_are_read_back() {
         let picture = speckle(17, 5);
         for (name, tolerance) in [("a.exr", 0.0), ("a.HDR", 1.0 / 256.0)] {
             let (_folder, path) = in_folder(name);
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_png_is_made_linear() {
+    fn a_png_is_linearised() {
         let picture = speckle(9, 7);
         let (_folder, path) = in_folder("a.png");
         write_picture(
@@ -261,7 +261,7 @@ mod tests {
         for (read, written) in read.rgb.iter().zip(&picture.rgb) {
             assert_eq!(again.encode(*read), shown.encode(*written));
         }
-        // Half the light of white, as sRGB: (188/255 + 0.055)/1.055 to the power of 2.4.
+        // Half the linear value of white in sRGB: (188/255 + 0.055)/1.055 to the power of 2.4.
         assert!((srgb_to_linear(188.0 / 255.0) - 0.502_886).abs() < 1e-6);
     }
 
@@ -300,18 +300,18 @@ mod tests {
         assert_eq!(read_layer(&["r", "g", "b"], single).unwrap(), [0.0, 1.0, 2.0]);
         let blender = ["View.Depth.Z", "View.Noisy.R", "View.Noisy.G", "View.Noisy.B"];
         assert_eq!(read_layer(&blender, single).unwrap(), [1.0, 2.0, 3.0]);
-        // Plain names come before prefixed ones, whatever the alphabet says.
+        // Names without a prefix take precedence, whatever the alphabetical order.
         assert_eq!(read_layer(&["AA.R", "AA.G", "AA.B", "R", "G", "B"], single).unwrap(), [3.0, 4.0, 5.0]);
     }
 
     #[test]
-    fn an_exr_without_colour_says_what_it_has() {
+    fn the_channels_of_an_exr_without_colour_are_listed() {
         let single = |i: usize| FlatSamples::F32(vec![i as f32]);
         let error = read_layer(&["Y", "Z", "a.R", "b.G", "c.B"], single).unwrap_err();
         assert!(error.to_string().ends_with("only Y, Z, a.R, b.G, c.B"), "{error}");
     }
 
-    /// A small file whose header promises a picture of 60,000 × 60,000 pixels.
+    /// A small file whose header describes a picture of 60,000 × 60,000 pixels.
     fn vast(name: &str) -> Vec<u8> {
         let (_folder, path) = in_folder(name);
         write_picture(&path, &speckle(4, 3), &PictureOptions::default()).unwrap();
@@ -341,17 +341,17 @@ mod tests {
     }
 
     #[test]
-    fn a_header_that_promises_more_than_the_file_can_hold_is_refused_at_once() {
+    fn a_header_that_describes_more_than_the_file_can_contain_is_refused() {
         for name in ["a.png", "a.hdr", "a.exr"] {
             let (_folder, path) = in_folder(name);
             fs::write(&path, vast(name)).unwrap();
             let error = read_picture(&path).unwrap_err().to_string();
-            assert!(error.contains("promises 60000×60000 pixels, too many for"), "{name}: {error}");
+            assert!(error.contains("describes 60000×60000 pixels, too many for"), "{name}: {error}");
         }
     }
 
     #[test]
-    fn files_that_are_no_pictures_are_refused() {
+    fn other_files_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let refused = |path: &Path| read_picture(path).unwrap_err();
         for name in ["a.png", "a.exr", "a.hdr"] {
@@ -361,7 +361,7 @@ mod tests {
                 fs::write(&path, garbage).unwrap();
                 assert!(matches!(refused(&path), ReadError::Broken { .. }), "{name}");
             }
-            // A file that was cut off.
+            // A truncated file.
             write_picture(&path, &speckle(40, 30), &PictureOptions::default()).unwrap();
             let whole = fs::read(&path).unwrap();
             for length in [8, whole.len() / 2] {

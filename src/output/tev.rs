@@ -1,7 +1,7 @@
-//! Sends the picture to the viewer [tev](https://github.com/Tom94/tev) as it refines.
+//! Sends the picture to the viewer [tev](https://github.com/Tom94/tev) during the render.
 //!
-//! A picture travels in bands of rows, so that no packet is large however large the picture. Nothing waits for a viewer
-//! but the end of the program, and whoever takes nothing in, or too little, is given up: see `Patience`.
+//! A picture is sent in bands of rows, which limits the size of packets. Only the end of the program waits for the
+//! viewer, and a viewer that receives nothing or too slowly is disconnected: see `Patience`.
 
 use crate::film::{Picture, Snapshot};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -12,18 +12,18 @@ use std::time::{Duration, Instant};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 use thiserror::Error;
 
-/// How long a tev is waited for.
+/// Time limits for tev.
 #[derive(Clone, Copy, Debug)]
 struct Patience {
-    /// Until it answers, or takes in more of what it is sent.
+    /// Until it answers, or receives more data.
     standstill: Duration,
-    /// Until it has taken in a picture, however steadily that goes.
+    /// Until it has received a picture, at any rate.
     picture: Duration,
 }
 
 const PATIENCE: Patience = Patience { standstill: Duration::from_secs(5), picture: Duration::from_secs(20) };
 
-/// Snapshots that wait for being sent, at most: one on the way, and the last.
+/// The maximum number of snapshots in the channel: one being sent, and the last.
 pub const MOST_WAITING: usize = 2;
 
 /// Pixels in a band: 3 MiB.
@@ -31,22 +31,22 @@ const BAND: u32 = 1 << 18;
 
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
-/// There is no tev where it was looked for.
+/// tev cannot be reached at an address.
 #[derive(Debug, Error)]
-#[error("tev does not answer at {address} ({error}); start it first, or leave `tev` away")]
+#[error("tev does not answer at {address} ({error}); start it first, or omit `tev`")]
 pub struct TevError {
-    /// Where.
+    /// The address.
     address: String,
-    /// What happened instead.
+    /// The error of the connection.
     #[source]
     error: io::Error,
 }
 
-/// A tev that shows a picture of ours.
+/// A connection to tev, with a picture.
 #[derive(Debug)]
 pub struct Tev {
     client: TevClient,
-    /// The same connection, to end it by.
+    /// The same connection, for closing it.
     guard: TcpStream,
     address: String,
     name: String,
@@ -78,12 +78,12 @@ impl Tev {
         Ok(Tev { client, guard, address, name, patience })
     }
 
-    /// Shows pictures until their channel closes, or tev does: then `say` hears of it, and there is none any more. Of
-    /// pictures that wait only the latest is shown.
+    /// Shows pictures until their channel closes, or the connection is lost, which is reported by `say` and returns
+    /// `None`. Of several waiting pictures only the latest is sent.
     pub fn show(mut self, snapshots: &Receiver<Arc<Snapshot>>, say: impl FnOnce(String)) -> Option<Tev> {
         let shown = std::thread::scope(|scope| {
             let (turns_out, turns) = bounded(0);
-            // A write that goes on, however little, does not time out: another thread has to end it.
+            // A slow write does not time out as long as it makes progress: another thread has to end it.
             let (guard, within) = (&self.guard, self.patience.picture);
             scope.spawn(move || end_late(guard, within, &turns));
             for snapshot in snapshots {
@@ -94,12 +94,14 @@ impl Tev {
         });
         let Err(error): io::Result<()> = shown else { return Some(self) };
         let address = &self.address;
-        say(format!("warning: tev at {address} is gone ({error}); the render goes on without it"));
+        say(format!(
+            "warning: the connection to tev at {address} was lost ({error}); the render continues without it"
+        ));
         None
     }
 }
 
-/// Sends a picture, and says over `turns` when it begins and when it is sent.
+/// Sends a picture, and signals over `turns` when it starts and when it is sent.
 fn send(
     client: &mut TevClient,
     name: &str,
@@ -108,15 +110,15 @@ fn send(
     patience: Patience,
 ) -> io::Result<()> {
     let (start, seconds) = (Instant::now(), |time: Duration| time.as_secs_f64());
-    // Whoever watches has gone only if all is over.
+    // The watchdog is gone only after the end.
     let _ = turns.send(());
     let sent = send_bands(client, name, picture).map_err(|error| match error.kind() {
         _ if start.elapsed() >= patience.picture => {
-            let late = format!("it takes more than {} s for a picture", seconds(patience.picture));
+            let late = format!("it needs more than {} s for a picture", seconds(patience.picture));
             io::Error::new(ErrorKind::TimedOut, late)
         }
         ErrorKind::WouldBlock | ErrorKind::TimedOut => {
-            let still = format!("it has taken in nothing for {} s", seconds(patience.standstill));
+            let still = format!("it has received nothing for {} s", seconds(patience.standstill));
             io::Error::new(ErrorKind::TimedOut, still)
         }
         _ => error,
@@ -144,18 +146,18 @@ fn send_bands(client: &mut TevClient, image_name: &str, picture: &Picture) -> io
     Ok(())
 }
 
-/// Ends a connection when a picture takes longer than `within`; `turns` tells when one begins and when it is sent.
+/// Closes a connection if a picture takes longer than `within`; `turns` signals when one starts and when it is sent.
 fn end_late(socket: &TcpStream, within: Duration, turns: &Receiver<()>) {
     while turns.recv().is_ok() {
         if turns.recv_timeout(within) == Err(RecvTimeoutError::Timeout) {
-            // It may have ended by itself.
+            // The connection may have been closed already.
             let _ = socket.shutdown(Shutdown::Both);
             return;
         }
     }
 }
 
-/// The first of a host's addresses that answers.
+/// Connects to the first address of a host that answers.
 fn connect(address: &str, patience: Duration) -> io::Result<TcpStream> {
     let mut last = None;
     for address in address.to_socket_addrs()? {
@@ -193,7 +195,7 @@ mod tests {
         })
     }
 
-    /// What is said of a tev that takes in `piece` bytes at a time, with a rest after each.
+    /// The message about a tev that receives `piece` bytes at a time, with a pause after each.
     fn said(piece: usize, rest: Duration, patience: Patience) -> Option<String> {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap().to_string();
@@ -209,7 +211,7 @@ mod tests {
                     }
                 }
             });
-            // 24 MiB: more than sockets hold.
+            // 24 MiB: more than the buffers of sockets.
             let tev = Tev::with_patience(&address, "name", [2048, 1024], patience).unwrap();
             let (sender, snapshots) = bounded(MOST_WAITING);
             sender.send(snapshot(2048, 1024)).unwrap();
@@ -223,12 +225,12 @@ mod tests {
     }
 
     #[test]
-    fn who_takes_nothing_in_or_too_little_is_given_up() {
+    fn a_viewer_that_stalls_or_is_too_slow_is_disconnected() {
         let (short, long) = (Duration::from_millis(300), Duration::from_secs(600));
         let rest = Duration::from_millis(20);
         let still = said(0, rest, Patience { standstill: short, picture: long }).unwrap();
         assert!(still.contains("nothing for 0.3 s"), "{still}");
-        // 3 MiB a second: there is always something that goes on.
+        // 3 MiB a second: there is always progress.
         let slow = said(1 << 16, rest, Patience { standstill: long, picture: short }).unwrap();
         assert!(slow.contains("more than 0.3 s for a picture"), "{slow}");
         // Negative control.

@@ -1,4 +1,4 @@
-//! The temporary files that are being written, so that a program that ends at once can remove them.
+//! The list of temporary files in progress, so that a program that ends at once can remove them.
 
 use std::fs::{self, File};
 use std::io;
@@ -8,19 +8,18 @@ use std::time::{Duration, Instant};
 
 use tempfile::NamedTempFile;
 
-/// The temporary files that this process is writing. It is the whole process's because a signal is, and all that two
-/// renders in one process have in common: each adds and removes what is its own, and waits for the other only while a
-/// file is being created. A mutex is right here and a channel is not: nothing may come between the creation of a file and
-/// its note, and the program that ends must keep further files from being created until it has ended. No renderer waits
-/// for it, only writers.
+/// The temporary files of this process. The list is global because signals are, and it is the only state that two
+/// renders in one process share: each adds and removes its own files, and waits for the other only during the creation
+/// of a file. This needs a mutex rather than a channel: the creation of a file and its registration must be atomic, and
+/// a program that ends must prevent further files until it has ended. Only writers wait for it, never renderers.
 pub(super) static UNFINISHED: Unfinished = Unfinished(Mutex::new(Vec::new()));
 
-/// The time that a program that is to end at once waits for a file that is being created, as on a network that hangs.
+/// The time that a program waits for a file creation in progress before it ends, as on an unresponsive network drive.
 const CREATED_WITHIN: Duration = Duration::from_millis(200);
 
-/// Removes all temporary files that are being written. While the guard lives none is begun: a program that ends before
-/// it is dropped leaves nothing behind. Nothing is removed, and there is no guard, if the creation of a file takes too
-/// long: a program that is to end at once ends without it.
+/// Removes all temporary files in progress. While the guard exists none can be created: a program that ends before
+/// dropping it leaves nothing behind. If a file creation in progress takes too long, nothing is removed and there is no
+/// guard, so that the program can end anyway.
 pub fn remove_unfinished() -> Option<impl Sized> {
     UNFINISHED.remove_all(CREATED_WITHIN)
 }
@@ -29,11 +28,11 @@ pub(super) struct Unfinished(Mutex<Vec<PathBuf>>);
 
 impl Unfinished {
     fn lock(&self) -> MutexGuard<'_, Vec<PathBuf>> {
-        // A list of paths is whole at any time.
+        // A list of paths is consistent at any time, even after a panic.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Creates a file and takes note of it; nothing can come in between.
+    /// Creates a file and registers it atomically.
     pub(super) fn create(
         &'static self,
         create: impl FnOnce() -> io::Result<NamedTempFile>,
@@ -44,7 +43,7 @@ impl Unfinished {
         Ok(Temporary { noted: Noted { path: file.path().to_path_buf(), all: self }, file })
     }
 
-    /// The list, unless another thread holds it for longer than `limit`.
+    /// The list, unless another thread locks it for longer than `limit`.
     fn lock_within(&self, limit: Duration) -> Option<MutexGuard<'_, Vec<PathBuf>>> {
         let start = Instant::now();
         loop {
@@ -60,14 +59,14 @@ impl Unfinished {
     fn remove_all(&self, limit: Duration) -> Option<MutexGuard<'_, Vec<PathBuf>>> {
         let paths = self.lock_within(limit)?;
         for path in &*paths {
-            // One that can't be removed stays.
+            // Files that cannot be removed are ignored.
             let _ = fs::remove_file(path);
         }
         Some(paths)
     }
 }
 
-/// A note of a temporary file, which goes when the file has gone or has been put in its place.
+/// The registration of a temporary file, which ends when the file has been removed or renamed.
 struct Noted {
     path: PathBuf,
     all: &'static Unfinished,
@@ -79,14 +78,14 @@ impl Drop for Noted {
     }
 }
 
-/// A temporary file that is noted. Fields are dropped in their order: the file goes before the note.
+/// A registered temporary file. Fields are dropped in their order: the file before the registration.
 pub(super) struct Temporary {
     file: NamedTempFile,
     noted: Noted,
 }
 
 impl Temporary {
-    /// Renames the file into its place.
+    /// Renames the file to its final path.
     pub(super) fn persist(self, place: &Path) -> io::Result<File> {
         let Temporary { file, noted } = self;
         let placed = file.persist(place).map_err(|failure| failure.error);
@@ -108,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_that_is_being_created_holds_up_no_end_at_once() {
+    fn a_file_creation_in_progress_does_not_delay_the_end() {
         let unfinished = Unfinished(Mutex::new(Vec::new()));
         let creating = unfinished.lock();
         assert!(unfinished.remove_all(Duration::ZERO).is_none());

@@ -116,9 +116,9 @@ fn what_cannot_be_developed_says_why() {
     assert!(code == Some(1) && said.contains("is the film's size 41×30?"), "{said}");
     fs::write(dir.path().join("cut.npy"), &whole[..whole.len() - 30]).expect("written");
     let (code, said) = develop("cut.npy", &["--filter", "mitchell"]);
-    assert!(code == Some(1) && said.contains("a part of it is missing"), "{said}");
+    assert!(code == Some(1) && said.contains("it is truncated"), "{said}");
     let (code, said) = develop("a.png", &["--filter", "mitchell"]);
-    assert!(code == Some(1) && said.contains("no NumPy file"), "{said}");
+    assert!(code == Some(1) && said.contains("not a NumPy file"), "{said}");
 }
 
 // That a GPU's samples are those of the CPU by statistics, `src/gpu` tests; here, that its film is made of them.

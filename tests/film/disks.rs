@@ -25,7 +25,7 @@ fn a_folder_that_vanishes_and_comes_back_loses_nothing() {
     let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())), &out);
     run.wait_for("a.film", Path::exists);
     fs::rename(&out, dir.path().join("away")).unwrap();
-    run.hear("the film is tried again");
+    run.hear("will retry the film");
     run.hear("will retry the picture");
     fs::rename(dir.path().join("away"), &out).unwrap();
     run.hear("is written again");
@@ -48,13 +48,11 @@ fn what_has_no_place_at_the_end_is_put_elsewhere() {
     let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())), &out);
     run.wait_for("a.film", Path::exists);
     fs::rename(&out, dir.path().join("away")).unwrap();
-    run.hear("the film is tried again");
+    run.hear("will retry the film");
     run.interrupt();
     let (code, said) = run.end();
     assert_eq!(code, Some(1));
-    for words in
-        ["trying again", "is \"./a.film\" instead", "is \"./a.exr\" instead", "is \"./a.png\" instead"]
-    {
+    for words in ["retrying", "to \"./a.film\" instead", "to \"./a.exr\" instead", "to \"./a.png\" instead"] {
         assert!(said.contains(words), "{said}");
     }
     assert!(dir.path().join("a.png").exists());
@@ -71,8 +69,8 @@ fn a_disk_without_room_for_the_film_still_takes_the_picture() {
     command.args(["-c", "trap '' XFSZ; ulimit -f 40; exec \"$@\"", "bash", env!("CARGO_BIN_EXE_stride")]);
     command.args(arguments).current_dir(dir.path());
     let mut run = Watched::start(command, dir.path());
-    run.hear("the film is tried again");
-    run.hear("the film is tried again");
+    run.hear("will retry the film");
+    run.hear("will retry the film");
     run.interrupt();
     let (code, said) = run.end();
     assert_eq!(code, Some(1), "{said}");

@@ -64,7 +64,7 @@ fn films_that_do_not_belong_together_are_refused_with_the_reason() {
         ),
         "{said}"
     );
-    assert!(refused(dir.path(), 1, &["merge", "a.film", "a.exr", "-o", "m.exr"]).contains("no film"));
+    assert!(refused(dir.path(), 1, &["merge", "a.film", "a.exr", "-o", "m.exr"]).contains("not a film"));
     refused(dir.path(), 2, &["merge", "a.film", "-o", "m.jpg"]);
     refused(dir.path(), 2, &["merge", "a.film"]);
     assert!(!dir.path().join("m.film").exists() && !dir.path().join("m.exr").exists());

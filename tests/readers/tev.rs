@@ -148,7 +148,10 @@ fn a_tev_that_goes_away_ends_nothing() {
     let small = ["--size", "64x48", "--spp", "2000"];
     let (_, output) = render(folder.path(), 2, &small);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success() && told.contains("warning: tev at 127.0.0.1:"), "{told}");
+    assert!(
+        output.status.success() && told.contains("warning: the connection to tev at 127.0.0.1:"),
+        "{told}"
+    );
     let alone = written(folder.path());
     let (_, output) = render(folder.path(), usize::MAX, &small);
     assert!(
@@ -173,7 +176,7 @@ fn a_tev_that_accepts_and_never_reads_ends_nothing() {
     let output = stride.wait_with_output().expect("it ends");
     drop(socket);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success() && told.contains("it has taken in nothing for 5 s"), "{told}");
+    assert!(output.status.success() && told.contains("it has received nothing for 5 s"), "{told}");
     let without = written(folder.path());
     render(folder.path(), usize::MAX, &large);
     assert!(written(folder.path()) == without);

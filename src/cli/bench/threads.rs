@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &ThreadsArguments) -> Result<(), Failure> {
     let pixels = u64::from(bench.scene.film.width) * u64::from(bench.scene.film.height);
     if let Some(idle) = threads.iter().find(|&&threads| u64::from(threads) > pixels) {
         return Err(usage(format!(
-            "--threads {idle}: each thread needs a pixel, and there are only {pixels}"
+            "--threads {idle}: the picture has only {pixels} pixels, and each thread needs one"
         )));
     }
     let rows = measure(&bench, &threads, arguments.repeat)?;

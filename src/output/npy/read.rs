@@ -1,4 +1,4 @@
-//! Sample dumps read back: those of this program, also of a run that was killed, and those that NumPy has saved since.
+//! Reads sample dumps: those of this program, also after a kill, and those that NumPy has saved since.
 
 use super::{DESCRIPTION, RECORD_BYTES};
 use crate::film::Identity;
@@ -8,38 +8,38 @@ use std::io::{self, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// The longest header that is read: NumPy's own limit.
+/// The longest header that is accepted: the limit of NumPy.
 const LONGEST_HEADER: usize = super::LONGEST_HEADER;
 
-/// Why a file is not taken for a dump.
+/// A sample dump cannot be read.
 #[derive(Debug, Error)]
 #[error("cannot read {path:?}: {reason}")]
 pub struct DumpError {
-    /// The file asked for.
+    /// The requested file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The error.
     pub reason: DumpFault,
 }
 
-/// What is wrong with a dump.
+/// The reason why a file is rejected as a sample dump.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DumpFault {
-    /// It begins with something else.
-    #[error("it is no NumPy file")]
+    /// The magic bytes are missing.
+    #[error("it is not a NumPy file")]
     NotNumpy,
-    /// It is an array of something else.
-    #[error("it is no array of samples, which has the type {DESCRIPTION} and one dimension")]
+    /// The array has another type.
+    #[error("it is not an array of samples, which has the type {DESCRIPTION} and one dimension")]
     NotSamples,
-    /// It is shorter than it says.
-    #[error("it has {found} samples where its header says {expected}: a part of it is missing")]
+    /// The file is shorter than its header says.
+    #[error("it has {found} samples, but its header says {expected}: it is truncated")]
     Length {
-        /// Samples that there are.
+        /// Samples in the file.
         found: u64,
-        /// Samples that there should be.
+        /// Samples according to the header.
         expected: u64,
     },
-    /// It can't be read.
+    /// The file cannot be read.
     #[error("{0}")]
     Io(#[from] io::Error),
 }
@@ -64,7 +64,7 @@ pub fn open_dump(path: &Path) -> Result<DumpReader<BufReader<File>>, DumpError> 
 }
 
 impl<R: Read> DumpReader<R> {
-    /// Reads the header of a dump of so many bytes.
+    /// Reads the header of a dump of this many bytes.
     pub fn new(mut input: R, bytes: u64) -> Result<DumpReader<R>, DumpFault> {
         let short = |error: io::Error| match error.kind() {
             ErrorKind::UnexpectedEof => DumpFault::NotNumpy,
@@ -75,7 +75,7 @@ impl<R: Read> DumpReader<R> {
         if start[..6] != *b"\x93NUMPY" {
             return Err(DumpFault::NotNumpy);
         }
-        // Version 1 has two bytes for the header's length, the later ones have four.
+        // Version 1 stores the header's length in two bytes, later versions in four.
         let mut length = [0; 4];
         let digits = if start[6] == 1 { 2 } else { 4 };
         input.read_exact(&mut length[..digits]).map_err(short)?;
@@ -94,7 +94,7 @@ impl<R: Read> DumpReader<R> {
         Ok(DumpReader { input, facts, count, left: count })
     }
 
-    /// What they are samples of, if the file says so: facts and notes as in a film file.
+    /// The metadata, if the file has any: facts and notes as in a film file.
     pub fn facts(&self) -> Option<&Identity> {
         self.facts.as_ref()
     }
@@ -104,7 +104,7 @@ impl<R: Read> DumpReader<R> {
         self.count
     }
 
-    /// The next samples, as many as this at most; none at the end.
+    /// The next samples, at most `most`; empty at the end.
     pub fn next(&mut self, most: usize) -> Result<Vec<Sample>, DumpFault> {
         let len = self.left.min(most as u64) as usize;
         let mut bytes = vec![0; len * RECORD_BYTES];
@@ -115,9 +115,9 @@ impl<R: Read> DumpReader<R> {
     }
 }
 
-/// The number of records that a header tells, and what they are of.
+/// The number of records in a header, and the metadata.
 fn parse(text: &str) -> Option<(u64, Option<Identity>)> {
-    // The dictionary has no brace within.
+    // The dictionary contains no braces.
     let (dictionary, behind) = text.trim_start().strip_prefix('{')?.split_once('}')?;
     let packed: String = dictionary.chars().filter(|c| !c.is_whitespace()).collect();
     let description: String = DESCRIPTION.chars().filter(|c| !c.is_whitespace()).collect();
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_dump_or_a_part_of_one_is_refused() {
+    fn other_files_and_truncated_dumps_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.npy");
         let mut dump = SampleDump::create(&path, &facts()).unwrap();

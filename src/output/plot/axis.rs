@@ -1,29 +1,29 @@
-//! Axes: where values go on the page, and which of them are written beside it.
+//! Axes: the positions of values on the page, and their tick marks.
 
 /// A quantity along one side of a chart.
 #[derive(Clone, Debug)]
 pub struct Axis {
     /// Its name and unit.
     pub label: String,
-    /// How it is spaced.
+    /// The spacing of its values.
     pub scale: Scale,
 }
 
-/// How values are spaced.
+/// The spacing of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly, from zero on.
+    /// Linear, from zero on.
     Linear,
-    /// Evenly, from zero on, marked at whole numbers.
+    /// Linear, from zero on, with ticks at whole numbers.
     Whole,
-    /// By their ratios, marked at powers of two.
+    /// Logarithmic, with ticks at powers of two.
     Binary,
-    /// By their ratios, marked at 1, 2, 5 and powers of ten.
+    /// Logarithmic, with ticks at 1, 2, 5 and powers of ten.
     Decimal,
 }
 
 impl Scale {
-    /// Whether a value has a place at all.
+    /// Whether the axis can show a value.
     pub(super) fn shows(self, value: f64) -> bool {
         value.is_finite() && (!self.is_logarithmic() || value > 0.0)
     }
@@ -36,19 +36,19 @@ impl Scale {
         matches!(self, Scale::Binary | Scale::Decimal)
     }
 
-    /// The distance of about [`MARKS`] marks from one value to the other.
+    /// The interval of about [`MARKS`] ticks from one value to the other.
     fn step(self, from: f64, to: f64) -> f64 {
         let step = nice_step(from, to);
         if self == Scale::Whole { step.max(1.0) } else { step }
     }
 }
 
-/// About as many marks as an axis has room for.
+/// The approximate number of ticks on an axis.
 const MARKS: f64 = 6.0;
-/// Part of a logarithmic axis that is left free at each end.
+/// The fraction of a logarithmic axis that is kept free at each end.
 const MARGIN: f64 = 0.05;
 
-/// An axis with its ends: from values to pixels.
+/// An axis with its range: a mapping from values to pixels.
 #[derive(Clone, Debug)]
 pub(super) struct Span {
     scale: Scale,
@@ -58,13 +58,13 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// An axis that shows all `values` between two places on the page.
+    /// An axis that shows all `values` between two positions on the page.
     pub(super) fn new(scale: Scale, values: impl Iterator<Item = f64>, pixels: [f64; 2]) -> Span {
         let (low, high) = values
             .filter(|&value| scale.shows(value))
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
         let (from, to) = match scale {
-            // Nothing to show is shown on an empty axis.
+            // Without values the axis is empty.
             _ if low > high => (1.0, 2.0),
             Scale::Linear | Scale::Whole => {
                 let (low, high) = (low.min(0.0), high.max(0.0));
@@ -79,14 +79,14 @@ impl Span {
         Span { scale, from, to, pixels }
     }
 
-    /// Where a value goes, in pixels.
+    /// The position of a value, in pixels.
     pub(super) fn place(&self, value: f64) -> f64 {
         let [from, to, value] = [self.from, self.to, value].map(|value| self.scale.apply(value));
         let [start, end] = self.pixels;
         start + (end - start) * (value - from) / (to - from)
     }
 
-    /// The values that are written beside the axis.
+    /// The values with a number beside the axis.
     pub(super) fn ticks(&self) -> Vec<f64> {
         let marks = match self.scale {
             Scale::Linear | Scale::Whole => Vec::new(),
@@ -94,11 +94,11 @@ impl Span {
             Scale::Decimal if self.decades() < 2.5 => self.powers(10.0, &[1.0, 2.0, 5.0], MARKS),
             Scale::Decimal => self.powers(10.0, &[1.0], 8.0),
         };
-        // A logarithmic axis that spans little has few round powers.
+        // A logarithmic axis with a small range contains few powers.
         if marks.len() >= 3 { marks } else { self.even_ticks() }
     }
 
-    /// Values that get a line but no number.
+    /// Values with a line but without a number.
     pub(super) fn minor_ticks(&self) -> Vec<f64> {
         let all: Vec<f64> = (1..10).map(f64::from).collect();
         let wanted = self.scale == Scale::Decimal && self.decades() < 6.0;
@@ -115,8 +115,7 @@ impl Span {
         (first..=last).map(|n| n as f64 * step).collect()
     }
 
-    /// Multiples of powers that lie on the axis; of so many powers that there would be more than `most`,
-    /// every second, third ….
+    /// Multiples of powers on the axis. If there would be more than `most` powers, only every second, third … is used.
     fn powers(&self, base: f64, multiples: &[f64], most: f64) -> Vec<f64> {
         let exponent = |value: f64| value.ln() / base.ln();
         let (first, last) = (exponent(self.from).floor(), exponent(self.to).ceil());
@@ -129,7 +128,7 @@ impl Span {
     }
 }
 
-/// 1, 2 or 5 times a power of ten, such that about [`MARKS`] of it reach from one value to the other.
+/// 1, 2 or 5 times a power of ten, so that about [`MARKS`] steps span from one value to the other.
 fn nice_step(from: f64, to: f64) -> f64 {
     let rough = (to - from) / MARKS;
     let power = 10f64.powf(rough.log10().floor());
@@ -137,11 +136,11 @@ fn nice_step(from: f64, to: f64) -> f64 {
     multiple.unwrap_or(10.0) * power
 }
 
-/// A number as one writes it: plain if that is short, as a power of ten otherwise.
+/// A number in decimal notation if that is short, as a power of ten otherwise.
 pub(super) fn number(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || (1e-3..1e5).contains(&size) {
-        // Twelve digits drop what binary fractions add.
+        // Twelve digits hide the errors of binary fractions.
         let digits = (11 - size.max(1e-3).log10().floor() as i64).max(0) as usize;
         let text = format!("{value:.digits$}");
         let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
@@ -202,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_for_one_value_or_none_has_room() {
+    fn an_axis_for_one_value_or_none_has_a_range() {
         for scale in [Scale::Linear, Scale::Whole, Scale::Binary, Scale::Decimal] {
             for values in [&[][..], &[3.0], &[f64::NAN, f64::INFINITY], &[0.0]] {
                 let span = span(scale, values);
@@ -213,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_written_for_people() {
+    fn numbers_are_readable() {
         for (value, text) in [
             (0.0, "0"),
             (8.0, "8"),

@@ -1,4 +1,4 @@
-//! No window: the feature `window` was left out.
+//! No window: built without the feature `window`.
 
 use std::convert::Infallible;
 
@@ -6,17 +6,17 @@ use crossbeam_channel::Sender;
 
 use super::{Feed, Left, Request, WindowError, WindowOptions};
 
-/// A window; there is none in this build.
+/// A window, which does not exist in this build.
 #[derive(Debug)]
 pub struct Window(Infallible);
 
-/// Says that this build has no window.
+/// Fails, because this build has no window.
 pub fn open(_options: &WindowOptions) -> Result<Window, WindowError> {
     Err(WindowError::NotBuilt)
 }
 
 impl Window {
-    /// Cannot be called, as there is no window.
+    /// Cannot be called, because there is no window.
     pub fn run(&mut self, _feed: &Feed, _requests: &Sender<Request>, _away: bool) -> Left {
         match self.0 {}
     }
@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn says_that_it_was_left_out() {
+    fn the_error_names_the_feature() {
         let options = WindowOptions {
             name: "a".into(),
             width: 1,

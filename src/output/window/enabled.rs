@@ -10,12 +10,12 @@ use super::view::first_size;
 use super::viewer::{Pointer, Viewer};
 use super::{Feed, Left, Request, WindowError, WindowOptions};
 
-/// A redraw at most this often, a look at the keys just as often: 30 a second.
+/// The minimum interval between redraws, and between polls of the keys: 30 per second.
 const TICK: Duration = Duration::from_millis(34);
-/// The title changes at most this often: window managers redraw a frame for it.
+/// The minimum interval between changes of the title: window managers redraw a frame for each.
 const TITLE_TICK: Duration = Duration::from_millis(200);
-/// What is on the screen is put there again after this time, since minifb does not say when the system lost
-/// it: a window that was covered, or not yet there when it was first drawn.
+/// The interval at which the same contents are presented again, because minifb does not report when the system has lost
+/// them: the window was covered, or did not exist yet when it was first drawn.
 const REFRESH: Duration = Duration::from_millis(500);
 
 /// An open window.
@@ -23,18 +23,18 @@ const REFRESH: Duration = Duration::from_millis(500);
 pub struct Window {
     window: minifb::Window,
     key_events: Receiver<KeyEvent>,
-    /// Keys that are down, so that a repeated press is known for what it is.
+    /// Keys that are down, to detect repeated presses.
     held: Vec<Key>,
     viewer: Viewer,
     buffer: Vec<u32>,
-    /// The buffer's size, and whether the window had the keyboard, when they were last put on the screen.
+    /// The buffer's size and whether the window had the focus when it was last presented.
     drawn: Option<((u32, u32), bool, Instant)>,
     title: String,
     titled: Instant,
     replies: (Sender<String>, Receiver<String>),
 }
 
-/// Opens the window, black as yet.
+/// Opens the window, initially black.
 pub fn open(options: &WindowOptions) -> Result<Window, WindowError> {
     let display = find_display()?;
     let viewer = Viewer::new(options);
@@ -42,7 +42,7 @@ pub fn open(options: &WindowOptions) -> Result<Window, WindowError> {
     let (width, height) = first_size((options.width, options.height), display.largest);
     let settings = minifb::WindowOptions {
         resize: true,
-        // The buffer always has the window's size; nothing is left to scale.
+        // The buffer always has the window's size, so that no scaling is needed.
         scale_mode: ScaleMode::UpperLeft,
         ..minifb::WindowOptions::default()
     };
@@ -54,7 +54,7 @@ pub fn open(options: &WindowOptions) -> Result<Window, WindowError> {
             })
         })?;
     drop(display);
-    // Our own loop keeps time.
+    // The loop below limits the rate itself.
     window.set_target_fps(0);
     let (sender, key_events) = bounded(256);
     window.set_input_callback(Box::new(Keyboard(sender)));
@@ -74,14 +74,14 @@ pub fn open(options: &WindowOptions) -> Result<Window, WindowError> {
 #[cfg(all(unix, not(target_os = "macos")))]
 use super::x11::find as find_display;
 
-/// What is known of the display before a window is open.
+/// The properties of the display, known before a window is open.
 #[cfg(not(all(unix, not(target_os = "macos"))))]
 struct Display {
-    /// The pixels a window may have to begin with.
+    /// The maximum initial size of a window in pixels.
     largest: (u32, u32),
 }
 
-/// A display such as a small laptop's.
+/// The display of a small laptop.
 #[cfg(not(all(unix, not(target_os = "macos"))))]
 fn find_display() -> Result<Display, WindowError> {
     Ok(Display { largest: (1280, 800) })
@@ -93,13 +93,13 @@ enum KeyEvent {
     Up(Key),
 }
 
-/// Key events as they come. minifb's own list of pressed keys misses those that are let go within a tick.
+/// Records key events. minifb's own list of pressed keys misses keys that are released within a tick.
 struct Keyboard(Sender<KeyEvent>);
 
 impl InputCallback for Keyboard {
     fn add_char(&mut self, code: u32) {
         if let Some(typed) = char::from_u32(code) {
-            // The receiver lives as long as the window that calls this.
+            // The receiver exists as long as the window that calls this.
             let _ = self.0.try_send(KeyEvent::Typed(typed));
         }
     }
@@ -111,8 +111,8 @@ impl InputCallback for Keyboard {
 
 impl Window {
     /// Shows snapshots and sends requests until the user closes the window or moves the camera, `stop` closes, or
-    /// the snapshots end without a finished one. After a finished one it stays open. `away` says that the render
-    /// is of a camera that was moved.
+    /// the snapshots end without a finished one. After a finished one it stays open. `away` is set if the render
+    /// belongs to a moved camera.
     pub fn run(&mut self, feed: &Feed, requests: &Sender<Request>, away: bool) -> Left {
         self.viewer.begin(away, Instant::now());
         loop {
@@ -163,7 +163,7 @@ impl Window {
         let mode = if left || other { MouseMode::Pass } else { MouseMode::Discard };
         let at = self.window.get_unscaled_mouse_pos(mode).map(|(x, y)| [f64::from(x), f64::from(y)]);
         let (_, turned) = self.window.get_scroll_wheel().unwrap_or_default();
-        // Systems differ in what they call a notch: each is one at least.
+        // Systems have different units for a notch: each event counts as at least one.
         let wheel =
             if turned == 0.0 { 0 } else { turned.abs().round().clamp(1.0, 8.0).copysign(turned) as i32 };
         let (width, height) = self.window.get_size();
@@ -172,16 +172,16 @@ impl Window {
 
     fn tell(&mut self, requests: &Sender<Request>, now: Instant) {
         let Some(camera) = self.viewer.camera() else { return };
-        self.request(Request::Tell(camera), "the camera is told", requests, now);
+        self.request(Request::Tell(camera), "the camera was printed", requests, now);
     }
 
-    /// Takes in the system's events, after putting the picture on the screen where that is due.
+    /// Processes the system's events, after presenting the picture if that is due.
     fn present(&mut self, now: Instant) {
         let (width, height) = self.window.get_size();
         let size = (width as u32, height as u32);
         let active = self.window.is_active();
         if !active && self.drawn.is_some_and(|(_, was_active, _)| was_active) {
-            // Keys that are let go while another window has the keyboard are never reported here.
+            // The release of keys is not reported while another window has the focus.
             self.held.clear();
         }
         let due = self.drawn.is_none_or(|(old_size, was_active, at)| {
@@ -194,7 +194,7 @@ impl Window {
         if self.viewer.is_stale() || self.drawn.is_none_or(|(old_size, ..)| old_size != size) {
             self.viewer.draw(size, &mut self.buffer);
         }
-        // It can only refuse a buffer of the wrong size; the next tick brings one of the right size.
+        // It fails only for a buffer of the wrong size; the next tick has one of the right size.
         let _ = self.window.update_with_buffer(&self.buffer, width, height);
         self.drawn = Some((size, active, now));
     }
@@ -214,7 +214,7 @@ impl Window {
     fn next_action(&mut self) -> Option<Action> {
         loop {
             match self.key_events.try_recv().ok()? {
-                // A key that is held down repeats its character: exposure then runs on, as one would like.
+                // A key that is held down repeats its character: the exposure then changes continuously, as intended.
                 KeyEvent::Typed(typed) => {
                     if let Some(action) = Action::of(typed) {
                         return Some(action);
@@ -249,11 +249,11 @@ impl Window {
         self.request(request, "saving", requests, now);
     }
 
-    /// Sends a request, and says that it is `done` or why it can't be.
+    /// Sends a request, and shows `done` or the reason why it cannot be sent.
     fn request(&mut self, request: Request, done: &str, requests: &Sender<Request>, now: Instant) {
         let note = match requests.try_send(request) {
             Ok(()) => done,
-            Err(TrySendError::Full(_)) => "still busy with the last save",
+            Err(TrySendError::Full(_)) => "the previous save is still in progress",
             Err(TrySendError::Disconnected(_)) => "the render has ended",
         };
         self.viewer.note(note.into(), now);

@@ -1,41 +1,41 @@
-//! What keys ask for, and the list of them.
+//! The actions of keys, and the help text.
 
-/// What a key asks for.
+/// The action of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Leave.
+    /// Close the window.
     Close,
     /// Write the outputs now.
     Save,
-    /// Half a stop brighter.
+    /// Increase the exposure by half a stop.
     Brighter,
-    /// Half a stop darker.
+    /// Decrease the exposure by half a stop.
     Darker,
-    /// Show the owner overlay, or the picture again.
+    /// Toggle the owner overlay.
     Overlay,
-    /// Show the list of keys, or take it away.
+    /// Toggle the help text.
     Help,
-    /// Tell about the pixel under the pointer, or stop doing so.
+    /// Toggle the values of the pixel under the pointer.
     Probe,
-    /// The next tone curve.
+    /// Select the next tone curve.
     Tone,
-    /// The next layer; the picture follows the last.
+    /// Select the next layer; the picture follows the last one.
     Layer,
-    /// Show the whole picture again.
+    /// Fit the whole picture into the window.
     Fit,
-    /// Let the mouse move the camera, or the picture again.
+    /// Toggle whether the mouse moves the camera or the picture.
     Camera,
     /// Print the camera.
     Print,
-    /// Back to the scene's own camera.
+    /// Return to the scene's own camera.
     Home,
 }
 
 impl Action {
-    /// What a typed character asks for; keys that type none are the window's business.
+    /// The action of a typed character; the window handles keys without a character.
     pub fn of(typed: char) -> Option<Self> {
         match typed {
-            // The key of + types = without shift, on many keyboards.
+            // The character of the + key without shift, on many keyboards.
             '+' | '=' => Some(Self::Brighter),
             '-' | '_' => Some(Self::Darker),
             _ => None,
@@ -43,19 +43,19 @@ impl Action {
     }
 }
 
-/// The list of keys.
+/// The help text.
 pub const HELP: &[&str] = &[
     "Esc close    S save the outputs now",
     "+ - exposure    T tone curve",
-    "L  error, samples, layers in turn",
-    "O  which worker owns a pixel",
-    "P  tell about the pixel pointed at",
-    "wheel enlarge    drag move    F fit",
+    "L  next: error, samples, layers",
+    "O  worker that owns each pixel",
+    "P  values of the pixel pointed at",
+    "wheel zoom    drag pan    F fit",
     "C  let the mouse move the camera:",
-    "   drag  turn about the middle",
-    "   right drag, Shift  move along",
-    "   wheel  come nearer",
+    "   drag  orbit around the centre",
+    "   right drag, Shift drag  pan",
+    "   wheel  move closer",
     "K  print the camera, as TOML",
-    "R  back to the scene's own camera",
-    "H  this list",
+    "R  return to the scene's camera",
+    "H  this help",
 ];

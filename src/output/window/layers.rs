@@ -1,24 +1,24 @@
-//! Layers made visible: numbers of any range as pictures for the eye.
+//! Converts layers with values of any range to pictures.
 
 use crate::film::layers::NO_DEPTH;
 use crate::film::tone::srgb_to_linear;
 use crate::film::{Channel, Picture, Snapshot};
 
-/// A layer as it is looked at.
+/// A layer as shown in the window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerView {
     /// Its name: "albedo".
     pub name: String,
-    /// What is shown, in linear light between black and white.
+    /// The picture to show, in linear light from black to white.
     pub picture: Picture,
-    /// What it says of each pixel.
+    /// The values of each pixel, one vector per channel.
     pub values: Vec<Vec<f32>>,
 }
 
-/// How much of its radiance a pixel's error must be to be shown as white.
+/// The relative error of a pixel that is shown as white.
 const WHITE_ERROR: f64 = 0.25;
 
-/// The layers that channels belong to, by what stands before the last dot of their names.
+/// The layers of these channels, grouped by the part of their names before the last dot.
 pub fn views(channels: &[Channel], width: u32, height: u32) -> Vec<LayerView> {
     let name = |channel: &Channel| channel.name.rsplit_once('.').map_or("", |(layer, _)| layer).to_owned();
     let mut views: Vec<LayerView> = Vec::new();
@@ -41,11 +41,11 @@ fn shown(layer: &str, values: &[Vec<f32>]) -> Vec<[f32; 3]> {
     let of = |channel: usize, i: usize| values.get(channel).map_or(0.0, |values| values[i]);
     let each = |colour: &dyn Fn(usize) -> [f32; 3]| (0..pixels).map(colour).collect();
     match layer {
-        // Colours are shown as colours, directions around grey, coordinates as far as they go.
+        // Colours are shown unchanged, directions around grey, coordinates by their fractions.
         "albedo" => each(&|i| [of(0, i), of(1, i), of(2, i)]),
         "normal" => each(&|i| [0, 1, 2].map(|c| code(of(c, i) * 0.5 + 0.5))),
         "uv" => each(&|i| [code(of(0, i).rem_euclid(1.0)), code(of(1, i).rem_euclid(1.0)), 0.0]),
-        // All else from its least to its greatest value; what is near is bright.
+        // All others range from their minimum to their maximum; near depths are bright.
         _ => {
             let far = |v: &f32| v.is_finite() && *v < NO_DEPTH;
             let range = |values: &Vec<f32>| {
@@ -67,14 +67,14 @@ fn shown(layer: &str, values: &[Vec<f32>]) -> Vec<[f32; 3]> {
     }
 }
 
-/// The error of a pixel's mean, by the spread of its samples, and as a part of its radiance, if it is known.
+/// The estimated error of a pixel's mean, absolute and relative to its radiance, if it is known.
 pub fn error_of(snapshot: &Snapshot, pixel: usize) -> Option<[f64; 2]> {
     let error = f64::from(*snapshot.statistics.variances.get(pixel)?).sqrt();
     let radiance = snapshot.picture.rgb[pixel].iter().map(|&c| f64::from(c).powi(2)).sum::<f64>().sqrt();
     Some([error, if error > 0.0 { error / radiance } else { 0.0 }])
 }
 
-/// Where the error is: white where it is a quarter of the radiance or more.
+/// The error as a layer: white is a quarter of the radiance or more.
 pub fn errors(snapshot: &Snapshot) -> LayerView {
     let Picture { width, height, ref rgb } = snapshot.picture;
     let part = |pixel| error_of(snapshot, pixel).map_or(0.0, |[_, part]| (part / WHITE_ERROR).min(1.0));
@@ -82,7 +82,7 @@ pub fn errors(snapshot: &Snapshot) -> LayerView {
     LayerView { name: "error".into(), picture: Picture { width, height, rgb }, values: Vec::new() }
 }
 
-/// Where the samples are: white where there are most.
+/// The numbers of samples as a layer: white is the maximum.
 pub fn samples(snapshot: &Snapshot) -> LayerView {
     let Picture { width, height, .. } = snapshot.picture;
     let most = snapshot.statistics.counts.iter().max().copied().unwrap_or(0).max(1);
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_become_layers_that_show_their_range() {
+    fn layers_are_scaled_to_their_range() {
         let channels = [
             channel("albedo.R", [0.5, 0.0, 1.0]),
             channel("albedo.G", [0.25, 0.0, 1.0]),
@@ -122,7 +122,7 @@ mod tests {
         let half = srgb_to_linear(0.5) as f32;
         assert_eq!(views[0].picture.rgb[0], [0.5, 0.25, 0.125]);
         assert_eq!(views[1].picture.rgb, [[1.0, half, half], [half; 3], [0.0, half, half]]);
-        // Near is bright, nothing is black, and so is the farthest.
+        // Near depths are bright; misses are black, and so is the farthest depth.
         assert_eq!(views[2].picture.rgb, [[1.0; 3], [0.0; 3], [0.0; 3]]);
         let quarter = srgb_to_linear(0.25) as f32;
         assert_eq!(views[3].picture.rgb, [[quarter, 0.0, 0.0]; 3]);

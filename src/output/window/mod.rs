@@ -1,22 +1,22 @@
-//! The live window: draws snapshots, listens to keys and mouse. It runs on the main thread, as some systems demand.
+//! The live window: draws snapshots and handles keys and mouse. It runs on the main thread, which some systems require.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! |---|---|
-//! | `enabled`, `disabled` | the system's window, or why there is none |
-//! | [`viewer`] | what is shown, and how keys and mouse change it |
-//! | [`keys`] | what keys ask for |
-//! | [`view`] | pictures scaled into windows |
-//! | [`layers`] | numbers of any range as pictures |
-//! | [`orbit`] | a camera that moves about a point |
-//! | [`text`] | lines over a picture |
+//! | `enabled`, `disabled` | the system's window, or the reason why there is none |
+//! | [`viewer`] | the displayed state, and its changes by keys and mouse |
+//! | [`keys`] | the actions of keys |
+//! | [`view`] | scaling of pictures to windows |
+//! | [`layers`] | layers as pictures |
+//! | [`orbit`] | a camera that orbits a point |
+//! | [`text`] | text over a picture |
 //!
-//! [`open`] fails cleanly where there is no display or the feature `window` was left out; the caller then
-//! shows [progress](super::progress) instead. [`Window::run`] takes snapshots from a channel and sends
+//! [`open`] fails if there is no display or the feature `window` is disabled; the caller then
+//! shows [progress](super::progress) instead. [`Window::run`] receives snapshots from a channel and sends
 //! [`Request`]s, until one of: the user closes it, or moves the camera; the `stop` channel closes; or the
-//! snapshots' channel closes without a finished snapshot, which is how a failed run looks from here. It says which
-//! ([`Left`]), and can be run again, with the channels of another render.
+//! snapshots' channel closes without a finished snapshot, which happens if the run fails. It returns the reason
+//! ([`Left`]), and can run again with the channels of another render.
 //!
-//! It takes 30 snapshots a second at most, so that a bounded channel of one tells the accumulator how often
+//! It receives at most 30 snapshots a second, so that a bounded channel of one tells the accumulator how often
 //! to make them.
 
 pub mod keys;
@@ -45,82 +45,82 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// What a window is opened with.
+/// The options for opening a window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WindowOptions {
-    /// What is rendered; the title bar begins with it.
+    /// The name of the render, at the start of the title.
     pub name: String,
     /// Pixels in a row of the picture.
     pub width: u32,
     /// Rows of the picture.
     pub height: u32,
-    /// Rows of the whole film, of which the picture may be a part: what a camera's field of view spans.
+    /// Rows of the whole film, which the camera's field of view spans. The picture may be a part of it.
     pub film_height: u32,
-    /// The film's pixel that is the picture's left upper one.
+    /// The film's pixel at the picture's top left.
     pub corner: (u32, u32),
-    /// How the picture is shown to begin with.
+    /// The initial view transform.
     pub view: ViewTransform,
-    /// Begin with the owner overlay.
+    /// Whether to start with the owner overlay.
     pub overlay: bool,
-    /// Seconds after which the run ends, where it has such an end; for the time left.
+    /// The time limit of the run in seconds, if there is one; for the remaining time.
     pub time_limit: Option<f64>,
-    /// The camera, if it may be moved; otherwise why not.
+    /// The camera, if the user may move it; otherwise the reason why not.
     pub camera: Result<orbit::Orbit, String>,
 }
 
-/// What the window hears of a render.
+/// The channels from a render to the window.
 #[derive(Clone, Debug)]
 pub struct Feed {
     /// The picture so far.
     pub snapshots: Receiver<Arc<Snapshot>>,
-    /// Layers of what its camera sees, once.
+    /// The layers of the camera's view, sent once.
     pub layers: Receiver<Vec<Channel>>,
     /// Closes when the run is to end.
     pub stop: Receiver<Infallible>,
 }
 
-/// What the user asks for.
+/// A request of the user.
 #[derive(Clone, Debug)]
 pub enum Request {
     /// Write the outputs now.
     Save {
-        /// What is on the screen.
+        /// The displayed snapshot.
         snapshot: Arc<Snapshot>,
-        /// How it is shown.
+        /// Its view transform.
         view: ViewTransform,
-        /// Where to send a line for the title bar: what was written, or why not.
+        /// The channel for a message in the title bar: the written files, or an error.
         reply: Sender<String>,
     },
-    /// Tell where the camera is, outside the window.
+    /// Print the camera outside the window.
     Tell(Viewpoint),
 }
 
-/// Why the window left a render.
+/// The reason why the window left a render.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Left {
-    /// The user closed it, by Esc or the window's own button.
+    /// The user closed the window, by Esc or the window's button.
     Closed,
-    /// The run is over: it is to stop, or has failed.
+    /// The run has ended: on request or by a failure.
     Over,
-    /// The user moved the camera here.
+    /// The user moved the camera.
     Moved(Viewpoint),
-    /// The user wants the scene's own camera back.
+    /// The user returned to the scene's own camera.
     Home,
 }
 
-/// Why there is no window.
+/// The reason why there is no window.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WindowError {
-    /// The program was built without it.
+    /// The feature is disabled in this build.
     #[error(
-        "this stride was built without the feature `window`; build it with `--features window`, or open none (`view`)"
+        "this stride was built without the feature `window`; build it with `--features window`, or render without a window (`view`)"
     )]
     NotBuilt,
-    /// There is nothing to open a window on.
-    #[error("there is no display to open a window on (DISPLAY is not set); open none (`view`)")]
+    /// There is no display.
+    #[error("there is no display for a window (DISPLAY is not set); render without a window (`view`)")]
     NoDisplay,
-    /// The display, or a library it needs, does not answer.
-    #[error("the window cannot be opened: {0}; check the display, or open none (`view`)")]
+    /// The display, or a library that it needs, does not respond.
+    #[error("the window cannot be opened: {0}; check the display, or render without a window (`view`)")]
     Failed(String),
 }

@@ -1,27 +1,27 @@
-//! A camera that moves about a point: what a mouse does to it.
+//! A camera that orbits a point, controlled by the mouse.
 
 use crate::camera::CameraSettings;
 use crate::scene::Viewpoint;
 use glam::{DQuat, DVec3};
 
-/// The direction of view keeps this far from up and down, in radians: the camera has no left there.
+/// The minimum angle between the direction of view and up or down, in radians: at the poles left is undefined.
 const FROM_POLES: f64 = 0.02;
 
 /// A camera that looks at a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Orbit {
     camera: CameraSettings,
-    /// The point that it looks at, by its distance along `forward`.
+    /// The distance of that point along `forward`.
     distance: f64,
-    /// What `distance` was to begin with: a camera may come this much nearer or farther.
+    /// The initial `distance`, which limits how much closer or farther the camera may move.
     first_distance: f64,
 }
 
-/// How many times nearer or farther than at first a camera may get.
+/// The maximum ratio between the initial distance and a later one, in both directions.
 const REACH: f64 = 1e4;
 
 impl Orbit {
-    /// A camera that looks at the point `distance` in front of it.
+    /// A camera that looks at the point at `distance` in front of it.
     pub fn new(camera: &CameraSettings, distance: f64) -> Orbit {
         Orbit { camera: camera.clone(), distance, first_distance: distance }
     }
@@ -34,7 +34,7 @@ impl Orbit {
         self.camera.up.cross(self.camera.forward).normalize()
     }
 
-    /// Turns the camera about its point, so that the scene follows a mouse that moves right and down by these
+    /// Orbits the point, so that the scene follows a mouse that moves right and down by these
     /// fractions of the picture's height: half a turn for one height.
     pub fn turn(&mut self, right: f64, down: f64) {
         use std::f64::consts::PI;
@@ -58,24 +58,24 @@ impl Orbit {
         self.camera.eye += (left * right + up * down) * height;
     }
 
-    /// Comes nearer to the point: by a tenth of the way each step, or back.
+    /// Moves the camera towards the point by a tenth of the distance per step, or away from it.
     pub fn dolly(&mut self, steps: f64) {
         let target = self.target();
         let (nearest, before) = (self.first_distance / REACH, self.distance);
         self.distance = (self.distance * 0.9_f64.powf(steps)).clamp(nearest, self.first_distance * REACH);
         self.camera.eye = target - self.camera.forward * self.distance;
-        // Without perspective what is nearer is no larger: there is less in the picture instead.
+        // In an orthographic view closer objects are no larger: the visible height is reduced instead.
         let scaled = |height: f64| height * self.distance / before;
         self.camera.orthographic_height = self.camera.orthographic_height.map(scaled);
     }
 
-    /// What is rendered of it: the camera, its points to about six digits.
+    /// The camera for a render, with coordinates rounded to about six digits.
     pub fn viewpoint(&self) -> Viewpoint {
         let camera = &self.camera;
         let digits = (6.0 - self.distance.log10().floor()).clamp(0.0, 15.0) as usize;
-        // No −0.
+        // Avoids −0.
         let short = |value: f64| format!("{value:.digits$}").parse().unwrap_or(value) + 0.0;
-        // A field of view that was written in degrees has few digits: those of its radians do not count.
+        // A field of view in degrees has few digits, unlike its radians.
         let vertical_fov = (camera.vertical_fov.to_degrees() * 1e9).round() / 1e9;
         Viewpoint {
             eye: camera.eye.to_array().map(short),
@@ -121,7 +121,7 @@ mod tests {
         assert!((orbit.camera.eye - eye).length() > 1.0);
     }
 
-    /// Where the camera sees a point: right and down of the middle, in heights of the picture.
+    /// The position of a point in the camera's picture: right and down from the centre, in heights of the picture.
     fn seen(orbit: &Orbit, point: DVec3) -> [f64; 2] {
         let (way, left) = (point - orbit.camera.eye, orbit.left());
         let up = orbit.camera.forward.cross(left);
@@ -130,13 +130,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_looked_at_follows_the_mouse() {
+    fn the_orbited_point_follows_the_mouse() {
         let mut orbit = orbit();
         let target = orbit.target();
         orbit.pan(0.25, -0.1);
         let [right, down] = seen(&orbit, target);
         assert!((right - 0.25).abs() < 1e-9 && (down + 0.1).abs() < 1e-9, "{right} {down}");
-        // What is in front turns with the mouse: a point this side of the middle goes the mouse's way.
+        // Objects in front turn with the mouse: a point nearer than the centre follows it.
         let mut orbit = self::orbit();
         let near = orbit.target() - orbit.camera.forward;
         orbit.turn(0.05, 0.0);
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn dollying_comes_nearer_and_ends() {
+    fn dollying_moves_closer_up_to_a_limit() {
         let mut orbit = orbit();
         let (target, far) = (orbit.target(), orbit.distance);
         orbit.dolly(1.0);
@@ -160,12 +160,12 @@ mod tests {
     }
 
     #[test]
-    fn the_viewpoint_says_where_the_camera_is_and_the_rest_of_it() {
+    fn the_viewpoint_contains_all_camera_settings() {
         let mut orbit = orbit();
         let text = orbit.viewpoint().to_string();
         assert!(text.contains("eye = [0, -6, 2.5]\nlook_at = [0, 0, 0.9]\n"), "{text}");
         assert!(text.contains("vertical_fov = 40\nnear = 0.5\n"), "{text}");
-        assert_eq!(camera(&text), orbit.camera, "a camera that did not move");
+        assert_eq!(camera(&text), orbit.camera, "the camera did not move");
         orbit.turn(0.123, 0.0456);
         orbit.pan(0.01, 0.002);
         orbit.dolly(2.0);
@@ -179,16 +179,16 @@ mod tests {
             (said.near, said.aperture_radius, said.focus_distance),
             (meant.near, meant.aperture_radius, meant.focus_distance)
         );
-        // Negative control: it moved.
+        // Negative control: the camera moved.
         assert!((said.eye - camera(&text).eye).length() > 0.1);
     }
 
     #[test]
-    fn an_orthographic_camera_that_comes_nearer_sees_less() {
+    fn an_orthographic_camera_that_moves_closer_covers_less() {
         let text =
             "[camera]\neye = [0, -6, 2.5]\nlook_at = [0, 0, 2.5]\ntype = \"orthographic\"\nheight = 4\n";
         let mut orbit = Orbit::new(&camera(text), 6.0);
-        assert_eq!(orbit.viewpoint().settings().as_ref(), Some(&orbit.camera), "a camera that did not move");
+        assert_eq!(orbit.viewpoint().settings().as_ref(), Some(&orbit.camera), "the camera did not move");
         let target = orbit.target();
         orbit.pan(0.25, -0.5);
         assert!(

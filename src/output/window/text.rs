@@ -1,27 +1,27 @@
-//! Lines of text over a picture.
+//! Draws text over a picture.
 
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
 const HEIGHT: RasterHeight = RasterHeight::Size16;
 const WEIGHT: FontWeight = FontWeight::Regular;
-/// Between the text and the edges of its box.
+/// The margin between the text and its box.
 const MARGIN: usize = 6;
 
-/// The size of the box that lines of text take, in pixels.
+/// The size of the box for lines of text, in pixels.
 pub fn box_size(lines: &[String]) -> (usize, usize) {
     let longest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
     let width = longest * get_raster_width(WEIGHT, HEIGHT) + 2 * MARGIN;
     (width, lines.len() * HEIGHT.val() + 2 * MARGIN)
 }
 
-/// Writes lines in white onto a box of darkened picture whose left upper corner is at `at`; what lies outside the
-/// window is left out.
+/// Draws lines in white onto a box of the darkened picture whose top left corner is at `at`, clipped to the
+/// window.
 pub fn draw(lines: &[String], at: (usize, usize), window: (u32, u32), buffer: &mut [u32]) {
     let (width, height) = box_size(lines);
     let (columns, rows) = (window.0 as usize, window.1 as usize);
     for y in at.1..rows.min(at.1 + height) {
         for pixel in &mut buffer[y * columns..][at.0.min(columns)..columns.min(at.0 + width)] {
-            // A quarter of the light's code: dark under white letters, and still to be recognised.
+            // A quarter of the code: dark enough for white text, but the picture stays recognisable.
             *pixel = (*pixel >> 2) & 0x003f_3f3f;
         }
     }
@@ -68,14 +68,14 @@ mod tests {
             let within = (10..10 + width).contains(&(i % 120)) && (5..5 + height).contains(&(i / 120));
             assert!(within || pixel == 0x0080_8080, "at {i}");
         }
-        // The edge of a letter may come to be as bright as the picture was.
+        // The edge of a letter may have the brightness of the picture.
         let changed = shown.iter().filter(|&&pixel| pixel != 0x0080_8080).count();
         assert!(changed > width * height * 9 / 10, "{changed} of {}", width * height);
-        assert!(shown.iter().filter(|&&pixel| pixel > 0x00c0_c0c0).count() > 20, "there is ink");
+        assert!(shown.iter().filter(|&&pixel| pixel > 0x00c0_c0c0).count() > 20, "there are letters");
         assert_ne!(shown, drawn("ba", (10, 5)));
         assert_eq!(drawn("é±·×°", (0, 0)).len(), 120 * 60);
         assert_ne!(drawn("±", (0, 0)), drawn("?", (0, 0)));
-        assert_eq!(drawn("\u{1F600}", (0, 0)), drawn("?", (0, 0)), "an unknown letter is a question mark");
+        assert_eq!(drawn("\u{1F600}", (0, 0)), drawn("?", (0, 0)), "unknown letters are question marks");
     }
 
     #[test]

@@ -1,15 +1,15 @@
-//! Pictures scaled into windows: only as many pixels as the window has are ever looked at or tone mapped.
+//! Scales pictures to windows: only as many pixels as the window has are tone mapped.
 //!
-//! A picture fits into its window, or is enlarged from there: [`Zoom`] says how much, and which part is seen.
+//! A picture fits its window, or is enlarged from there: see [`Zoom`].
 
 use crate::film::{Picture, ToneMap};
 
 /// A rectangle of window pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rect {
-    /// Columns left of it.
+    /// The first column.
     pub x: u32,
-    /// Rows above it.
+    /// The first row.
     pub y: u32,
     /// Pixels in a row.
     pub width: u32,
@@ -17,7 +17,7 @@ pub struct Rect {
     pub height: u32,
 }
 
-/// The largest rectangle of a picture's proportions in the middle of a window.
+/// The largest rectangle with a picture's proportions, centred in a window.
 pub fn letterbox(picture: (u32, u32), window: (u32, u32)) -> Rect {
     let scaled = |length: u32, numerator: u32, denominator: u32| {
         let (product, denominator) =
@@ -33,16 +33,16 @@ pub fn letterbox(picture: (u32, u32), window: (u32, u32)) -> Rect {
     Rect { x: (window.0 - width) / 2, y: (window.1 - height) / 2, width, height }
 }
 
-/// How much a picture is enlarged from where it fits its window, and which part of it is seen.
+/// The enlargement of a picture relative to its window, and the visible part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Zoom {
-    /// Each enlarges by √2; zero fits the window.
+    /// Steps of √2; zero fits the window.
     steps: u32,
-    /// What is in the middle of the window, as a fraction of the picture's width and height.
+    /// The centre of the window, as a fraction of the picture's width and height.
     centre: [f64; 2],
 }
 
-/// Where a picture lies in a window: the whole of it, whether or not it is within.
+/// The rectangle of the whole picture in window pixels, which may exceed the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Place {
     x: i64,
@@ -51,16 +51,16 @@ struct Place {
     height: u64,
 }
 
-/// The most window pixels that a pixel of a picture is shown as, each way.
+/// The maximum size of a picture's pixel in window pixels.
 const MOST_ENLARGED: f64 = 64.0;
 
 impl Zoom {
-    /// How much larger than the picture itself it is seen.
+    /// The scale from picture pixels to window pixels.
     pub fn scale(&self, picture: (u32, u32), window: (u32, u32)) -> f64 {
         self.place(picture, window).width as f64 / f64::from(picture.0.max(1))
     }
 
-    /// Enlarges by some steps, or makes smaller, so that what is under a point of the window stays there.
+    /// Zooms in or out by some steps around a point of the window.
     pub fn at(&mut self, point: [f64; 2], steps: i32, picture: (u32, u32), window: (u32, u32)) {
         let before = self.place(picture, window);
         let fitted = f64::from(letterbox(picture, window).width) / f64::from(picture.0.max(1));
@@ -79,7 +79,7 @@ impl Zoom {
         self.settle(picture, window);
     }
 
-    /// Moves the picture by some window pixels, as far as there is more of it to see.
+    /// Moves the picture by some window pixels, up to its edges.
     pub fn pan(&mut self, by: [f64; 2], picture: (u32, u32), window: (u32, u32)) {
         let place = self.place(picture, window);
         self.centre[0] -= by[0] / place.width as f64;
@@ -98,7 +98,7 @@ impl Zoom {
         Some((x, along(point[1], place.y, place.height, picture.1)?))
     }
 
-    /// Makes the centre what it is as far as the picture covers the window.
+    /// Moves the centre such that the picture covers the window, if it is large enough.
     fn settle(&mut self, picture: (u32, u32), window: (u32, u32)) {
         let place = self.place(picture, window);
         let middle =
@@ -118,7 +118,7 @@ impl Zoom {
             let window = i64::from(window);
             let most = window - length as i64;
             let at = (window as f64 / 2.0 - centre * length as f64).round() as i64;
-            // No black beside what is larger than the window; what is smaller lies in the middle.
+            // No black border beside a picture larger than the window; a smaller one is centred.
             (if most >= 0 { most / 2 } else { at.clamp(most, 0) }, length)
         };
         let (x, width) = along(fit.width, window.0, self.centre[0]);
@@ -127,8 +127,8 @@ impl Zoom {
     }
 }
 
-/// A window's size to begin with: the picture's, made smaller to fit into `most` pixels, or larger by a whole
-/// number to be seen at all.
+/// The initial size of a window: that of the picture, reduced to at most `most` pixels, or enlarged by a whole
+/// number if it is tiny.
 pub fn first_size(picture: (u32, u32), most: (u32, u32)) -> (u32, u32) {
     const LEAST: u32 = 320;
     if picture.0 > most.0 || picture.1 > most.1 {
@@ -142,8 +142,8 @@ pub fn first_size(picture: (u32, u32), most: (u32, u32)) -> (u32, u32) {
 
 /// Draws the picture on black as 0x00RRGGBB; `window` is the size in pixels.
 ///
-/// Where the picture is larger than its place, each window pixel is the mean of two by two of its pixels, in
-/// linear light; where it is smaller, its pixels are shown as squares, since they are what one wants to see.
+/// If the picture is reduced, each window pixel is the mean of two by two of its pixels, in
+/// linear light; if it is enlarged, its pixels are drawn as squares, so that they can be inspected.
 pub fn draw_picture(
     picture: &Picture,
     tone: &ToneMap,
@@ -163,8 +163,8 @@ pub fn draw_picture(
     });
 }
 
-/// Draws the colour of each pixel's owner, in the picture's place. Colours are never mixed: a mixture
-/// would be another worker's.
+/// Draws the colour of each pixel's owner, in the picture's rectangle. Colours are not interpolated: a mixture
+/// would be the colour of another worker.
 pub fn draw_owners(
     owners: &[u32],
     size: (u32, u32),
@@ -178,8 +178,7 @@ pub fn draw_owners(
     });
 }
 
-/// The two columns, or rows, that a window pixel is made of; the same one twice unless the picture is scaled
-/// down.
+/// The two columns, or rows, that a window pixel is the mean of; both are the same unless the picture is reduced.
 type Taps = (usize, usize);
 
 fn draw(
@@ -206,9 +205,9 @@ fn draw(
     }
 }
 
-/// How many window pixels lie before the picture, and what those that show it are made of.
+/// The number of window pixels before the picture, and the taps of those that show it.
 fn taps(from: u32, at: i64, to: u64, window: u32) -> (usize, Vec<Taps>) {
-    // Integers: a picture at its own size has to come out pixel by pixel.
+    // Integer arithmetic: a picture at its own size must be reproduced exactly.
     let tap = |quarters: u64| (quarters * u64::from(from) / (4 * to)) as usize;
     let (before, hidden) = (at.max(0) as u64, (-at).max(0) as u64);
     let seen = hidden..to.min(hidden + u64::from(window).saturating_sub(before));
@@ -224,7 +223,7 @@ mod tests {
     use super::*;
     use crate::film::ViewTransform;
 
-    /// A picture of greys that count upwards from black in steps of one 8-bit code.
+    /// A picture of greys that increase from black in steps of one 8-bit code.
     fn ramp(width: u32, height: u32) -> (Picture, Vec<u32>) {
         let codes: Vec<u32> = (0..width * height).map(|i| i % 256).collect();
         let grey = |&code: &u32| [crate::film::tone::srgb_to_linear(f64::from(code) / 255.0) as f32; 3];
@@ -233,7 +232,7 @@ mod tests {
     }
 
     fn drawn(picture: &Picture, window: (u32, u32)) -> Vec<u32> {
-        // What was in the buffer must not show.
+        // The previous contents of the buffer must be overwritten.
         let mut buffer = vec![0x00ff_00ff; 7];
         draw_zoomed(picture, &Zoom::default(), window, &mut buffer);
         buffer
@@ -244,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn zooming_keeps_what_is_under_the_pointer() {
+    fn zooming_keeps_the_point_under_the_pointer() {
         let (size, window) = ((64, 48), (100, 90));
         let (picture, codes) = ramp(64, 48);
         let mut zoom = Zoom::default();
@@ -252,20 +251,20 @@ mod tests {
         let under = zoom.pixel_at(point, size, window).expect("a pixel");
         for _ in 0..6 {
             zoom.at(point, 1, size, window);
-            // To the window's own pixels, which are smaller than the picture's.
+            // Down to window pixels, which are smaller than the picture's.
             let now = zoom.pixel_at(point, size, window).expect("a pixel");
             assert!(now.0.abs_diff(under.0) <= 1 && now.1.abs_diff(under.1) <= 1, "{now:?} for {under:?}");
             let mut buffer = Vec::new();
             draw_zoomed(&picture, &zoom, window, &mut buffer);
             assert_eq!(buffer[30 * 100 + 70], codes[(now.1 * 64 + now.0) as usize]);
-            // Every pixel of the window shows what lies under it.
+            // Every window pixel shows the picture's pixel under it.
             for (i, &shown) in buffer.iter().enumerate().step_by(7) {
                 let there = zoom.pixel_at([(i % 100) as f64, (i / 100) as f64], size, window);
                 assert_eq!(shown, there.map_or(0, |(x, y)| codes[(y * 64 + x) as usize]));
             }
         }
         assert!((zoom.scale(size, window) / 12.5 - 1.0).abs() < 0.01);
-        // Negative control: another point does not stay.
+        // Negative control: another point moves.
         let other = zoom.pixel_at([10.0, 80.0], size, window);
         zoom.at(point, -2, size, window);
         assert_ne!(zoom.pixel_at([10.0, 80.0], size, window), other);
@@ -274,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn panning_ends_at_the_edges_and_enlarging_ends() {
+    fn panning_and_zooming_are_limited() {
         let (size, window) = ((64, 48), (64, 48));
         let mut zoom = Zoom::default();
         zoom.pan([10.0, 10.0], size, window);
@@ -285,7 +284,7 @@ mod tests {
         assert_eq!(zoom.place(size, window), Place { x: -10, y: -7, width: 128, height: 96 });
         zoom.pan([-1000.0, -1000.0], size, window);
         assert_eq!(zoom.place(size, window), Place { x: -64, y: -48, width: 128, height: 96 });
-        // No memory of how far it was pulled beyond the edge.
+        // Movement beyond the edge is not accumulated.
         zoom.pan([1.0, 1.0], size, window);
         assert_eq!(zoom.place(size, window), Place { x: -63, y: -47, width: 128, height: 96 });
         zoom.at([32.0, 24.0], 1000, size, window);
@@ -296,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn letterboxes_keep_proportions_and_the_middle() {
+    fn letterboxes_are_centred_and_keep_proportions() {
         for (picture, window, expected) in [
             ((640, 480), (640, 480), (0, 0, 640, 480)),
             ((640, 480), (1000, 480), (180, 0, 640, 480)),
@@ -313,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn first_sizes_fit_a_screen_and_can_be_seen() {
+    fn initial_sizes_fit_the_screen_and_are_visible() {
         for (picture, expected) in [
             ((640, 480), (640, 480)),
             ((1280, 800), (1280, 800)),
@@ -332,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_at_its_own_size_comes_out_pixel_by_pixel() {
+    fn a_picture_at_its_own_size_is_reproduced_exactly() {
         for (width, height) in [(1, 1), (3, 2), (17, 5), (640, 3)] {
             let (picture, expected) = ramp(width, height);
             assert_eq!(drawn(&picture, (width, height)), expected);
@@ -357,18 +356,18 @@ mod tests {
         let light = |x: usize, y: usize| if (x + y).is_multiple_of(2) { 1.0 } else { 0.0 };
         let rgb = (0..64).map(|i| [light(i % 8, i / 8); 3]).collect();
         let picture = Picture { width: 8, height: 8, rgb };
-        // Half the light of white is 188 in sRGB; the mean of the codes would be 128.
+        // Half the linear value of white is 188 in sRGB; the mean of the codes would be 128.
         assert_eq!(drawn(&picture, (4, 4)), [0x00bc_bcbc; 16]);
     }
 
     #[test]
-    fn channels_are_in_their_places() {
+    fn channels_are_in_order() {
         let picture = Picture { width: 1, height: 1, rgb: vec![[1.0, 0.0, 0.5]] };
         assert_eq!(drawn(&picture, (1, 1)), [0x00ff_00bc]);
     }
 
     #[test]
-    fn owners_are_drawn_unmixed() {
+    fn owner_colours_are_not_interpolated() {
         let palette = [[255, 0, 0], [0, 255, 0]];
         let owners: Vec<u32> = (0..64).map(|i| i % 2).collect();
         let mut buffer = Vec::new();
@@ -379,14 +378,14 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_drawn_where_there_is_nothing() {
+    fn empty_pictures_and_windows_are_accepted() {
         let empty = Picture { width: 0, height: 0, rgb: Vec::new() };
         assert_eq!(drawn(&empty, (2, 2)), [0; 4]);
         assert!(drawn(&ramp(3, 2).0, (0, 5)).is_empty());
     }
 
     #[test]
-    fn a_huge_picture_costs_no_more_than_the_window_s_pixels() {
+    fn the_cost_of_a_huge_picture_depends_on_the_window() {
         let looked_at = std::cell::Cell::new(0u32);
         let mut buffer = Vec::new();
         draw((8192, 8192), &Zoom::default(), (100, 50), &mut buffer, |_, _| {

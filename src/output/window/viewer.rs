@@ -1,4 +1,4 @@
-//! What the window shows and how keys and mouse change it; knows nothing of the system's windows.
+//! The state of the window, and its changes by keys and mouse; independent of the windowing system.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -14,30 +14,30 @@ use crate::output::{human, progress::Progress};
 use crate::scene::Tone;
 use crate::scene::Viewpoint;
 
-/// Half a stop a key press.
+/// The change of exposure per key press, in stops.
 const EXPOSURE_STEP: f64 = 0.5;
-/// Beyond this many stops either way there is nothing to see.
+/// The maximum absolute exposure in stops; beyond it nothing is visible.
 const MOST_EXPOSURE: f64 = 30.0;
-/// How long a note stands in the title bar.
+/// The time that a note is shown in the title bar.
 const NOTE_TIME: Duration = Duration::from_secs(4);
-/// After the camera has moved, the picture before stands until there is a sample in each pixel of the new one, or
+/// After the camera has moved, the previous picture is shown until each pixel of the new one has a sample, or
 /// for this long: a picture with holes flickers.
 const HOLD: Duration = Duration::from_millis(250);
 
-/// The mouse, at a moment.
+/// The state of the mouse.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pointer {
-    /// Where it is, in pixels from the window's left upper corner; none if it is elsewhere.
+    /// Its position in pixels from the window's top left corner; `None` outside the window.
     pub at: Option<[f64; 2]>,
-    /// The left button is down.
+    /// Whether the left button is down.
     pub left: bool,
-    /// Another button is down, or the left one with Shift.
+    /// Whether another button is down, or the left one with Shift.
     pub other: bool,
-    /// Notches that the wheel has turned away from the hand since the moment before.
+    /// Notches by which the wheel was turned forward since the previous state.
     pub wheel: i32,
 }
 
-/// What is shown instead of the picture.
+/// The displayed contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shown {
     Picture,
@@ -46,7 +46,7 @@ enum Shown {
     Layer(usize),
 }
 
-/// The window's state.
+/// The state of the window.
 #[derive(Debug)]
 pub struct Viewer {
     options: WindowOptions,
@@ -60,24 +60,24 @@ pub struct Viewer {
     help: bool,
     probe: bool,
     pointer: Pointer,
-    /// The mouse moves the camera.
+    /// Whether the mouse moves the camera.
     steers: bool,
-    /// The camera as the mouse left it, where it may be moved.
+    /// The camera as moved by the mouse, if the user may move it.
     orbit: Option<Orbit>,
-    /// It has moved since the render began.
+    /// Whether it has moved since the render began.
     moved: bool,
-    /// The render is of a camera that was moved.
+    /// Whether the render belongs to a moved camera.
     away: bool,
     snapshot: Option<Arc<Snapshot>>,
-    /// When the render of the camera began, until there is a snapshot of it.
+    /// The start of the camera's render, until there is a snapshot of it.
     awaited: Option<Instant>,
     note: Option<(String, Instant)>,
-    /// The picture on the screen is not what it should be.
+    /// Whether the window must be redrawn.
     stale: bool,
 }
 
 impl Viewer {
-    /// A viewer without a picture as yet.
+    /// A viewer without a picture.
     pub fn new(options: &WindowOptions) -> Self {
         Self {
             options: options.clone(),
@@ -102,26 +102,26 @@ impl Viewer {
         }
     }
 
-    /// Another render begins: of a camera that was moved, or of the scene's own again. What was shown stands until
-    /// there is something to see of it.
+    /// Starts to show another render: of a moved camera, or of the scene's own again. The previous picture is shown
+    /// until there is a new one.
     pub fn begin(&mut self, away: bool, now: Instant) {
         if !away {
             self.orbit = self.options.camera.as_ref().ok().cloned();
         }
         (self.away, self.moved, self.awaited) = (away, false, Some(now));
-        // They are of the camera before.
+        // They belong to the previous camera.
         self.layers.clear();
         if matches!(self.shown, Shown::Layer(_)) {
             self.shown = Shown::Picture;
         }
     }
 
-    /// The picture on the screen, if there is one yet.
+    /// The displayed snapshot, if there is one.
     pub fn snapshot(&self) -> Option<Arc<Snapshot>> {
         self.snapshot.clone().filter(|_| self.awaited.is_none())
     }
 
-    /// Takes a newer picture.
+    /// Shows a newer snapshot.
     pub fn show(&mut self, snapshot: Arc<Snapshot>, now: Instant) {
         if let Some(since) = self.awaited
             && self.snapshot.is_some()
@@ -134,24 +134,24 @@ impl Viewer {
         self.awaited = None;
         let seen = self.snapshot.as_ref().is_some_and(|old| Arc::ptr_eq(&old.owners, &snapshot.owners));
         if !seen {
-            // Counted only when they change: it looks at every pixel of the film.
+            // Counted only on a change, because it covers every pixel of the film.
             self.palette = palette(workers(&snapshot.owners));
         }
         self.snapshot = Some(snapshot);
         self.stale = true;
     }
 
-    /// Takes the layers of what is seen.
+    /// Sets the layers of the camera's view.
     pub fn take_layers(&mut self, channels: &[Channel]) {
         self.layers = layers::views(channels, self.options.width, self.options.height);
     }
 
-    /// Puts a line into the title bar for a while.
+    /// Shows a note in the title bar for a while.
     pub fn note(&mut self, text: String, now: Instant) {
         self.note = Some((text, now));
     }
 
-    /// Changes what is shown. What else a key asks for is the window's to do: [`Action::Close`],
+    /// Applies an action to the state. The window handles the others: [`Action::Close`],
     /// [`Action::Save`], [`Action::Print`], [`Action::Home`].
     pub fn act(&mut self, action: Action, now: Instant) {
         match action {
@@ -190,14 +190,14 @@ impl Viewer {
         self.tone = ToneMap::new(self.view);
     }
 
-    /// Follows the mouse over a window of `size` pixels.
+    /// Processes the state of the mouse over a window of `size` pixels.
     pub fn point(&mut self, pointer: Pointer, size: (u32, u32)) {
         let before = std::mem::replace(&mut self.pointer, pointer);
         if self.probe && before.at != pointer.at {
             self.stale = true;
         }
         let Some(at) = pointer.at else { return };
-        // A drag goes on with the button with which it began.
+        // A drag continues with the button with which it began.
         let held = (before.left && pointer.left) || (before.other && pointer.other);
         let by = before.at.filter(|_| held).map_or([0.0; 2], |was| [at[0] - was[0], at[1] - was[1]]);
         let picture = (self.options.width, self.options.height);
@@ -233,39 +233,39 @@ impl Viewer {
         }
     }
 
-    /// The camera to begin anew with, if it has moved and what it saw before has been shown, or would take too
+    /// The camera to render next, if it has moved and the view of the previous one has been shown, or would take too
     /// long.
     pub fn camera_to_render(&self, now: Instant) -> Option<Viewpoint> {
         let waits = self.awaited.is_some_and(|since| now.duration_since(since) < HOLD);
         self.camera().filter(|_| self.moved && !waits)
     }
 
-    /// The camera, where it may be moved.
+    /// The camera, if the user may move it.
     pub fn camera(&self) -> Option<Viewpoint> {
         self.orbit.as_ref().map(Orbit::viewpoint)
     }
 
-    /// Whether the render is of a camera that was moved, or is to be.
+    /// Whether the render belongs to a moved camera, or will.
     pub fn is_away(&self) -> bool {
         self.away || self.moved
     }
 
-    /// How the picture is shown.
+    /// The view transform.
     pub fn view(&self) -> ViewTransform {
         self.view
     }
 
-    /// The final picture is here.
+    /// Whether the final picture is shown.
     pub fn finished(&self) -> bool {
         self.awaited.is_none() && self.snapshot.as_ref().is_some_and(|snapshot| snapshot.finished)
     }
 
-    /// The picture has changed since it was last drawn.
+    /// Whether the window must be redrawn.
     pub fn is_stale(&self) -> bool {
         self.stale
     }
 
-    /// Draws what there is for a window of `size` pixels, as 0x00RRGGBB; black before the first picture.
+    /// Draws the contents for a window of `size` pixels, as 0x00RRGGBB; black before the first picture.
     pub fn draw(&mut self, size: (u32, u32), buffer: &mut Vec<u32>) {
         self.stale = false;
         match &self.snapshot {
@@ -300,7 +300,7 @@ impl Viewer {
         }
     }
 
-    /// What is to be said of the pixel under the pointer.
+    /// The description of the pixel under the pointer.
     fn probed(&self, size: (u32, u32)) -> Option<String> {
         let (at, snapshot) = (self.pointer.at.filter(|_| self.probe)?, self.snapshot.as_ref()?);
         let picture = &snapshot.picture;
@@ -323,7 +323,7 @@ impl Viewer {
 
     /// The title bar: `cover.toml — 128/500 spp, 7.9 Msamples/s, 41 s left — +1.5 EV`.
     pub fn title(&self, now: Instant) -> String {
-        // A title ends at a NUL, for most systems.
+        // On most systems a title ends at a NUL.
         let mut parts = vec![self.options.name.replace('\0', "")];
         parts.push(match &self.snapshot {
             None => "starting".into(),
@@ -346,7 +346,7 @@ impl Viewer {
             Shown::Layer(at) => parts.push(self.layers[at].name.clone()),
         }
         if self.steers {
-            parts.push("the mouse moves the camera".into());
+            parts.push("mouse moves camera".into());
         } else if self.is_away() {
             parts.push("moved camera".into());
         }

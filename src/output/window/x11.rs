@@ -1,8 +1,8 @@
-//! Asks the X server, before minifb does, whether a window can be opened.
+//! Checks with the X server, before minifb does, whether a window can be opened.
 //!
-//! minifb reports a display it cannot use, but then frees the display's own graphics context twice and the
-//! program dies of it (seen with 0.29: 16-bit screens, and an input method that is named and not running).
-//! Those cases are found out here, in safe code, over a connection of our own.
+//! minifb reports a display that it cannot use, but then frees the display's own graphics context twice and the
+//! program crashes (observed with 0.29: 16-bit screens, and an input method that is set but not running).
+//! This module detects these cases over a separate connection in safe code.
 
 use x11rb::connection::Connection;
 use x11rb::errors::{ConnectionError, ReplyError};
@@ -11,42 +11,44 @@ use x11rb::rust_connection::RustConnection;
 
 use super::WindowError;
 
-/// What minifb draws with.
+/// The pixel format of minifb.
 const BITS_PER_PIXEL: u8 = 32;
-/// The largest part of the screen's length that a window gets unasked: frames and panels need some too.
+/// The maximum fraction of the screen for an initial window: frames and panels need some space too.
 const PART_OF_SCREEN: f64 = 0.85;
 
-/// An X server that a window can be opened on.
+/// An X server on which a window can be opened.
 pub(super) struct Display {
-    /// The pixels a window may have to begin with.
+    /// The maximum initial size of a window in pixels.
     pub(super) largest: (u32, u32),
-    /// To be kept until the window is open: some servers start afresh when their last client leaves, and turn
-    /// away who comes meanwhile.
+    /// Kept until the window is open: some servers restart when their last client disconnects, and reject
+    /// connections meanwhile.
     _connection: RustConnection,
 }
 
-/// The display that a window would open on, or why it can't.
+/// The display on which a window would open, or the reason why it cannot.
 pub(super) fn find() -> Result<Display, WindowError> {
     let display = std::env::var("DISPLAY").unwrap_or_default();
     if display.is_empty() {
         return Err(WindowError::NoDisplay);
     }
     let (connection, screen) = x11rb::connect(None).map_err(|error| {
-        WindowError::Failed(format!("no X server can be reached at DISPLAY={display} ({error})"))
+        WindowError::Failed(format!("no X server answers at DISPLAY={display} ({error})"))
     })?;
     let setup = connection.setup();
     let screen = &setup.roots[screen];
     let format = setup.pixmap_formats.iter().find(|format| format.depth == screen.root_depth);
     if format.is_none_or(|format| format.bits_per_pixel != BITS_PER_PIXEL) {
         let depth = screen.root_depth;
-        return Err(WindowError::Failed(format!("the screen has {depth} bits a pixel, where 24 are needed")));
+        return Err(WindowError::Failed(format!(
+            "the screen has {depth} bits per pixel, and 24 are required"
+        )));
     }
     let modifiers = std::env::var("XMODIFIERS").unwrap_or_default();
     if let Some(name) = input_method(&modifiers)
         && !is_running(&connection, screen, name).unwrap_or(false)
     {
         return Err(WindowError::Failed(format!(
-            "the input method {name:?} that XMODIFIERS asks for is not running (start it, or set XMODIFIERS=@im=none)"
+            "the input method {name:?} of XMODIFIERS is not running (start it, or set XMODIFIERS=@im=none)"
         )));
     }
     let part = |length: u16| (f64::from(length) * PART_OF_SCREEN) as u32;
@@ -54,14 +56,14 @@ pub(super) fn find() -> Result<Display, WindowError> {
     Ok(Display { largest, _connection: connection })
 }
 
-/// The input method server that Xlib will look for: `@im=NAME`, unless it is one that Xlib has built in.
+/// The input method server that Xlib will use: `@im=NAME`, unless it is one that is built into Xlib.
 fn input_method(modifiers: &str) -> Option<&str> {
-    // Xlib takes no notice of modifiers that do not begin with an @.
+    // Xlib ignores modifiers that do not begin with an @.
     let name = modifiers.split('@').skip(1).find_map(|modifier| modifier.strip_prefix("im="))?;
     (!["", "none", "local"].contains(&name)).then_some(name)
 }
 
-/// Looks where Xlib looks: the root window lists the servers, and a running one owns its name.
+/// Checks as Xlib does: the root window lists the servers, and a running one owns its name.
 fn is_running(connection: &RustConnection, screen: &Screen, name: &str) -> Result<bool, ReplyError> {
     let atom = |name: &str| Ok::<_, ReplyError>(connection.intern_atom(true, name.as_bytes())?.reply()?.atom);
     let (servers, server) = (atom("XIM_SERVERS")?, atom(&format!("@server={name}"))?);

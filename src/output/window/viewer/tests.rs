@@ -1,4 +1,4 @@
-//! What the window shows after keys, mouse and time.
+//! The window's contents after keys, mouse and time.
 
 use super::*;
 use crate::camera::CameraSettings;
@@ -45,7 +45,7 @@ fn drawn(viewer: &mut Viewer) -> Vec<u32> {
 }
 
 #[test]
-fn the_title_tells_the_state() {
+fn the_title_shows_the_state() {
     let now = Instant::now();
     let mut viewer = Viewer::new(&options());
     assert_eq!(viewer.title(now), "cover.toml — starting");
@@ -62,14 +62,14 @@ fn the_title_tells_the_state() {
 }
 
 #[test]
-fn a_time_limit_counts_for_the_time_left() {
+fn a_time_limit_determines_the_time_left() {
     let mut viewer = Viewer::new(&WindowOptions { time_limit: Some(30.0), ..options() });
     viewer.show(snapshot(100.0, false), Instant::now());
     assert!(viewer.title(Instant::now()).ends_with("20 s left"));
 }
 
 #[test]
-fn notes_come_and_go() {
+fn notes_appear_and_expire() {
     let now = Instant::now();
     let mut viewer = Viewer::new(&options());
     viewer.note("saved\0cover.png\n".into(), now);
@@ -78,7 +78,7 @@ fn notes_come_and_go() {
 }
 
 #[test]
-fn exposure_changes_the_picture_by_half_stops_and_has_ends() {
+fn exposure_changes_by_half_stops_within_limits() {
     let mut viewer = Viewer::new(&options());
     viewer.show(snapshot(1.0, false), Instant::now());
     let plain = drawn(&mut viewer);
@@ -86,7 +86,7 @@ fn exposure_changes_the_picture_by_half_stops_and_has_ends() {
     viewer.act(Action::Brighter, Instant::now());
     assert_eq!(viewer.view().exposure, 1.0);
     let brighter = drawn(&mut viewer);
-    // A stop makes 0.25 what 0.5 was.
+    // One stop maps 0.25 to the value of 0.5.
     assert_eq!(brighter[0], plain[1]);
     assert_ne!(brighter[0], plain[0]);
     viewer.act(Action::Darker, Instant::now());
@@ -99,7 +99,7 @@ fn exposure_changes_the_picture_by_half_stops_and_has_ends() {
 }
 
 #[test]
-fn the_overlay_shows_owners_and_goes_again() {
+fn the_overlay_is_toggled() {
     let mut viewer = Viewer::new(&options());
     viewer.show(snapshot(1.0, false), Instant::now());
     let plain = drawn(&mut viewer);
@@ -111,7 +111,7 @@ fn the_overlay_shows_owners_and_goes_again() {
 }
 
 #[test]
-fn only_changes_make_it_stale() {
+fn only_changes_require_a_redraw() {
     let mut viewer = Viewer::new(&options());
     assert!(viewer.is_stale());
     assert_eq!(drawn(&mut viewer), [0, 0]);
@@ -134,11 +134,11 @@ fn only_changes_make_it_stale() {
 }
 
 #[test]
-fn tone_curves_go_round() {
+fn tone_curves_cycle() {
     let mut viewer = Viewer::new(&options());
     viewer.show(snapshot(1.0, false), Instant::now());
     let codes = |viewer: &mut Viewer| drawn(viewer)[1] & 0xff;
-    // 0.5 is 188 as sRGB and 128 as it is; the film curve, at 0.3 of its scale, makes it 0.438, which is 177.
+    // 0.5 is 188 as sRGB and 128 without a curve; the film curve, at 0.3 of its scale, maps it to 0.438, which is 177.
     assert_eq!(codes(&mut viewer), 188);
     viewer.act(Action::Tone, Instant::now());
     assert_eq!(codes(&mut viewer), 177);
@@ -150,7 +150,7 @@ fn tone_curves_go_round() {
 }
 
 #[test]
-fn layers_come_in_turn_after_error_and_samples() {
+fn layers_follow_error_and_samples() {
     let now = Instant::now();
     let mut viewer = Viewer::new(&options());
     viewer.show(snapshot(1.0, false), now);
@@ -159,12 +159,12 @@ fn layers_come_in_turn_after_error_and_samples() {
         viewer.act(Action::Layer, now);
         (viewer.title(now).rsplit(" — ").next().unwrap_or_default().to_owned(), drawn(viewer))
     };
-    // An error of 0.1 in 0.25·√3 is 23%; there is none in the other pixel.
+    // An error of 0.1 in 0.25·√3 is 23%; the other pixel has none.
     let part = 0.1 / (0.25 * 3.0_f64.sqrt()) / 0.25;
     let code = (part * 255.0).round() as u32;
     assert_eq!(next(&mut viewer), ("error".to_owned(), vec![code * 0x01_01_01, 0]));
     assert_eq!(next(&mut viewer), ("samples".to_owned(), vec![0x00ff_ffff, 0x0080_8080]));
-    assert_eq!(next(&mut viewer).1, picture, "no layers as yet");
+    assert_eq!(next(&mut viewer).1, picture, "no layers yet");
     let values = vec![0.0, srgb_to_linear(0.2) as f32];
     viewer.take_layers(&[Channel { name: "albedo.R".into(), values }]);
     next(&mut viewer);
@@ -174,7 +174,7 @@ fn layers_come_in_turn_after_error_and_samples() {
 }
 
 #[test]
-fn the_probe_tells_of_the_pixel_under_the_pointer() {
+fn the_probe_describes_the_pixel_under_the_pointer() {
     let now = Instant::now();
     let mut viewer = Viewer::new(&WindowOptions { corner: (10, 20), ..options() });
     viewer.show(snapshot(1.0, false), now);
@@ -197,7 +197,7 @@ fn the_probe_tells_of_the_pixel_under_the_pointer() {
 }
 
 #[test]
-fn help_lies_over_the_picture_and_names_every_key() {
+fn help_covers_the_picture_and_lists_every_key() {
     let mut viewer = Viewer::new(&options());
     viewer.show(snapshot(1.0, false), Instant::now());
     let size = (600, 300);
@@ -220,7 +220,7 @@ fn drag(from: [f64; 2], to: [f64; 2], other: bool) -> [Pointer; 2] {
 }
 
 #[test]
-fn dragging_moves_the_picture_and_the_wheel_enlarges_it() {
+fn dragging_pans_and_the_wheel_zooms() {
     let mut viewer = Viewer::new(&options());
     viewer.show(snapshot(1.0, false), Instant::now());
     let size = (20, 10);
@@ -234,7 +234,7 @@ fn dragging_moves_the_picture_and_the_wheel_enlarges_it() {
 }
 
 #[test]
-fn the_mouse_moves_the_camera_only_when_it_is_told_to() {
+fn the_mouse_moves_the_camera_only_in_camera_mode() {
     let now = Instant::now();
     let size = (200, 100);
     let mut viewer = Viewer::new(&options());
@@ -243,8 +243,8 @@ fn the_mouse_moves_the_camera_only_when_it_is_told_to() {
     drag([50.0, 50.0], [60.0, 50.0], false).into_iter().for_each(|pointer| viewer.point(pointer, size));
     assert_eq!((viewer.camera_to_render(now), viewer.camera()), (None, own.clone()));
     viewer.act(Action::Camera, now);
-    assert!(viewer.title(now).ends_with("the mouse moves the camera"));
-    // Moving without a button is no drag, nor is going where it is pressed.
+    assert!(viewer.title(now).ends_with("mouse moves camera"));
+    // Moving without a button is not a drag, and neither is moving to where it is pressed.
     viewer.point(Pointer { at: Some([10.0, 10.0]), ..Pointer::default() }, size);
     viewer.point(Pointer { at: Some([50.0, 50.0]), left: true, ..Pointer::default() }, size);
     assert_eq!(viewer.camera_to_render(now), None);
@@ -257,7 +257,7 @@ fn the_mouse_moves_the_camera_only_when_it_is_told_to() {
     viewer.point(Pointer { at: Some([50.0, 50.0]), wheel: 1, ..Pointer::default() }, size);
     assert_ne!(viewer.camera_to_render(now), Some(panned));
 
-    // What was there stands until there is something to see.
+    // The previous picture stays until there is a new one.
     viewer.begin(true, now);
     assert_eq!(viewer.camera_to_render(now), None);
     assert!(viewer.snapshot().is_none() && !viewer.finished());
@@ -265,17 +265,17 @@ fn the_mouse_moves_the_camera_only_when_it_is_told_to() {
     viewer.show(Arc::clone(&part), now);
     assert!(viewer.snapshot().is_none());
     viewer.show(Arc::clone(&part), now + HOLD);
-    assert!(Arc::ptr_eq(&viewer.snapshot().expect("better than nothing"), &part));
+    assert!(Arc::ptr_eq(&viewer.snapshot().expect("a partial picture"), &part));
     viewer.begin(true, now);
     viewer.show(snapshot(1.0, false), now);
     assert!(viewer.snapshot().is_some());
-    // And back.
+    // Return to the scene's camera.
     viewer.begin(false, now);
     assert!(viewer.camera() == own && !viewer.is_away());
 }
 
 #[test]
-fn a_camera_that_must_stay_says_why() {
+fn a_fixed_camera_shows_the_reason() {
     let now = Instant::now();
     let why = "the camera stays".to_owned();
     let mut viewer = Viewer::new(&WindowOptions { camera: Err(why.clone()), ..options() });

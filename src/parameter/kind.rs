@@ -40,7 +40,7 @@ impl Number {
         let single = number as f32;
         if !single.is_finite() {
             return Some(format!(
-                "must be at most {}, the largest number in 32 bits",
+                "must be at most {}, the largest that 32 bits hold",
                 limit(f32::MAX.into())
             ));
         }
@@ -54,7 +54,7 @@ impl Number {
             _ => {}
         }
         if number != 0.0 && single == 0.0 {
-            return Some("is so small that it would be rounded to 0 in 32 bits".into());
+            return Some("is so small that 32 bits would round it to 0".into());
         }
         if (self.least..=self.most).contains(&number) {
             None

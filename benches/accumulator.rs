@@ -21,7 +21,7 @@ use stride::integrator::{self, Integrator};
 use stride::math::lanes::Level;
 use stride::render::accumulator::{Inbox, Outbox};
 use stride::render::worker::Worker;
-use stride::render::{Accumulator, Configuration, Deal, Order, Port, SampleBatch, Schedule};
+use stride::render::{Accumulator, Configuration, Dispatch, Order, Port, SampleBatch, Schedule};
 use stride::sampling::Region;
 use stride::scene::{self, FilmMode, Filter, Scene};
 use stride::world::{self, Finder, World};
@@ -94,7 +94,7 @@ impl Case {
         let firsts = (0..WORKERS).flat_map(|worker| (0..all).map(move |_| worker));
         let orders =
             firsts.take(shares.unwrap_or(usize::MAX)).map(|worker| match schedule.next(worker, None) {
-                Deal::Order(Order { stride, .. }) => Order { stride, first: 0, end: samples },
+                Dispatch::Order(Order { stride, .. }) => Order { stride, first: 0, end: samples },
                 deal => unreachable!("a share without an order: {deal:?}"),
             });
         let (orders_out, orders_in) = unbounded();

@@ -11,7 +11,7 @@
 //!
 //! This module prints nothing, ends no process, reads no environment variables and catches no signals. Two renders in
 //! one process are independent. The program `stride` uses the same interface: it takes the
-//! [`Settings`](crate::session::Settings) from [`Render::settings`], and runs them with a window and its own handler of
+//! [`RenderSettings`](crate::session::Settings) from [`Render::settings`], and runs them with a window and its own handler of
 //! Ctrl-C.
 
 mod builder;

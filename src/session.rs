@@ -3,17 +3,17 @@
 //! | file | what is in it |
 //! |---|---|
 //! | `settings` | the settings of a render |
-//! | `crew` | the workers: CPU threads, a GPU, or both |
+//! | `worker_pool` | the workers: CPU threads, a GPU, or both |
 //! | `wiring`, `process` | the processes of a render and the channels between them |
 //! | `finishing` | the outputs at the end, and errors |
-//! | `opening`, `tour` | the window, and the renders of cameras moved in it |
+//! | `opening`, `camera_moves` | the window, and the renders of cameras moved in it |
 //! | `resuming` | the film at the start of a render |
 //! | `pictures`, `layers`, `identity` | picture files, their layers and their metadata |
 //! | `event`, `report` | events during a render, and its result |
 //!
 //! This module prints nothing, and two renders in one process share nothing.
 
-mod crew;
+mod camera_moves;
 mod error;
 mod event;
 mod finishing;
@@ -25,14 +25,15 @@ mod process;
 mod report;
 mod resuming;
 mod settings;
-mod tour;
 mod wiring;
+mod worker_pool;
 
 pub use error::SessionError;
 pub use event::{Conclusion, Event};
 pub use report::{Noise, Report};
 pub use settings::{
-    ADAPTIVE_NOISE, DeviceChoice, Devices, Job, MOST_THREADS, Outputs, Settings, Stopping, View, WindowChoice,
+    ADAPTIVE_NOISE, DeviceChoice, Devices, MOST_THREADS, Outputs, RenderJob, RenderSettings, Stopping,
+    ViewerSettings, WindowChoice,
 };
 
 pub(crate) use identity::{NOTES, facts};
@@ -43,22 +44,34 @@ use crate::film::cryptomatte::Mattes;
 use crate::output::{SampleDump, Tev};
 use crate::render::accumulator::Outcome;
 use crate::sampling::Sample;
-use crew::Crew;
+use camera_moves::{CameraMoves, conclude};
 use crossbeam_channel::{Receiver, Sender, never};
-use finishing::write_aside;
+use finishing::write_suspended;
 use identity::mattes_of;
 use opening::open_window;
 use std::convert::Infallible;
 use std::ops::Range;
 use std::time::{Duration, Instant};
-use tour::{Home, conclude};
-use wiring::{Begun, Rendered, Task, Viewer, render};
+use wiring::{InitialFilm, Rendered, Task, Viewer, render};
+use worker_pool::WorkerPool;
+
+/// The former name of [`RenderJob`].
+#[deprecated(note = "renamed to `RenderJob`")]
+pub type Job = RenderJob;
+
+/// The former name of [`RenderSettings`].
+#[deprecated(note = "renamed to `RenderSettings`")]
+pub type Settings = RenderSettings;
+
+/// The former name of [`ViewerSettings`].
+#[deprecated(note = "renamed to `ViewerSettings`")]
+pub type View = ViewerSettings;
 
 /// A render that is ready to run: the scene is compiled, and the devices are prepared. No file has been written yet.
 pub struct Prepared<'a> {
-    settings: &'a Settings,
+    settings: &'a RenderSettings,
     events: Sender<Event>,
-    crew: Crew,
+    pool: WorkerPool,
     build: Duration,
     samples: Option<Sender<Vec<Sample>>>,
 }
@@ -68,15 +81,15 @@ pub struct Prepared<'a> {
 ///
 /// Events are sent until the render ends. The caller must either receive them or close the channel: the render waits
 /// for a full channel.
-pub fn prepare(settings: &Settings, events: Sender<Event>) -> Result<Prepared<'_>, SessionError> {
+pub fn prepare(settings: &RenderSettings, events: Sender<Event>) -> Result<Prepared<'_>, SessionError> {
     let build_start = Instant::now();
-    let crew = Crew::new(settings, &events, &never())?;
-    Ok(Prepared { settings, events, crew, build: build_start.elapsed(), samples: None })
+    let pool = WorkerPool::new(settings, &events, &never())?;
+    Ok(Prepared { settings, events, pool, build: build_start.elapsed(), samples: None })
 }
 
 /// Prepares and runs a render. Any failure is an error.
 pub fn run(
-    settings: &Settings,
+    settings: &RenderSettings,
     events: Sender<Event>,
     stop: &Receiver<Infallible>,
 ) -> Result<Report, SessionError> {
@@ -99,9 +112,9 @@ impl Prepared<'_> {
     ///
     /// Must run on the main thread if a window may open.
     pub fn run(self, stop: &Receiver<Infallible>) -> Result<Report, SessionError> {
-        let Prepared { settings, events, crew, build, samples } = self;
-        let (device, devices, threads) = (crew.description(), crew.devices(), crew.workers());
-        let integrator = crew.integrator();
+        let Prepared { settings, events, pool, build, samples } = self;
+        let (device, devices, threads) = (pool.description(), pool.devices(), pool.workers());
+        let integrator = pool.integrator();
         let head = identity::head(settings, &device);
         identity::check_film(settings, &head)?;
         let dumped = identity::dumped(settings, &head);
@@ -113,20 +126,20 @@ impl Prepared<'_> {
         let dump = settings.outputs.samples.as_deref();
         let dump = dump.map(|path| SampleDump::create(path, &dumped)).transpose()?;
 
-        let begun = Begun { film, milestone, spent: Duration::ZERO };
-        let task = Task { settings, crew, head: &head, begun, dump, samples, tev };
+        let initial = InitialFilm { film, milestone, spent: Duration::ZERO };
+        let task = Task { settings, pool, head: &head, initial, dump, samples, tev };
         let viewer = window.as_mut().map(|window| window as &mut dyn Viewer);
         let mut own = render(task, viewer, &events, stop)?;
-        let mut toured = Ok(());
+        let mut followed = Ok(());
         if let Some(window) = window.as_mut().filter(|_| own.problem.is_none()) {
             let (device, integrator, events) = (&*device, integrator.as_ref(), &events);
-            let home = Home { settings, head: &head, device, integrator, events, stop };
-            toured = home.tour(&mut own, window);
+            let moves = CameraMoves { settings, head: &head, device, integrator, events, stop };
+            followed = moves.follow(&mut own, window);
         }
-        if own.is_aside {
-            write_aside(settings, &head, (&own.outcome, &own.picture), &events)?;
+        if own.is_suspended {
+            write_suspended(settings, &head, (&own.outcome, &own.picture), &events)?;
         } else if own.problem.is_none()
-            && let Err(error) = toured
+            && let Err(error) = followed
         {
             // The film belongs to the resumed render, which has failed.
             return Err(error);
@@ -135,7 +148,7 @@ impl Prepared<'_> {
         let Rendered { outcome, picture, layers, problem, .. } = own;
         let spp_range = outcome.film.seen_range();
         let mattes = Mattes::of(&settings.job.scene);
-        let facts = facts(&head.identity, &settings.holding(spp_range));
+        let facts = facts(&head.identity, &settings.sample_ranges(spp_range));
         let Outcome { totals, whole, lost, made, .. } = outcome;
         let made = |workers: Range<usize>| made[workers].iter().sum();
         Ok(Report {
@@ -153,7 +166,7 @@ impl Prepared<'_> {
             facts,
             view: ViewTransform::of(&settings.job.scene.film),
             mattes: mattes_of(&settings.outputs.layers, &mattes).into_iter().cloned().collect(),
-            problem: problem.or(toured.err()),
+            problem: problem.or(followed.err()),
         })
     }
 }

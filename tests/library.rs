@@ -215,7 +215,7 @@ fn a_handle_that_is_dropped_ends_its_render_and_leaves_its_files() {
     let path = folder.path().join("a.film");
     drop(endless(ball().film(&path)));
     let film = stride::output::open_film(&path).expect("a whole film");
-    assert!(film.holding().start() == Some(0), "{}", film.holding());
+    assert!(film.sample_ranges().start() == Some(0), "{}", film.sample_ranges());
 }
 
 #[test]

@@ -169,7 +169,7 @@ fn a_camera_that_is_moved_renders_anew_and_its_own_render_goes_on_where_it_was()
     let Some(display) = display() else { return };
     let spp = "4000";
     let film = tour(&display, &["--spp", spp]);
-    assert_eq!(film.holding().to_string(), format!("0..{spp}"));
+    assert_eq!(film.sample_ranges().to_string(), format!("0..{spp}"));
 }
 
 // What was decided at milestones before the camera moved is what the render goes on by when it is back.
@@ -178,7 +178,7 @@ fn a_render_that_goes_where_the_error_is_decides_the_same_when_its_camera_is_bac
     let Some(display) = display() else { return };
     let film = tour(&display, &["--adaptive", "--noise", "0.017"]);
     assert_eq!(film.head().identity.get("adaptive"), Some("noise 0.017"));
-    assert!(film.holding().open().is_some(), "all pixels have the same: this decides nothing");
+    assert!(film.sample_ranges().open().is_some(), "all pixels have the same: this decides nothing");
 }
 
 /// The next camera on standard output, as it stands in a scene file.

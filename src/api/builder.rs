@@ -3,7 +3,7 @@
 use crate::film::Layer;
 use crate::math::lanes::Level;
 use crate::scene::{FilmMode, Filter, Integrator, Sampler, Scene, Sources, Tone};
-use crate::session::{DeviceChoice, View};
+use crate::session::{DeviceChoice, ViewerSettings};
 use crate::world::Finder;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -46,7 +46,7 @@ pub struct Render {
     pub(super) resume: Option<PathBuf>,
     pub(super) kept: Vec<PathBuf>,
     pub(super) others: Vec<PathBuf>,
-    pub(super) view: View,
+    pub(super) view: ViewerSettings,
 }
 
 /// What is rendered.
@@ -75,7 +75,7 @@ impl Render {
             resume: None,
             kept: Vec::new(),
             others: Vec::new(),
-            view: View::default(),
+            view: ViewerSettings::default(),
         }
     }
 
@@ -268,7 +268,7 @@ impl Render {
     }
 
     /// The viewers of the render. A window requires the program's main thread, on which the whole render then runs.
-    pub fn view(self, view: View) -> Render {
+    pub fn view(self, view: ViewerSettings) -> Render {
         Render { view, ..self }
     }
 }

@@ -44,10 +44,10 @@ impl Render {
         let (stop_out, stop) = bounded(0);
         let (events_out, events) = unbounded();
         let thread = std::thread::spawn(move || {
-            let (told_out, told) = bounded(MOST_WAITING);
+            let (rendered_events_out, rendered_events) = bounded(MOST_WAITING);
             std::thread::scope(|scope| {
-                scope.spawn(move || relay(&told, &events_out));
-                render(&settings, told_out, None, &stop)
+                scope.spawn(move || relay(&rendered_events, &events_out));
+                render(&settings, rendered_events_out, None, &stop)
             })
         });
         Ok(RenderHandle { events, stop: Some(stop_out), thread: Some(thread) })
@@ -55,8 +55,8 @@ impl Render {
 }
 
 /// Forwards events without waiting for the caller, until both channels have closed.
-fn relay(told: &Receiver<Event>, events: &Sender<Event>) {
-    for event in told {
+fn relay(rendered_events: &Receiver<Event>, events: &Sender<Event>) {
+    for event in rendered_events {
         let may_be_left_out = matches!(event, Event::Progress(_));
         if may_be_left_out && events.len() >= MOST_WAITING {
             continue;

@@ -9,7 +9,7 @@ use crate::math::lanes::Level;
 use crate::output::open_film;
 use crate::sampling::Region;
 use crate::scene::{self, FilmMode, Fingerprint, Scene};
-use crate::session::{DeviceChoice, Devices, Job, MOST_THREADS, Outputs, Settings, Stopping};
+use crate::session::{DeviceChoice, Devices, MOST_THREADS, Outputs, RenderJob, RenderSettings, Stopping};
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::Path;
@@ -25,7 +25,7 @@ const MOST_PIXELS: u64 = 1 << 31;
 impl Render {
     /// The complete and checked settings: scene, devices, outputs. All files are checked to be writable, and no file is
     /// left behind. For callers that run [`crate::session`] themselves.
-    pub fn settings(&self) -> Result<Settings, Error> {
+    pub fn settings(&self) -> Result<RenderSettings, Error> {
         let scene = &self.scene;
         check_film(scene)?;
         let problems = scene.problems();
@@ -49,8 +49,8 @@ impl Render {
         let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let threads = self.threads.and_then(NonZeroUsize::new).unwrap_or_else(cores);
         let level = self.level.unwrap_or_else(Level::widest);
-        let settings = Settings {
-            job: Job { first, spreads, layers, ..Job::new(Arc::new(scene.clone()), picture) },
+        let settings = RenderSettings {
+            job: RenderJob { first, spreads, layers, ..RenderJob::new(Arc::new(scene.clone()), picture) },
             stopping: Stopping { spp, time: self.time, noise: self.noise, adaptive: scene.render.adaptive },
             devices: Devices { choice: self.device.clone(), threads, level, finder: self.world },
             outputs: Outputs {
@@ -71,7 +71,7 @@ impl Render {
         }
         check_places(&settings.outputs, &self.kept, &self.others)?;
         let fingerprint = Some(Fingerprint::of(scene, &self.sources));
-        Ok(Settings { job: Job { fingerprint, ..settings.job }, ..settings })
+        Ok(RenderSettings { job: RenderJob { fingerprint, ..settings.job }, ..settings })
     }
 
     /// Checks each number against its range.
@@ -173,7 +173,7 @@ impl Resumed {
     fn read(path: &Path) -> Result<Resumed, Error> {
         let film = open_film(path)?;
         let asked = film.head().asked();
-        let first = film.holding().start().or(asked.as_ref().map(|asked| asked.start)).unwrap_or(0);
+        let first = film.sample_ranges().start().or(asked.as_ref().map(|asked| asked.start)).unwrap_or(0);
         let end = asked.map(|asked| asked.end).filter(|&end| end > first && end < u32::MAX);
         let Layout { spreads, layers, .. } = film.head().layout;
         let shown = film.head().layers_shown();

@@ -3,7 +3,7 @@
 use super::builder::Render;
 use super::error::{Error, SettingsError};
 use crate::sampling::Sample;
-use crate::session::{self, Event, Report, SessionError, Settings, WindowChoice};
+use crate::session::{self, Event, RenderSettings, Report, SessionError, WindowChoice};
 use crossbeam_channel::{Receiver, Sender, bounded, never};
 use std::convert::Infallible;
 
@@ -32,7 +32,7 @@ impl Render {
     }
 
     /// The checked settings of a render that will not run on this thread.
-    pub(super) fn elsewhere(&self) -> Result<Settings, Error> {
+    pub(super) fn elsewhere(&self) -> Result<RenderSettings, Error> {
         let settings = self.settings()?;
         match settings.view.window {
             WindowChoice::None => Ok(settings),
@@ -43,7 +43,7 @@ impl Render {
 
 /// Runs a render.
 pub(super) fn render(
-    settings: &Settings,
+    settings: &RenderSettings,
     events: Sender<Event>,
     samples: Option<Sender<Vec<Sample>>>,
     stop: &Receiver<Infallible>,

@@ -6,7 +6,7 @@ use super::render::{self, Layers};
 use crate::api::part;
 use crate::film::cryptomatte::Mattes;
 use crate::film::develop::Developer;
-use crate::film::{Channel, Film, Holding, Identity, Layer, Layout, Splatter, ViewTransform, Weights};
+use crate::film::{Channel, Film, Identity, Layer, Layout, SampleRanges, Splatter, ViewTransform, Weights};
 use crate::integrator;
 use crate::math::lanes::Level;
 use crate::output::{self, Crop, PictureOptions, npy, write_picture};
@@ -84,7 +84,7 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
         render::layers(&arguments.layers).into_iter().filter(Layer::is_of_radiance).collect();
     let mut dump = npy::read::open_dump(&arguments.samples)?;
     let dumped = match (dump.facts(), arguments.size) {
-        (Some(facts), None) => Dumped::told(facts, arguments)?,
+        (Some(facts), None) => Dumped::from_facts(facts, arguments)?,
         (Some(_), Some(_)) => {
             return Err(usage("the file contains the size of its film; omit --size"));
         }
@@ -154,7 +154,7 @@ pub(super) fn run(arguments: &DevelopArguments) -> Result<(), Failure> {
 
 impl Dumped {
     /// From the metadata in the file.
-    fn told(facts: &Identity, arguments: &DevelopArguments) -> Result<Dumped, Failure> {
+    fn from_facts(facts: &Identity, arguments: &DevelopArguments) -> Result<Dumped, Failure> {
         let path = &arguments.samples;
         let strange = || anyhow::anyhow!("the metadata of {path:?} is not in a known form");
         let fact = |name: &str| facts.get(name).ok_or_else(strange);
@@ -198,13 +198,13 @@ impl Dumped {
     fn developed(&self, filter: Filter, film: &Film) -> Identity {
         let [least, most] = film.seen_range();
         let end = u32::try_from(most).unwrap_or(u32::MAX);
-        let holding = Holding::prefix(self.asked.clone().unwrap_or(0..end), least, most);
+        let sample_ranges = SampleRanges::prefix(self.asked.clone().unwrap_or(0..end), least, most);
         let facts = self.facts.facts().filter(|(name, _)| !session::NOTES.contains(name));
         let facts = facts.fold(Identity::default(), |facts, (name, value)| match name {
             "filter" => facts.with(name, filter),
             "mode" => facts.with(name, FilmMode::Continuous),
             _ => facts.with(name, value),
         });
-        session::facts(&facts, &holding)
+        session::facts(&facts, &sample_ranges)
     }
 }

@@ -3,7 +3,7 @@
 use super::arguments::range;
 use super::failure::{Failure, usage};
 use super::print::print;
-use super::{devices, holds, program};
+use super::{contents, devices, program};
 use crate::film::cryptomatte::Names;
 use crate::film::{Identity, Ranges};
 use crate::output::{FilmError, Format, exr, npy, open_film, read_picture};
@@ -43,9 +43,9 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
     } else if extension == "npy" {
         samples(path)?
     } else if extension == "toml" {
-        holds::of_scene(path)?
+        contents::of_scene(path)?
     } else if ["ply", "obj", "glb", "gltf"].contains(&extension.as_str()) {
-        holds::of_mesh(path)?
+        contents::of_mesh(path)?
     } else if Format::of(path).is_ok() {
         picture(path)?
     } else {
@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
 /// A film, which is read completely, so that damage is detected.
 fn film(path: &Path) -> Result<String, Failure> {
     let file = open_film(path)?;
-    let (head, holding) = (file.head().clone(), file.holding().clone());
+    let (head, sample_ranges) = (file.head().clone(), file.sample_ranges().clone());
     let film = file.read().map_err(|reason| FilmError { path: path.to_path_buf(), reason })?;
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
@@ -73,12 +73,12 @@ fn film(path: &Path) -> Result<String, Failure> {
         .facts()
         .chain(head.notes.facts())
         .for_each(|(name, value)| line(name, shown_fact(name, value)));
-    line("samples", holding.to_string());
-    if holding.open().is_some() {
+    line("samples", sample_ranges.to_string());
+    if sample_ranges.open().is_some() {
         let [least, most] = film.seen_range();
         line("per pixel", format!("{least} to {most} samples"));
     }
-    let missing = holding.missing();
+    let missing = sample_ranges.missing();
     if !missing.is_empty() {
         line("missing", Ranges(&missing).to_string());
     }

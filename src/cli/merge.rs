@@ -6,7 +6,7 @@ use crate::film::cryptomatte::Mattes;
 use crate::film::file::FilmFileError;
 use crate::film::head::{Head, LAYERS, NAMES};
 use crate::film::{
-    Channel, Film, Holding, Identity, LAYER_SAMPLES, Layer, LayerSet, Layout, Ranges, ViewTransform,
+    Channel, Film, Identity, LAYER_SAMPLES, Layer, LayerSet, Layout, Ranges, SampleRanges, ViewTransform,
 };
 use crate::output::{
     self, Crop, FilmError, FilmFile, Format, OutputError, PictureOptions, film, open_film, write_film,
@@ -43,13 +43,13 @@ pub(super) struct MergeArguments {
 struct Part<'a> {
     path: &'a Path,
     head: Head,
-    holding: Holding,
+    sample_ranges: SampleRanges,
 }
 
 impl<'a> Part<'a> {
     fn read(path: &'a Path) -> Result<Part<'a>, FilmError> {
         let file = open_film(path)?;
-        Ok(Part { path, head: file.head().clone(), holding: file.holding().clone() })
+        Ok(Part { path, head: file.head().clone(), sample_ranges: file.sample_ranges().clone() })
     }
 
     /// The names in its Cryptomatte layers.
@@ -63,7 +63,7 @@ impl<'a> Part<'a> {
     /// Opens the file again, and checks that it is the same film.
     fn open(&self) -> Result<FilmFile, Failure> {
         let file = open_film(self.path)?;
-        if *file.head() == self.head && *file.holding() == self.holding {
+        if *file.head() == self.head && *file.sample_ranges() == self.sample_ranges {
             return Ok(file);
         }
         Err(anyhow::anyhow!("{:?} changed while it was read; merge again when it is complete", self.path)
@@ -77,7 +77,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let parts: Vec<Part<'_>> =
         arguments.films.iter().map(|path| Part::read(path)).collect::<Result<_, _>>()?;
     let Some(first) = parts.first() else { return Err(usage("there is no film to merge")) };
-    let holding = join(first, &parts, arguments.outputs.iter().any(|path| is_film(path)))?;
+    let sample_ranges = join(first, &parts, arguments.outputs.iter().any(|path| is_film(path)))?;
     let (layers, no_variance) = layers(&arguments.layers, first, &parts)?;
     let mattes = first.mattes()?;
 
@@ -92,12 +92,12 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     let exposure = arguments.exposure.or_else(|| first.head.notes.get("exposure")?.parse().ok());
     let tone = arguments.tone.or_else(|| first.head.notes.get("tone")?.parse().ok());
     let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
-    let head = Head { layout, ..merged_head(&parts, first, &holding, view) };
-    write_outputs(&arguments.outputs, &head, &film, &holding, view, (&layers, &mattes))?;
+    let head = Head { layout, ..merged_head(&parts, first, &sample_ranges, view) };
+    write_outputs(&arguments.outputs, &head, &film, &sample_ranges, view, (&layers, &mattes))?;
     if !arguments.quiet {
         // Standard error may be closed, which is not an error.
         let told = (layout.layers, &noted_layers(&parts)[..]);
-        let _ = tell(arguments, &holding, told, no_variance, &mut std::io::stderr().lock());
+        let _ = print_summary(arguments, &sample_ranges, told, no_variance, &mut std::io::stderr().lock());
     }
     Ok(())
 }
@@ -192,8 +192,8 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// The samples of all films together; fails if they belong to different renders or have common samples.
-fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, Failure> {
-    let mut all = Holding::default();
+fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<SampleRanges, Failure> {
+    let mut all = SampleRanges::default();
     for (i, part) in parts.iter().enumerate() {
         if let Some(difference) = first.head.difference(&part.head) {
             let (path, other) = (part.path, first.path);
@@ -208,7 +208,7 @@ fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, 
             .into());
         }
         for before in &parts[..i] {
-            if let Some(both) = before.holding.overlap(&part.holding) {
+            if let Some(both) = before.sample_ranges.overlap(&part.sample_ranges) {
                 let (path, other) = (before.path, part.path);
                 return Err(anyhow::anyhow!(
                     "{path:?} and {other:?} both have the samples {}; omit one of them",
@@ -216,7 +216,7 @@ fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, 
                 )
                 .into());
             }
-            if to_film && !before.holding.can_join(&part.holding) {
+            if to_film && !before.sample_ranges.can_join(&part.sample_ranges) {
                 let (path, other) = (before.path, part.path);
                 return Err(anyhow::anyhow!(
                     "{path:?} and {other:?} were both interrupted, and a film can store only one unfinished range; finish one with --resume, or write a picture (-o FILE.exr)"
@@ -224,13 +224,18 @@ fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<Holding, 
                 .into());
             }
         }
-        all.join(&part.holding);
+        all.join(&part.sample_ranges);
     }
     Ok(all)
 }
 
-fn merged_head(parts: &[Part<'_>], first: &Part<'_>, holding: &Holding, view: ViewTransform) -> Head {
-    let ranges = || holding.whole().iter().chain(holding.open());
+fn merged_head(
+    parts: &[Part<'_>],
+    first: &Part<'_>,
+    sample_ranges: &SampleRanges,
+    view: ViewTransform,
+) -> Head {
+    let ranges = || sample_ranges.whole().iter().chain(sample_ranges.open());
     let asked = ranges().map(|range| range.start).min().unwrap_or(0)
         ..ranges().map(|range| range.end).max().unwrap_or(0);
     let mut notes = Identity::default()
@@ -255,7 +260,7 @@ fn write_outputs(
     outputs: &[PathBuf],
     head: &Head,
     film: &Film,
-    holding: &Holding,
+    sample_ranges: &SampleRanges,
     view: ViewTransform,
     (layers, mattes): (&[Layer], &Mattes),
 ) -> Result<(), OutputError> {
@@ -264,7 +269,7 @@ fn write_outputs(
     let mut first_error = Ok(());
     let needs_picture = outputs.iter().any(|path| Format::of(path).is_ok());
     let picture = needs_picture.then(|| film.picture());
-    let facts = session::facts(&head.identity, holding);
+    let facts = session::facts(&head.identity, sample_ranges);
     for path in outputs {
         let written = match &picture {
             Some(picture) if !is_film(path) => {
@@ -272,16 +277,16 @@ fn write_outputs(
                 let options = PictureOptions { view, facts, channels: &channels, mattes: &mattes, crop };
                 write_picture(path, picture, &options)
             }
-            _ => write_film(path, head, film, holding, None),
+            _ => write_film(path, head, film, sample_ranges, None),
         };
         first_error = first_error.and(written);
     }
     first_error
 }
 
-fn tell(
+fn print_summary(
     arguments: &MergeArguments,
-    holding: &Holding,
+    sample_ranges: &SampleRanges,
     (layers, noted): (LayerSet, &[Layer]),
     no_variance: Option<&Part<'_>>,
     out: &mut impl Write,
@@ -289,17 +294,17 @@ fn tell(
     let names: Vec<String> = arguments.outputs.iter().map(|path| path.display().to_string()).collect();
     let count = arguments.films.len();
     let films = if count == 1 { "film has" } else { "films have" };
-    writeln!(out, "{count} {films} the samples {holding}; wrote {}", names.join(", "))?;
+    writeln!(out, "{count} {films} the samples {sample_ranges}; wrote {}", names.join(", "))?;
     let is_exr = |path: &PathBuf| Format::of(path).is_ok_and(|format| format == Format::Exr);
     if let Some(part) = no_variance.filter(|_| arguments.outputs.iter().any(is_exr)) {
         writeln!(out, "without the layer variance: {:?} {}", part.path, why_no_variance(part))?;
     }
-    let missing = holding.missing_of_layers();
+    let missing = sample_ranges.missing_of_layers();
     if !layers.is_empty() && !missing.is_empty() {
         let missing = Ranges(&missing);
         writeln!(out, "the layers {layers} lack the samples {missing} of 0..{LAYER_SAMPLES}")?;
     }
-    let missing = holding.missing();
+    let missing = sample_ranges.missing();
     if !missing.is_empty() {
         let hint = Ranges(&missing[..1]);
         let names: Vec<&str> = noted.iter().map(|layer| layer.name()).collect();

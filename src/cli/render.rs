@@ -10,7 +10,7 @@ use crate::film::{LAYER_SAMPLES, Layer};
 use crate::math::lanes::Level;
 use crate::output::atomic;
 use crate::scene::{EXPOSURES, Scene, Sources, Tone};
-use crate::session::{self, DeviceChoice, MOST_THREADS, Report, View, WindowChoice};
+use crate::session::{self, DeviceChoice, MOST_THREADS, Report, ViewerSettings, WindowChoice};
 use crate::world::Finder;
 use clap::ValueEnum;
 use std::io::Write;
@@ -256,7 +256,7 @@ fn asked(
         .layers(layers)
         .checkpoint(arguments.checkpoint)
         .keep(&arguments.scene.scene)
-        .view(View { name: arguments.scene.name(), window, tev: arguments.tev.clone() });
+        .view(ViewerSettings { name: arguments.scene.name(), window, tev: arguments.tev.clone() });
     let default_output =
         || arguments.scene.scene.file_stem().map(|stem| PathBuf::from(stem).with_extension("png"));
     let outputs =

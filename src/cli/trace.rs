@@ -17,24 +17,24 @@ pub(super) struct TraceArguments {
     scene: SceneArguments,
     /// Column and row of the pixel, from the film's top left; or its index alone
     #[arg(long, allow_hyphen_values = true, value_name = "X,Y", value_parser = pixel)]
-    pixel: Where,
+    pixel: PixelArgument,
     /// Index among the pixel's samples
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 0)]
     sample: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Where {
-    Place(u32, u32),
+enum PixelArgument {
+    Coordinates(u32, u32),
     Index(u32),
 }
 
-fn pixel(text: &str) -> Result<Where, String> {
+fn pixel(text: &str) -> Result<PixelArgument, String> {
     let error = || "a pixel is X,Y, like 320,240, or its index on the film".to_owned();
     let number = |text: &str| text.trim().parse().map_err(|_| error());
     match text.split_once(',') {
-        Some((x, y)) => Ok(Where::Place(number(x)?, number(y)?)),
-        None => Ok(Where::Index(number(text)?)),
+        Some((x, y)) => Ok(PixelArgument::Coordinates(number(x)?, number(y)?)),
+        None => Ok(PixelArgument::Index(number(text)?)),
     }
 }
 
@@ -42,8 +42,8 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<(), Failure> {
     let scene = arguments.scene.load(true)?;
     let (width, height) = (scene.film.width, scene.film.height);
     let (x, y) = match arguments.pixel {
-        Where::Place(x, y) => (x, y),
-        Where::Index(index) => (index % width, index / width),
+        PixelArgument::Coordinates(x, y) => (x, y),
+        PixelArgument::Index(index) => (index % width, index / width),
     };
     if x >= width || y >= height {
         return Err(usage(format!("pixel {x},{y} is not on the film, which has {width}×{height} pixels")));

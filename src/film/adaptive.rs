@@ -36,14 +36,14 @@ const OCTAVES: i32 = 40;
 
 /// The number of samples at which each pixel stops.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct AdaptivePlan {
     /// The samples at which each pixel stops, or is decided again.
     pub(super) ends: Vec<u32>,
     /// The share of the squared error in stopped pixels, 0 to 1.
     pub(super) stopped: f64,
 }
 
-impl Plan {
+impl AdaptivePlan {
     /// The samples at which each pixel stops, or is decided again; row-major.
     pub fn ends(&self) -> &[u32] {
         &self.ends
@@ -65,10 +65,10 @@ impl Plan {
         width: usize,
         mut errors: Vec<f64>,
         error: f64,
-        last: Option<&Plan>,
+        last: Option<&AdaptivePlan>,
         samples: u32,
         [asked, most]: [f64; 2],
-    ) -> Plan {
+    ) -> AdaptivePlan {
         // The worst pixels are too few to be estimated, and a firefly must not raise its neighbourhood.
         let bound = bound_of_worst(&errors);
         errors.iter_mut().for_each(|error| *error = error.min(bound));
@@ -101,7 +101,7 @@ impl Plan {
             }
         }
         let stopped: f64 = errors.iter().zip(&ends).filter(|(_, end)| **end <= samples).map(|(e, _)| e).sum();
-        Plan { ends, stopped: if all > 0.0 { (stopped / all).min(1.0) } else { 1.0 } }
+        AdaptivePlan { ends, stopped: if all > 0.0 { (stopped / all).min(1.0) } else { 1.0 } }
     }
 }
 
@@ -159,12 +159,18 @@ mod tests {
         (0..SIDE * SIDE).map(|i| if i % SIDE < SIDE / 2 { quiet } else { loud }).collect()
     }
 
-    fn decide(errors: Vec<f64>, last: Option<&Plan>, samples: u32, asked: f64, most: f64) -> Plan {
+    fn decide(
+        errors: Vec<f64>,
+        last: Option<&AdaptivePlan>,
+        samples: u32,
+        asked: f64,
+        most: f64,
+    ) -> AdaptivePlan {
         let error = (errors.iter().sum::<f64>() / errors.len() as f64).sqrt();
-        Plan::decide(SIDE, errors, error, last, samples, [asked, most])
+        AdaptivePlan::decide(SIDE, errors, error, last, samples, [asked, most])
     }
 
-    fn at(plan: &Plan, x: usize) -> u32 {
+    fn at(plan: &AdaptivePlan, x: usize) -> u32 {
         plan.ends[SIDE / 2 * SIDE + x]
     }
 
@@ -187,7 +193,7 @@ mod tests {
 
     /// Applies plans to errors v/n until all pixels have stopped; returns the mean of v/n and the mean of n.
     fn simulate(v: &[f64], asked: f64) -> [f64; 2] {
-        let mut plan: Option<Plan> = None;
+        let mut plan: Option<AdaptivePlan> = None;
         for samples in (4..20).map(|i| 1_u32 << i) {
             let had = |p: usize| plan.as_ref().map_or(samples, |plan| plan.ends[p].min(samples));
             let errors = (0..v.len()).map(|p| v[p] / f64::from(had(p))).collect();
@@ -260,7 +266,7 @@ mod tests {
 
     #[test]
     fn sample_counts_must_match_the_plan() {
-        let plan = Plan { ends: vec![16, 64], stopped: 0.0 };
+        let plan = AdaptivePlan { ends: vec![16, 64], stopped: 0.0 };
         let allows = |seen: [u64; 2]| plan.allows(32, |pixel| seen[pixel]);
         assert!(allows([16, 32]) && allows([16, 64]) && allows([16, 50]));
         assert!(!allows([17, 32]) && !allows([15, 32]) && !allows([16, 65]) && !allows([16, 31]));

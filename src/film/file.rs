@@ -4,14 +4,14 @@
 //! needs memory for a second film. A file ends with a digest of all bytes before it: a file with any byte missing or
 //! changed is rejected.
 
-use super::adaptive::Plan;
+use super::adaptive::AdaptivePlan;
 use super::head::{Head, LONGEST_TEXT};
-use super::holding::Holding;
 use super::layer_set::LayerSet;
 use super::layout::Layout;
 use super::light_image::LightScale;
 use super::noise::Milestone;
 use super::picture::Picture;
+use super::sample_ranges::SampleRanges;
 use super::sums::{Film, MemoryError};
 use crate::sampling::Rectangle;
 use sha2::{Digest, Sha256};
@@ -159,24 +159,24 @@ impl<W: Write> FilmWriter<W> {
     }
 
     /// Completes the film after its last pixel, and returns the writer.
-    pub fn finish(mut self, holding: &Holding, milestone: Option<&Milestone>) -> io::Result<W> {
+    pub fn finish(mut self, sample_ranges: &SampleRanges, milestone: Option<&Milestone>) -> io::Result<W> {
         let fits = |m: &Milestone| {
             let planned = m.plan.as_ref().map(|plan| plan.ends().len() as u64);
             let plans = (self.plans && m.error.is_some()).then_some(self.shown);
             let whole = planned.is_none_or(|planned| planned == self.len);
             m.samples > 0 && m.picture.rgb.len() as u64 == self.shown && planned == plans && whole
         };
-        if self.pixels_left > 0 || !holding.allows(self.seen) || !milestone.is_none_or(fits) {
+        if self.pixels_left > 0 || !sample_ranges.allows(self.seen) || !milestone.is_none_or(fits) {
             return Err(io::Error::other("the film contradicts itself"));
         }
-        let open = holding.open().cloned().unwrap_or(0..0);
+        let open = sample_ranges.open().cloned().unwrap_or(0..0);
         let samples = milestone.map_or(0, |milestone| milestone.samples);
-        for word in [holding.whole().len() as u32, open.start, open.end, samples] {
+        for word in [sample_ranges.whole().len() as u32, open.start, open.end, samples] {
             self.put(&word.to_le_bytes())?;
         }
         let error = milestone.and_then(|milestone| milestone.error).unwrap_or(-1.0);
         self.put(&error.to_le_bytes())?;
-        for range in holding.whole() {
+        for range in sample_ranges.whole() {
             self.put(&range.start.to_le_bytes())?;
             self.put(&range.end.to_le_bytes())?;
         }
@@ -215,7 +215,7 @@ pub fn write<W: Write>(
     out: W,
     head: &Head,
     film: &Film,
-    holding: &Holding,
+    sample_ranges: &SampleRanges,
     milestone: Option<&Milestone>,
 ) -> io::Result<W> {
     let mut writer = FilmWriter::new(out, head)?;
@@ -223,7 +223,7 @@ pub fn write<W: Write>(
     for first in (0..len).step_by(PIECE) {
         writer.pixels(&film.bytes(first..len.min(first + PIECE)))?;
     }
-    writer.finish(holding, milestone)
+    writer.finish(sample_ranges, milestone)
 }
 
 /// A film file that has been read except for its pixels. Its contents are verified only when [`FilmReader::add_to`]
@@ -231,7 +231,7 @@ pub fn write<W: Write>(
 pub struct FilmReader<R> {
     input: R,
     head: Head,
-    holding: Holding,
+    sample_ranges: SampleRanges,
     /// The digest of the bytes before the pixels.
     digest: Sha256,
     /// The bytes after them: ranges, milestone, digest.
@@ -303,7 +303,7 @@ impl<R: Read + Seek> FilmReader<R> {
         let open = word(&tail, 4)..word(&tail, 8);
         let (listed, behind) = tail[TAIL_BYTES as usize..].split_at(8 * ranges as usize);
         let whole = listed.chunks_exact(8).map(|range| word(range, 0)..word(range, 4));
-        let holding = Holding::new(whole.collect(), (open != (0..0)).then_some(open))
+        let sample_ranges = SampleRanges::new(whole.collect(), (open != (0..0)).then_some(open))
             .ok_or(FilmFileError::Contradiction("its sample ranges are out of order"))?;
         let milestone = (samples > 0).then(|| {
             let float = |pixel: &[u8], at| f32::from_bits(word(pixel, at));
@@ -314,14 +314,14 @@ impl<R: Read + Seek> FilmReader<R> {
                 let (stopped, ends) = behind[plane as usize..].split_at(PLAN_BYTES[1] as usize);
                 let stopped = f64::from_bits(u64::from(word(stopped, 4)) << 32 | u64::from(word(stopped, 0)));
                 let ends = ends[..ends.len() - DIGEST_BYTES as usize].chunks_exact(PLAN_BYTES[0] as usize);
-                Arc::new(Plan { ends: ends.map(|end| word(end, 0)).collect(), stopped })
+                Arc::new(AdaptivePlan { ends: ends.map(|end| word(end, 0)).collect(), stopped })
             });
             Milestone { samples, error, picture, plan }
         });
         let mut digest = Sha256::new();
         digest.update(start);
         digest.update(&text);
-        Ok(FilmReader { input, head, holding, digest, tail, milestone })
+        Ok(FilmReader { input, head, sample_ranges, digest, tail, milestone })
     }
 
     /// The header: layout, facts and notes.
@@ -330,8 +330,8 @@ impl<R: Read + Seek> FilmReader<R> {
     }
 
     /// The samples in the film.
-    pub fn holding(&self) -> &Holding {
-        &self.holding
+    pub fn sample_ranges(&self) -> &SampleRanges {
+        &self.sample_ranges
     }
 
     /// The last milestone that the render had passed, if it was to stop at a given error.
@@ -362,7 +362,7 @@ impl<R: Read + Seek> FilmReader<R> {
         let pixel_bytes = ours.pixel_bytes() as usize;
         let mut piece = vec![0; len.min(PIECE) * pixel_bytes];
         let (mut range, mut layers_agree) = ([u64::MAX, 0], true);
-        let first_samples = self.holding.first_samples();
+        let first_samples = self.sample_ranges.first_samples();
         for first in (0..len).step_by(PIECE) {
             let piece = &mut piece[..(len - first).min(PIECE) * pixel_bytes];
             self.input.read_exact(piece)?;
@@ -378,7 +378,7 @@ impl<R: Read + Seek> FilmReader<R> {
         if self.digest.finalize()[..] != *digest {
             return Err(FilmFileError::Damaged);
         }
-        if !self.holding.allows(range) {
+        if !self.sample_ranges.allows(range) {
             return Err(FilmFileError::Contradiction(
                 "the sample counts of its pixels do not match its sample ranges",
             ));

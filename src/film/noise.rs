@@ -10,7 +10,7 @@
 //! the units of length and radiance do not affect when a render ends. A black picture has no error estimate.
 
 use super::Picture;
-use super::adaptive::Plan;
+use super::adaptive::AdaptivePlan;
 use super::metrics::relative_error;
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ pub struct Milestone {
     /// The picture; for stopped pixels, the radiance at half their samples.
     pub picture: Arc<Picture>,
     /// The number of samples of each pixel, if sampling is adaptive.
-    pub plan: Option<Arc<Plan>>,
+    pub plan: Option<Arc<AdaptivePlan>>,
 }
 
 impl Milestone {
@@ -57,7 +57,7 @@ impl Milestone {
         };
         let error = root_mean_without_worst(errors.clone());
         let (width, last) = (picture.width as usize, half.plan.as_deref());
-        let plan = Plan::decide(width, errors, error, last, samples, [asked, f64::from(most)]);
+        let plan = AdaptivePlan::decide(width, errors, error, last, samples, [asked, f64::from(most)]);
         // Pixels that stop keep the picture of half their samples for later comparisons.
         for ((rgb, half), &end) in picture.rgb.iter_mut().zip(&half.picture.rgb).zip(plan.ends()) {
             if end <= samples {
@@ -239,7 +239,7 @@ mod tests {
         assert_eq!(milestone.error_at(100), Some(0.016));
         assert_eq!((milestone.error_at(64), milestone.error_at(1)), (Some(0.02), Some(0.02)));
         // Pixels that have stopped leave less error to remove.
-        let plan = |ends: Vec<u32>| Some(Arc::new(Plan { ends, stopped: 0.25 }));
+        let plan = |ends: Vec<u32>| Some(Arc::new(AdaptivePlan { ends, stopped: 0.25 }));
         let partly = Milestone { plan: plan(vec![128]), ..milestone.clone() };
         assert_eq!((partly.end(0.02), partly.end(0.0179)), (Some(64), Some(88)));
         assert!((partly.error_at(96).unwrap() - 0.0173).abs() < 1e-4, "{:?}", partly.error_at(96));

@@ -17,7 +17,7 @@ const MAX_LINKS: u32 = 40;
 
 /// The location of a file after following symbolic links.
 #[derive(Debug)]
-struct Place {
+struct Destination {
     path: PathBuf,
     folder: PathBuf,
     /// The permissions of the present file, which the new one takes over.
@@ -28,7 +28,7 @@ struct Place {
 ///
 /// A pipe or a device is rejected: renaming a finished file would replace it.
 pub fn check_place(path: &Path) -> Result<(), OutputError> {
-    let place = Place::find(path)?;
+    let place = Destination::find(path)?;
     // Only creating a file is a reliable test: mode bits do not show root, access lists and read-only mounts.
     temporary(path, &place).map(drop)
 }
@@ -54,14 +54,14 @@ pub fn write_atomically(
 /// cannot be locked, none is considered abandoned.
 pub(super) struct Draft {
     path: PathBuf,
-    place: Place,
+    place: Destination,
     file: Temporary,
 }
 
 impl Draft {
     /// Begins a file for `path`, and removes abandoned temporary files for the same path.
     pub(super) fn begin(path: &Path) -> Result<Draft, OutputError> {
-        let place = Place::find(path)?;
+        let place = Destination::find(path)?;
         let name = place.path.file_name().unwrap_or_default().to_string_lossy();
         // As much of the name as leaves room for the rest: names have at most 255 bytes.
         let name: String = name.chars().take(48).collect();
@@ -110,13 +110,13 @@ fn sweep(folder: &Path, prefix: &str) {
 ///
 /// It replaces an older file by renaming: a program that has mapped the old one keeps it.
 pub(super) fn create_in_place(path: &Path, start: &[u8]) -> Result<File, OutputError> {
-    let place = Place::find(path)?;
+    let place = Destination::find(path)?;
     let file = temporary(path, &place)?;
     file.as_file().write_all(start).map_err(|error| OutputError::from_io(path, error))?;
     put_in_place(path, &place, file)
 }
 
-impl Place {
+impl Destination {
     fn find(path: &Path) -> Result<Self, OutputError> {
         let wrong = |reason| OutputError::Io { path: path.to_path_buf(), reason };
         let mut target = path.to_path_buf();
@@ -166,11 +166,11 @@ impl Place {
 /// The ending of temporary names.
 const SUFFIX: &str = ".tmp";
 
-fn temporary(path: &Path, place: &Place) -> Result<Temporary, OutputError> {
+fn temporary(path: &Path, place: &Destination) -> Result<Temporary, OutputError> {
     temporary_called(".stride-", path, place)
 }
 
-fn temporary_called(prefix: &str, path: &Path, place: &Place) -> Result<Temporary, OutputError> {
+fn temporary_called(prefix: &str, path: &Path, place: &Destination) -> Result<Temporary, OutputError> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix).suffix(SUFFIX);
     // The default mode of the crate, readable only by the owner, is for secrets; pictures follow the umask.
@@ -186,7 +186,7 @@ fn temporary_called(prefix: &str, path: &Path, place: &Place) -> Result<Temporar
     Ok(file)
 }
 
-fn put_in_place(path: &Path, place: &Place, file: Temporary) -> Result<File, OutputError> {
+fn put_in_place(path: &Path, place: &Destination, file: Temporary) -> Result<File, OutputError> {
     file.persist(&place.path).map_err(|error| OutputError::from_io(path, error))
 }
 

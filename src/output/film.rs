@@ -12,11 +12,11 @@ use super::atomic::{self, Draft};
 use super::error::OutputError;
 use crate::film::file::{self, FilmFileError, FilmReader, FilmWriter, Piece};
 use crate::film::head::Head;
-use crate::film::{Film, Holding, Milestone};
+use crate::film::{Film, Milestone, SampleRanges};
 
 /// A film file cannot be read.
 #[derive(Debug, Error)]
-#[error("cannot read {path:?}: {}", said(.reason))]
+#[error("cannot read {path:?}: {}", describe(.reason))]
 pub struct FilmError {
     /// The requested file.
     pub path: PathBuf,
@@ -24,7 +24,7 @@ pub struct FilmError {
     pub reason: FilmFileError,
 }
 
-fn said(reason: &FilmFileError) -> String {
+fn describe(reason: &FilmFileError) -> String {
     match reason {
         FilmFileError::Io(error) if error.kind() == ErrorKind::NotFound => {
             "there is no such file; `film` creates one".to_owned()
@@ -61,13 +61,13 @@ pub fn write_film(
     path: &Path,
     head: &Head,
     film: &Film,
-    holding: &Holding,
+    sample_ranges: &SampleRanges,
     milestone: Option<&Milestone>,
 ) -> Result<(), OutputError> {
     let draft = Draft::begin(path)?;
     let write = |out: File| {
         let out = BufWriter::with_capacity(1 << 20, out);
-        file::write(out, head, film, holding, milestone)?.flush()
+        file::write(out, head, film, sample_ranges, milestone)?.flush()
     };
     draft.file().and_then(write).map_err(|error| OutputError::from_io(path, error))?;
     draft.commit()
@@ -87,17 +87,17 @@ pub struct FilmSink {
 impl FilmSink {
     /// Writes the film to a path.
     pub fn write(&self, path: &Path, film: &Film, milestone: Option<&Milestone>) -> Result<(), OutputError> {
-        write_film(path, &self.head, film, &self.holding(film.seen_range()), milestone)
+        write_film(path, &self.head, film, &self.sample_ranges(film.seen_range()), milestone)
     }
 
-    fn holding(&self, [least, most]: [u64; 2]) -> Holding {
-        Holding::prefix(self.range.clone(), least, most)
+    fn sample_ranges(&self, [least, most]: [u64; 2]) -> SampleRanges {
+        SampleRanges::prefix(self.range.clone(), least, most)
     }
 
     /// Writes films whose pixels arrive in pieces, one film after the other, until the channel closes. Pieces of one
     /// film may be from different times: each pixel has its own count of samples. A write error is reported and the
     /// film abandoned; the next one is another attempt.
-    pub fn keep(&self, pieces: &Receiver<Piece>, tell: impl Fn(String)) {
+    pub fn write_checkpoints(&self, pieces: &Receiver<Piece>, report: impl Fn(String)) {
         let (mut draft, mut failing) = (None, false);
         for piece in pieces {
             let step = match (piece, draft.take()) {
@@ -110,12 +110,12 @@ impl FilmSink {
                 Ok(under_way @ Some(_)) => draft = under_way,
                 Ok(None) => {
                     if std::mem::take(&mut failing) {
-                        tell(format!("{:?} is written again", self.path));
+                        report(format!("{:?} is written again", self.path));
                     }
                 }
                 Err(error) => {
                     failing = true;
-                    tell(format!("{error}; the render continues and will retry the film"));
+                    report(format!("{error}; the render continues and will retry the film"));
                 }
             }
         }
@@ -136,8 +136,8 @@ impl FilmSink {
             return Ok(Some(checkpoint));
         }
         let Checkpoint { draft, writer, milestone } = checkpoint;
-        let holding = self.holding(writer.seen());
-        writer.finish(&holding, milestone.as_ref()).and_then(|mut out| out.flush()).map_err(wrong)?;
+        let sample_ranges = self.sample_ranges(writer.seen());
+        writer.finish(&sample_ranges, milestone.as_ref()).and_then(|mut out| out.flush()).map_err(wrong)?;
         draft.commit().map(|()| None)
     }
 }

@@ -1,7 +1,7 @@
 //! Sends the picture to the viewer [tev](https://github.com/Tom94/tev) during the render.
 //!
 //! A picture is sent in bands of rows, which limits the size of packets. Only the end of the program waits for the
-//! viewer, and a viewer that receives nothing or too slowly is disconnected: see `Patience`.
+//! viewer, and a viewer that receives nothing or too slowly is disconnected: see `Timeouts`.
 
 use crate::film::{Picture, Snapshot};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -14,14 +14,14 @@ use thiserror::Error;
 
 /// Time limits for tev.
 #[derive(Clone, Copy, Debug)]
-struct Patience {
+struct Timeouts {
     /// Until it answers, or receives more data.
     standstill: Duration,
     /// Until it has received a picture, at any rate.
     picture: Duration,
 }
 
-const PATIENCE: Patience = Patience { standstill: Duration::from_secs(5), picture: Duration::from_secs(20) };
+const TIMEOUTS: Timeouts = Timeouts { standstill: Duration::from_secs(5), picture: Duration::from_secs(20) };
 
 /// The maximum number of snapshots in the channel: one being sent, and the last.
 pub const MOST_WAITING: usize = 2;
@@ -50,23 +50,23 @@ pub struct Tev {
     guard: TcpStream,
     address: String,
     name: String,
-    patience: Patience,
+    timeouts: Timeouts,
 }
 
 impl Tev {
     /// Opens a black picture of this name and size in the tev that listens at `address`, a host and a port.
     pub fn connect(address: &str, name: &str, width: u32, height: u32) -> Result<Tev, TevError> {
-        Tev::with_patience(address, name, [width, height], PATIENCE)
+        Tev::with_timeouts(address, name, [width, height], TIMEOUTS)
     }
 
-    fn with_patience(
+    fn with_timeouts(
         address: &str,
         name: &str,
         [width, height]: [u32; 2],
-        patience: Patience,
+        timeouts: Timeouts,
     ) -> Result<Tev, TevError> {
         let fail = |error| TevError { address: address.to_owned(), error };
-        let socket = connect(address, patience.standstill).map_err(fail)?;
+        let socket = connect(address, timeouts.standstill).map_err(fail)?;
         // A name ends at a NUL.
         let (address, name) = (address.to_owned(), name.replace('\0', ""));
         let guard = socket.try_clone().map_err(fail)?;
@@ -75,7 +75,7 @@ impl Tev {
         let create =
             PacketCreateImage { image_name, grab_focus: true, width, height, channel_names: &CHANNELS };
         client.send(create).map_err(fail)?;
-        Ok(Tev { client, guard, address, name, patience })
+        Ok(Tev { client, guard, address, name, timeouts })
     }
 
     /// Shows pictures until their channel closes, or the connection is lost, which is reported by `say` and returns
@@ -84,11 +84,11 @@ impl Tev {
         let shown = std::thread::scope(|scope| {
             let (turns_out, turns) = bounded(0);
             // A slow write does not time out as long as it makes progress: another thread has to end it.
-            let (guard, within) = (&self.guard, self.patience.picture);
+            let (guard, within) = (&self.guard, self.timeouts.picture);
             scope.spawn(move || end_late(guard, within, &turns));
             for snapshot in snapshots {
                 let latest = snapshots.try_iter().last().unwrap_or(snapshot);
-                send(&mut self.client, &self.name, &latest.picture, &turns_out, self.patience)?;
+                send(&mut self.client, &self.name, &latest.picture, &turns_out, self.timeouts)?;
             }
             Ok(())
         });
@@ -107,18 +107,18 @@ fn send(
     name: &str,
     picture: &Picture,
     turns: &Sender<()>,
-    patience: Patience,
+    timeouts: Timeouts,
 ) -> io::Result<()> {
     let (start, seconds) = (Instant::now(), |time: Duration| time.as_secs_f64());
     // The watchdog is gone only after the end.
     let _ = turns.send(());
     let sent = send_bands(client, name, picture).map_err(|error| match error.kind() {
-        _ if start.elapsed() >= patience.picture => {
-            let late = format!("it needs more than {} s for a picture", seconds(patience.picture));
+        _ if start.elapsed() >= timeouts.picture => {
+            let late = format!("it needs more than {} s for a picture", seconds(timeouts.picture));
             io::Error::new(ErrorKind::TimedOut, late)
         }
         ErrorKind::WouldBlock | ErrorKind::TimedOut => {
-            let still = format!("it has received nothing for {} s", seconds(patience.standstill));
+            let still = format!("it has received nothing for {} s", seconds(timeouts.standstill));
             io::Error::new(ErrorKind::TimedOut, still)
         }
         _ => error,
@@ -158,12 +158,12 @@ fn end_late(socket: &TcpStream, within: Duration, turns: &Receiver<()>) {
 }
 
 /// Connects to the first address of a host that answers.
-fn connect(address: &str, patience: Duration) -> io::Result<TcpStream> {
+fn connect(address: &str, timeouts: Duration) -> io::Result<TcpStream> {
     let mut last = None;
     for address in address.to_socket_addrs()? {
-        match TcpStream::connect_timeout(&address, patience) {
+        match TcpStream::connect_timeout(&address, timeouts) {
             Ok(socket) => {
-                socket.set_write_timeout(Some(patience))?;
+                socket.set_write_timeout(Some(timeouts))?;
                 return Ok(socket);
             }
             Err(error) => last = Some(error),
@@ -196,7 +196,7 @@ mod tests {
     }
 
     /// The message about a tev that receives `piece` bytes at a time, with a pause after each.
-    fn said(piece: usize, rest: Duration, patience: Patience) -> Option<String> {
+    fn said(piece: usize, rest: Duration, timeouts: Timeouts) -> Option<String> {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap().to_string();
         let (over_out, over) = bounded::<()>(0);
@@ -212,7 +212,7 @@ mod tests {
                 }
             });
             // 24 MiB: more than the buffers of sockets.
-            let tev = Tev::with_patience(&address, "name", [2048, 1024], patience).unwrap();
+            let tev = Tev::with_timeouts(&address, "name", [2048, 1024], timeouts).unwrap();
             let (sender, snapshots) = bounded(MOST_WAITING);
             sender.send(snapshot(2048, 1024)).unwrap();
             sender.send(snapshot(2048, 1024)).unwrap();
@@ -228,13 +228,13 @@ mod tests {
     fn a_viewer_that_stalls_or_is_too_slow_is_disconnected() {
         let (short, long) = (Duration::from_millis(300), Duration::from_secs(600));
         let rest = Duration::from_millis(20);
-        let still = said(0, rest, Patience { standstill: short, picture: long }).unwrap();
+        let still = said(0, rest, Timeouts { standstill: short, picture: long }).unwrap();
         assert!(still.contains("nothing for 0.3 s"), "{still}");
         // 3 MiB a second: there is always progress.
-        let slow = said(1 << 16, rest, Patience { standstill: long, picture: short }).unwrap();
+        let slow = said(1 << 16, rest, Timeouts { standstill: long, picture: short }).unwrap();
         assert!(slow.contains("more than 0.3 s for a picture"), "{slow}");
         // Negative control.
-        let quick = said(1 << 22, Duration::ZERO, Patience { standstill: long, picture: long });
+        let quick = said(1 << 22, Duration::ZERO, Timeouts { standstill: long, picture: long });
         assert_eq!(quick, None);
     }
 }

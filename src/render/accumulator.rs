@@ -5,7 +5,7 @@
 //! | part | purpose |
 //! |---|---|
 //! | `adding` | adds batches to the film |
-//! | `dealing` | assigns orders to workers and keeps track of them |
+//! | `dispatching` | assigns orders to workers and keeps track of them |
 //! | `milestones` | decides where to end, for a requested error |
 //! | `barriers` | gathers pictures at given samples per pixel |
 //! | `checkpoints` | sends the film to its file |
@@ -26,7 +26,7 @@ mod adding;
 mod barriers;
 mod checkpoints;
 mod configuration;
-mod dealing;
+mod dispatching;
 mod milestones;
 mod publishing;
 mod stopping;
@@ -38,7 +38,7 @@ use adding::Adder;
 use barriers::Barriers;
 use checkpoints::Checkpoints;
 use crossbeam_channel::{Receiver, Sender, at, never, select};
-use dealing::Dealer;
+use dispatching::Dispatcher;
 use milestones::Milestones;
 use publishing::Publisher;
 use std::sync::Arc;
@@ -54,14 +54,14 @@ pub struct Accumulator {
     /// The index of each pixel's first sample.
     first: u32,
     adder: Adder,
-    dealer: Dealer,
+    dispatcher: Dispatcher,
     milestones: Option<Milestones>,
     barriers: Barriers,
     checkpoints: Checkpoints,
     publisher: Publisher,
     /// The sink of every sample, and whether it has closed its channel.
     samples: Option<Sender<Vec<Sample>>>,
-    is_deserted: bool,
+    is_disconnected: bool,
     /// The time at which to stop even without a whole sample.
     overtime: Option<Instant>,
     totals: Totals,
@@ -99,11 +99,11 @@ impl Accumulator {
             barriers: Barriers::new(&barriers, region, outbox.barriers.take()),
             checkpoints: Checkpoints::new(region.len(), checkpoint, outbox.film.take()),
             publisher: Publisher::new(&mut outbox, target, owners, region.len()),
-            dealer: Dealer::new(schedule, &film, first, workers),
+            dispatcher: Dispatcher::new(schedule, &film, first, workers),
             adder: Adder::new(film, region, splatter, light),
             milestones,
             samples: outbox.samples,
-            is_deserted: false,
+            is_disconnected: false,
             overtime,
             totals: Totals { samples: held, before: held, spp, ..Totals::default() },
             started: Instant::now(),
@@ -136,8 +136,8 @@ impl Accumulator {
         // The last worker's failure may be received after the end of its batches.
         for change in inbox.changes.try_iter() {
             match change {
-                Change::Fails(it) if !self.dealer.is_there(it.index) => {}
-                Change::Fails(it) if self.dealer.can_lose(it.index) => self.lost.push(it),
+                Change::Fails(it) if !self.dispatcher.is_there(it.index) => {}
+                Change::Fails(it) if self.dispatcher.can_lose(it.index) => self.lost.push(it),
                 Change::Fails(it) => {
                     failure.get_or_insert(it);
                 }
@@ -157,7 +157,7 @@ impl Accumulator {
         let time_is_up = self.overtime.map_or_else(never, at);
         self.pass_gate();
         self.give_orders();
-        while !(self.is_deserted || self.barriers.is_deserted() || self.publisher.is_left()) {
+        while !(self.is_disconnected || self.barriers.is_disconnected() || self.publisher.is_disconnected()) {
             select! {
                 recv(inbox.batches) -> batch => match batch {
                     Ok(batch) => self.take(batch),
@@ -186,7 +186,7 @@ impl Accumulator {
                 return End::Failure(failure);
             }
         }
-        match self.dealer.deserter(self.pace()) {
+        match self.dispatcher.last_departed(self.pace()) {
             None => End::Over,
             Some(index) => End::Failure(WorkerFailure {
                 index,
@@ -198,7 +198,7 @@ impl Accumulator {
 
     /// Adds a batch, and does what is due then.
     fn take(&mut self, batch: SampleBatch) {
-        if !self.dealer.is_there(batch.worker) {
+        if !self.dispatcher.is_there(batch.worker) {
             // Its orders belong to other workers by now.
             return;
         }
@@ -206,7 +206,7 @@ impl Accumulator {
         let SampleBatch { contributions, first_hits, rejects, reject_counts, faint, .. } = batch;
         self.totals.rays += rays;
         self.totals.samples += paths;
-        self.dealer.receive(worker, paths, payload.slots_end());
+        self.dispatcher.receive(worker, paths, payload.slots_end());
         let reach = self.adder.reach(&payload, &contributions);
         self.checkpoints.send_past(reach, &self.adder.film, last(&self.milestones));
         // The time that sinks take is not counted.
@@ -234,14 +234,14 @@ impl Accumulator {
             && sink.send(samples).is_err()
         {
             self.samples = None;
-            self.is_deserted = true;
+            self.is_disconnected = true;
         }
     }
 
     /// Records that a worker has completed an order: the pixels of the stride have all samples before `end`.
     fn complete(&mut self, worker: usize, stride: Stride, end: u32) {
-        self.dealer.complete(worker, stride, end);
-        let completed = self.dealer.schedule.completed();
+        self.dispatcher.complete(worker, stride, end);
+        let completed = self.dispatcher.schedule.completed();
         self.totals.spp = completed.saturating_sub(self.first);
         self.publisher.warn_of_faint(&self.adder.faint, self.totals.spp);
         match self.adder.reaches_others() {
@@ -256,12 +256,12 @@ impl Accumulator {
 
     /// Continues when all shares wait at a gate: a milestone, or a picture that cannot be gathered share by share.
     fn pass_gate(&mut self) {
-        let Some(gate) = self.dealer.schedule.waits_at() else { return };
+        let Some(gate) = self.dispatcher.schedule.waits_at() else { return };
         let Some(milestones) = self.milestones.as_mut().filter(|it| it.next() == Some(gate)) else {
-            self.dealer.schedule.decide(None, self.next_gate());
+            self.dispatcher.schedule.decide(None, self.next_gate());
             return;
         };
-        milestones.pass(gate - self.first, &self.adder.film, self.dealer.schedule.target());
+        milestones.pass(gate - self.first, &self.adder.film, self.dispatcher.schedule.target());
         self.decide();
         self.checkpoints.begin_anew();
     }
@@ -269,7 +269,7 @@ impl Accumulator {
     /// Decides the end, if a milestone determines it, and the next gate.
     fn decide(&mut self) {
         let end = self.milestones.as_ref().and_then(Milestones::end);
-        self.dealer.schedule.decide(end, self.next_gate());
+        self.dispatcher.schedule.decide(end, self.next_gate());
     }
 
     /// The next gate: a milestone, or a picture that cannot be gathered share by share.
@@ -288,16 +288,16 @@ impl Accumulator {
     /// Processes a change among the workers. Returns the failure if it ends the render.
     fn change(&mut self, change: Change, batches: &Receiver<SampleBatch>) -> Option<WorkerFailure> {
         match change {
-            Change::Joins { worker, port, speed } => self.dealer.join(worker, port, speed),
+            Change::Joins { worker, port, speed } => self.dispatcher.join(worker, port, speed),
             Change::Leaves(worker) => self.lose(worker, batches),
-            Change::Fails(failure) if !self.dealer.is_there(failure.index) => return None,
-            Change::Fails(failure) if !self.dealer.can_lose(failure.index) => return Some(failure),
+            Change::Fails(failure) if !self.dispatcher.is_there(failure.index) => return None,
+            Change::Fails(failure) if !self.dispatcher.can_lose(failure.index) => return Some(failure),
             Change::Fails(failure) => {
                 self.lose(failure.index, batches);
                 self.lost.push(failure);
             }
         }
-        self.publisher.owners = Arc::new(self.dealer.schedule.owners(&self.adder.film.layout()));
+        self.publisher.owners = Arc::new(self.dispatcher.schedule.owners(&self.adder.film.layout()));
         self.give_orders();
         None
     }
@@ -305,13 +305,13 @@ impl Accumulator {
     /// Continues without a worker. The batches that it has sent are valid, and are in its channel by now.
     fn lose(&mut self, worker: usize, batches: &Receiver<SampleBatch>) {
         self.take_arrived(batches);
-        self.dealer.lose(worker);
+        self.dispatcher.lose(worker);
     }
 
     /// Gives workers their next orders.
     fn give_orders(&mut self) {
         let plan = last(&self.milestones).and_then(|milestone| milestone.plan.clone());
-        self.dealer.give_orders(self.pace(), &self.adder.film, plan.as_deref());
+        self.dispatcher.give_orders(self.pace(), &self.adder.film, plan.as_deref());
     }
 
     /// The time for one sample of every pixel, if it is known.
@@ -327,7 +327,8 @@ impl Accumulator {
         unanswered: Vec<Unanswered>,
         is_overtime: bool,
     ) -> Outcome {
-        let Accumulator { region, adder, dealer, milestones, barriers, publisher, totals, lost, .. } = self;
+        let Accumulator { region, adder, dispatcher, milestones, barriers, publisher, totals, lost, .. } =
+            self;
         let Adder { film, rejects, reject_counts, faint, .. } = adder;
         let spp = totals.spp;
         let whole = (0..region.len() as usize).all(|place| film.seen(place) == u64::from(spp));
@@ -340,7 +341,7 @@ impl Accumulator {
             lost,
             unanswered,
             overtime: is_overtime && (!whole || spp == 0),
-            made: dealer.made(),
+            made: dispatcher.made(),
             owners: publisher.owners,
             unreached: barriers.ends().collect(),
             rejects,

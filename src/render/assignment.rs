@@ -1,7 +1,7 @@
 //! Assignments: orders without the samples that pixels already have.
 
 use super::schedule::Order;
-use crate::film::{Film, Plan};
+use crate::film::{AdaptivePlan, Film};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ impl From<Order> for Assignment {
 impl Assignment {
     /// The samples of an order that a film lacks. Its pixels have their first samples, from the index `first` on. An
     /// adaptive plan limits the samples of each pixel, if there is one.
-    pub fn of(order: Order, film: &Film, first: u32, plan: Option<&Plan>) -> Assignment {
+    pub fn of(order: Order, film: &Film, first: u32, plan: Option<&AdaptivePlan>) -> Assignment {
         let lacks = |slot: u32| {
             let place = order.stride.place(slot) as usize;
             let seen = u32::try_from(film.seen(place)).unwrap_or(u32::MAX);

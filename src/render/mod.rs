@@ -20,5 +20,5 @@ pub use assignment::Assignment;
 pub use batch::{FirstHits, Payload, SampleBatch, Traced};
 pub use faint::Faint;
 pub use layers::{FirstHitTracer, preview};
-pub use schedule::{Deal, Order, Schedule};
+pub use schedule::{Dispatch, Order, Schedule};
 pub use stride::Stride;

@@ -27,7 +27,7 @@ pub struct Order {
 
 /// The response to a worker's request for work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Deal {
+pub enum Dispatch {
     /// An order.
     Order(Order),
     /// No work at present: ask again after the next completed order.
@@ -227,7 +227,7 @@ impl Schedule {
     }
 
     /// The next order for a worker. `pace` is the time for one sample of every pixel, if it is known.
-    pub fn next(&mut self, worker: usize, pace: Option<Duration>) -> Deal {
+    pub fn next(&mut self, worker: usize, pace: Option<Duration>) -> Dispatch {
         let own = self.least_advanced(|share| share.owner == worker, worker);
         let own = own.filter(|&share| self.has_next(share, pace));
         let others = self.least_advanced(|share| share.owner != worker, worker);
@@ -238,9 +238,9 @@ impl Schedule {
             (own, other) => own.or(other),
         };
         match chosen {
-            Some(share) => Deal::Order(self.order(share, worker)),
-            None if self.is_over(pace) => Deal::Done,
-            None => Deal::Later,
+            Some(share) => Dispatch::Order(self.order(share, worker)),
+            None if self.is_over(pace) => Dispatch::Done,
+            None => Dispatch::Later,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Events of a render. The caller decides how to show them.
 
 use super::report::Noise;
-use super::settings::Settings;
+use super::settings::RenderSettings;
 use crate::film::Reject;
 use crate::output::Progress;
 use crate::render::Traced;
@@ -71,7 +71,7 @@ pub struct Conclusion {
 }
 
 impl Conclusion {
-    pub(super) fn of(settings: &Settings, outcome: &Outcome, is_written: bool) -> Conclusion {
+    pub(super) fn of(settings: &RenderSettings, outcome: &Outcome, is_written: bool) -> Conclusion {
         let (job, stopping, outputs) = (&settings.job, &settings.stopping, &settings.outputs);
         let (totals, film_width) = (outcome.totals, job.region.film_width);
         let may_end_early = stopping.time.is_some() || stopping.goal().is_some();
@@ -103,14 +103,14 @@ impl Conclusion {
 }
 
 /// Sends an event, unless the channel is closed.
-pub(super) fn tell(events: &Sender<Event>, event: Event) {
+pub(super) fn send_event(events: &Sender<Event>, event: Event) {
     let _ = events.send(event);
 }
 
 /// The process that reports progress and notes until both channels have closed. The render has ended when `totals`
 /// closes.
-pub(super) fn narrate(
-    settings: &Settings,
+pub(super) fn report_events(
+    settings: &RenderSettings,
     totals: &Receiver<Totals>,
     notes: &Receiver<String>,
     events: &Sender<Event>,
@@ -120,27 +120,27 @@ pub(super) fn narrate(
         select! {
             recv(totals) -> totals => match totals {
                 Ok(totals) => {
-                    tell(events, Event::Progress(progress(settings, &totals)));
+                    send_event(events, Event::Progress(progress(settings, &totals)));
                     last = totals;
                 }
                 Err(_) => break,
             },
             recv(notes) -> note => match note {
-                Ok(note) => tell(events, Event::Note(note)),
+                Ok(note) => send_event(events, Event::Note(note)),
                 Err(_) => break,
             },
         }
     }
-    tell(events, Event::Ended(progress(settings, &last)));
-    narrate_notes(notes, events);
+    send_event(events, Event::Ended(progress(settings, &last)));
+    report_notes(notes, events);
 }
 
 /// The process that reports notes.
-pub(super) fn narrate_notes(notes: &Receiver<String>, events: &Sender<Event>) {
-    notes.iter().for_each(|note| tell(events, Event::Note(note)));
+pub(super) fn report_notes(notes: &Receiver<String>, events: &Sender<Event>) {
+    notes.iter().for_each(|note| send_event(events, Event::Note(note)));
 }
 
-fn progress(settings: &Settings, totals: &Totals) -> Progress {
+fn progress(settings: &RenderSettings, totals: &Totals) -> Progress {
     let len = f64::from(settings.job.region.len());
     Progress {
         spp_done: totals.samples as f64 / len,

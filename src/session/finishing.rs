@@ -1,17 +1,17 @@
 //! The end of a render: its outputs and errors.
 
 use super::error::{SessionError, Written};
-use super::event::{Event, narrate_notes};
+use super::event::{Event, report_notes};
 use super::identity;
 use super::pictures::{Ended, Pictures};
 use super::process::Process;
 use super::report::sample_counts;
-use super::settings::Settings;
+use super::settings::RenderSettings;
 use crate::film::cryptomatte::Mattes;
 use crate::film::head::Head;
 use crate::film::{Channel, Picture};
 use crate::output::FilmSink;
-use crate::output::window::Left;
+use crate::output::window::ExitReason;
 use crate::render::accumulator::{Inbox, Outcome, Unanswered};
 use crate::render::{Accumulator, Stride};
 use crate::sampling::Region;
@@ -24,9 +24,9 @@ pub(super) struct Finisher<'a, 'scope> {
     pub(super) pictures: Pictures<'a>,
     pub(super) sink: Option<&'a FilmSink>,
     /// The process that writes checkpoints.
-    pub(super) keeper: Option<Process<'scope, ()>>,
+    pub(super) film_writer: Option<Process<'scope, ()>>,
     /// The reason why the window left the render, available before the accumulator notices.
-    pub(super) left: Receiver<Left>,
+    pub(super) exit_reason: Receiver<ExitReason>,
     /// Informs the process that saves for the window of the coming end.
     pub(super) ending: Sender<Ended>,
 }
@@ -37,45 +37,45 @@ pub(super) struct Finished {
     pub(super) picture: Picture,
     pub(super) layers: Vec<Channel>,
     pub(super) written: Written,
-    pub(super) is_aside: bool,
+    pub(super) is_suspended: bool,
 }
 
 impl Finisher<'_, '_> {
     /// Runs the accumulator and writes its outcome: the film first, then the pictures.
     pub(super) fn run(self, accumulator: Accumulator, inbox: Inbox) -> Result<Finished, SessionError> {
-        let Finisher { pictures, sink, keeper, left, ending } = self;
+        let Finisher { pictures, sink, film_writer, exit_reason, ending } = self;
         let outcome = accumulator.run(inbox);
-        let is_aside = is_aside(&outcome, left.try_recv().ok().as_ref());
+        let is_suspended = is_suspended(&outcome, exit_reason.try_recv().ok().as_ref());
         // The owners of pixels may have changed.
         let pictures = Pictures { owners: Arc::clone(&outcome.owners), ..pictures };
         let picture = outcome.film.picture();
         // Neither a pending checkpoint nor a save of the window must replace the final files.
-        let kept = keeper.map_or(Ok(()), Process::join);
+        let kept = film_writer.map_or(Ok(()), Process::join);
         let (written_out, written) = bounded(0);
         // Without a window there is no save to wait for.
         let _ = ending.send(written);
         // A black picture must not replace an existing file.
         let (written, layers) = match outcome.totals.samples {
             0 => (Ok(()), Vec::new()),
-            _ if is_aside => (Ok(()), Vec::new()),
+            _ if is_suspended => (Ok(()), Vec::new()),
             _ => pictures.write_end(sink, &outcome, &picture),
         };
         drop(written_out);
-        kept.map(|()| Finished { outcome, picture, layers, written, is_aside })
+        kept.map(|()| Finished { outcome, picture, layers, written, is_suspended })
     }
 }
 
 /// Whether a render is suspended: the camera has moved, and there was no failure. A failed render is not resumed, and
 /// so is written at once.
-fn is_aside(outcome: &Outcome, left: Option<&Left>) -> bool {
+fn is_suspended(outcome: &Outcome, exit_reason: Option<&ExitReason>) -> bool {
     outcome.failure.is_none()
         && outcome.unanswered.is_empty()
-        && matches!(left, Some(Left::Moved(_) | Left::Home))
+        && matches!(exit_reason, Some(ExitReason::Moved(_) | ExitReason::SceneCamera))
 }
 
 /// Writes the suspended render of the scene's own camera.
-pub(super) fn write_aside(
-    settings: &Settings,
+pub(super) fn write_suspended(
+    settings: &RenderSettings,
     head: &Head,
     (outcome, picture): (&Outcome, &Picture),
     events: &Sender<Event>,
@@ -87,7 +87,7 @@ pub(super) fn write_aside(
     let mattes = Mattes::of(&settings.job.scene);
     let (notes_out, notes) = bounded(16);
     let written = std::thread::scope(|scope| {
-        scope.spawn(move || narrate_notes(&notes, events));
+        scope.spawn(move || report_notes(&notes, events));
         let (identity, mattes, owners) = (&head.identity, &mattes, Arc::clone(&outcome.owners));
         let pictures = Pictures { settings, identity, mattes, owners, notes: notes_out };
         pictures.write_end(sink.as_ref(), outcome, picture).0

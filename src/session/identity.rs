@@ -1,17 +1,17 @@
 //! The metadata of a render's files.
 
 use super::error::Written;
-use super::settings::Settings;
+use super::settings::RenderSettings;
 use crate::film::cryptomatte::{Mattes, Names};
 use crate::film::head::{Head, NAMES};
-use crate::film::{Channel, Holding, Identity, Layer, Picture, ViewTransform};
+use crate::film::{Channel, Identity, Layer, Picture, SampleRanges, ViewTransform};
 use crate::output::{Crop, FilmSink, OutputError, PictureOptions, write_picture};
 use crate::sampling::Region;
 use crate::scene::{Fingerprint, UNLIMITED, Viewpoint};
 use std::path::Path;
 
 /// The facts that determine the bits of a render's samples on a device.
-fn identity(settings: &Settings, device: &str) -> Identity {
+fn identity(settings: &RenderSettings, device: &str) -> Identity {
     let (scene, region) = (&settings.job.scene, settings.job.picture_region());
     let max_depth = match scene.render.max_depth {
         UNLIMITED => "unlimited".to_owned(),
@@ -50,7 +50,7 @@ fn one_line(camera: &Viewpoint) -> String {
 }
 
 /// The header of a film file of this render.
-pub(super) fn head(settings: &Settings, device: &str) -> Head {
+pub(super) fn head(settings: &RenderSettings, device: &str) -> Head {
     let range = settings.range();
     let mut notes = Identity::default()
         .with("exposure", settings.job.scene.film.exposure)
@@ -78,7 +78,7 @@ pub(crate) const NOTES: [&str; 5] = ["exposure", "tone", "asked", "layers", "ren
 
 /// The metadata of a dump of this render's samples: facts and notes of a film, and the region with samples. The header
 /// has no room for the outline of the scene and for names, which only serve messages and Cryptomatte layers.
-pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
+pub(super) fn dumped(settings: &RenderSettings, head: &Head) -> Identity {
     let Region { x, y, width, height, .. } = settings.job.region;
     let notes = head.notes.facts().filter(|(name, _)| NOTES.contains(name));
     let all = head.identity.facts().chain(notes);
@@ -87,19 +87,19 @@ pub(super) fn dumped(settings: &Settings, head: &Head) -> Identity {
 }
 
 /// Checks before the render that the requested film file can store its header.
-pub(super) fn check_film(settings: &Settings, head: &Head) -> Written {
+pub(super) fn check_film(settings: &RenderSettings, head: &Head) -> Written {
     let Some(path) = &settings.outputs.film else { return Ok(()) };
     head.check().map_err(|error| OutputError::from_io(path, error))
 }
 
 /// The writer of the film file, if one is requested.
-pub(super) fn film_sink(settings: &Settings, head: &Head) -> Option<FilmSink> {
+pub(super) fn film_sink(settings: &RenderSettings, head: &Head) -> Option<FilmSink> {
     settings.outputs.film.clone().map(|path| FilmSink { path, head: head.clone(), range: settings.range() })
 }
 
 /// The metadata of an EXR file: the facts that determine its bits.
-pub(crate) fn facts(identity: &Identity, holding: &Holding) -> Identity {
-    identity.clone().with("samples", holding)
+pub(crate) fn facts(identity: &Identity, sample_ranges: &SampleRanges) -> Identity {
+    identity.clone().with("samples", sample_ranges)
 }
 
 /// The names in the Cryptomatte layers among these.

@@ -1,6 +1,6 @@
 //! The layers of a render.
 
-use super::settings::Settings;
+use super::settings::RenderSettings;
 use crate::film::cryptomatte::Mattes;
 use crate::film::{Channel, Film, Layer};
 use crate::integrator::Integrator;
@@ -13,7 +13,7 @@ const PREVIEW: u32 = 2;
 /// The layers of first hits for the window, before the render has them; without Cryptomatte layers, whose values are
 /// ids and not colours.
 pub(super) fn preview(
-    settings: &Settings,
+    settings: &RenderSettings,
     integrator: &Arc<dyn Integrator>,
     mattes: &Mattes,
 ) -> Vec<Channel> {
@@ -24,6 +24,6 @@ pub(super) fn preview(
 }
 
 /// The requested layers of a finished render.
-pub(super) fn layers(settings: &Settings, mattes: &Mattes, film: &Film) -> Vec<Channel> {
+pub(super) fn layers(settings: &RenderSettings, mattes: &Mattes, film: &Film) -> Vec<Channel> {
     settings.outputs.layers.iter().flat_map(|&layer| film.channels(layer, mattes)).collect()
 }

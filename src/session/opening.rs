@@ -1,7 +1,7 @@
 //! Opens the window.
 
 use super::error::SessionError;
-use super::settings::{Settings, WindowChoice};
+use super::settings::{RenderSettings, WindowChoice};
 use crate::film::ViewTransform;
 use crate::integrator::{Integrator, Paths};
 use crate::output::window::orbit::Orbit;
@@ -12,7 +12,7 @@ use crate::scene::Scene;
 /// Opens the window, if one is requested and there is a display. The integrator, if there is one, finds the point that
 /// the camera orbits.
 pub(super) fn open_window(
-    settings: &Settings,
+    settings: &RenderSettings,
     integrator: Option<&dyn Integrator>,
 ) -> Result<Option<Window>, SessionError> {
     if settings.view.window == WindowChoice::None {
@@ -45,7 +45,7 @@ pub(super) fn open_window(
 
 /// The distance from the camera to the point that it orbits: the first surface in the middle of the film, or else the
 /// distance of the origin.
-fn distance(settings: &Settings, integrator: Option<&dyn Integrator>) -> f64 {
+fn distance(settings: &RenderSettings, integrator: Option<&dyn Integrator>) -> f64 {
     let Scene { film, camera, .. } = &*settings.job.scene;
     let mut hits = Vec::new();
     if let Some(integrator) = integrator {

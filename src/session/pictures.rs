@@ -1,14 +1,14 @@
 //! The picture files of a render: at barriers, on request of the window, and at the end.
 
 use super::error::Written;
-use super::event::{Event, tell};
+use super::event::{Event, print_camera};
 use super::identity::{facts, mattes_of, write_saying};
 use super::layers::layers;
-use super::settings::Settings;
+use super::settings::RenderSettings;
 use crate::film::cryptomatte::Mattes;
 use crate::film::{Channel, Identity, Picture, Snapshot, ViewTransform};
 use crate::output::window::Request;
-use crate::output::{FilmSink, Format, Patience, numbered_path, write_owner_overlay};
+use crate::output::{FilmSink, Format, RetryPolicy, numbered_path, write_owner_overlay};
 use crate::render::Barrier;
 use crate::render::accumulator::Outcome;
 use crate::scene::Viewpoint;
@@ -29,14 +29,14 @@ pub(super) fn note(notes: &Sender<String>, line: String) {
 /// Closes when all final files have been written.
 pub(super) type Ended = Receiver<Infallible>;
 
-/// Serves a window's requests: reports cameras by `tell`, and saves pictures by `save`, which receives the snapshot,
+/// Serves a window's requests: reports cameras by `print_camera`, and saves pictures by `save`, which receives the snapshot,
 /// the view transform and whether the final files are already written, and returns a message. The finisher sends over
 /// `ending` first: once that is received no save is in progress, and none begins before the final files are written.
 /// After that unfinished pictures are not saved.
 fn serve_saves(
     requests: &Receiver<Request>,
     ending: &Receiver<Ended>,
-    tell: impl Fn(Viewpoint),
+    print_camera: impl Fn(Viewpoint),
     save: impl Fn(&Snapshot, ViewTransform, bool) -> String,
 ) {
     let (mut ending, mut ended) = (ending.clone(), false);
@@ -53,8 +53,8 @@ fn serve_saves(
             recv(requests) -> request => {
                 let (snapshot, view, reply) = match request {
                     Ok(Request::Save { snapshot, view, reply }) => (snapshot, view, reply),
-                    Ok(Request::Tell(camera)) => {
-                        tell(camera);
+                    Ok(Request::PrintCamera(camera)) => {
+                        print_camera(camera);
                         continue;
                     }
                     Err(_) => return,
@@ -73,7 +73,7 @@ fn serve_saves(
 /// The common settings of the picture files of a render, and the channel for notes about write errors.
 #[derive(Clone)]
 pub(super) struct Pictures<'a> {
-    pub(super) settings: &'a Settings,
+    pub(super) settings: &'a RenderSettings,
     pub(super) identity: &'a Identity,
     /// The names of entities and materials.
     pub(super) mattes: &'a Mattes,
@@ -90,16 +90,16 @@ impl Pictures<'_> {
         let mut first_error = Ok(());
         let view = ViewTransform::of(&self.settings.job.scene.film);
         let say = |line| note(&self.notes, line);
-        let mut insist = |patience: &mut Patience, (path, facts, picture): (PathBuf, Identity, Picture)| {
+        let mut insist = |retries: &mut RetryPolicy, (path, facts, picture): (PathBuf, Identity, Picture)| {
             let write = |path: &Path| self.write(path, &picture, &facts, &[], view);
-            let written = patience.write(&path, &say, write);
+            let written = retries.write(&path, &say, write);
             let before = std::mem::replace(&mut first_error, Ok(()));
             first_error = before.and(written);
         };
         for Barrier { end, picture } in barriers {
             unwritten.retain(|(path, facts, picture)| self.write(path, picture, facts, &[], view).is_err());
             let held = u64::from(end - self.settings.job.first);
-            let facts = facts(self.identity, &self.settings.holding([held, held]));
+            let facts = facts(self.identity, &self.settings.sample_ranges([held, held]));
             for path in &self.settings.outputs.pictures {
                 let path = numbered_path(path, end - self.settings.job.first);
                 if let Err(error) = self.write(&path, &picture, &facts, &[], view) {
@@ -109,11 +109,11 @@ impl Pictures<'_> {
             }
             // The render must not wait.
             while unwritten.len() > MOST_UNWRITTEN {
-                unwritten.pop_front().into_iter().for_each(|it| insist(&mut Patience::none(), it));
+                unwritten.pop_front().into_iter().for_each(|it| insist(&mut RetryPolicy::none(), it));
             }
         }
-        let mut patience = Patience::default();
-        unwritten.into_iter().for_each(|it| insist(&mut patience, it));
+        let mut retries = RetryPolicy::default();
+        unwritten.into_iter().for_each(|it| insist(&mut retries, it));
         first_error
     }
 
@@ -125,19 +125,19 @@ impl Pictures<'_> {
         outcome: &Outcome,
         picture: &Picture,
     ) -> (Written, Vec<Channel>) {
-        let facts = facts(self.identity, &self.settings.holding(outcome.film.seen_range()));
-        let (mut patience, say) = (Patience::default(), |line| note(&self.notes, line));
+        let facts = facts(self.identity, &self.settings.sample_ranges(outcome.film.seen_range()));
+        let (mut retries, say) = (RetryPolicy::default(), |line| note(&self.notes, line));
         let mut first_error = Ok(());
         if let Some(sink) = sink {
             let write = |path: &Path| sink.write(path, &outcome.film, outcome.milestone.as_ref());
-            let written = patience.write(&sink.path, &say, write);
+            let written = retries.write(&sink.path, &say, write);
             first_error = first_error.and(written);
         }
         let layers = layers(self.settings, self.mattes, &outcome.film);
         let view = ViewTransform::of(&self.settings.job.scene.film);
         for path in &self.settings.outputs.pictures {
             let write = |path: &Path| self.write(path, picture, &facts, &layers, view);
-            let written = patience.write(path, &say, write);
+            let written = retries.write(path, &say, write);
             first_error = first_error.and(written);
         }
         (first_error, layers)
@@ -150,7 +150,7 @@ impl Pictures<'_> {
         ending: &Receiver<Ended>,
         events: &Sender<Event>,
     ) {
-        let say = |camera| tell(events, Event::Viewpoint(camera));
+        let say = |camera| print_camera(events, Event::Viewpoint(camera));
         // A view does not show the samples of each pixel.
         let facts = self.identity.clone().with("samples", "unfinished");
         serve_saves(requests, ending, say, |snapshot, view, whole| {

@@ -1,7 +1,7 @@
 //! The film at the start of a render.
 
 use super::error::SessionError;
-use super::settings::Settings;
+use super::settings::RenderSettings;
 use crate::film::file::FilmFileError;
 use crate::film::head::{Head, LAYERS};
 use crate::film::{Film, Milestone};
@@ -9,7 +9,7 @@ use crate::output::{FilmError, open_film};
 
 /// The film to start with: an empty one, or that of the resumed run with its last milestone.
 pub(super) fn first_film(
-    settings: &Settings,
+    settings: &RenderSettings,
     head: &Head,
 ) -> Result<(Film, Option<Milestone>), SessionError> {
     let Some(path) = &settings.outputs.resume else { return Ok((Film::with_layout(head.layout)?, None)) };
@@ -47,12 +47,12 @@ pub(super) fn first_film(
             "it has {theirs}, but its facts say {ours}: this is a bug in the program that wrote it; begin another film"
         )));
     }
-    let holding = file.holding().clone();
-    let nothing = holding.least() == 0 && holding.open().is_none();
-    if !nothing && holding.start() != Some(settings.job.first) {
+    let sample_ranges = file.sample_ranges().clone();
+    let nothing = sample_ranges.least() == 0 && sample_ranges.open().is_none();
+    if !nothing && sample_ranges.start() != Some(settings.job.first) {
         let from = settings.job.first;
         return Err(refuse(format!(
-            "it has the samples {holding}, but a render must continue without a gap from sample {from}; render the missing samples with `range`, and merge"
+            "it has the samples {sample_ranges}, but a render must continue without a gap from sample {from}; render the missing samples with `range`, and merge"
         )));
     }
     let milestone = file.milestone().cloned();

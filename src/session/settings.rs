@@ -1,6 +1,6 @@
 //! The settings of a render.
 
-use crate::film::{Holding, Layer, LayerSet, Layout, LightScale, Weights};
+use crate::film::{Layer, LayerSet, Layout, LightScale, SampleRanges, Weights};
 use crate::integrator;
 use crate::math::lanes::Level;
 use crate::sampling::{Rectangle, Region};
@@ -14,9 +14,9 @@ use std::time::Duration;
 
 /// The checked settings of a render.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct RenderSettings {
     /// The scene, and the part of it to render.
-    pub job: Job,
+    pub job: RenderJob,
     /// The criteria for the end of the render.
     pub stopping: Stopping,
     /// The devices that render.
@@ -24,10 +24,10 @@ pub struct Settings {
     /// The files to write.
     pub outputs: Outputs,
     /// The viewers that show the render.
-    pub view: View,
+    pub view: ViewerSettings,
 }
 
-impl Settings {
+impl RenderSettings {
     /// The range of sample indices of each pixel.
     pub fn range(&self) -> Range<u32> {
         self.job.first..self.job.first.saturating_add(self.stopping.spp)
@@ -39,14 +39,14 @@ impl Settings {
     }
 
     /// The samples in a film with this minimum and maximum number of samples per pixel.
-    pub(super) fn holding(&self, [least, most]: [u64; 2]) -> Holding {
-        Holding::prefix(self.range(), least, most)
+    pub(super) fn sample_ranges(&self, [least, most]: [u64; 2]) -> SampleRanges {
+        SampleRanges::prefix(self.range(), least, most)
     }
 }
 
 /// The scene to render: together with the devices, it determines the bits of the samples.
 #[derive(Clone, Debug)]
-pub struct Job {
+pub struct RenderJob {
     /// The scene, including the caller's changes.
     pub scene: Arc<Scene>,
     /// The fingerprint of the scene, if films or pictures are to contain it.
@@ -66,14 +66,14 @@ pub struct Job {
     pub moved: Option<Viewpoint>,
 }
 
-impl Job {
+impl RenderJob {
     /// The picture of a part of a scene's film, from sample 0 on. The pixels around it whose samples contribute to it
     /// are rendered as well.
-    pub fn new(scene: Arc<Scene>, picture: Region) -> Job {
+    pub fn new(scene: Arc<Scene>, picture: Region) -> RenderJob {
         let reach = Weights::of(&scene.film).map_or(0, |weights| weights.reach());
         let (region, shown) = picture.with_margin(reach, scene.film.height);
         let (fingerprint, layers) = (None, LayerSet::NONE);
-        Job { scene, fingerprint, region, shown, first: 0, spreads: false, layers, moved: None }
+        RenderJob { scene, fingerprint, region, shown, first: 0, spreads: false, layers, moved: None }
     }
 
     /// The layout of the film.
@@ -166,7 +166,7 @@ pub struct Outputs {
     pub overlay: bool,
     /// Samples per pixel at which to write numbered pictures.
     pub dump_at: Vec<u32>,
-    /// Layers for EXR files at the end. Those made of first hits must be in [`Job::layers`].
+    /// Layers for EXR files at the end. Those made of first hits must be in [`RenderJob::layers`].
     pub layers: Vec<Layer>,
     /// The NumPy file for all samples, if requested.
     pub samples: Option<PathBuf>,
@@ -206,7 +206,7 @@ impl Default for Outputs {
 
 /// The viewers of a render.
 #[derive(Clone, Debug, Default)]
-pub struct View {
+pub struct ViewerSettings {
     /// The name of the render in viewers.
     pub name: String,
     /// Whether to open a window.

@@ -19,21 +19,21 @@
 //! Saves of the window and the final outputs are the same files. The finisher announces the end to the saver, and
 //! writes when the saver is waiting.
 
-use super::crew::{self, Crew, RunningCrew, Threads};
 use super::error::{SessionError, Written};
-use super::event::{Event, narrate, narrate_notes};
+use super::event::{Event, report_events, report_notes};
 use super::finishing::{self, Finished, Finisher};
 use super::identity;
 use super::layers::preview;
 use super::pictures::{Ended, Pictures, note};
 use super::process::Process;
-use super::settings::Settings;
+use super::settings::RenderSettings;
+use super::worker_pool::{self, RunningPool, Threads, WorkerPool};
 use crate::film::cryptomatte::Mattes;
 use crate::film::file::Piece;
 use crate::film::head::Head;
 use crate::film::{Channel, Film, Milestone, Picture, Snapshot};
 use crate::integrator::Integrator;
-use crate::output::window::{Feed, Left, Request, Window};
+use crate::output::window::{ExitReason, Feed, Request, Window};
 use crate::output::{FilmSink, SampleDump, Tev, tev};
 use crate::render::accumulator::{Goal, Inbox, Outbox, Outcome};
 use crate::render::schedule::GRACE;
@@ -47,10 +47,10 @@ use std::time::{Duration, Instant};
 
 /// The render of one camera.
 pub(super) struct Task<'a> {
-    pub(super) settings: &'a Settings,
-    pub(super) crew: Crew,
+    pub(super) settings: &'a RenderSettings,
+    pub(super) pool: WorkerPool,
     pub(super) head: &'a Head,
-    pub(super) begun: Begun,
+    pub(super) initial: InitialFilm,
     pub(super) dump: Option<SampleDump>,
     /// The channel to the caller for all samples, if requested.
     pub(super) samples: Option<Sender<Vec<Sample>>>,
@@ -58,7 +58,7 @@ pub(super) struct Task<'a> {
 }
 
 /// A film to start with, its last milestone, and the time spent on it before.
-pub(super) struct Begun {
+pub(super) struct InitialFilm {
     pub(super) film: Film,
     pub(super) milestone: Option<Milestone>,
     pub(super) spent: Duration,
@@ -71,9 +71,9 @@ pub(super) struct Rendered {
     pub(super) layers: Vec<Channel>,
     pub(super) tev: Option<Tev>,
     /// The reason why the window left it, if there is a window.
-    pub(super) left: Option<Left>,
+    pub(super) exit_reason: Option<ExitReason>,
     /// Whether it is suspended: it may be resumed, and its files are not written yet.
-    pub(super) is_aside: bool,
+    pub(super) is_suspended: bool,
     /// Whether all requested files were written.
     pub(super) is_written: bool,
     /// The failure that ended it, if there was one.
@@ -83,11 +83,11 @@ pub(super) struct Rendered {
 /// Shows a render until the user closes the view or selects another render.
 pub(super) trait Viewer {
     /// Shows a render until it is left. `is_moved` is set if the camera is not the scene's own.
-    fn show(&mut self, feed: &Feed, requests: &Sender<Request>, is_moved: bool) -> Left;
+    fn show(&mut self, feed: &Feed, requests: &Sender<Request>, is_moved: bool) -> ExitReason;
 }
 
 impl Viewer for Window {
-    fn show(&mut self, feed: &Feed, requests: &Sender<Request>, is_moved: bool) -> Left {
+    fn show(&mut self, feed: &Feed, requests: &Sender<Request>, is_moved: bool) -> ExitReason {
         self.run(feed, requests, is_moved)
     }
 }
@@ -99,16 +99,16 @@ pub(super) fn render(
     events: &Sender<Event>,
     stop: &Receiver<Infallible>,
 ) -> Result<Rendered, SessionError> {
-    let Task { settings, crew, head, begun, dump, samples, tev } = task;
+    let Task { settings, pool, head, initial, dump, samples, tev } = task;
     let sink = identity::film_sink(settings, head);
-    let first_hit_tracer = crew.first_hit_tracer();
+    let first_hit_tracer = pool.first_hit_tracer();
     let mattes = Mattes::of(&settings.job.scene);
-    let gpu = crew.gpu_worker();
+    let gpu = pool.gpu_worker();
 
     std::thread::scope(|scope| {
         let (notes_out, notes) = bounded(16);
         let (samples_out, dump) = start_dump(scope, dump, samples);
-        let (film_out, keeper) = start_keeper(scope, sink.as_ref(), &notes_out);
+        let (film_out, film_writer) = start_film_writer(scope, sink.as_ref(), &notes_out);
         let (remote_out, tev) = start_tev(scope, tev, &notes_out);
         let (barriers_out, barriers) = bounded(1);
         let (progress_out, progress) = bounded(1);
@@ -123,7 +123,7 @@ pub(super) fn render(
             progress: (!is_watched).then_some(progress_out),
             notes: Some(notes_out.clone()),
         };
-        let Wired { accumulator, batches, changes, threads } = start_workers(settings, crew, begun, outbox);
+        let Wired { accumulator, batches, changes, threads } = start_workers(settings, pool, initial, outbox);
         let names = threads.names();
 
         // The channel of notes closes with the last writer.
@@ -137,27 +137,32 @@ pub(super) fn render(
         let (viewing, viewer) = bounded(0);
         let viewer = if is_watched { viewer } else { never() };
         let inbox = Inbox { batches, changes, stop: stop.clone(), viewer };
-        let (left_out, left) = bounded(1);
+        let (exit_reason_out, exit_reason) = bounded(1);
         let (ending_out, ending) = bounded(0);
-        let finisher =
-            Finisher { pictures: pictures.clone(), sink: sink.as_ref(), keeper, left, ending: ending_out };
+        let finisher = Finisher {
+            pictures: pictures.clone(),
+            sink: sink.as_ref(),
+            film_writer,
+            exit_reason,
+            ending: ending_out,
+        };
         let finisher = Process::start(scope, "accumulator", move || finisher.run(accumulator, inbox));
 
-        let left = match window {
+        let exit_reason = match window {
             Some(window) => {
-                scope.spawn(move || narrate_notes(&notes, events));
+                scope.spawn(move || report_notes(&notes, events));
                 let requests = start_saver(scope, pictures, ending, events);
                 let layers = start_preview(settings, first_hit_tracer);
                 let feed = Feed { snapshots, layers, stop: stop.clone() };
-                let left = window.show(&feed, &requests, settings.job.moved.is_some());
+                let exit_reason = window.show(&feed, &requests, settings.job.moved.is_some());
                 // It is in the channel before the accumulator notices that the viewer was left.
-                let _ = left_out.send(left.clone());
+                let _ = exit_reason_out.send(exit_reason.clone());
                 drop(viewing);
-                Some(left)
+                Some(exit_reason)
             }
             None => {
                 drop((pictures, ending));
-                narrate(settings, &progress, &notes, events);
+                report_events(settings, &progress, &notes, events);
                 None
             }
         };
@@ -166,12 +171,12 @@ pub(super) fn render(
         let dumped = dump.map_or(Ok(Ok(())), Process::join);
         let painted = painter.join();
         let tev = tev.map_or(Ok(None), Process::join);
-        let Finished { outcome, picture, layers, written, is_aside } = finished?;
+        let Finished { outcome, picture, layers, written, is_suspended } = finished?;
         threads.join(|worker| outcome.unanswered.iter().any(|silent| silent.worker == worker));
         let is_written = written.is_ok() && [&dumped, &painted].iter().all(|it| matches!(it, Ok(Ok(()))));
         let abandoned = |silent: &_| finishing::describe_abandoned(silent, &names, gpu, settings.job.region);
         let problem = finishing::problem(&outcome, written, dumped, painted, abandoned);
-        Ok(Rendered { outcome, picture, layers, tev: tev?, left, is_aside, is_written, problem })
+        Ok(Rendered { outcome, picture, layers, tev: tev?, exit_reason, is_suspended, is_written, problem })
     })
 }
 
@@ -184,10 +189,10 @@ struct Wired {
 }
 
 /// Starts the workers, and configures the accumulator.
-fn start_workers(settings: &Settings, crew: Crew, begun: Begun, outbox: Outbox) -> Wired {
-    let Begun { film, milestone, spent } = begun;
+fn start_workers(settings: &RenderSettings, pool: WorkerPool, initial: InitialFilm, outbox: Outbox) -> Wired {
+    let InitialFilm { film, milestone, spent } = initial;
     let (job, stopping, outputs) = (&settings.job, &settings.stopping, &settings.outputs);
-    let (region, workers) = (job.region, crew.workers());
+    let (region, workers) = (job.region, pool.workers());
     let planned = milestone.as_ref().filter(|milestone| milestone.plan.is_some());
     let time = stopping.time.map(|time| time.saturating_sub(spent));
     let deadline = time.and_then(|time| Instant::now().checked_add(time));
@@ -197,16 +202,16 @@ fn start_workers(settings: &Settings, crew: Crew, begun: Begun, outbox: Outbox) 
     let least = planned.map_or(least, |milestone| milestone.samples);
     let schedule = Schedule::new(workers, region.len(), settings.range().end, deadline, barriers.clone())
         .starting_at(job.first + least, job.first + most);
-    let schedule = crew.deal(region, schedule);
-    let splatter = crew.splatter();
+    let schedule = pool.distribute(region, schedule);
+    let splatter = pool.splatter();
     let (batches_out, batches) = bounded(2 * workers);
     let (changes_out, changes) = bounded(workers);
-    let RunningCrew { ports, threads } = crew.start(settings, &batches_out, &changes_out, None);
+    let RunningPool { ports, threads } = pool.start(settings, &batches_out, &changes_out, None);
     let goal = |error| Goal { error, is_adaptive: stopping.adaptive, milestone };
     let accumulator = Accumulator::new(Configuration {
         first: job.first,
         splatter,
-        light: crew::light(settings),
+        light: worker_pool::light(settings),
         barriers,
         goal: stopping.goal().map(goal),
         checkpoint: outputs.checkpoint,
@@ -226,7 +231,7 @@ fn start_dump<'scope>(
 ) -> (Option<Sender<Vec<Sample>>>, Option<Process<'scope, Written>>) {
     let Some(mut dump) = dump else { return (caller, None) };
     let (samples_out, samples) = bounded::<Vec<Sample>>(4);
-    let keep = move || {
+    let write = move || {
         for samples in samples {
             dump.write(&samples)?;
             if caller.as_ref().is_some_and(|caller| caller.send(samples).is_err()) {
@@ -235,19 +240,19 @@ fn start_dump<'scope>(
         }
         dump.finish().map(drop)
     };
-    (Some(samples_out), Some(Process::start(scope, "sample dump", keep)))
+    (Some(samples_out), Some(Process::start(scope, "sample dump", write)))
 }
 
 /// Starts the process that writes checkpoints of the film file, if there is one.
-fn start_keeper<'scope>(
+fn start_film_writer<'scope>(
     scope: &'scope Scope<'scope, '_>,
     sink: Option<&'scope FilmSink>,
     notes: &Sender<String>,
 ) -> (Option<Sender<Piece>>, Option<Process<'scope, ()>>) {
     let Some(sink) = sink else { return (None, None) };
     let ((film_out, pieces), notes) = (bounded(2), notes.clone());
-    let keep = move || sink.keep(&pieces, |line| note(&notes, line));
-    (Some(film_out), Some(Process::start(scope, "film writer", keep)))
+    let write = move || sink.write_checkpoints(&pieces, |line| note(&notes, line));
+    (Some(film_out), Some(Process::start(scope, "film writer", write)))
 }
 
 /// The channel of a remote viewer.
@@ -280,7 +285,10 @@ fn start_saver<'scope>(
 
 /// Starts the thread that traces first hits for the window, if its layers need them. The end of the render does not
 /// wait for it: a path may hang before its first hit.
-fn start_preview(settings: &Settings, integrator: Option<Arc<dyn Integrator>>) -> Receiver<Vec<Channel>> {
+fn start_preview(
+    settings: &RenderSettings,
+    integrator: Option<Arc<dyn Integrator>>,
+) -> Receiver<Vec<Channel>> {
     let (layers_out, layers) = bounded(1);
     if let Some(integrator) = integrator {
         let settings = settings.clone();

@@ -33,7 +33,7 @@ use stride::output::{FilmSink, open_film, tev};
 use stride::render::accumulator::{Goal, Inbox, Outbox, Outcome, Totals, Unanswered, WorkerFailure};
 use stride::render::worker::Worker;
 use stride::render::{
-    Accumulator, Assignment, Barrier, Change, Configuration, Deal, Order, Payload, Port, SampleBatch,
+    Accumulator, Assignment, Barrier, Change, Configuration, Dispatch, Order, Payload, Port, SampleBatch,
     Schedule, Stride, Traced,
 };
 use stride::sampling::{Contribution, Pixel, Region, Sample, Stream};

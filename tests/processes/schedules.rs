@@ -38,7 +38,7 @@ fn stripes_are_whole_rows_where_there_are_enough_and_hold_each_place_once() {
         let mut times_held = vec![0; pixels as usize];
         let mut whole = true;
         for worker in 0..workers {
-            while let Deal::Order(Order { stride, .. }) = schedule.next(worker, None) {
+            while let Dispatch::Order(Order { stride, .. }) = schedule.next(worker, None) {
                 (0..stride.len(pixels)).for_each(|slot| times_held[stride.place(slot) as usize] += 1);
                 whole &= stride.first % width == 0 && stride.run % width == 0 && stride.step % width == 0;
             }
@@ -69,15 +69,15 @@ fn schedules_pass_every_stop_without_gap_or_overlap() {
             let pace = stream.random_bool(0.9).then(|| Duration::from_secs_f64(micros * 1e-6));
             if under_way[worker].len() < 2 && open.contains(&worker) {
                 match schedule.next(worker, pace) {
-                    Deal::Order(order) => {
+                    Dispatch::Order(order) => {
                         let with_another =
                             |w: usize| w != worker && under_way[w].iter().any(|o| o.stride == order.stride);
                         assert!(!(0..workers).any(with_another), "two workers have one share");
                         given[order.stride.first as usize].push(order);
                         under_way[worker].push_back(order);
                     }
-                    Deal::Later => assert!(under_way.iter().any(|orders| !orders.is_empty()), "all wait"),
-                    Deal::Done => open.retain(|&w| w != worker),
+                    Dispatch::Later => assert!(under_way.iter().any(|orders| !orders.is_empty()), "all wait"),
+                    Dispatch::Done => open.retain(|&w| w != worker),
                 }
             }
             if stream.random_bool(0.5)

@@ -96,7 +96,7 @@ fn films_written_on_the_way_hold_the_first_samples_of_each_pixel() {
             continue;
         }
         let file = open_film(&path).unwrap();
-        under_way += u32::from(file.holding().open().is_some());
+        under_way += u32::from(file.sample_ranges().open().is_some());
         let film = file.read().unwrap();
         let expected =
             plain_film(&*common::integrator(&scene()), WHOLE, |place| film.seen(place as usize) as u32);

@@ -155,7 +155,7 @@ impl Wiring {
             let teller = scope.spawn(move || progress.iter().collect());
             let (film_out, pieces) = bounded(1);
             if let Some(keeper) = &self.keeper {
-                scope.spawn(move || keeper.keep(&pieces, |said| panic!("{said}")));
+                scope.spawn(move || keeper.write_checkpoints(&pieces, |said| panic!("{said}")));
             }
             let outbox = Outbox {
                 samples: Some(samples_out),

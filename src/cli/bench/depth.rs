@@ -1,6 +1,6 @@
 //! `stride bench depth`: the cost of additional bounces (report table 6.2).
 
-use super::measurement::{Bench, CommonArguments, Loudness, Times, repeats, threads_or_cores};
+use super::measurement::{Bench, CommonArguments, Times, Verbosity, repeats, threads_or_cores};
 use super::table::{Cell, Table, significant};
 use crate::cli::failure::{Failure, usage};
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
@@ -58,13 +58,16 @@ fn measure(bench: &Bench, arguments: &DepthArguments) -> Result<Vec<Measured>, F
         for row in &mut rows {
             let mut scene = bench.scene.clone();
             scene.render.max_depth = row.depth;
-            let report = bench.render(scene, bench.arguments.spp, threads, Loudness::Quiet)?;
+            let report = bench.render(scene, bench.arguments.spp, threads, Verbosity::Quiet)?;
             let Some(report) = report else { break 'rounds };
             let seconds = report.totals.elapsed.as_secs_f64();
             (row.samples, row.rays) = (report.totals.samples, report.totals.rays);
             row.times.0.push(seconds);
             let (depth, repeat) = (row.depth, arguments.repeat);
-            bench.say(&format!("depth {depth}, run {round} of {repeat}: {} s", significant(seconds, 3)));
+            bench.print_progress(&format!(
+                "depth {depth}, run {round} of {repeat}: {} s",
+                significant(seconds, 3)
+            ));
         }
     }
     rows.retain(|row| !row.times.is_empty());

@@ -11,7 +11,7 @@ use crate::output::atomic::{check_place, write_atomically};
 use crate::output::plot::Chart;
 use crate::sampling::Region;
 use crate::scene::{Integrator, Sampler, Scene, UNLIMITED};
-use crate::session::{self, Devices, Job, Outputs, Report, Settings, Stopping, View};
+use crate::session::{self, Devices, Outputs, RenderJob, RenderSettings, Report, Stopping, ViewerSettings};
 use crossbeam_channel::Receiver;
 use std::convert::Infallible;
 use std::io::Write;
@@ -40,7 +40,7 @@ pub(super) struct CommonArguments {
 
 /// Whether a render reports its progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Loudness {
+pub(super) enum Verbosity {
     /// Progress is reported, unless `--quiet` is given.
     Progress,
     /// Progress is not reported.
@@ -81,32 +81,32 @@ impl<'a> Bench<'a> {
         scene: Scene,
         spp: u32,
         threads: NonZeroUsize,
-        loudness: Loudness,
+        loudness: Verbosity,
     ) -> Result<Option<Report>, Failure> {
         let region = Region::whole(scene.film.width, scene.film.height);
-        let settings = Settings {
-            job: Job::new(Arc::new(scene), region),
+        let settings = RenderSettings {
+            job: RenderJob::new(Arc::new(scene), region),
             stopping: Stopping::at(spp),
             devices: Devices::cpu(threads, self.level),
             outputs: Outputs::default(),
-            view: View { name: self.arguments.scene.name(), ..View::default() },
+            view: ViewerSettings { name: self.arguments.scene.name(), ..ViewerSettings::default() },
         };
-        let is_quiet = self.arguments.quiet || loudness == Loudness::Quiet;
+        let is_quiet = self.arguments.quiet || loudness == Verbosity::Quiet;
         let report = print_events(is_quiet, |events| session::run(&settings, events, &self.stop))?;
         if report.totals.rejected > 0 {
-            self.say(&format!("warning: {} samples were rejected", report.totals.rejected));
+            self.print_progress(&format!("warning: {} samples were rejected", report.totals.rejected));
         }
         Ok((report.whole && report.totals.spp == spp).then_some(report))
     }
 
     /// Renders briefly, so that processor clocks and caches are warm for the measurement.
     pub(super) fn warm_up(&self, threads: NonZeroUsize) -> Result<(), Failure> {
-        self.say("warming up");
-        self.render(self.scene.clone(), (self.arguments.spp / 8).max(1), threads, Loudness::Quiet).map(drop)
+        self.print_progress("warming up");
+        self.render(self.scene.clone(), (self.arguments.spp / 8).max(1), threads, Verbosity::Quiet).map(drop)
     }
 
     /// Prints a progress message.
-    pub(super) fn say(&self, line: &str) {
+    pub(super) fn print_progress(&self, line: &str) {
         if !self.arguments.quiet {
             let _ = writeln!(std::io::stderr(), "{line}");
         }

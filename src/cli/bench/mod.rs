@@ -11,11 +11,11 @@ use super::failure::Failure;
 #[derive(Debug, clap::Args)]
 pub(super) struct BenchArguments {
     #[command(subcommand)]
-    what: What,
+    what: BenchCommand,
 }
 
 #[derive(Debug, clap::Subcommand)]
-enum What {
+enum BenchCommand {
     /// Time against the number of threads (report table 6.1)
     Threads(threads::ThreadsArguments),
     /// Time against the number of bounces (report table 6.2)
@@ -26,8 +26,8 @@ enum What {
 
 pub(super) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     match &arguments.what {
-        What::Threads(arguments) => threads::run(arguments),
-        What::Depth(arguments) => depth::run(arguments),
-        What::Noise(arguments) => noise::run(arguments),
+        BenchCommand::Threads(arguments) => threads::run(arguments),
+        BenchCommand::Depth(arguments) => depth::run(arguments),
+        BenchCommand::Noise(arguments) => noise::run(arguments),
     }
 }

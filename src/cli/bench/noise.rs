@@ -6,7 +6,7 @@
 //! error of its own: the measured error at n independent samples is √(1 + n/R) times the true error, at most 1.6% too
 //! large at the default R of 32 n.
 
-use super::measurement::{Bench, CommonArguments, Loudness, counted, threads_or_cores};
+use super::measurement::{Bench, CommonArguments, Verbosity, counted, threads_or_cores};
 use super::table::{Cell, Table, significant};
 use crate::cli::failure::{Failure, usage};
 use crate::film::compare::{mean_without_worst, squared_errors};
@@ -63,7 +63,11 @@ pub(super) fn run(arguments: &NoiseArguments) -> Result<(), Failure> {
     let circumstances = bench.circumstances(&circumstances);
     let all = fit(rows.iter().map(|row| (row.spp.into(), row.rms)));
     let rest = fit(rows.iter().map(|row| (row.spp.into(), row.without_worst)));
-    let remarks = format!("\nSlope on logarithmic axes: {}; {WITHOUT_WORST}: {}\n", told(all), told(rest));
+    let remarks = format!(
+        "\nSlope on logarithmic axes: {}; {WITHOUT_WORST}: {}\n",
+        describe_fit(all),
+        describe_fit(rest)
+    );
     let chart = chart(&rows, [all, rest], &circumstances);
     bench.publish(&circumstances, &table(&rows), &remarks, &chart)
 }
@@ -79,20 +83,20 @@ fn measure(
     reference_spp: u32,
 ) -> Result<Vec<Measured>, Failure> {
     let threads = threads_or_cores(arguments.threads);
-    let render = |seed: u32, spp: u32, loudness: Loudness| {
+    let render = |seed: u32, spp: u32, loudness: Verbosity| {
         let mut scene = bench.scene.clone();
         scene.render.seed = scene.render.seed.wrapping_add(seed);
         bench.render(scene, spp, threads, loudness)
     };
-    bench.say(&format!("rendering the reference, {reference_spp} samples per pixel"));
-    let Some(reference) = render(REFERENCE_SEED, reference_spp, Loudness::Progress)? else {
+    bench.print_progress(&format!("rendering the reference, {reference_spp} samples per pixel"));
+    let Some(reference) = render(REFERENCE_SEED, reference_spp, Verbosity::Progress)? else {
         return Ok(Vec::new());
     };
     let mut rows = Vec::new();
     'steps: for &spp in steps {
         let (mut all, mut rest) = (0.0, 0.0);
         for replicate in 0..arguments.repeat {
-            let Some(report) = render(replicate.into(), spp, Loudness::Quiet)? else { break 'steps };
+            let Some(report) = render(replicate.into(), spp, Verbosity::Quiet)? else { break 'steps };
             let errors = squared_errors(&report.picture, &reference.picture);
             all += mean_without_worst(&errors, 0.0);
             rest += mean_without_worst(&errors, WORST);
@@ -100,7 +104,7 @@ fn measure(
         let root = |sum: f64| (sum / f64::from(arguments.repeat)).sqrt();
         let row = Measured { spp, rms: root(all), without_worst: root(rest) };
         let samples = counted(spp.into(), "sample per pixel", "samples per pixel");
-        bench.say(&format!("{samples}: RMS error {}", significant(row.rms, 4)));
+        bench.print_progress(&format!("{samples}: RMS error {}", significant(row.rms, 4)));
         rows.push(row);
     }
     Ok(rows)
@@ -159,7 +163,7 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> Option<Fit> {
 }
 
 /// "−0.501 ± 0.002 (R² 0.9998)".
-fn told(fit: Option<Fit>) -> String {
+fn describe_fit(fit: Option<Fit>) -> String {
     fit.map_or_else(
         || "none: fewer than three errors are above zero".to_owned(),
         |Fit { slope, deviation, explained }| {

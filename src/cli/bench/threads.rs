@@ -1,6 +1,6 @@
 //! `stride bench threads`: the speed-up with more threads (report table 6.1).
 
-use super::measurement::{Bench, CommonArguments, Loudness, Times, counted, repeats};
+use super::measurement::{Bench, CommonArguments, Times, Verbosity, counted, repeats};
 use super::table::{Cell, Table, significant};
 use crate::cli::failure::{Failure, usage};
 use crate::output::plot::{Axis, Chart, Point, Scale, Series, Style};
@@ -62,13 +62,16 @@ fn measure(bench: &Bench, threads: &[u16], repeat: u16) -> Result<Vec<Measured>,
         threads.iter().map(|&threads| Measured { threads, samples: 0, times: Times::default() }).collect();
     'rounds: for round in 1..=repeat {
         for row in &mut rows {
-            let report = bench.render(bench.scene.clone(), spp, size(row.threads), Loudness::Quiet)?;
+            let report = bench.render(bench.scene.clone(), spp, size(row.threads), Verbosity::Quiet)?;
             let Some(report) = report else { break 'rounds };
             let seconds = report.totals.elapsed.as_secs_f64();
             row.samples = report.totals.samples;
             row.times.0.push(seconds);
             let threads = counted(row.threads.into(), "thread", "threads");
-            bench.say(&format!("{threads}, run {round} of {repeat}: {} s", significant(seconds, 3)));
+            bench.print_progress(&format!(
+                "{threads}, run {round} of {repeat}: {} s",
+                significant(seconds, 3)
+            ));
         }
     }
     rows.retain(|row| !row.times.is_empty());

@@ -33,22 +33,22 @@ fn film(width: u32, height: u32, least: u32, most: u32) -> Film {
 
 fn file(head: &Head, film: &Film) -> Vec<u8> {
     let [least, most] = film.seen_range();
-    write(Vec::new(), head, film, &Holding::prefix(10..20, least, most), None).unwrap()
+    write(Vec::new(), head, film, &SampleRanges::prefix(10..20, least, most), None).unwrap()
 }
 
-fn read(bytes: &[u8]) -> Result<(Head, Holding, Film), FilmFileError> {
+fn read(bytes: &[u8]) -> Result<(Head, SampleRanges, Film), FilmFileError> {
     let reader = FilmReader::open(Cursor::new(bytes))?;
-    let (head, holding) = (reader.head().clone(), reader.holding().clone());
-    Ok((head, holding, reader.read()?))
+    let (head, sample_ranges) = (reader.head().clone(), reader.sample_ranges().clone());
+    Ok((head, sample_ranges, reader.read()?))
 }
 
 #[test]
 fn a_film_is_read_back() {
     for (width, height, least, most) in [(1, 1, 0, 0), (3, 2, 4, 4), (7, 5, 2, 9), (300, 200, 1, 3)] {
         let (head, film) = (head(width, height), film(width, height, least, most));
-        let (read_head, holding, read_film) = read(&file(&head, &film)).unwrap();
+        let (read_head, sample_ranges, read_film) = read(&file(&head, &film)).unwrap();
         assert!(read_head == head && read_film == film);
-        assert_eq!(holding, Holding::prefix(10..20, least.into(), film.seen_range()[1]));
+        assert_eq!(sample_ranges, SampleRanges::prefix(10..20, least.into(), film.seen_range()[1]));
         assert_eq!(read_head.asked(), Some(10..20));
     }
 }
@@ -229,8 +229,8 @@ fn milestones_are_read_back_and_covered_by_the_digest() {
     for error in [None, Some(0.125)] {
         let picture = Arc::new(Picture { rgb: vec![[1.0, -0.0, 1e-30]; 6], ..film.picture() });
         let milestone = Milestone { samples: 8, error, picture, plan: None };
-        let holding = Holding::prefix(0..20, 9, 12);
-        let good = write(Vec::new(), &head, &film, &holding, Some(&milestone)).unwrap();
+        let sample_ranges = SampleRanges::prefix(0..20, 9, 12);
+        let good = write(Vec::new(), &head, &film, &sample_ranges, Some(&milestone)).unwrap();
         let reader = FilmReader::open(Cursor::new(&good)).unwrap();
         assert_eq!(reader.milestone(), Some(&milestone));
         assert!(reader.read().unwrap() == film);
@@ -246,7 +246,7 @@ fn milestones_are_read_back_and_covered_by_the_digest() {
             picture: Arc::new(Picture { width: 1, height: 1, rgb: vec![[0.0; 3]] }),
             ..milestone
         };
-        assert!(write(Vec::new(), &head, &film, &holding, Some(&strange)).is_err());
+        assert!(write(Vec::new(), &head, &film, &sample_ranges, Some(&strange)).is_err());
     }
 }
 
@@ -255,14 +255,14 @@ fn plans_are_read_back_and_covered_by_the_digest() {
     let film = film(3, 2, 9, 12);
     let plain = head(3, 2);
     let planned = Head { identity: plain.identity.clone().with("adaptive", "noise 0.01"), ..plain.clone() };
-    let milestone = |plan: Option<Plan>| {
+    let milestone = |plan: Option<AdaptivePlan>| {
         let plan = plan.map(Arc::new);
         Milestone { samples: 8, error: Some(0.5), picture: Arc::new(film.picture()), plan }
     };
-    let plan = Plan { ends: vec![8, 16, 8, 16, 16, 4], stopped: 0.375 };
-    let holding = Holding::prefix(0..20, 9, 12);
+    let plan = AdaptivePlan { ends: vec![8, 16, 8, 16, 16, 4], stopped: 0.375 };
+    let sample_ranges = SampleRanges::prefix(0..20, 9, 12);
     let with_plan = milestone(Some(plan.clone()));
-    let good = write(Vec::new(), &planned, &film, &holding, Some(&with_plan)).unwrap();
+    let good = write(Vec::new(), &planned, &film, &sample_ranges, Some(&with_plan)).unwrap();
     let reader = FilmReader::open(Cursor::new(&good)).unwrap();
     assert_eq!(reader.milestone(), Some(&with_plan));
     assert!(reader.read().unwrap() == film);
@@ -276,18 +276,18 @@ fn plans_are_read_back_and_covered_by_the_digest() {
         assert!(read(&good[..length]).is_err());
     }
     // A plan where none belongs, none where one belongs, and a plan of another size.
-    let short = Plan { ends: vec![8; 5], ..plan.clone() };
+    let short = AdaptivePlan { ends: vec![8; 5], ..plan.clone() };
     for (head, plan) in [(&plain, Some(plan)), (&planned, None), (&planned, Some(short))] {
-        assert!(write(Vec::new(), head, &film, &holding, Some(&milestone(plan))).is_err());
+        assert!(write(Vec::new(), head, &film, &sample_ranges, Some(&milestone(plan))).is_err());
     }
     // A plan covers every pixel of a film that is shown as a whole.
-    let mut part = write(Vec::new(), &planned, &film, &holding, Some(&with_plan)).unwrap();
+    let mut part = write(Vec::new(), &planned, &film, &sample_ranges, Some(&with_plan)).unwrap();
     part[36..40].copy_from_slice(&u32::to_le_bytes(1));
     let error = FilmReader::open(Cursor::new(&sealed(part))).map(|_| ()).unwrap_err();
     assert!(matches!(error, FilmFileError::Contradiction(_)), "{error}");
     // The first milestone has no error estimate and no plan.
     let first = Milestone { error: None, ..milestone(None) };
-    let good = write(Vec::new(), &planned, &film, &holding, Some(&first)).unwrap();
+    let good = write(Vec::new(), &planned, &film, &sample_ranges, Some(&first)).unwrap();
     assert_eq!(FilmReader::open(Cursor::new(&good)).unwrap().milestone(), Some(&first));
 }
 
@@ -394,7 +394,7 @@ fn sums_below_zero_and_beyond_64_bits_are_read_back() {
     (0..4).for_each(|_| film.add_sums(0, &sums));
     let mut twice = film.clone();
     (0..4).for_each(|_| twice.add_sums(0, &sums));
-    let bytes = write(Vec::new(), &head(1, 1), &film, &Holding::prefix(0..12, 12, 12), None).unwrap();
+    let bytes = write(Vec::new(), &head(1, 1), &film, &SampleRanges::prefix(0..12, 12, 12), None).unwrap();
     assert!(read(&bytes).unwrap().2 == film);
     FilmReader::open(Cursor::new(bytes)).unwrap().add_to(&mut film).unwrap();
     assert!(film == twice);
@@ -403,12 +403,12 @@ fn sums_below_zero_and_beyond_64_bits_are_read_back() {
 #[test]
 fn a_contradictory_film_is_not_written() {
     let film = film(3, 2, 1, 4);
-    assert!(write(Vec::new(), &head(3, 2), &film, &Holding::prefix(0..9, 4, 4), None).is_err());
+    assert!(write(Vec::new(), &head(3, 2), &film, &SampleRanges::prefix(0..9, 4, 4), None).is_err());
     let mut writer = FilmWriter::new(Vec::new(), &head(3, 2)).unwrap();
     assert!(!writer.pixels(&film.bytes(0..5)).unwrap());
-    let holding = Holding::prefix(0..9, 1, 4);
+    let sample_ranges = SampleRanges::prefix(0..9, 1, 4);
     assert!(writer.pixels(&film.bytes(0..2)).is_err(), "one pixel too many");
-    assert!(writer.finish(&holding, None).is_err());
+    assert!(writer.finish(&sample_ranges, None).is_err());
 }
 
 /// A reader would report it as damaged.
@@ -424,7 +424,7 @@ fn a_film_with_more_text_than_readers_accept_is_not_written() {
     assert!(read(&file(&longest, &film)).unwrap().0 == longest);
     let longer = with(LONGEST_TEXT as usize - rest + 1);
     let mut out = Vec::new();
-    let error = write(&mut out, &longer, &film, &Holding::prefix(10..20, 1, 1), None).unwrap_err();
+    let error = write(&mut out, &longer, &film, &SampleRanges::prefix(10..20, 1, 1), None).unwrap_err();
     assert!(error.to_string().ends_with("at most 16777216"), "{error}");
     assert!(out.is_empty());
     // The message names the layers whose names take the space.

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use crossbeam_channel::Sender;
 
-use super::{Feed, Left, Request, WindowError, WindowOptions};
+use super::{ExitReason, Feed, Request, WindowError, WindowOptions};
 
 /// A window, which does not exist in this build.
 #[derive(Debug)]
@@ -17,7 +17,7 @@ pub fn open(_options: &WindowOptions) -> Result<Window, WindowError> {
 
 impl Window {
     /// Cannot be called, because there is no window.
-    pub fn run(&mut self, _feed: &Feed, _requests: &Sender<Request>, _away: bool) -> Left {
+    pub fn run(&mut self, _feed: &Feed, _requests: &Sender<Request>, _away: bool) -> ExitReason {
         match self.0 {}
     }
 }

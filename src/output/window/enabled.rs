@@ -8,7 +8,7 @@ use minifb::{InputCallback, Key, MouseButton, MouseMode, ScaleMode};
 use super::keys::Action;
 use super::view::first_size;
 use super::viewer::{Pointer, Viewer};
-use super::{Feed, Left, Request, WindowError, WindowOptions};
+use super::{ExitReason, Feed, Request, WindowError, WindowOptions};
 
 /// The minimum interval between redraws, and between polls of the keys: 30 per second.
 const TICK: Duration = Duration::from_millis(34);
@@ -113,13 +113,13 @@ impl Window {
     /// Shows snapshots and sends requests until the user closes the window or moves the camera, `stop` closes, or
     /// the snapshots end without a finished one. After a finished one it stays open. `away` is set if the render
     /// belongs to a moved camera.
-    pub fn run(&mut self, feed: &Feed, requests: &Sender<Request>, away: bool) -> Left {
+    pub fn run(&mut self, feed: &Feed, requests: &Sender<Request>, away: bool) -> ExitReason {
         self.viewer.begin(away, Instant::now());
         loop {
             let tick = Instant::now();
             match feed.snapshots.try_recv() {
                 Ok(snapshot) => self.viewer.show(snapshot, tick),
-                Err(TryRecvError::Disconnected) if !self.viewer.finished() => return Left::Over,
+                Err(TryRecvError::Disconnected) if !self.viewer.finished() => return ExitReason::Ended,
                 Err(_) => {}
             }
             if let Ok(channels) = feed.layers.try_recv() {
@@ -132,23 +132,23 @@ impl Window {
             self.retitle(tick);
             while let Some(action) = self.next_action() {
                 match action {
-                    Action::Close => return Left::Closed,
-                    Action::Home if self.viewer.is_away() => return Left::Home,
+                    Action::Close => return ExitReason::Closed,
+                    Action::SceneCamera if self.viewer.is_away() => return ExitReason::SceneCamera,
                     Action::Save => self.save(requests, tick),
-                    Action::Print => self.tell(requests, tick),
+                    Action::Print => self.print_camera(requests, tick),
                     other => self.viewer.act(other, tick),
                 }
             }
             if !self.window.is_open() {
-                return Left::Closed;
+                return ExitReason::Closed;
             }
             self.follow_mouse();
             if let Some(camera) = self.viewer.camera_to_render(tick) {
-                return Left::Moved(camera);
+                return ExitReason::Moved(camera);
             }
             let wait = TICK.saturating_sub(tick.elapsed());
             if let Err(RecvTimeoutError::Disconnected) = feed.stop.recv_timeout(wait) {
-                return Left::Over;
+                return ExitReason::Ended;
             }
         }
     }
@@ -170,9 +170,9 @@ impl Window {
         self.viewer.point(Pointer { at, left, other, wheel }, (width as u32, height as u32));
     }
 
-    fn tell(&mut self, requests: &Sender<Request>, now: Instant) {
+    fn print_camera(&mut self, requests: &Sender<Request>, now: Instant) {
         let Some(camera) = self.viewer.camera() else { return };
-        self.request(Request::Tell(camera), "the camera was printed", requests, now);
+        self.request(Request::PrintCamera(camera), "the camera was printed", requests, now);
     }
 
     /// Processes the system's events, after presenting the picture if that is due.
@@ -235,7 +235,7 @@ impl Window {
                         Key::F => return Some(Action::Fit),
                         Key::C => return Some(Action::Camera),
                         Key::K => return Some(Action::Print),
-                        Key::R => return Some(Action::Home),
+                        Key::R => return Some(Action::SceneCamera),
                         _ => {}
                     }
                 }

@@ -28,7 +28,7 @@ pub enum Action {
     /// Print the camera.
     Print,
     /// Return to the scene's own camera.
-    Home,
+    SceneCamera,
 }
 
 impl Action {

@@ -14,7 +14,7 @@
 //! shows [progress](super::progress) instead. [`Window::run`] receives snapshots from a channel and sends
 //! [`Request`]s, until one of: the user closes it, or moves the camera; the `stop` channel closes; or the
 //! snapshots' channel closes without a finished snapshot, which happens if the run fails. It returns the reason
-//! ([`Left`]), and can run again with the channels of another render.
+//! ([`ExitReason`]), and can run again with the channels of another render.
 //!
 //! It receives at most 30 snapshots a second, so that a bounded channel of one tells the accumulator how often
 //! to make them.
@@ -92,20 +92,20 @@ pub enum Request {
         reply: Sender<String>,
     },
     /// Print the camera outside the window.
-    Tell(Viewpoint),
+    PrintCamera(Viewpoint),
 }
 
 /// The reason why the window left a render.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Left {
+pub enum ExitReason {
     /// The user closed the window, by Esc or the window's button.
     Closed,
     /// The run has ended: on request or by a failure.
-    Over,
+    Ended,
     /// The user moved the camera.
     Moved(Viewpoint),
     /// The user returned to the scene's own camera.
-    Home,
+    SceneCamera,
 }
 
 /// The reason why there is no window.

@@ -44,7 +44,7 @@ pub struct Zoom {
 
 /// The rectangle of the whole picture in window pixels, which may exceed the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Place {
+struct PictureRect {
     x: i64,
     y: i64,
     width: u64,
@@ -106,11 +106,11 @@ impl Zoom {
         self.centre = [middle(window.0, place.x, place.width), middle(window.1, place.y, place.height)];
     }
 
-    fn place(&self, picture: (u32, u32), window: (u32, u32)) -> Place {
+    fn place(&self, picture: (u32, u32), window: (u32, u32)) -> PictureRect {
         let fit = letterbox(picture, window);
         if self.steps == 0 {
             let (x, y) = (fit.x.into(), fit.y.into());
-            return Place { x, y, width: fit.width.into(), height: fit.height.into() };
+            return PictureRect { x, y, width: fit.width.into(), height: fit.height.into() };
         }
         let factor = libm::exp2(f64::from(self.steps) / 2.0);
         let along = |fit: u32, window: u32, centre: f64| {
@@ -123,7 +123,7 @@ impl Zoom {
         };
         let (x, width) = along(fit.width, window.0, self.centre[0]);
         let (y, height) = along(fit.height, window.1, self.centre[1]);
-        Place { x, y, width, height }
+        PictureRect { x, y, width, height }
     }
 }
 
@@ -277,16 +277,16 @@ mod tests {
         let (size, window) = ((64, 48), (64, 48));
         let mut zoom = Zoom::default();
         zoom.pan([10.0, 10.0], size, window);
-        assert_eq!(zoom.place(size, window), Place { x: 0, y: 0, width: 64, height: 48 });
+        assert_eq!(zoom.place(size, window), PictureRect { x: 0, y: 0, width: 64, height: 48 });
         zoom.at([0.0, 0.0], 2, size, window);
-        assert_eq!(zoom.place(size, window), Place { x: 0, y: 0, width: 128, height: 96 });
+        assert_eq!(zoom.place(size, window), PictureRect { x: 0, y: 0, width: 128, height: 96 });
         zoom.pan([-10.0, -7.0], size, window);
-        assert_eq!(zoom.place(size, window), Place { x: -10, y: -7, width: 128, height: 96 });
+        assert_eq!(zoom.place(size, window), PictureRect { x: -10, y: -7, width: 128, height: 96 });
         zoom.pan([-1000.0, -1000.0], size, window);
-        assert_eq!(zoom.place(size, window), Place { x: -64, y: -48, width: 128, height: 96 });
+        assert_eq!(zoom.place(size, window), PictureRect { x: -64, y: -48, width: 128, height: 96 });
         // Movement beyond the edge is not accumulated.
         zoom.pan([1.0, 1.0], size, window);
-        assert_eq!(zoom.place(size, window), Place { x: -63, y: -47, width: 128, height: 96 });
+        assert_eq!(zoom.place(size, window), PictureRect { x: -63, y: -47, width: 128, height: 96 });
         zoom.at([32.0, 24.0], 1000, size, window);
         assert_eq!(zoom.scale(size, window), 64.0);
         assert!(zoom.pixel_at([-1.0, 500.0], size, window).is_some());

@@ -152,7 +152,7 @@ impl Viewer {
     }
 
     /// Applies an action to the state. The window handles the others: [`Action::Close`],
-    /// [`Action::Save`], [`Action::Print`], [`Action::Home`].
+    /// [`Action::Save`], [`Action::Print`], [`Action::SceneCamera`].
     pub fn act(&mut self, action: Action, now: Instant) {
         match action {
             Action::Brighter => self.expose(EXPOSURE_STEP),
@@ -180,7 +180,7 @@ impl Viewer {
                 Ok(_) => self.steers = !self.steers,
                 Err(why) => self.note = Some((why.clone(), now)),
             },
-            Action::Close | Action::Save | Action::Print | Action::Home => return,
+            Action::Close | Action::Save | Action::Print | Action::SceneCamera => return,
         }
         self.stale = true;
     }

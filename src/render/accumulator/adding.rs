@@ -22,7 +22,7 @@ pub(super) struct Adder {
 
 /// The pixels whose sums change together when a batch is added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Reach {
+pub(super) enum AffectedPixels {
     /// Each pixel separately: a sample contributes only to its own pixel.
     Single,
     /// A sample may contribute to several pixels from the first index to the last.
@@ -48,17 +48,20 @@ impl Adder {
     }
 
     /// The pixels that a payload and the contributions of its samples change together.
-    pub(super) fn reach(&self, payload: &Payload, contributions: &[Contribution]) -> Reach {
+    pub(super) fn reach(&self, payload: &Payload, contributions: &[Contribution]) -> AffectedPixels {
         match (payload, &self.splatter) {
-            _ if !contributions.is_empty() => Reach::All,
-            (Payload::Samples(_), Some(_)) => Reach::All,
+            _ if !contributions.is_empty() => AffectedPixels::All,
+            (Payload::Samples(_), Some(_)) => AffectedPixels::All,
             (Payload::Splats { band, bright, .. }, Some(splatter)) => {
                 let Region { width, height, .. } = self.region;
                 let alone = |sample| splatter.places(sample, self.region.place(sample.pixel), width, height);
                 let all = band.places(width, height).into_iter().chain(bright.iter().map(alone));
-                all.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]).map_or(Reach::Single, Reach::Places)
+                all.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+                    .map_or(AffectedPixels::Single, AffectedPixels::Places)
             }
-            (Payload::Samples(_) | Payload::Sums { .. } | Payload::Splats { .. }, _) => Reach::Single,
+            (Payload::Samples(_) | Payload::Sums { .. } | Payload::Splats { .. }, _) => {
+                AffectedPixels::Single
+            }
         }
     }
 

@@ -11,7 +11,7 @@ pub(super) struct Barriers {
     gathering: Vec<Gathering>,
     region: Region,
     sink: Option<Sender<Barrier>>,
-    is_deserted: bool,
+    is_disconnected: bool,
 }
 
 /// The picture of a barrier, filled share by share, and the number of missing pixels.
@@ -28,7 +28,7 @@ impl Barriers {
             let picture = Picture { width: region.width, height: region.height, rgb: Vec::new() };
             Gathering { barrier: Barrier { end, picture }, missing: region.len() }
         };
-        Barriers { gathering: ends.iter().map(gather).collect(), region, sink, is_deserted: false }
+        Barriers { gathering: ends.iter().map(gather).collect(), region, sink, is_disconnected: false }
     }
 
     /// The sample index of the next barrier.
@@ -42,8 +42,8 @@ impl Barriers {
     }
 
     /// Whether the sink has closed its channel, which ends the render.
-    pub(super) fn is_deserted(&self) -> bool {
-        self.is_deserted
+    pub(super) fn is_disconnected(&self) -> bool {
+        self.is_disconnected
     }
 
     /// Copies the pixels of a stride that has just reached `end` samples into the picture of that barrier, if there is
@@ -78,7 +78,7 @@ impl Barriers {
             && sink.send(barrier).is_err()
         {
             self.sink = None;
-            self.is_deserted = true;
+            self.is_disconnected = true;
         }
     }
 }

@@ -5,7 +5,7 @@
 //! own count. Only if samples contribute to several pixels does a batch wait for the pieces that it would split: a
 //! sample is in all pixels of a checkpoint or in none.
 
-use super::adding::Reach;
+use super::adding::AffectedPixels;
 use crate::film::file::Piece;
 use crate::film::{Film, Milestone};
 use crossbeam_channel::Sender;
@@ -49,11 +49,11 @@ impl Checkpoints {
 
     /// Before a batch is added: sends pieces of the checkpoint in progress, waiting for the sink, until the pixels that
     /// the batch changes together are either all sent or all unsent.
-    pub(super) fn send_past(&mut self, reach: Reach, film: &Film, milestone: Option<&Milestone>) {
+    pub(super) fn send_past(&mut self, reach: AffectedPixels, film: &Film, milestone: Option<&Milestone>) {
         let is_torn = |next: u32| match reach {
-            Reach::Single => false,
-            Reach::Places([first, last]) => first < next && next <= last,
-            Reach::All => true,
+            AffectedPixels::Single => false,
+            AffectedPixels::Places([first, last]) => first < next && next <= last,
+            AffectedPixels::All => true,
         };
         while self.under_way.is_some_and(|next| next > 0 && is_torn(next)) && self.send_piece(film, milestone)
         {

@@ -34,7 +34,7 @@ pub(super) struct Publisher {
     frame_cost: Duration,
     /// The statistics of the last snapshots, and the time when they were made.
     statistics: Option<(Instant, Arc<Statistics>)>,
-    is_left: bool,
+    is_disconnected: bool,
 }
 
 impl Publisher {
@@ -53,13 +53,13 @@ impl Publisher {
             last_frame: None,
             frame_cost: Duration::ZERO,
             statistics: None,
-            is_left: false,
+            is_disconnected: false,
         }
     }
 
     /// Whether the viewer of snapshots has closed its channel, which ends the render.
-    pub(super) fn is_left(&self) -> bool {
-        self.is_left
+    pub(super) fn is_disconnected(&self) -> bool {
+        self.is_disconnected
     }
 
     /// Sends progress and a snapshot, unless the previous one has not been received.
@@ -82,7 +82,7 @@ impl Publisher {
         };
         if self.snapshots.as_ref().is_some_and(gone) {
             self.snapshots = None;
-            self.is_left = true;
+            self.is_disconnected = true;
         }
         if self.remote.as_ref().filter(is_free).is_some_and(gone) {
             self.remote = None;

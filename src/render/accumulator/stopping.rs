@@ -4,7 +4,7 @@
 //! they send until they end are added. A worker that has not ended within its time limit is abandoned.
 
 use super::Accumulator;
-use super::dealing::Dealer;
+use super::dispatching::Dispatcher;
 use crate::render::batch::SampleBatch;
 use crate::render::outcome::Unanswered;
 use crossbeam_channel::{Receiver, RecvTimeoutError};
@@ -22,8 +22,8 @@ struct Wait {
 
 impl Wait {
     /// Continues to wait. Returns whether there is a worker whose time limit has not passed.
-    fn goes_on(&mut self, dealer: &Dealer) -> bool {
-        let longest = dealer.longest_patience().unwrap_or_default();
+    fn goes_on(&mut self, dispatcher: &Dispatcher) -> bool {
+        let longest = dispatcher.longest_patience().unwrap_or_default();
         let goes_on = longest > self.until;
         self.until = longest.min(self.until + LOOK_AGAIN);
         goes_on
@@ -34,8 +34,8 @@ impl Accumulator {
     /// Asks the workers to stop, and receives their batches until they have ended. Returns those that have not ended
     /// within their time limits.
     pub(super) fn stop_workers(&mut self, batches: &Receiver<SampleBatch>) -> Vec<Unanswered> {
-        self.dealer.close();
-        let Some(shortest) = self.dealer.ask_to_stop() else {
+        self.dispatcher.close();
+        let Some(shortest) = self.dispatcher.ask_to_stop() else {
             self.take_arrived(batches);
             return Vec::new();
         };
@@ -46,8 +46,8 @@ impl Accumulator {
                 Err(RecvTimeoutError::Disconnected) => return Vec::new(),
                 // A silent worker delays the end by its own time limit at most, and one that has ended not at all. The
                 // state of the channel is no criterion: a worker that never ends keeps it open.
-                Err(RecvTimeoutError::Timeout) if wait.goes_on(&self.dealer) => {}
-                Err(RecvTimeoutError::Timeout) => return self.dealer.unanswered(),
+                Err(RecvTimeoutError::Timeout) if wait.goes_on(&self.dispatcher) => {}
+                Err(RecvTimeoutError::Timeout) => return self.dispatcher.unanswered(),
             }
         }
     }

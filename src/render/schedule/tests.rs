@@ -5,11 +5,11 @@ use super::*;
 /// All orders of one worker until it must wait, each completed at once.
 fn orders(schedule: &mut Schedule, worker: usize, pace: Option<Duration>) -> Vec<Order> {
     std::iter::from_fn(|| match schedule.next(worker, pace) {
-        Deal::Order(order) => {
+        Dispatch::Order(order) => {
             schedule.complete(order.stride, order.end);
             Some(order)
         }
-        Deal::Later | Deal::Done => None,
+        Dispatch::Later | Dispatch::Done => None,
     })
     .collect()
 }
@@ -24,7 +24,7 @@ fn orders_double_and_pass_every_stop_up_to_the_target() {
     let quick = Some(Duration::from_micros(1));
     let given = ranges(&orders(&mut schedule, 0, quick));
     assert_eq!(given, [(0, 1), (1, 2), (2, 4), (4, 8), (8, 10), (10, 20), (20, 30), (30, 50)]);
-    assert_eq!((schedule.completed(), schedule.next(0, quick)), (50, Deal::Done));
+    assert_eq!((schedule.completed(), schedule.next(0, quick)), (50, Dispatch::Done));
 }
 
 #[test]
@@ -43,7 +43,7 @@ fn a_schedule_may_begin_anywhere() {
     assert_eq!(schedule.completed(), 40);
     assert_eq!(ranges(&orders(&mut schedule, 0, quick)), [(40, 42), (42, 50)]);
     let mut finished = Schedule::new(1, 100, 50, None, vec![]).starting_at(50, 50);
-    assert_eq!((finished.next(0, quick), finished.completed()), (Deal::Done, 50));
+    assert_eq!((finished.next(0, quick), finished.completed()), (Dispatch::Done, 50));
     let mut late = Schedule::new(1, 100, 50, Some(Instant::now()), vec![]).starting_at(7, 7);
     assert_eq!(ranges(&orders(&mut late, 0, None)), [(7, 8)]);
     // Some pixels have more samples: the render cannot end at fewer.
@@ -57,23 +57,23 @@ fn no_worker_passes_a_gate_before_the_decision() {
     let mut schedule = Schedule::new(1, 10, 1000, None, vec![]);
     schedule.decide(None, Some(8));
     assert_eq!(orders(&mut schedule, 0, quick).last().map(|order| order.end), Some(8));
-    assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Later, Some(8)));
+    assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Dispatch::Later, Some(8)));
     schedule.decide(None, Some(16));
-    let Deal::Order(order) = schedule.next(0, quick) else { panic!("no order") };
+    let Dispatch::Order(order) = schedule.next(0, quick) else { panic!("no order") };
     assert_eq!((order.first, order.end), (8, 16));
-    assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Later, None));
+    assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Dispatch::Later, None));
     schedule.complete(order.stride, order.end);
     assert_eq!(schedule.waits_at(), Some(16));
     // The end comes before the next gate: no worker waits there.
     schedule.decide(Some(20), Some(32));
     assert_eq!((ranges(&orders(&mut schedule, 0, quick)), schedule.target()), (vec![(16, 20)], 20));
-    assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Deal::Done, None));
+    assert_eq!((schedule.next(0, quick), schedule.waits_at()), (Dispatch::Done, None));
     // The end was reached before: the render ends at once.
     let mut schedule = Schedule::new(1, 10, 1000, None, vec![]);
     schedule.decide(None, Some(8));
     orders(&mut schedule, 0, quick);
     schedule.decide(Some(8), None);
-    assert_eq!(schedule.next(0, quick), Deal::Done);
+    assert_eq!(schedule.next(0, quick), Dispatch::Done);
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn no_sample_is_started_that_would_end_long_after_the_deadline() {
         let pace = Some(Duration::from_secs(pace));
         let given = ranges(&orders(&mut schedule, 0, pace));
         assert_eq!(given.last().map(|&(_, end)| end), Some(samples), "{given:?}");
-        assert_eq!((schedule.next(0, pace), schedule.completed()), (Deal::Done, samples));
+        assert_eq!((schedule.next(0, pace), schedule.completed()), (Dispatch::Done, samples));
     }
 }
 
@@ -99,13 +99,13 @@ fn workers_end_together_if_another_sample_would_take_too_long() {
     let deadline = Instant::now() + Duration::from_secs(1000);
     let mut schedule = Schedule::new(2, 10, 50, Some(deadline), vec![]);
     let (quick, slow) = (Some(Duration::from_secs(1)), Some(Duration::from_secs(2000)));
-    let Deal::Order(first) = schedule.next(0, None) else { panic!("no order") };
-    let Deal::Order(second) = schedule.next(1, None) else { panic!("no order") };
+    let Dispatch::Order(first) = schedule.next(0, None) else { panic!("no order") };
+    let Dispatch::Order(second) = schedule.next(1, None) else { panic!("no order") };
     schedule.complete(first.stride, first.end);
-    assert_eq!(schedule.next(0, slow), Deal::Done);
+    assert_eq!(schedule.next(0, slow), Dispatch::Done);
     schedule.complete(second.stride, second.end);
     // Even if the time would have sufficed in the end.
-    assert_eq!((schedule.next(1, quick), schedule.next(0, quick)), (Deal::Done, Deal::Done));
+    assert_eq!((schedule.next(1, quick), schedule.next(0, quick)), (Dispatch::Done, Dispatch::Done));
     assert_eq!(schedule.completed(), 1);
 }
 
@@ -115,8 +115,8 @@ fn a_worker_takes_over_shares_of_workers_two_barriers_behind() {
     assert_eq!(schedule.shares(), 16);
     let mut given = Vec::new();
     // Worker 1 is slow: it never completes its order.
-    let Deal::Order(stuck) = schedule.next(1, None) else { panic!("no order for worker 1") };
-    while let Deal::Order(order) = schedule.next(0, None) {
+    let Dispatch::Order(stuck) = schedule.next(1, None) else { panic!("no order for worker 1") };
+    while let Dispatch::Order(order) = schedule.next(0, None) {
         schedule.complete(order.stride, order.end);
         given.push((order.stride.first % 2, order.end));
     }
@@ -124,19 +124,19 @@ fn a_worker_takes_over_shares_of_workers_two_barriers_behind() {
     assert_eq!(given[16], (1, 1), "a share of worker 1, which has passed no barrier");
     // Worker 0 does everything except for the one share, and can only wait for that.
     assert_eq!(given.len(), 15 * 8);
-    assert_eq!((schedule.next(0, None), schedule.completed()), (Deal::Later, 0));
+    assert_eq!((schedule.next(0, None), schedule.completed()), (Dispatch::Later, 0));
     schedule.complete(stuck.stride, stuck.end);
     let rest = orders(&mut schedule, 0, None);
     assert_eq!(ranges(&rest), (1..8).map(|i| (i, i + 1)).collect::<Vec<_>>());
-    assert_eq!((schedule.next(0, None), schedule.next(1, None)), (Deal::Done, Deal::Done));
+    assert_eq!((schedule.next(0, None), schedule.next(1, None)), (Dispatch::Done, Dispatch::Done));
 }
 
 #[test]
 fn one_worker_at_a_time_has_orders_for_a_share() {
     let mut schedule = Schedule::new(2, 10, 4, None, vec![]);
     assert_eq!(schedule.shares(), 2, "ten pixels are not divided further");
-    let Deal::Order(first) = schedule.next(0, None) else { panic!("no order") };
-    let Deal::Order(second) = schedule.next(0, None) else { panic!("no second order") };
+    let Dispatch::Order(first) = schedule.next(0, None) else { panic!("no order") };
+    let Dispatch::Order(second) = schedule.next(0, None) else { panic!("no second order") };
     assert_eq!(
         (first.stride, second.first),
         (second.stride, first.end),
@@ -145,11 +145,11 @@ fn one_worker_at_a_time_has_orders_for_a_share() {
     for order in orders(&mut schedule, 1, None) {
         assert_eq!(order.stride.first, 1);
     }
-    assert_eq!(schedule.next(1, None), Deal::Later);
+    assert_eq!(schedule.next(1, None), Dispatch::Later);
     schedule.complete(first.stride, first.end);
-    assert_eq!(schedule.next(1, None), Deal::Later, "the second order is not completed");
+    assert_eq!(schedule.next(1, None), Dispatch::Later, "the second order is not completed");
     schedule.complete(second.stride, second.end);
-    assert!(matches!(schedule.next(1, None), Deal::Order(order) if order.stride.first == 0));
+    assert!(matches!(schedule.next(1, None), Dispatch::Order(order) if order.stride.first == 0));
 }
 
 /// Pixels that each worker owns.
@@ -195,11 +195,11 @@ fn a_worker_that_joins_gets_shares_and_one_that_leaves_returns_them() {
 #[test]
 fn busy_shares_are_divided_when_their_orders_are_completed() {
     let mut schedule = Schedule::new(1, 10_000, 8, None, vec![]);
-    let Deal::Order(first) = schedule.next(0, None) else { panic!("no order") };
+    let Dispatch::Order(first) = schedule.next(0, None) else { panic!("no order") };
     schedule.join(1, 1.0);
-    assert_eq!((schedule.next(0, None), schedule.next(1, None)), (Deal::Later, Deal::Later));
+    assert_eq!((schedule.next(0, None), schedule.next(1, None)), (Dispatch::Later, Dispatch::Later));
     schedule.complete(first.stride, first.end);
-    let Deal::Order(second) = schedule.next(1, None) else { panic!("no order") };
+    let Dispatch::Order(second) = schedule.next(1, None) else { panic!("no order") };
     assert!(second.first == first.end && second.stride.len(10_000) < first.stride.len(10_000));
     schedule.complete(second.stride, second.end);
     loop {
@@ -208,7 +208,7 @@ fn busy_shares_are_divided_when_their_orders_are_completed() {
             break;
         }
     }
-    assert_eq!((schedule.completed(), schedule.next(0, None)), (8, Deal::Done));
+    assert_eq!((schedule.completed(), schedule.next(0, None)), (8, Dispatch::Done));
 }
 
 #[test]
@@ -216,17 +216,17 @@ fn a_render_may_begin_without_workers_and_lose_all_of_them() {
     let mut schedule = Schedule::new(0, 10_000, 4, None, vec![]);
     assert_eq!(schedule.completed(), 0);
     schedule.join(5, 1.0);
-    let Deal::Order(order) = schedule.next(5, None) else { panic!("no order") };
+    let Dispatch::Order(order) = schedule.next(5, None) else { panic!("no order") };
     schedule.lose(5);
     // Its unfinished work waits for the next worker.
     schedule.join(6, 1.0);
     let mut first = None;
-    while let Deal::Order(order) = schedule.next(6, None) {
+    while let Dispatch::Order(order) = schedule.next(6, None) {
         schedule.complete(order.stride, order.end);
         first = first.or(Some(order.first));
     }
     assert_eq!((first, order.first), (Some(0), 0));
-    assert_eq!((schedule.completed(), schedule.next(6, None)), (4, Deal::Done));
+    assert_eq!((schedule.completed(), schedule.next(6, None)), (4, Dispatch::Done));
 }
 
 #[test]
@@ -238,7 +238,7 @@ fn more_workers_may_join_than_there_are_pixels() {
         while dealt > 0 {
             dealt = (0..51).map(|worker| orders(&mut schedule, worker, None).len()).sum();
         }
-        assert_eq!((schedule.completed(), schedule.next(0, None)), (3, Deal::Done));
+        assert_eq!((schedule.completed(), schedule.next(0, None)), (3, Dispatch::Done));
         assert!(schedule.shares() <= pixels as usize);
     }
 }

@@ -119,7 +119,7 @@ fn only_changes_require_a_redraw() {
     viewer.act(Action::Save, Instant::now());
     viewer.act(Action::Close, Instant::now());
     viewer.act(Action::Print, Instant::now());
-    viewer.act(Action::Home, Instant::now());
+    viewer.act(Action::SceneCamera, Instant::now());
     viewer.note("a note".into(), Instant::now());
     assert!(!viewer.is_stale());
     for change in

@@ -58,7 +58,7 @@ fn channels(settings: PortSettings, batches: &Sender<SampleBatch>) -> (Port, Wor
 }
 
 /// A pool whose threads run.
-pub(crate) struct RunningCrew {
+pub(crate) struct RunningPool {
     /// The accumulator's ends of the channels of each worker.
     pub(crate) ports: Vec<Port>,
     /// The threads of the workers.
@@ -102,8 +102,8 @@ impl<'a> ThreadStarter<'a> {
         self.threads.push((name, thread));
     }
 
-    pub(super) fn done(self) -> RunningCrew {
-        RunningCrew { ports: self.ports, threads: Threads(self.threads) }
+    pub(super) fn done(self) -> RunningPool {
+        RunningPool { ports: self.ports, threads: Threads(self.threads) }
     }
 }
 

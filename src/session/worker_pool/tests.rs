@@ -1,15 +1,15 @@
 //! A pool with workers that fail.
 
 use super::super::identity;
-use super::super::settings::{Devices, Job, Outputs, Stopping, View};
-use super::super::wiring::{Begun, Rendered, Task, Viewer, render};
+use super::super::settings::{Devices, Outputs, RenderJob, Stopping, ViewerSettings};
+use super::super::wiring::{InitialFilm, Rendered, Task, Viewer, render};
 use super::*;
 use crate::camera::CameraSettings;
 use crate::film::{Film, Layer, LayerSet};
 use crate::integrator::{self, FirstHit, Found, Paths};
 use crate::math::lanes::Level;
 use crate::output::window::orbit::Orbit;
-use crate::output::window::{Feed, Left, Request};
+use crate::output::window::{ExitReason, Feed, Request};
 use crate::sampling::{Pixel, Sample};
 use crate::scene::parse;
 use crossbeam_channel::{bounded, never, select};
@@ -17,16 +17,16 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::Duration;
 
-fn settings(device: DeviceChoice) -> Settings {
+fn settings(device: DeviceChoice) -> RenderSettings {
     let text = "film = { width = 8, height = 8 }\n[camera]\neye = [0, 0, 0]\nforward = [1, 0, 0]\n";
     let scene = Arc::new(parse(text, Path::new("empty.toml")).unwrap().scene);
     let threads = NonZeroUsize::new(2).unwrap();
-    Settings {
-        job: Job::new(scene, Region::whole(8, 8)),
+    RenderSettings {
+        job: RenderJob::new(scene, Region::whole(8, 8)),
         stopping: Stopping::at(1),
         devices: Devices { choice: device, ..Devices::cpu(threads, Level::SCALAR) },
         outputs: Outputs::default(),
-        view: View::default(),
+        view: ViewerSettings::default(),
     }
 }
 
@@ -35,16 +35,17 @@ fn unheard() -> Sender<Event> {
     bounded(0).0
 }
 
-fn new(settings: &Settings) -> Crew {
-    Crew::new(settings, &unheard(), &never()).unwrap()
+fn new(settings: &RenderSettings) -> WorkerPool {
+    WorkerPool::new(settings, &unheard(), &never()).unwrap()
 }
 
 /// The number of workers that continue a film of a device, and their description.
 fn of_film(device: DeviceChoice, begun: &str) -> (usize, String) {
     let settings = settings(device);
     let threads = new(&self::settings(DeviceChoice::Cpu));
-    let crew = Crew::of_film(&settings, threads.integrator().as_ref(), begun, &unheard(), &never()).unwrap();
-    (crew.workers(), crew.description())
+    let pool =
+        WorkerPool::of_film(&settings, threads.integrator().as_ref(), begun, &unheard(), &never()).unwrap();
+    (pool.workers(), pool.description())
 }
 
 #[test]
@@ -65,7 +66,7 @@ fn a_film_gets_samples_only_of_the_device_it_was_begun_on() {
     assert_eq!(of_film(DeviceChoice::All(None), &all.description()), (3, all.description()));
     // There is no worker left.
     let other =
-        Crew::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU", &unheard(), &never());
+        WorkerPool::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU", &unheard(), &never());
     let told = other.err().map(|error| error.to_string()).unwrap_or_default();
     assert!(told.contains("begun on gpu: some GPU"), "{told}");
 }
@@ -108,11 +109,11 @@ impl Integrator for Stuck {
 /// A viewer that is left as soon as a worker hangs, because the camera moves or returns.
 struct Leaving {
     held: Receiver<()>,
-    left: Left,
+    exit_reason: ExitReason,
 }
 
 impl Viewer for Leaving {
-    fn show(&mut self, feed: &Feed, _requests: &Sender<Request>, _is_moved: bool) -> Left {
+    fn show(&mut self, feed: &Feed, _requests: &Sender<Request>, _is_moved: bool) -> ExitReason {
         // Snapshots are received until then.
         loop {
             select! {
@@ -123,25 +124,25 @@ impl Viewer for Leaving {
         // The other workers run out of work without the hanging one, so that no further batch makes the accumulator
         // notice that the viewer was left.
         while feed.snapshots.recv_timeout(Duration::from_millis(500)).is_ok() {}
-        self.left.clone()
+        self.exit_reason.clone()
     }
 }
 
 /// Renders with a worker that hangs. Then the end of the render is requested, or a viewer is left.
-fn render_stuck(settings: &Settings, left: Option<Left>) -> Rendered {
-    let mut crew = new(settings);
+fn render_stuck(settings: &RenderSettings, exit_reason: Option<ExitReason>) -> Rendered {
+    let mut pool = new(settings);
     let (held_out, held) = bounded(1);
     let (release, released) = bounded(0);
-    let inner = crew.integrator().unwrap();
-    crew.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
-    let head = identity::head(settings, &crew.description());
+    let inner = pool.integrator().unwrap();
+    pool.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
+    let head = identity::head(settings, &pool.description());
     let film = Film::with_layout(head.layout).unwrap();
-    let begun = Begun { film, milestone: None, spent: Duration::ZERO };
-    let task = Task { settings, crew, head: &head, begun, dump: None, samples: None, tev: None };
+    let begun = InitialFilm { film, milestone: None, spent: Duration::ZERO };
+    let task = Task { settings, pool, head: &head, begun, dump: None, samples: None, tev: None };
     let (stop_out, stop) = bounded(0);
-    let rendered = match left {
-        Some(left) => {
-            let rendered = render(task, Some(&mut Leaving { held, left }), &unheard(), &stop);
+    let rendered = match exit_reason {
+        Some(exit_reason) => {
+            let rendered = render(task, Some(&mut Leaving { held, exit_reason }), &unheard(), &stop);
             drop(stop_out);
             rendered
         }
@@ -162,7 +163,7 @@ fn render_stuck(settings: &Settings, left: Option<Left>) -> Rendered {
 #[test]
 fn a_render_ends_without_a_hanging_worker_and_reports_its_order() {
     let moved = Orbit::new(&CameraSettings::default(), 1.0).viewpoint();
-    for left in [None, Some(Left::Moved(moved.clone())), Some(Left::Home)] {
+    for exit_reason in [None, Some(ExitReason::Moved(moved.clone())), Some(ExitReason::SceneCamera)] {
         let folder = tempfile::tempdir().unwrap();
         let [picture, layered] = ["a.png", "a.exr"].map(|name| folder.path().join(name));
         let outputs = Outputs {
@@ -172,9 +173,10 @@ fn a_render_ends_without_a_hanging_worker_and_reports_its_order() {
         };
         let stopping = Stopping::at(1_000_000);
         let settings = settings(DeviceChoice::Cpu);
-        let job = Job { layers: LayerSet::new(&[Layer::Depth], 0, 0), ..settings.job };
-        let settings = Settings { job, stopping, outputs, ..settings };
-        let Rendered { outcome, problem, is_aside, is_written, .. } = render_stuck(&settings, left);
+        let job = RenderJob { layers: LayerSet::new(&[Layer::Depth], 0, 0), ..settings.job };
+        let settings = RenderSettings { job, stopping, outputs, ..settings };
+        let Rendered { outcome, problem, is_suspended, is_written, .. } =
+            render_stuck(&settings, exit_reason);
         let said = problem.as_ref().map(ToString::to_string).unwrap_or_default();
         assert!(matches!(problem, Some(SessionError::Unanswered(..))), "{said}");
         let [least, most] = outcome.film.seen_range();
@@ -190,24 +192,24 @@ fn a_render_ends_without_a_hanging_worker_and_reports_its_order() {
         ] {
             assert!(said.contains(part), "no {part:?} in: {said}");
         }
-        assert!(!is_aside && is_written && picture.exists() && layered.exists());
+        assert!(!is_suspended && is_written && picture.exists() && layered.exists());
     }
 }
 
 #[test]
 fn a_gpu_is_measured_beside_a_hanging_worker() {
     let settings = settings(DeviceChoice::All(None));
-    let mut crew = new(&settings);
-    let Some(gpu) = crew.gpu.take() else {
+    let mut pool = new(&settings);
+    let Some(gpu) = pool.gpu.take() else {
         assert!(std::env::var_os("STRIDE_REQUIRE_ALL").is_none_or(|value| value != "1"), "no GPU");
         println!("skipped: no GPU");
         return;
     };
     let (held_out, held) = bounded(1);
     let (release, released) = bounded(0);
-    let inner = crew.integrator().unwrap();
-    crew.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
-    crew.measured_with(&settings, gpu, &never()).unwrap_or_else(|error| panic!("{error}"));
-    assert!(crew.gpu.is_some() && held.try_recv().is_ok(), "no worker hung");
+    let inner = pool.integrator().unwrap();
+    pool.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
+    pool.measured_with(&settings, gpu, &never()).unwrap_or_else(|error| panic!("{error}"));
+    assert!(pool.gpu.is_some() && held.try_recv().is_ok(), "no worker hung");
     drop(release);
 }

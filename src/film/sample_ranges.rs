@@ -8,29 +8,29 @@ use std::ops::Range;
 /// The indices of the samples in a film: ranges that every pixel has completely, and at most one open range, of which
 /// each pixel has the first samples only.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Holding {
+pub struct SampleRanges {
     /// Ascending, not empty, with gaps between them.
     whole: Vec<Range<u32>>,
     /// Each pixel has as many of these, from the first on, as its count exceeds the whole ranges.
     open: Option<Range<u32>>,
 }
 
-impl Holding {
+impl SampleRanges {
     /// The ranges of a film whose pixels have between `least` and `most` samples of `range`, from its first on.
-    pub fn prefix(range: Range<u32>, least: u64, most: u64) -> Holding {
+    pub fn prefix(range: Range<u32>, least: u64, most: u64) -> SampleRanges {
         let held = |n: u64| u32::try_from(n).unwrap_or(u32::MAX).min(range.end - range.start);
         let (least, most) = (held(least), held(most));
         let begun = range.start + least;
         let whole = if least > 0 { vec![range.start..begun] } else { Vec::new() };
-        Holding { whole, open: (most > least).then_some(begun..range.end) }
+        SampleRanges { whole, open: (most > least).then_some(begun..range.end) }
     }
 
     /// The ranges of a file; `None` if they are out of order, empty, or overlap.
-    pub(super) fn new(whole: Vec<Range<u32>>, open: Option<Range<u32>>) -> Option<Holding> {
+    pub(super) fn new(whole: Vec<Range<u32>>, open: Option<Range<u32>>) -> Option<SampleRanges> {
         let ordered = whole.windows(2).all(|pair| pair[0].end < pair[1].start);
         let filled = whole.iter().chain(&open).all(|range| range.start < range.end);
         let apart = |open: &Range<u32>| whole.iter().all(|range| common(range, open).is_empty());
-        (ordered && filled && open.as_ref().is_none_or(apart)).then_some(Holding { whole, open })
+        (ordered && filled && open.as_ref().is_none_or(apart)).then_some(SampleRanges { whole, open })
     }
 
     /// The ranges that every pixel has completely, in ascending order.
@@ -80,7 +80,7 @@ impl Holding {
     }
 
     /// Samples that another film also has, or may have: an open range counts completely.
-    pub fn overlap(&self, other: &Holding) -> Option<Range<u32>> {
+    pub fn overlap(&self, other: &SampleRanges) -> Option<Range<u32>> {
         let theirs = || other.whole.iter().chain(&other.open);
         let all =
             self.whole.iter().chain(&self.open).flat_map(|mine| theirs().map(|theirs| common(mine, theirs)));
@@ -88,8 +88,8 @@ impl Holding {
     }
 
     /// Adds the ranges of another film without common samples. If both have an open range, the other's is dropped:
-    /// see [`Holding::can_join`].
-    pub fn join(&mut self, other: &Holding) {
+    /// see [`SampleRanges::can_join`].
+    pub fn join(&mut self, other: &SampleRanges) {
         self.whole.extend_from_slice(&other.whole);
         self.whole.sort_unstable_by_key(|range| range.start);
         self.whole.dedup_by(|next, range| {
@@ -104,7 +104,7 @@ impl Holding {
 
     /// Whether one film file can represent both: the count of a pixel determines its part of one open range, not of
     /// two.
-    pub fn can_join(&self, other: &Holding) -> bool {
+    pub fn can_join(&self, other: &SampleRanges) -> bool {
         self.open.is_none() || other.open.is_none()
     }
 
@@ -147,7 +147,7 @@ fn common(a: &Range<u32>, b: &Range<u32>) -> Range<u32> {
 }
 
 /// "0..16, 32..48, and some of 48..64": ranges in the notation of `--range`.
-impl fmt::Display for Holding {
+impl fmt::Display for SampleRanges {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (&self.whole[..], &self.open) {
             ([], None) => f.write_str("none"),
@@ -180,28 +180,28 @@ impl fmt::Display for Ranges<'_> {
 mod tests {
     use super::*;
 
-    fn whole(first: u32, end: u32) -> Holding {
-        Holding::prefix(first..end, u64::from(end - first), u64::from(end - first))
+    fn whole(first: u32, end: u32) -> SampleRanges {
+        SampleRanges::prefix(first..end, u64::from(end - first), u64::from(end - first))
     }
 
     #[test]
     fn a_prefix_is_whole_up_to_the_least_count() {
-        assert_eq!(whole(3, 9), Holding { whole: vec![3..9], open: None });
-        let begun = Holding::prefix(3..9, 0, 1);
+        assert_eq!(whole(3, 9), SampleRanges { whole: vec![3..9], open: None });
+        let begun = SampleRanges::prefix(3..9, 0, 1);
         assert_eq!((begun.to_string(), begun.least(), begun.start()), ("some of 3..9".into(), 0, Some(3)));
-        let ragged = Holding::prefix(3..9, 2, 4);
+        let ragged = SampleRanges::prefix(3..9, 2, 4);
         assert_eq!(ragged.to_string(), "3..5, and some of 5..9");
         assert_eq!((ragged.least(), ragged.start()), (2, Some(3)));
         assert!(ragged.allows([2, 6]) && !ragged.allows([1, 6]) && !ragged.allows([2, 7]));
-        assert_eq!(Holding::prefix(0..4, 0, 0).to_string(), "none");
-        assert_eq!(Holding::prefix(3..u32::MAX, 2, 7).to_string(), "3..5, and some of 5..");
+        assert_eq!(SampleRanges::prefix(0..4, 0, 0).to_string(), "none");
+        assert_eq!(SampleRanges::prefix(3..u32::MAX, 2, 7).to_string(), "3..5, and some of 5..");
     }
 
     #[test]
     fn adjacent_ranges_join_in_any_order() {
         let parts = [whole(4, 8), whole(0, 4), whole(12, 16), whole(8, 9)];
         for turn in 0..4 {
-            let mut all = Holding::default();
+            let mut all = SampleRanges::default();
             parts.iter().cycle().skip(turn).take(4).for_each(|part| all.join(part));
             assert_eq!((all.to_string(), all.missing()), ("0..9, 12..16".into(), vec![9..12]));
             assert_eq!((all.start(), all.least()), (None, 13));
@@ -216,20 +216,20 @@ mod tests {
         assert_eq!(first.overlap(&whole(9, 12)), Some(9..10));
         assert_eq!(first.overlap(&whole(10, 12)), None);
         // The end of an open range is unknown for a single pixel: all of it counts.
-        let mut open = Holding::prefix(10..20, 3, 5);
+        let mut open = SampleRanges::prefix(10..20, 3, 5);
         assert_eq!(open.overlap(&whole(19, 30)), Some(19..20));
         open.join(&first);
         assert_eq!((open.to_string(), open.missing()), ("0..13, and some of 13..20".into(), vec![13..20]));
-        assert!(!open.can_join(&Holding::prefix(40..50, 0, 1)) && open.can_join(&whole(40, 50)));
+        assert!(!open.can_join(&SampleRanges::prefix(40..50, 0, 1)) && open.can_join(&whole(40, 50)));
     }
 
     #[test]
     fn first_samples_include_whole_ranges_and_the_part_of_the_open_one() {
-        let mut holding = whole(1, 3);
-        assert_eq!(holding.first_samples()(2), 0b110);
-        holding.join(&Holding::prefix(4..40, 0, 9));
-        assert_eq!([2, 3, 5].map(|seen| holding.first_samples()(seen)), [0b110, 0b1_0110, 0b111_0110]);
-        assert_eq!(holding.first_samples()(u64::MAX), u32::MAX << 4 | 0b110);
+        let mut sample_ranges = whole(1, 3);
+        assert_eq!(sample_ranges.first_samples()(2), 0b110);
+        sample_ranges.join(&SampleRanges::prefix(4..40, 0, 9));
+        assert_eq!([2, 3, 5].map(|seen| sample_ranges.first_samples()(seen)), [0b110, 0b1_0110, 0b111_0110]);
+        assert_eq!(sample_ranges.first_samples()(u64::MAX), u32::MAX << 4 | 0b110);
         assert_eq!(
             (whole(0, 32).first_samples()(32), whole(31, 64).first_samples()(33)),
             (u32::MAX, 1 << 31)
@@ -239,19 +239,19 @@ mod tests {
 
     #[test]
     fn layers_miss_the_gaps_before_other_samples() {
-        let mut holding = whole(8, 64);
-        assert_eq!(holding.missing_of_layers(), [0..8]);
-        holding.join(&whole(0, 8));
-        assert_eq!((holding.missing_of_layers(), whole(0, 8).missing_of_layers()), (vec![], vec![]));
+        let mut sample_ranges = whole(8, 64);
+        assert_eq!(sample_ranges.missing_of_layers(), [0..8]);
+        sample_ranges.join(&whole(0, 8));
+        assert_eq!((sample_ranges.missing_of_layers(), whole(0, 8).missing_of_layers()), (vec![], vec![]));
         assert_eq!(
-            (whole(40, 64).missing_of_layers(), Holding::default().missing_of_layers()),
+            (whole(40, 64).missing_of_layers(), SampleRanges::default().missing_of_layers()),
             (vec![0..32], vec![])
         );
         // An open range is not a gap.
-        let mut holding = Holding::prefix(10..500, 2, 5);
-        assert_eq!(holding.missing_of_layers(), [0..10]);
-        holding.join(&whole(2, 6));
-        assert_eq!(holding.missing_of_layers(), [0..2, 6..10]);
+        let mut sample_ranges = SampleRanges::prefix(10..500, 2, 5);
+        assert_eq!(sample_ranges.missing_of_layers(), [0..10]);
+        sample_ranges.join(&whole(2, 6));
+        assert_eq!(sample_ranges.missing_of_layers(), [0..2, 6..10]);
         let mut apart = whole(0, 30);
         apart.join(&whole(50, 60));
         apart.join(&whole(70, 80));
@@ -260,8 +260,8 @@ mod tests {
 
     #[test]
     fn ranges_of_a_file_must_be_in_order() {
-        assert_eq!(Holding::new(vec![0..2, 4..5], Some(2..4)).unwrap().start(), None);
-        assert!(Holding::new(vec![], None).is_some());
+        assert_eq!(SampleRanges::new(vec![0..2, 4..5], Some(2..4)).unwrap().start(), None);
+        assert!(SampleRanges::new(vec![], None).is_some());
         for (whole, open) in [
             (vec![2..3, 0..1], None),
             (vec![0..1, 1..2], None),
@@ -269,7 +269,7 @@ mod tests {
             (vec![0..4], Some(3..5)),
             (vec![], Some(7..7)),
         ] {
-            assert_eq!(Holding::new(whole.clone(), open.clone()), None, "{whole:?} {open:?}");
+            assert_eq!(SampleRanges::new(whole.clone(), open.clone()), None, "{whole:?} {open:?}");
         }
     }
 }

@@ -1,11 +1,11 @@
 //! Measures the speed of devices, so that each gets work in proportion.
 
-use super::threads::{ANSWERED_WITHIN, GPU_ANSWERS_WITHIN, RunningCrew};
-use super::{Crew, Gpu};
+use super::threads::{ANSWERED_WITHIN, GPU_ANSWERS_WITHIN, RunningPool};
+use super::{Gpu, WorkerPool};
 use crate::film::LayerSet;
 use crate::gpu;
 use crate::render::{Order, Port, SampleBatch, Stride};
-use crate::session::settings::Settings;
+use crate::session::settings::RenderSettings;
 use crossbeam_channel::{Receiver, RecvTimeoutError, at, bounded, select};
 use std::convert::Infallible;
 use std::time::{Duration, Instant};
@@ -19,12 +19,12 @@ const MEASURED_AT_MOST: Duration = Duration::from_secs(2);
 /// Samples per pixel in the orders for measuring: more than devices make in that time.
 const MEASURED_BY: u32 = 256;
 
-impl Crew {
+impl WorkerPool {
     /// Adds a GPU to the pool and measures the speeds of both devices, side by side, as in the render: a software GPU
     /// then gets only the share that the CPU leaves to it.
     pub(super) fn measured_with(
         &mut self,
-        settings: &Settings,
+        settings: &RenderSettings,
         gpu: Gpu,
         stop: &Receiver<Infallible>,
     ) -> Result<(), gpu::GpuError> {
@@ -34,11 +34,11 @@ impl Crew {
         let mut settings = settings.clone();
         settings.job.layers = LayerSet::NONE;
         let (first_hit_tracer, gpu) = (None, Some(gpu));
-        let measured = Crew { splatter, integrator, first_hit_tracer, threads, gpu, times: 1.0 };
+        let measured = WorkerPool { splatter, integrator, first_hit_tracer, threads, gpu, times: 1.0 };
         let (batches_out, batches) = bounded(2 * (threads + 1));
         let (changes_out, changes) = bounded(threads + 1);
         let (returned_out, returned) = bounded(1);
-        let RunningCrew { ports, .. } =
+        let RunningPool { ports, .. } =
             measured.start(&settings, &batches_out, &changes_out, Some(returned_out));
         drop((batches_out, changes_out));
         let speeds = watch(&ports, &batches, stop);

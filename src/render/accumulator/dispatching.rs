@@ -1,10 +1,10 @@
 //! Assigns orders to workers and keeps track of them.
 
-use crate::film::{Film, Plan};
+use crate::film::{AdaptivePlan, Film};
 use crate::render::assignment::Assignment;
 use crate::render::channels::Port;
 use crate::render::outcome::Unanswered;
-use crate::render::schedule::{Deal, Order, Schedule};
+use crate::render::schedule::{Dispatch, Order, Schedule};
 use crate::render::stride::Stride;
 use crossbeam_channel::{Sender, TrySendError};
 use std::collections::btree_map::Entry;
@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 /// The workers, and the order of their work.
-pub(super) struct Dealer {
+pub(super) struct Dispatcher {
     pub(super) schedule: Schedule,
     /// Pixels of the region.
     pixels: u32,
@@ -35,7 +35,7 @@ struct Worker {
     may_be_lost: bool,
     is_gone: bool,
     /// The orders that it has not completed, the oldest first.
-    outstanding: VecDeque<Given>,
+    outstanding: VecDeque<PendingOrder>,
     /// Samples that it has made.
     made: u64,
 }
@@ -56,51 +56,58 @@ impl Worker {
 
 /// An order of a worker, and the number of its slots that have been received.
 #[derive(Clone, Copy, Debug)]
-struct Given {
+struct PendingOrder {
     order: Order,
     slots: u32,
 }
 
-impl Dealer {
+impl Dispatcher {
     /// Assigns work on a film whose pixels have samples from `first` on to these workers.
-    pub(super) fn new(schedule: Schedule, film: &Film, first: u32, ports: Vec<Port>) -> Dealer {
+    pub(super) fn new(schedule: Schedule, film: &Film, first: u32, ports: Vec<Port>) -> Dispatcher {
         let [least, most] = film.seen_range();
         let workers = ports.into_iter().map(Worker::new).enumerate().collect();
         let pixels = film.layout().len() as u32;
-        Dealer { schedule, pixels, first, workers, last_gone: None, has_gaps: least < most }
+        Dispatcher { schedule, pixels, first, workers, last_gone: None, has_gaps: least < most }
     }
 
     /// Assigns orders to workers until each has enough: two, so that it never waits for the next one, unless the second
     /// could miss a deadline. `pace` is the time for one sample of every pixel, if it is known. Each order is reduced
     /// by the samples already on the film, and by the adaptive plan, if there is one.
-    pub(super) fn give_orders(&mut self, pace: Option<Duration>, film: &Film, plan: Option<&Plan>) {
+    pub(super) fn give_orders(&mut self, pace: Option<Duration>, film: &Film, plan: Option<&AdaptivePlan>) {
         let wanted = self.schedule.ahead(pace);
         let workers: Vec<usize> = self.workers.keys().copied().collect();
         for worker in workers {
-            let has_enough = |dealer: &Dealer| dealer.workers[&worker].outstanding.len() >= wanted;
+            let has_enough =
+                |dispatcher: &Dispatcher| dispatcher.workers[&worker].outstanding.len() >= wanted;
             while !has_enough(self) && self.give_order(worker, pace, film, plan) {}
         }
     }
 
     /// Assigns a worker its next order. Returns whether there was one.
-    fn give_order(&mut self, index: usize, pace: Option<Duration>, film: &Film, plan: Option<&Plan>) -> bool {
+    fn give_order(
+        &mut self,
+        index: usize,
+        pace: Option<Duration>,
+        film: &Film,
+        plan: Option<&AdaptivePlan>,
+    ) -> bool {
         let Some(worker) = self.workers.get_mut(&index) else { return false };
         let Some(orders) = &worker.orders else { return false };
         match self.schedule.next(index, pace) {
-            Deal::Order(order) => {
+            Dispatch::Order(order) => {
                 let assignment = match self.has_gaps || plan.is_some() {
                     true => Assignment::of(order, film, self.first, plan),
                     false => order.into(),
                 };
                 // A worker that does not receive its order has failed, and reports that elsewhere.
                 let is_taken = orders.send(assignment).is_ok();
-                worker.outstanding.extend(is_taken.then_some(Given { order, slots: 0 }));
+                worker.outstanding.extend(is_taken.then_some(PendingOrder { order, slots: 0 }));
                 is_taken
             }
-            Deal::Later => false,
+            Dispatch::Later => false,
             // A worker may still leave or be lost, and its unfinished work needs another.
-            Deal::Done if !self.schedule.is_idle() => false,
-            Deal::Done => {
+            Dispatch::Done if !self.schedule.is_idle() => false,
+            Dispatch::Done => {
                 worker.orders = None;
                 false
             }
@@ -145,7 +152,7 @@ impl Dealer {
     }
 
     /// The worker that left last, if work remains and there is no worker for it.
-    pub(super) fn deserter(&self, pace: Option<Duration>) -> Option<usize> {
+    pub(super) fn last_departed(&self, pace: Option<Duration>) -> Option<usize> {
         let is_there = self.workers.values().any(|worker| !worker.is_gone);
         self.last_gone.filter(|_| !is_there && !self.schedule.is_done(pace))
     }
@@ -188,7 +195,7 @@ impl Dealer {
 
     /// The workers that were asked to stop and have not ended, and their orders.
     pub(super) fn unanswered(&self) -> Vec<Unanswered> {
-        let rest = |given: &Given| (given.order, given.slots..given.order.stride.len(self.pixels));
+        let rest = |given: &PendingOrder| (given.order, given.slots..given.order.stride.len(self.pixels));
         let unanswered = self.silent().map(|(index, worker)| Unanswered {
             worker: index,
             within: worker.patience,

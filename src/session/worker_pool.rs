@@ -4,8 +4,8 @@ mod measuring;
 mod threads;
 
 use super::error::SessionError;
-use super::event::{Event, tell};
-use super::settings::{DeviceChoice, Job, Settings};
+use super::event::{Event, send_event};
+use super::settings::{DeviceChoice, RenderJob, RenderSettings};
 use crate::camera::Camera;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
@@ -21,13 +21,13 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use threads::{PortSettings, ThreadStarter, WorkerChannels};
 
-pub(crate) use threads::{RunningCrew, Threads};
+pub(crate) use threads::{RunningPool, Threads};
 
 /// The device name of a pool of CPU threads alone.
 const CPU: &str = "cpu";
 
 /// The workers of a render. The GPU worker, if there is one, has the last number.
-pub(super) struct Crew {
+pub(super) struct WorkerPool {
     splatter: Option<Arc<Splatter>>,
     integrator: Option<Arc<dyn Integrator>>,
     /// Traces first hits, if the layers need them: on the CPU, whatever device renders.
@@ -44,13 +44,13 @@ pub(super) struct Gpu {
     name: String,
 }
 
-impl Crew {
+impl WorkerPool {
     /// A pool of the requested devices. Closing `stop` shortens the measuring of their speeds.
     pub(super) fn new(
-        settings: &Settings,
+        settings: &RenderSettings,
         events: &Sender<Event>,
         stop: &Receiver<Infallible>,
-    ) -> Result<Crew, SessionError> {
+    ) -> Result<WorkerPool, SessionError> {
         let Scene { film, render, .. } = &*settings.job.scene;
         let (compiled, surfaces) = world::compile(&settings.job.scene, film.width, film.height)?;
         let (compiled, world) =
@@ -79,69 +79,83 @@ impl Crew {
         if let DeviceChoice::Gpu(name) = &settings.devices.choice {
             let gpu = Some(open(name, 0)?);
             let first_hit_tracer = (!settings.job.layers.is_empty()).then(integrator);
-            return Ok(Crew { splatter, integrator: None, first_hit_tracer, threads: 0, gpu, times: 1.0 });
+            return Ok(WorkerPool {
+                splatter,
+                integrator: None,
+                first_hit_tracer,
+                threads: 0,
+                gpu,
+                times: 1.0,
+            });
         }
         // A worker without pixels would be idle.
         let threads = settings.devices.threads.get().min(settings.job.region.len() as usize);
-        let mut crew = Crew::of_threads(settings, integrator(), threads);
+        let mut pool = WorkerPool::of_threads(settings, integrator(), threads);
         if let DeviceChoice::All(name) = &settings.devices.choice {
-            let measured = open(name, threads).and_then(|gpu| crew.measured_with(settings, gpu, stop));
+            let measured = open(name, threads).and_then(|gpu| pool.measured_with(settings, gpu, stop));
             if let Err(error) = measured {
-                tell(events, Event::CpuAlone(error.to_string()));
+                send_event(events, Event::CpuAlone(error.to_string()));
             }
         }
-        Ok(crew)
+        Ok(pool)
     }
 
     /// A pool for the same scene with another camera, given the integrator of the previous pool: CPU threads need no
     /// compilation. The GPU is left out, because measuring its speed takes longer than the view is likely to last.
     pub(super) fn again(
-        settings: &Settings,
+        settings: &RenderSettings,
         integrator: Option<&Arc<dyn Integrator>>,
         events: &Sender<Event>,
         stop: &Receiver<Infallible>,
-    ) -> Result<Crew, SessionError> {
-        let Some(integrator) = integrator else { return Crew::new(settings, events, stop) };
+    ) -> Result<WorkerPool, SessionError> {
+        let Some(integrator) = integrator else { return WorkerPool::new(settings, events, stop) };
         let Scene { film, camera, .. } = &*settings.job.scene;
         let seen = integrator.seen_by(Camera::new(camera, film.width, film.height));
         let threads = settings.devices.threads.get().min(settings.job.region.len() as usize);
-        Ok(Crew::of_threads(settings, seen.into(), threads))
+        Ok(WorkerPool::of_threads(settings, seen.into(), threads))
     }
 
     /// A pool of CPU threads.
-    fn of_threads(settings: &Settings, integrator: Arc<dyn Integrator>, threads: usize) -> Crew {
+    fn of_threads(settings: &RenderSettings, integrator: Arc<dyn Integrator>, threads: usize) -> WorkerPool {
         let first_hit_tracer = (!settings.job.layers.is_empty()).then(|| Arc::clone(&integrator));
         let splatter = splatter(settings);
-        Crew { splatter, integrator: Some(integrator), first_hit_tracer, threads, gpu: None, times: 1.0 }
+        WorkerPool {
+            splatter,
+            integrator: Some(integrator),
+            first_hit_tracer,
+            threads,
+            gpu: None,
+            times: 1.0,
+        }
     }
 
     /// A pool for a film that was begun on the devices with this description, given the integrator of the previous
     /// pool. Only their samples may be added to it. A missing or different GPU is left out if there are threads, and a
     /// GPU that was absent when the film was begun takes no part.
     pub(super) fn of_film(
-        settings: &Settings,
+        settings: &RenderSettings,
         integrator: Option<&Arc<dyn Integrator>>,
         device: &str,
         events: &Sender<Event>,
         stop: &Receiver<Infallible>,
-    ) -> Result<Crew, SessionError> {
+    ) -> Result<WorkerPool, SessionError> {
         if device == CPU && integrator.is_some() {
-            return Crew::again(settings, integrator, events, stop);
+            return WorkerPool::again(settings, integrator, events, stop);
         }
-        let crew = Crew::new(settings, events, stop)?;
-        let found = crew.description();
+        let pool = WorkerPool::new(settings, events, stop)?;
+        let found = pool.description();
         if found == device {
-            return Ok(crew);
+            return Ok(pool);
         }
         if integrator.is_none() {
             return Err(SessionError::OtherDevice { begun: device.to_owned(), found });
         }
         // A missing GPU has already been reported.
-        if crew.gpu.is_some() {
+        if pool.gpu.is_some() {
             let reason = format!("the render was begun on {device}, but the device is now {found}");
-            tell(events, Event::CpuAlone(reason));
+            send_event(events, Event::CpuAlone(reason));
         }
-        Crew::again(settings, integrator, events, stop)
+        WorkerPool::again(settings, integrator, events, stop)
     }
 
     /// Adds weighted samples to pixels, if the film has them.
@@ -174,7 +188,7 @@ impl Crew {
     }
 
     /// Assigns strides in proportion to speed, as stripes of rows for weighted samples.
-    pub(super) fn deal(&self, region: Region, schedule: Schedule) -> Schedule {
+    pub(super) fn distribute(&self, region: Region, schedule: Schedule) -> Schedule {
         let schedule = match self.spare() {
             Some(_) => schedule.with_faster(region.len(), self.times),
             None => schedule,
@@ -201,7 +215,7 @@ impl Crew {
     }
 
     /// Executes orders on a CPU thread until their channel closes.
-    fn work(&self, settings: &Settings, index: usize, channels: &WorkerChannels) {
+    fn work(&self, settings: &RenderSettings, index: usize, channels: &WorkerChannels) {
         let Some(integrator) = self.integrator.as_deref() else { return };
         let (level, region, sends_samples) =
             (settings.devices.level, settings.job.region, settings.outputs.wants_samples());
@@ -214,23 +228,23 @@ impl Crew {
     /// sent there when its worker ends.
     pub(super) fn start(
         mut self,
-        settings: &Settings,
+        settings: &RenderSettings,
         batches: &Sender<SampleBatch>,
         changes: &Sender<Change>,
         returned: Option<Sender<(Gpu, Result<(), gpu::GpuError>)>>,
-    ) -> RunningCrew {
+    ) -> RunningPool {
         let mut starter = ThreadStarter::new(batches, changes);
         let (threads, gpu) = (self.threads, self.gpu.take());
-        let (crew, settings) = (Arc::new(self), Arc::new(settings.clone()));
+        let (pool, settings) = (Arc::new(self), Arc::new(settings.clone()));
         for index in 0..threads {
-            let (crew, settings) = (Arc::clone(&crew), Arc::clone(&settings));
+            let (pool, settings) = (Arc::clone(&pool), Arc::clone(&settings));
             starter.start(format!("worker {index}"), PortSettings::CPU, move |channels| {
-                crew.work(&settings, index, channels);
+                pool.work(&settings, index, channels);
                 Ok(())
             });
         }
         if let Some(mut gpu) = gpu {
-            let first_hit_tracer = crew.first_hit_tracer().map(|integrator| FirstHitTracer {
+            let first_hit_tracer = pool.first_hit_tracer().map(|integrator| FirstHitTracer {
                 integrator,
                 level: settings.devices.level,
                 layers: settings.job.layers,
@@ -253,15 +267,15 @@ impl Crew {
 }
 
 /// Adds contributions to the film's light image, if it has one.
-pub(super) fn light(settings: &Settings) -> Option<Arc<Splatter>> {
-    let Job { scene, region, .. } = &settings.job;
+pub(super) fn light(settings: &RenderSettings) -> Option<Arc<Splatter>> {
+    let RenderJob { scene, region, .. } = &settings.job;
     let weights = || Weights::of_contributions(&scene.film);
     let light = settings.job.layout().light;
     light.map(|_| Arc::new(Splatter::new(weights(), [region.x, region.y])))
 }
 
 /// Adds weighted samples to pixels, if the film has them.
-fn splatter(settings: &Settings) -> Option<Arc<Splatter>> {
+fn splatter(settings: &RenderSettings) -> Option<Arc<Splatter>> {
     let weights = Weights::of(&settings.job.scene.film)?;
     let splatter = Splatter::new(weights, [settings.job.region.x, settings.job.region.y]);
     Some(Arc::new(splatter.with_spreads(settings.job.layout().spreads)))

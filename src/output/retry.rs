@@ -14,21 +14,21 @@ const PAUSE: Duration = Duration::from_millis(500);
 /// Writes files that are expensive to make again. The time limit covers all of them together: ten files on a missing
 /// disk are not retried ten times as long.
 #[derive(Debug)]
-pub struct Patience {
+pub struct RetryPolicy {
     patience: Duration,
     deadline: Option<Instant>,
 }
 
-impl Default for Patience {
-    fn default() -> Patience {
-        Patience { patience: PATIENCE, deadline: None }
+impl Default for RetryPolicy {
+    fn default() -> RetryPolicy {
+        RetryPolicy { patience: PATIENCE, deadline: None }
     }
 }
 
-impl Patience {
+impl RetryPolicy {
     /// Without retries: writes to another folder at once.
-    pub fn none() -> Patience {
-        Patience { patience: Duration::ZERO, deadline: None }
+    pub fn none() -> RetryPolicy {
+        RetryPolicy { patience: Duration::ZERO, deadline: None }
     }
 
     /// Writes a file by `write`, which receives the path. After an error it reports the error and retries for a while.
@@ -37,7 +37,7 @@ impl Patience {
     pub fn write(
         &mut self,
         path: &Path,
-        tell: &dyn Fn(String),
+        report: &dyn Fn(String),
         write: impl Fn(&Path) -> Result<(), OutputError>,
     ) -> Result<(), OutputError> {
         let Err(error) = write(path) else { return Ok(()) };
@@ -47,19 +47,19 @@ impl Patience {
         let patience = self.patience;
         let deadline = *self.deadline.get_or_insert_with(|| Instant::now() + patience);
         if Instant::now() < deadline {
-            tell(format!("{error}; retrying for {} s", patience.as_secs()));
+            report(format!("{error}; retrying for {} s", patience.as_secs()));
         }
         while Instant::now() < deadline {
             std::thread::sleep(PAUSE);
             if write(path).is_ok() {
-                tell(format!("{path:?} has been written by a retry"));
+                report(format!("{path:?} has been written by a retry"));
                 return Ok(());
             }
         }
         for folder in [PathBuf::from("."), std::env::temp_dir()] {
             let Some(instead) = free_name(&folder, path) else { continue };
             if write(&instead).is_ok() {
-                tell(format!("{path:?} has been written to {instead:?} instead"));
+                report(format!("{path:?} has been written to {instead:?} instead"));
                 return Err(error);
             }
         }
@@ -83,8 +83,8 @@ mod tests {
     use std::cell::{Cell, RefCell};
     use std::fs;
 
-    fn impatient() -> Patience {
-        Patience { patience: Duration::from_millis(700), deadline: None }
+    fn impatient() -> RetryPolicy {
+        RetryPolicy { patience: Duration::from_millis(700), deadline: None }
     }
 
     fn write(path: &Path) -> Result<(), OutputError> {
@@ -95,12 +95,12 @@ mod tests {
     fn a_successful_write_happens_once_without_messages() {
         let folder = tempfile::tempdir().unwrap();
         let times = Cell::new(0);
-        let tell = |said| panic!("{said}");
+        let report = |said| panic!("{said}");
         let count = |path: &Path| {
             times.set(times.get() + 1);
             write(path)
         };
-        impatient().write(&folder.path().join("a.png"), &tell, count).unwrap();
+        impatient().write(&folder.path().join("a.png"), &report, count).unwrap();
         assert_eq!(times.get(), 1);
     }
 

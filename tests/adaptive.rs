@@ -51,7 +51,7 @@ fn stats(folder: &Path) -> serde_json::Value {
 const GOAL: [&str; 5] = ["--adaptive", "--noise", "0.07", "--stats", "s.json"];
 
 #[test]
-fn no_threads_kills_or_lanes_show() {
+fn threads_kills_and_lanes_do_not_affect_the_film() {
     let (dir, room) = (folder(), scene("room"));
     let whole = [&GOAL[..], &["--film", "whole.film", "-o", "whole.exr", "--threads", "1"]].concat();
     said(dir.path(), 0, &render(&room, "48x36", &whole));
@@ -109,7 +109,7 @@ fn no_threads_kills_or_lanes_show() {
 }
 
 #[test]
-fn what_it_cannot_be_had_with_is_refused() {
+fn adaptive_sampling_refuses_incompatible_options() {
     let (dir, cover) = (folder(), scene("cover"));
     for (more, reason) in [
         (&["--range", "0..4"][..], "--range"),
@@ -149,7 +149,7 @@ fn replicates(folder: &Path, scene: &str, more: &[&str], first_seed: u32) -> (Re
 // Where pixels stop early a bias would be largest: few samples, rare bright paths. At the level of the tile test, 1% for
 // all together.
 #[test]
-fn the_mean_of_many_is_that_of_renders_that_are_not_adaptive() {
+fn the_mean_of_adaptive_renders_is_unbiased() {
     let dir = folder();
     for (name, goal) in [("cover", "0.22"), ("room", "0.14")] {
         let file = scene(name);
@@ -186,7 +186,7 @@ const ALONE: &str = r#"
 // The seeds are fixed: this passes or fails, it does not flicker. The converged pictures have at least 20 times the
 // samples, so that their own error makes the figures 2.5% larger at most.
 #[test]
-fn the_error_is_the_one_asked_for_and_takes_fewer_samples_where_it_is_uneven() {
+fn the_requested_error_is_reached_with_fewer_samples_for_uneven_noise() {
     for (name, goal, converged, most) in [
         ("cover", 0.17, "1500", 1.03),
         ("smallpt", 0.38, "2000", 1.1),

@@ -120,7 +120,7 @@ fn the_error_falls_with_the_root_of_the_number_of_samples() {
 }
 
 #[test]
-fn quiet_leaves_standard_error_empty_and_otherwise_it_tells() {
+fn standard_error_is_empty_only_with_quiet() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = "--threads 1 --spp 1 --size 8x8 --repeat 1";
     assert!(stderr(&bench("threads", arguments, folder.path())).contains("1 thread, run 1 of 1"));
@@ -128,7 +128,7 @@ fn quiet_leaves_standard_error_empty_and_otherwise_it_tells() {
 }
 
 #[test]
-fn files_that_cannot_be_written_are_found_out_before_anything_is_measured() {
+fn unwritable_files_are_detected_before_measuring() {
     let folder = tempfile::tempdir().unwrap();
     // Measuring this would take hours.
     let long = "--spp 10000000 --threads 1";
@@ -144,7 +144,7 @@ fn files_that_cannot_be_written_are_found_out_before_anything_is_measured() {
 }
 
 #[test]
-fn bad_usage_says_what_is_wrong() {
+fn bad_usage_is_explained() {
     let folder = tempfile::tempdir().unwrap();
     for (what, arguments, words) in [
         ("threads", "--threads 0", "0"),
@@ -185,7 +185,7 @@ fn a_closed_pipe_is_an_error_and_not_a_panic() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_keeps_what_is_measured() {
+fn an_interrupt_keeps_finished_measurements() {
     use std::io::{BufRead, BufReader};
     let folder = tempfile::tempdir().unwrap();
     // So many rounds that they would take a minute.

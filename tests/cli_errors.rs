@@ -60,10 +60,10 @@ macro_rules! refuses {
 }
 
 refuses! {
-    a_tone_that_is_none: ["render", "scene.toml", "--tone", "sepia"] => 2, ["sepia", "srgb", "filmic"];
+    an_unknown_tone: ["render", "scene.toml", "--tone", "sepia"] => 2, ["sepia", "srgb", "filmic"];
     tev_without_a_port: ["render", "scene.toml", "--headless", "--tev", "localhost"] => 2, ["localhost:14158"];
-    tev_that_is_not_there: ["render", "scene.toml", "--headless", "--tev", "localhost:1"] => 1, ["localhost:1", "start it first"];
-    info_of_nothing: ["info"] => 2, ["name a file", "stride info --devices"];
+    tev_does_not_answer: ["render", "scene.toml", "--headless", "--tev", "localhost:1"] => 1, ["localhost:1", "start it first"];
+    info_without_a_file: ["info"] => 2, ["name a file", "stride info --devices"];
     no_scene: ["render"] => 2, ["SCENE", "Usage"];
     unknown_command: ["rendr", "scene.toml"] => 2, ["rendr", "render"];
     unknown_option: ["render", "scene.toml", "--thread", "2"] => 2, ["--thread", "--threads"];
@@ -73,8 +73,8 @@ refuses! {
     threads_without_number: ["render", "scene.toml", "--threads"] => 2, ["--threads"];
     zero_samples: ["render", "scene.toml", "--spp", "0"] => 2, ["--spp"];
     samples_in_words: ["render", "scene.toml", "--spp", "many"] => 2, ["--spp", "many"];
-    a_time_without_end: ["render", "scene.toml", "--time", "inf"] => 2, ["--time", "30s"];
-    no_time: ["render", "scene.toml", "--time", "0s"] => 2, ["--time", "30s"];
+    an_infinite_time: ["render", "scene.toml", "--time", "inf"] => 2, ["--time", "30s"];
+    a_zero_time: ["render", "scene.toml", "--time", "0s"] => 2, ["--time", "30s"];
     an_unknown_unit_of_time: ["render", "scene.toml", "--time", "3 days"] => 2, ["--time", "30s"];
     a_size_without_height: ["render", "scene.toml", "--size", "640"] => 2, ["640x480"];
     no_pixels: ["render", "scene.toml", "--size", "0x480"] => 2, ["1 to 65536"];
@@ -84,8 +84,8 @@ refuses! {
     an_empty_crop: ["render", "scene.toml", "--crop", "0,0,0,4"] => 2, ["--crop"];
     a_crop_in_words: ["render", "scene.toml", "--crop", "all"] => 2, ["X,Y,WIDTH,HEIGHT"];
     an_unknown_integrator: ["render", "scene.toml", "--integrator", "bidir"] => 2, ["path-naive", "whitted"];
-    no_number_of_bounces: ["render", "scene.toml", "--max-depth", "endless"] => 2, ["10000", "unlimited"];
-    endless_without_roulette: ["render", "scene.toml", "--integrator", "path-naive", "--max-depth", "unlimited"]
+    an_invalid_number_of_bounces: ["render", "scene.toml", "--max-depth", "endless"] => 2, ["10000", "unlimited"];
+    unlimited_depth_without_roulette: ["render", "scene.toml", "--integrator", "path-naive", "--max-depth", "unlimited"]
         => 2, ["unlimited", "path"];
     an_unknown_sampler: ["render", "scene.toml", "--sampler", "halton"] => 2, ["sobol", "independent"];
     an_unknown_filter: ["render", "scene.toml", "--filter", "tnet"] => 2, ["tent"];
@@ -98,7 +98,7 @@ refuses! {
     an_unknown_world: ["render", "scene.toml", "--world", "octree"] => 2, ["simple", "bvh"];
     an_unknown_device: ["render", "scene.toml", "--device", "tpu"] => 2, ["cpu", "gpu"];
     an_unknown_overlay: ["render", "scene.toml", "--overlay", "depth"] => 2, ["owner"];
-    an_overlay_that_no_format_takes: ["render", "scene.toml", "--overlay", "owner", "-o", "a.exr"] => 2, [".png"];
+    an_overlay_in_an_exr_file: ["render", "scene.toml", "--overlay", "owner", "-o", "a.exr"] => 2, [".png"];
     an_exposure_in_words: ["render", "scene.toml", "--exposure", "bright"] => 2, ["stops"];
     a_negative_depth: ["render", "scene.toml", "--max-depth=-1"] => 2, ["--max-depth"];
     a_seed_too_large: ["render", "scene.toml", "--seed", "4294967296"] => 2, ["--seed"];
@@ -111,13 +111,13 @@ refuses! {
     an_unknown_extension: ["render", "scene.toml", "-o", "picture.bmp"] => 2, [".bmp", ".exr"];
     an_output_in_no_folder: ["render", "scene.toml", "-o", "nowhere/picture.png"] => 1, ["nowhere", "create"];
     an_output_twice: ["render", "scene.toml", "-o", "a.png", "-o", "a.png"] => 2, ["twice"];
-    an_output_over_a_numbered_one: ["render", "scene.toml", "-o", "a.png", "-o", "a-1.png", "--dump-at", "1"] => 2, ["twice"];
+    an_output_over_a_numbered_picture: ["render", "scene.toml", "-o", "a.png", "-o", "a-1.png", "--dump-at", "1"] => 2, ["twice"];
     samples_in_no_folder: ["render", "scene.toml", "--samples", "nowhere/all.npy"] => 1, ["nowhere"];
     stats_in_no_folder: ["render", "scene.toml", "--stats", "nowhere/stats.json"] => 1, ["nowhere"];
     statistics_over_the_scene: ["render", "scene.toml", "--stats", "./scene.toml"] => 2, ["replace the scene"];
-    one_place_in_two_spellings: ["render", "scene.toml", "-o", "a.png", "-o", "./a.png"] => 2, ["twice"];
+    one_path_in_two_spellings: ["render", "scene.toml", "-o", "a.png", "-o", "./a.png"] => 2, ["twice"];
     a_window_without_display: ["render", "scene.toml", "--window"] => 1, ["display", "--headless"];
-    check_of_nothing: ["check", "nothing.toml"] => 1, ["nothing.toml"];
+    check_of_a_missing_file: ["check", "nothing.toml"] => 1, ["nothing.toml"];
     trace_without_pixel: ["trace", "scene.toml"] => 2, ["--pixel"];
     trace_off_the_film: ["trace", "scene.toml", "--pixel", "8,0"] => 2, ["8,0", "8×6"];
     trace_of_a_word: ["trace", "scene.toml", "--pixel", "middle"] => 2, ["X,Y"];
@@ -158,7 +158,7 @@ fn a_folder_in_a_numbered_picture_s_place() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_disk_that_takes_no_more() {
+fn a_full_disk() {
     // A limit on the size of files stands for a full disk: the write fails half way.
     let folder = tempfile::tempdir().expect("a temporary folder");
     let cover = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml");
@@ -193,7 +193,7 @@ fn binary_garbage_as_scene() {
 
 #[test]
 #[cfg(unix)]
-fn a_closed_pipe_is_an_error_and_no_panic() {
+fn a_closed_pipe_causes_an_error_and_no_panic() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::write(folder.path().join("scene.toml"), SCENE).expect("a writable folder");
     let mut child = Command::new(env!("CARGO_BIN_EXE_stride"))
@@ -251,7 +251,7 @@ fn an_output_of_no_known_format_is_bad_usage_in_every_command() {
 }
 
 #[test]
-fn a_mesh_too_small_for_its_numbers_is_refused_and_a_tiny_one_is_not() {
+fn a_mesh_too_small_for_its_precision_is_refused_and_a_tiny_one_is_not() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let write =
         |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("a writable folder");

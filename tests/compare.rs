@@ -88,7 +88,7 @@ fn equal_pictures_have_no_error_in_any_format() {
 }
 
 #[test]
-fn figures_are_those_of_the_definitions() {
+fn figures_match_their_definitions() {
     let folder = Folder::new();
     let flat = |value: f32| Picture { width: 4, height: 2, rgb: vec![[value, 0.0, 0.0]; 8] };
     let (a, b) = (folder.write("a.exr", &flat(1.5)), folder.write("b.exr", &flat(1.0)));
@@ -117,7 +117,7 @@ fn figures_are_those_of_the_definitions() {
 }
 
 #[test]
-fn people_are_told_the_same() {
+fn text_output_has_the_same_figures() {
     let folder = Folder::new();
     let (a, b) = (folder.picture("a.png", 8, 8, 1.0), folder.picture("b.exr", 8, 8, 0.5));
     let output = compare(&[&a, &b]);
@@ -145,7 +145,7 @@ fn people_are_told_the_same() {
 }
 
 #[test]
-fn pictures_of_different_sizes_fail_and_both_sizes_are_said() {
+fn pictures_of_different_sizes_fail_with_both_sizes() {
     let folder = Folder::new();
     let (a, b) = (folder.picture("a.png", 8, 8, 1.0), folder.picture("b.png", 8, 9, 1.0));
     refused(&[&a, &b], 1, &["differ in size", "8×8", "8×9"]);
@@ -153,7 +153,7 @@ fn pictures_of_different_sizes_fail_and_both_sizes_are_said() {
 }
 
 #[test]
-fn what_is_not_finite_is_counted() {
+fn pixels_that_are_not_finite_are_counted() {
     let folder = Folder::new();
     let mut picture = Picture { width: 4, height: 4, rgb: vec![[0.5; 3]; 16] };
     let good = folder.write("good.exr", &picture);

@@ -40,7 +40,7 @@ fn channel<'a>(channels: &'a [Channel], name: &str) -> &'a [f32] {
 }
 
 #[test]
-fn ranks_are_what_single_paths_meet() {
+fn ranks_match_the_hits_of_single_paths() {
     let mut scene = cover(40, 30);
     for (i, entity) in scene.entities.iter_mut().enumerate() {
         entity.name = format!("thing {i}");
@@ -118,7 +118,7 @@ const WALL: &str = r#"
 "#;
 
 #[test]
-fn a_reader_that_knows_the_specification_alone_gets_the_mattes() {
+fn an_independent_cryptomatte_reader_gets_the_mattes() {
     let Some(python) = python() else { return };
     let dir = tempfile::tempdir().expect("a folder");
     fs::write(dir.path().join("wall.toml"), WALL).expect("a scene");
@@ -158,7 +158,7 @@ fn a_reader_that_knows_the_specification_alone_gets_the_mattes() {
 }
 
 #[test]
-fn equal_renders_are_equal_files_and_info_tells_of_mattes() {
+fn equal_renders_give_equal_files_and_info_lists_mattes() {
     let dir = tempfile::tempdir().expect("a folder");
     fs::write(dir.path().join("wall.toml"), WALL).expect("a scene");
     let more = ["--spp", "4", "--layers", "crypto-material,depth,crypto-entity"];

@@ -17,7 +17,7 @@ fn cover() -> Scene {
 }
 
 #[test]
-fn the_buffer_is_a_picture_of_the_ball() {
+fn the_buffer_example_shows_the_ball() {
     let file = buffer::ppm(&buffer::scene(), 2).expect("a picture");
     let pixels = file.strip_prefix(b"P6\n320 240\n255\n").expect("the header of a PPM file");
     assert_eq!(pixels.len(), 320 * 240 * 3);
@@ -28,7 +28,7 @@ fn the_buffer_is_a_picture_of_the_ball() {
 }
 
 #[test]
-fn the_progress_bar_comes_to_an_end_and_stops_a_render_that_has_none() {
+fn the_progress_example_ends_and_stops_an_endless_render() {
     let mut out = Vec::new();
     let render = Render::new(&cover()).size((32, 24)).samples(8).threads(2);
     let report = progress::watch(render.start().expect("a render"), 60.0, &mut out).expect("a picture");

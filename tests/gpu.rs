@@ -111,7 +111,7 @@ fn render(scene: &Scene, workers: u32, spp: u32) -> Option<Outcome> {
 }
 
 #[test]
-fn the_film_is_the_same_from_run_to_run_and_for_any_number_of_workers() {
+fn the_film_is_the_same_in_every_run_and_for_any_number_of_workers() {
     let scene = scene(64, 48);
     let Some(alone) = render(&scene, 1, 40) else { return };
     assert!(alone.whole && alone.failure.is_none());
@@ -157,7 +157,7 @@ fn program(folder: &Path, device: &str, more: &[&str]) -> Option<Value> {
 }
 
 #[test]
-fn both_devices_together_make_the_whole_picture_and_say_what_they_promise() {
+fn both_devices_together_make_the_whole_picture_and_report_their_reproducibility() {
     let dir = tempfile::tempdir().unwrap();
     let all = ["--spp", "64", "--layers", "all", "--film", "a.film", "-o", "a.exr"];
     let Some(stats) = program(dir.path(), "all", &all) else { return };
@@ -208,7 +208,7 @@ fn two_runs_on_the_gpu_write_the_same_files() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_ends_a_gpu_render_with_what_there_is() {
+fn an_interrupt_ends_a_gpu_render_with_its_samples() {
     for device in ["gpu", "all"] {
         let dir = tempfile::tempdir().unwrap();
         if program(dir.path(), device, &["--spp", "1", "-o", "o.exr"]).is_none() {
@@ -231,7 +231,7 @@ fn an_interrupt_ends_a_gpu_render_with_what_there_is() {
 }
 
 #[test]
-fn a_gpu_render_that_is_killed_and_gone_on_with_is_the_same() {
+fn a_killed_and_resumed_gpu_render_is_the_same() {
     let dir = tempfile::tempdir().unwrap();
     if program(dir.path(), "gpu", &["--spp", "1", "-o", "o.exr"]).is_none() {
         return;
@@ -268,7 +268,7 @@ fn a_gpu_render_that_is_killed_and_gone_on_with_is_the_same() {
 }
 
 #[test]
-fn without_any_adapter_all_is_the_cpu_alone_and_gpu_an_error_that_helps() {
+fn without_an_adapter_all_uses_the_cpu_and_gpu_is_an_error_with_a_remedy() {
     // Loaders look for drivers where these say.
     let run = |device: &str| {
         let cover = format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"));

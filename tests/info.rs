@@ -29,7 +29,7 @@ fn grid(n: u32) -> String {
 }
 
 #[test]
-fn a_mesh_says_what_is_in_it() {
+fn info_describes_a_mesh() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("grid.obj"), format!("g floor\n{}", grid(20))).unwrap();
     let told = info(folder.path(), "grid.obj").unwrap();
@@ -103,7 +103,7 @@ fn instances_are_counted_and_held_by_the_bounds() {
 }
 
 #[test]
-fn a_scene_says_what_is_in_it() {
+fn info_describes_a_scene() {
     let told = info(Path::new(env!("CARGO_MANIFEST_DIR")), "scenes/room.toml").unwrap();
     for words in [
         "entities    10\n",
@@ -127,14 +127,14 @@ fn a_scene_says_what_is_in_it() {
 }
 
 #[test]
-fn a_scene_says_what_its_environment_takes() {
+fn info_reports_the_memory_of_the_environment() {
     let folder = tempfile::tempdir().unwrap();
     let picture = image::RgbImage::from_raw(3, 2, (0..18).collect()).unwrap();
     picture.save(folder.path().join("sky.png")).unwrap();
     fs::write(folder.path().join("a.toml"), "environment.file = \"sky.png\"\n").unwrap();
     let told = info(folder.path(), "a.toml").unwrap();
     for line in [
-        "lights      none; 1 to choose among",
+        "lights      none; 1 to sample",
         "environment sky.png, sampled by a grid of 3×2, 64 bytes",
         "picture     sky.png: 3×2, 3 channels, 8-bit, 32 bytes",
         "pictures    32 bytes in use",
@@ -144,7 +144,7 @@ fn a_scene_says_what_its_environment_takes() {
 }
 
 #[test]
-fn a_scene_says_what_its_pictures_take() {
+fn info_reports_the_memory_of_textures() {
     let folder = tempfile::tempdir().unwrap();
     let picture = image::RgbImage::from_raw(3, 2, (0..18).collect()).unwrap();
     picture.save(folder.path().join("wood.png")).unwrap();

@@ -59,7 +59,7 @@ fn told(integrator: &dyn Integrator, scene: &Scene, place: u32, samples: u32) ->
 }
 
 #[test]
-fn layers_are_the_means_of_what_paths_meet_first() {
+fn layers_are_means_over_first_hits() {
     let scene = cover(40, 30);
     let region = Region::whole(40, 30);
     let channels = layers(&scene, region, 6);
@@ -97,7 +97,7 @@ const WALL: &str = r#"
 "#;
 
 #[test]
-fn a_wall_has_the_layers_that_one_can_work_out() {
+fn layers_of_a_wall_match_their_closed_forms() {
     let scene = parse(WALL, Path::new("wall.toml")).expect("a scene").scene;
     let channels = layers(&scene, Region::whole(16, 12), 2);
     let at = |name: &str, x: usize, y: usize| channel(&channels, name)[y * 16 + x];
@@ -120,7 +120,7 @@ fn a_wall_has_the_layers_that_one_can_work_out() {
 }
 
 #[test]
-fn no_threads_lanes_or_crops_show() {
+fn threads_lanes_and_crops_do_not_affect_layers() {
     let scene = cover(40, 30);
     let region = Region::whole(40, 30);
     let whole = layers(&scene, region, 5);
@@ -160,7 +160,7 @@ fn render(folder: &Path, more: &[&str]) {
 }
 
 #[test]
-fn files_have_the_layers_that_were_asked_for_and_the_colour_is_the_same() {
+fn files_have_the_requested_layers_and_the_same_colour() {
     let dir = tempfile::tempdir().expect("a folder");
     render(dir.path(), &["--spp", "8", "--threads", "1", "--layers", "all", "-o", "a.exr", "-o", "a.png"]);
     render(dir.path(), &["--spp", "3", "--layers", "all", "--film", "b.film", "-o", "b.exr"]);
@@ -204,7 +204,7 @@ fn openexr(tool: &str) -> Option<Command> {
 }
 
 #[test]
-fn the_makers_of_the_format_read_it() {
+fn the_reference_library_reads_the_file() {
     let (Some(mut header), Some(mut tiled)) = (openexr("exrheader"), openexr("exrmaketiled")) else { return };
     let dir = tempfile::tempdir().expect("a folder");
     render(dir.path(), &["--spp", "8", "--layers", "all", "-o", "a.exr"]);

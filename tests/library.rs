@@ -53,7 +53,7 @@ fn same_files(folder: &Path, pairs: &[(&str, &str)]) {
 }
 
 #[test]
-fn a_scene_in_code_gives_the_files_that_the_command_line_writes_of_its_file() {
+fn a_scene_in_code_gives_the_files_of_the_command_line() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = |name: &str| folder.path().join(name);
     let layers = ["--layers", "all", "--exposure", "1", "--tone", "filmic"];
@@ -78,7 +78,7 @@ fn a_scene_in_code_gives_the_files_that_the_command_line_writes_of_its_file() {
 }
 
 #[test]
-fn meshes_are_those_of_the_command_line_and_films_name_their_files() {
+fn meshes_in_code_match_the_command_line_and_films_name_their_files() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = |name: &str| folder.path().join(name);
     let wall = r#"{ name = "wall", shape = { type = "mesh", file = "wall.obj" }, material = "white" },"#;
@@ -105,7 +105,7 @@ fn meshes_are_those_of_the_command_line_and_films_name_their_files() {
 }
 
 #[test]
-fn settings_mean_what_options_mean() {
+fn settings_match_the_options() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let options = [
         "--crop",
@@ -131,7 +131,7 @@ fn settings_mean_what_options_mean() {
 }
 
 #[test]
-fn films_of_the_library_and_of_the_command_line_are_gone_on_with_by_either() {
+fn films_are_resumed_by_library_and_command_line_alike() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = |name: &str| folder.path().join(name);
     ball().film(path("a.film")).samples(3).run().expect("a film");
@@ -144,7 +144,7 @@ fn films_of_the_library_and_of_the_command_line_are_gone_on_with_by_either() {
 }
 
 #[test]
-fn two_renders_at_once_are_what_each_is_alone() {
+fn two_concurrent_renders_are_independent() {
     let mut other = buffer::scene();
     other.add_entity(
         "wall",
@@ -168,7 +168,7 @@ fn two_renders_at_once_are_what_each_is_alone() {
 }
 
 #[test]
-fn a_render_tells_of_its_progress_and_its_end() {
+fn a_render_reports_its_progress_and_its_end() {
     let render = ball().start().expect("a render");
     let mut ended = None;
     let mut concluded = 0;
@@ -195,7 +195,7 @@ fn endless(render: Render) -> stride::RenderHandle {
 }
 
 #[test]
-fn a_render_that_is_stopped_has_a_picture_of_what_there_is() {
+fn a_stopped_render_has_a_picture_of_its_samples() {
     let mut handle = endless(ball());
     handle.stop();
     let mut concluded = Vec::new();
@@ -210,7 +210,7 @@ fn a_render_that_is_stopped_has_a_picture_of_what_there_is() {
 }
 
 #[test]
-fn a_handle_that_is_dropped_ends_its_render_and_leaves_its_files() {
+fn a_dropped_handle_ends_its_render_and_writes_its_files() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("a.film");
     drop(endless(ball().film(&path)));
@@ -219,7 +219,7 @@ fn a_handle_that_is_dropped_ends_its_render_and_leaves_its_files() {
 }
 
 #[test]
-fn samples_are_those_of_the_picture() {
+fn dumped_samples_give_the_picture() {
     let mut means = vec![[0.0_f64; 3]; 40 * 30];
     let mut seen = std::collections::HashSet::new();
     let report = ball().run_with_samples(|samples| {
@@ -253,7 +253,7 @@ fn refused(render: Render) -> SettingsError {
 }
 
 #[test]
-fn impossible_settings_are_values() {
+fn invalid_settings_are_error_values() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = |name: &str| folder.path().join(name);
     assert_eq!(
@@ -290,7 +290,7 @@ fn impossible_settings_are_values() {
 }
 
 #[test]
-fn impossible_scenes_and_places_are_values() {
+fn invalid_scenes_and_paths_are_error_values() {
     let scene = Scene { entities: vec![Entity::default()], ..Scene::default() };
     let Err(Error::Scene(problems)) = Render::new(&scene).run() else { panic!("there is no material") };
     assert!(matches!(&problems[..], [SceneProblem { .. }]), "{problems:?}");

@@ -28,7 +28,7 @@ fn noise(folder: &Path, picture: &str) -> f64 {
 // Each scene with an error that takes tens of samples; the converged render has 25 times as many, so that its own
 // error makes the figure 2% larger. The seeds are fixed: this passes or fails, it does not flicker.
 #[test]
-fn the_true_error_is_within_a_fifth_of_the_one_asked_for() {
+fn the_true_error_is_within_a_fifth_of_the_requested_one() {
     for (scene, sampler, asked, converged) in [
         ("cover", "sobol", 0.17, "1500"),
         ("cover", "independent", 0.17, "1500"),

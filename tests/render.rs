@@ -69,7 +69,7 @@ fn any_number_of_threads_and_any_lanes_give_the_same_files() {
 }
 
 #[test]
-fn pictures_on_the_way_are_those_of_shorter_renders() {
+fn numbered_pictures_equal_shorter_renders() {
     let dir = folder();
     let size = ["--size", "40x30", "-q"];
     let long = ["--spp", "37", "--dump-at", "1,10,36,37", "-o", "a.exr", "-o", "a.png"];
@@ -83,7 +83,7 @@ fn pictures_on_the_way_are_those_of_shorter_renders() {
 }
 
 #[test]
-fn a_crop_is_that_part_of_the_whole() {
+fn a_crop_equals_that_part_of_the_whole() {
     let dir = folder();
     let common = ["--size", "40x30", "--spp", "4", "-q"];
     render(dir.path(), &cover(), &[&common[..], &["-o", "whole.png"]].concat());
@@ -101,7 +101,7 @@ fn image(png: &[u8]) -> image::RgbImage {
 }
 
 #[test]
-fn a_time_limit_ends_at_a_whole_sample_and_equals_a_render_of_that_many() {
+fn a_time_limit_ends_at_a_whole_sample_with_the_picture_of_a_plain_render() {
     let dir = folder();
     let start = Instant::now();
     let timed = ["--size", "64x48", "--time", "500ms", "-q", "-o", "a.exr", "--stats", "a.json"];
@@ -115,7 +115,7 @@ fn a_time_limit_ends_at_a_whole_sample_and_equals_a_render_of_that_many() {
 }
 
 #[test]
-fn dumped_samples_are_each_sample_once_and_their_mean_is_the_picture() {
+fn a_dump_has_each_sample_once_and_its_mean_is_the_picture() {
     let dir = folder();
     let common = ["--size", "12x9", "--spp", "5", "--threads", "3", "-q", "-o", "a.exr"];
     render(dir.path(), &cover(), &[&common[..], &["--samples", "all.npy"]].concat());
@@ -141,7 +141,7 @@ fn dumped_samples_are_each_sample_once_and_their_mean_is_the_picture() {
 }
 
 #[test]
-fn statistics_say_what_happened() {
+fn statistics_are_written() {
     let dir = folder();
     render(
         dir.path(),
@@ -180,7 +180,7 @@ fn the_owner_overlay_shows_every_nth_pixel_in_one_colour() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_writes_what_there_is_and_succeeds() {
+fn an_interrupt_writes_the_picture_and_succeeds() {
     let dir = folder();
     let mut command = Command::new(env!("CARGO_BIN_EXE_stride"));
     command
@@ -241,7 +241,7 @@ fn the_last_line_of_progress_is_the_end() {
 
 #[cfg(feature = "broken-material")]
 #[test]
-fn impossible_samples_are_left_out_counted_and_can_be_traced() {
+fn invalid_samples_are_rejected_counted_and_traceable() {
     let dir = folder();
     let scene = r#"
         [film]

@@ -38,7 +38,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn a_limit_of_time_or_error_does_not_end_at_what_a_film_was_begun_for() {
+fn a_limit_of_time_or_error_replaces_the_requested_range_of_a_film() {
     let dir = folder();
     let begin = |name: &str| said(dir.path(), 0, &render(&["--spp", "4", "--film", name]));
     begin("a.film");
@@ -59,7 +59,7 @@ fn a_limit_of_time_or_error_does_not_end_at_what_a_film_was_begun_for() {
 }
 
 #[test]
-fn spp_counts_from_sample_0_wherever_a_film_begins() {
+fn spp_counts_from_sample_0_for_any_film() {
     let dir = folder();
     said(dir.path(), 0, &render(&["--range", "4..8", "--film", "a.film"]));
     said(dir.path(), 0, &render(&["--resume", "a.film", "--spp", "12"]));
@@ -100,7 +100,7 @@ fn a_film_that_differs_from_its_facts_is_refused() {
 }
 
 #[test]
-fn a_goal_that_is_missed_is_told_of_also_to_those_who_want_quiet() {
+fn a_missed_error_is_reported_even_with_quiet() {
     let dir = folder();
     let go = |more: &[&str]| said(dir.path(), 0, &render(&[more, &["--stats", "s.json"]].concat()));
     let told = || ["noise_asked", "noise_reached"].map(|key| stats(dir.path())[key].clone());
@@ -160,7 +160,7 @@ fn merged_films_have_the_layers_that_they_were_rendered_with() {
 }
 
 #[test]
-fn a_film_keeps_its_layers_and_gets_no_others() {
+fn a_resumed_film_keeps_exactly_its_layers() {
     let dir = folder();
     let go = |code: i32, more: &[&str]| said(dir.path(), code, &render(more));
     let bytes = |name: &str| fs::read(dir.path().join(name)).expect("a file");
@@ -196,7 +196,7 @@ fn a_film_keeps_its_layers_and_gets_no_others() {
 }
 
 #[test]
-fn a_film_of_another_scene_is_refused_with_what_differs_and_a_default_is_no_difference() {
+fn a_film_of_another_scene_is_refused_with_the_difference_and_defaults_do_not_count() {
     let dir = folder();
     let scene =
         fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml")).expect("a scene");
@@ -288,7 +288,7 @@ f 1 2 3
 }
 
 #[test]
-fn negative_numbers_are_answered_with_what_may_stand_there() {
+fn negative_numbers_are_refused_with_the_valid_range() {
     let dir = folder();
     let text = said(dir.path(), 2, &["render", "a.toml", "--size", "-4x4"]);
     assert!(text.contains("invalid value") && text.contains("like 640x480"), "{text}");

@@ -123,7 +123,7 @@ fn a_tiny_mesh_is_rendered_in_every_world() {
 }
 
 #[test]
-fn time_ends_a_render_whose_first_sample_takes_long() {
+fn a_time_limit_ends_a_render_with_a_slow_first_sample() {
     for (name, scene) in endless() {
         let folder = tempfile::tempdir().unwrap();
         let output = end_of(start(folder.path(), &scene, &["--time", "100ms"]), name);
@@ -136,7 +136,7 @@ fn time_ends_a_render_whose_first_sample_takes_long() {
 
 #[cfg(unix)]
 #[test]
-fn a_request_to_terminate_ends_a_render_whose_first_sample_takes_long() {
+fn a_request_to_terminate_ends_a_render_with_a_slow_first_sample() {
     for (name, scene) in endless() {
         let folder = tempfile::tempdir().unwrap();
         // A viewer is called when the render is about to begin: from then on requests are heard.
@@ -158,7 +158,7 @@ fn a_request_to_terminate_ends_a_render_whose_first_sample_takes_long() {
 }
 
 #[test]
-fn the_dump_is_named_among_what_was_written() {
+fn the_dump_is_listed_among_written_files() {
     let folder = tempfile::tempdir().unwrap();
     let scene = room("integrator = \"path\", max_depth = 3", 8, "");
     let output = end_of(start(folder.path(), &scene, &["--spp", "1", "--samples", "all.npy"]), "dump");

@@ -228,7 +228,7 @@ fn to_error(folder: &Path, name: &str, text: &str, more: &[&str]) -> (f64, Strin
 }
 
 #[test]
-fn an_error_takes_the_same_samples_in_every_unit() {
+fn an_error_needs_the_same_samples_in_every_unit() {
     let dir = tempfile::tempdir().expect("a folder");
     let goal = |error| ["--noise", error, "--spp", "4096", "-q"];
     for more in [&[][..], &["--adaptive"], &["--film-mode", "continuous"]] {
@@ -257,7 +257,7 @@ fn an_error_takes_the_same_samples_in_every_unit() {
 }
 
 #[test]
-fn the_true_error_in_millimetres_is_the_one_asked_for() {
+fn the_true_error_in_millimetres_matches_the_requested_one() {
     let dir = tempfile::tempdir().expect("a folder");
     let text = room(1e3, 1.0);
     to_error(dir.path(), "reference", &text, &["--spp", "4096", "--seed", "9", "-q"]);
@@ -270,7 +270,7 @@ fn the_true_error_in_millimetres_is_the_one_asked_for() {
 }
 
 #[test]
-fn radiance_that_a_film_cannot_keep_is_told_once_with_a_remedy() {
+fn radiance_outside_the_range_of_a_film_causes_one_warning_with_a_remedy() {
     let dir = tempfile::tempdir().expect("a folder");
     let warns = |text: &str, more: &[&str]| {
         let said = to_error(dir.path(), "a", text, &[&["--spp", "4"], more].concat()).1;

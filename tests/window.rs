@@ -165,7 +165,7 @@ fn bits(path: PathBuf) -> Vec<[u32; 3]> {
 }
 
 #[test]
-fn a_camera_that_is_moved_renders_anew_and_its_own_render_goes_on_where_it_was() {
+fn a_moved_camera_starts_a_new_render_and_the_suspended_one_resumes() {
     let Some(display) = display() else { return };
     let spp = "4000";
     let film = tour(&display, &["--spp", spp]);
@@ -174,7 +174,7 @@ fn a_camera_that_is_moved_renders_anew_and_its_own_render_goes_on_where_it_was()
 
 // What was decided at milestones before the camera moved is what the render goes on by when it is back.
 #[test]
-fn a_render_that_goes_where_the_error_is_decides_the_same_when_its_camera_is_back() {
+fn an_adaptive_render_makes_the_same_decisions_after_a_moved_camera() {
     let Some(display) = display() else { return };
     let film = tour(&display, &["--adaptive", "--noise", "0.017"]);
     assert_eq!(film.head().identity.get("adaptive"), Some("noise 0.017"));

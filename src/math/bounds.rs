@@ -1,26 +1,26 @@
-//! Boxes whose sides are parallel to the axes.
+//! Axis-aligned bounding boxes.
 
 /// All X with low ≤ X ≤ high in each coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// The corner with the least coordinates.
     pub low: [f32; 3],
-    /// The corner with the greatest.
+    /// The corner with the greatest coordinates.
     pub high: [f32; 3],
 }
 
 impl Bounds {
-    /// The box that holds nothing: the neutral element of [`Bounds::with`].
+    /// The empty box: the neutral element of [`Bounds::with`].
     pub const NOTHING: Bounds = Bounds { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
-    /// The box that holds all.
+    /// The box that contains all points.
     pub const EVERYTHING: Bounds = Bounds { low: [f32::NEG_INFINITY; 3], high: [f32::INFINITY; 3] };
 
-    /// The least box around some points.
+    /// The smallest box around some points.
     pub fn of(points: impl IntoIterator<Item = [f32; 3]>) -> Bounds {
         points.into_iter().fold(Bounds::NOTHING, |bounds, p| bounds.with(&Bounds { low: p, high: p }))
     }
 
-    /// The least box around two.
+    /// The smallest box around two boxes.
     #[inline]
     pub fn with(&self, other: &Bounds) -> Bounds {
         let each = |f: fn(f32, f32) -> f32, a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|i| f(a[i], b[i]));
@@ -29,14 +29,14 @@ impl Bounds {
         Bounds { low: each(min, self.low, other.low), high: each(max, self.high, other.high) }
     }
 
-    /// The box, larger on every side by so much of its largest coordinate.
+    /// The box extended on every side by this fraction of its largest coordinate.
     pub fn grown(&self, share: f32) -> Bounds {
         let largest = self.low.iter().chain(&self.high).fold(0.0_f32, |m, x| m.max(x.abs()));
         let margin = largest * share + f32::MIN_POSITIVE;
         Bounds { low: self.low.map(|x| x - margin), high: self.high.map(|x| x + margin) }
     }
 
-    /// Half the area of its sides; zero if it holds nothing.
+    /// Half its surface area; zero for the empty box.
     #[inline]
     pub fn half_area(&self) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|i| (f64::from(self.high[i]) - f64::from(self.low[i])).max(0.0));

@@ -31,17 +31,17 @@ impl<F: Float> Frame<F> {
             }
         })
     }
-    /// The frame around a unit normal whose first tangent is nearest to a direction, of any length; [`Frame::around`] the
-    /// normal where that has no part across it.
+    /// The frame around a unit normal whose first tangent is nearest to a direction of any length; [`Frame::around`]
+    /// the normal if the direction is parallel to it.
     #[inline(always)]
     pub fn along(n: Vec3<F>, direction: Vec3<F>) -> Self {
         function!(F, frame_along(n, direction), {
             let around = Frame::around(n);
-            // Scaled first: squares of the parts may not fit.
+            // Scaled first: squares of components may overflow.
             let unit = direction * (F::splat(1.0) / direction.max_abs().max(F::splat(f32::MIN_POSITIVE)));
             let across = unit - n * unit.dot(n);
             let length2 = across.dot(across);
-            // Below this the tangent would be rounding errors.
+            // A smaller tangent would consist of rounding errors.
             let has_one = length2.gt(F::splat(1e-8));
             let s = across * (F::splat(1.0) / F::select(has_one, length2, F::splat(1.0)).sqrt());
             let s = Vec3::select(has_one, s, around.s);
@@ -49,13 +49,13 @@ impl<F: Float> Frame<F> {
         })
     }
 
-    /// World coordinates of a vector given in the frame's.
+    /// World coordinates of a vector in the frame's coordinates.
     #[inline(always)]
     pub fn to_world(&self, v: Vec3<F>) -> Vec3<F> {
         let frame = *self;
         function!(F, to_world(frame, v), { frame.s * v.x + frame.t * v.y + frame.n * v.z })
     }
-    /// The frame's coordinates of a vector given in the world's.
+    /// The frame's coordinates of a vector in world coordinates.
     #[inline(always)]
     pub fn to_local(&self, v: Vec3<F>) -> Vec3<F> {
         let frame = *self;

@@ -1,6 +1,6 @@
 //! Mathematics: lanes, vectors, rays, frames and deterministic functions.
 //!
-//! Descriptions (scene, camera set-up) use glam's `f64` vectors; everything on a path uses [`Vec3`], whose
+//! Descriptions (scene, camera set-up) use glam's `f64` vectors; code on a path uses [`Vec3`], whose
 //! components are lanes.
 
 pub mod bounds;

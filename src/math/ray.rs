@@ -9,20 +9,20 @@ pub struct Ray<F> {
     pub o: Vec3<F>,
     /// Direction, of length one.
     pub d: Vec3<F>,
-    /// When it is there, as a share of the time that the camera's shutter is open: 0 where nothing moves.
+    /// The time, as a fraction of the camera's shutter interval; 0 if nothing moves.
     pub time: F,
 }
 
 value!(Ray { o, d, time });
 
 impl<F: Float> Ray<F> {
-    /// The ray of an origin and a direction at time 0.
+    /// The ray from an origin in a direction, at time 0.
     #[inline(always)]
     pub fn new(o: Vec3<F>, d: Vec3<F>) -> Self {
         Ray { o, d, time: F::zero() }
     }
 
-    /// No ray: all zeros, to be replaced.
+    /// A placeholder of zeros.
     #[inline(always)]
     pub fn none() -> Self {
         Ray::new(Vec3::zero(), Vec3::zero())
@@ -34,7 +34,7 @@ impl<F: Float> Ray<F> {
         self.o + self.d * t
     }
 
-    /// The lanes whose coordinates are all finite: an infinite one or NaN makes such a number of the product, too.
+    /// The lanes whose coordinates are all finite: the product of an infinity or NaN is not finite either.
     /// Coordinates of 10³⁷ and more may count as infinite.
     #[inline(always)]
     pub fn is_finite(&self) -> F::Mask {

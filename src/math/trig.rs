@@ -1,10 +1,10 @@
-//! Trigonometry by polynomials: the same bits everywhere, unlike the system's own.
+//! Trigonometry by polynomials: the same bits on all machines, unlike the system's library.
 
 use super::{Float, Uint, function};
 
 /// (sin 2πu, cos 2πu) for u in [0, 1], within 2⁻²².
 ///
-/// The nearest quarter turn is taken off; near-minimax polynomials serve the eighth of a turn that is left.
+/// The nearest quarter turn is subtracted; near-minimax polynomials cover the remaining eighth of a turn.
 #[inline(always)]
 pub fn sin_cos_turns<F: Float>(u: F) -> (F, F) {
     function!(F, sin_cos_turns(u), {

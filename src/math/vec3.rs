@@ -3,7 +3,7 @@
 use super::lanes::{Float, LaneFloat, Layout, Part, Value};
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A point, direction or normal in three dimensions, one a lane.
+/// A point, direction or normal in three dimensions, one per lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vec3<F> {
     /// First coordinate.
@@ -66,7 +66,7 @@ impl<F: Float> Vec3<F> {
     pub fn length(self) -> F {
         self.dot(self).sqrt()
     }
-    /// The vector over its length.
+    /// The normalised vector.
     #[inline(always)]
     pub fn normalized(self) -> Self {
         self * (F::splat(1.0) / self.length())
@@ -131,7 +131,7 @@ impl<F: Float> Neg for Vec3<F> {
     }
 }
 
-/// Linear Rec. 709 red, green and blue: radiance, reflectance or throughput, one a lane.
+/// Linear Rec. 709 red, green and blue: radiance, reflectance or throughput, one per lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rgb<F> {
     /// Red.

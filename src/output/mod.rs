@@ -40,6 +40,6 @@ pub use overlay::{owner_overlay, write_owner_overlay};
 pub use picture::{Format, check_writable, numbered_path, suffixed_path, write_picture};
 pub use progress::Progress;
 pub use read::{ReadError, read_picture};
-pub use retry::Patience;
+pub use retry::RetryPolicy;
 pub use tev::{Tev, TevError};
 pub use unfinished::remove_unfinished;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::error::OutputError;
 
 /// How long writes are retried after a first failure. Temporary failures of disks last seconds.
-const PATIENCE: Duration = Duration::from_secs(10);
+const RETRY_TIME: Duration = Duration::from_secs(10);
 
 /// The interval between two attempts.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -15,20 +15,20 @@ const PAUSE: Duration = Duration::from_millis(500);
 /// disk are not retried ten times as long.
 #[derive(Debug)]
 pub struct RetryPolicy {
-    patience: Duration,
+    time_limit: Duration,
     deadline: Option<Instant>,
 }
 
 impl Default for RetryPolicy {
     fn default() -> RetryPolicy {
-        RetryPolicy { patience: PATIENCE, deadline: None }
+        RetryPolicy { time_limit: RETRY_TIME, deadline: None }
     }
 }
 
 impl RetryPolicy {
     /// Without retries: writes to another folder at once.
     pub fn none() -> RetryPolicy {
-        RetryPolicy { patience: Duration::ZERO, deadline: None }
+        RetryPolicy { time_limit: Duration::ZERO, deadline: None }
     }
 
     /// Writes a file by `write`, which receives the path. After an error it reports the error and retries for a while.
@@ -44,10 +44,10 @@ impl RetryPolicy {
         if matches!(error, OutputError::UnknownFormat { .. }) {
             return Err(error);
         }
-        let patience = self.patience;
-        let deadline = *self.deadline.get_or_insert_with(|| Instant::now() + patience);
+        let time_limit = self.time_limit;
+        let deadline = *self.deadline.get_or_insert_with(|| Instant::now() + time_limit);
         if Instant::now() < deadline {
-            report(format!("{error}; retrying for {} s", patience.as_secs()));
+            report(format!("{error}; retrying for {} s", time_limit.as_secs()));
         }
         while Instant::now() < deadline {
             std::thread::sleep(PAUSE);
@@ -83,8 +83,8 @@ mod tests {
     use std::cell::{Cell, RefCell};
     use std::fs;
 
-    fn impatient() -> RetryPolicy {
-        RetryPolicy { patience: Duration::from_millis(700), deadline: None }
+    fn short_retries() -> RetryPolicy {
+        RetryPolicy { time_limit: Duration::from_millis(700), deadline: None }
     }
 
     fn write(path: &Path) -> Result<(), OutputError> {
@@ -100,7 +100,7 @@ mod tests {
             times.set(times.get() + 1);
             write(path)
         };
-        impatient().write(&folder.path().join("a.png"), &report, count).unwrap();
+        short_retries().write(&folder.path().join("a.png"), &report, count).unwrap();
         assert_eq!(times.get(), 1);
     }
 
@@ -117,7 +117,7 @@ mod tests {
             }
             write(path)
         };
-        impatient().write(&path, &|line| said.borrow_mut().push(line), later).unwrap();
+        short_retries().write(&path, &|line| said.borrow_mut().push(line), later).unwrap();
         assert!(path.exists());
         assert!(said.borrow()[0].contains("retrying"), "{said:?}");
     }
@@ -125,14 +125,14 @@ mod tests {
     #[test]
     fn a_failed_write_goes_to_another_folder_with_a_message() {
         let folder = tempfile::tempdir().unwrap();
-        let name = format!("patience-{}.png", std::process::id());
+        let name = format!("time_limit-{}.png", std::process::id());
         let lost = folder.path().join("gone").join(&name);
         let start = Instant::now();
-        let mut patience = impatient();
+        let mut time_limit = short_retries();
         let mut found = Vec::new();
         for _ in 0..3 {
             let said = RefCell::new(Vec::new());
-            let error = patience.write(&lost, &|line| said.borrow_mut().push(line), write).unwrap_err();
+            let error = time_limit.write(&lost, &|line| said.borrow_mut().push(line), write).unwrap_err();
             assert!(matches!(&error, OutputError::Io { path, .. } if *path == lost), "{error}");
             let last = said.borrow().last().cloned().unwrap();
             let instead = last.split('"').nth(3).unwrap_or_else(|| panic!("{last}"));
@@ -144,7 +144,7 @@ mod tests {
         assert!(start.elapsed() < Duration::from_secs(30));
         found.iter().for_each(|path| fs::remove_file(path).unwrap());
         // If no folder is writable, only the first error is returned.
-        let error = patience.write(&lost, &|_| {}, |path| {
+        let error = time_limit.write(&lost, &|_| {}, |path| {
             Err(OutputError::NoFolder { path: path.into(), folder: path.into() })
         });
         assert!(matches!(error, Err(OutputError::NoFolder { path, .. }) if path == lost));

@@ -1,7 +1,7 @@
 //! The picture files of a render: at barriers, on request of the window, and at the end.
 
 use super::error::Written;
-use super::event::{Event, print_camera};
+use super::event::{Event, send_event};
 use super::identity::{facts, mattes_of, write_saying};
 use super::layers::layers;
 use super::settings::RenderSettings;
@@ -150,7 +150,7 @@ impl Pictures<'_> {
         ending: &Receiver<Ended>,
         events: &Sender<Event>,
     ) {
-        let say = |camera| print_camera(events, Event::Viewpoint(camera));
+        let say = |camera| send_event(events, Event::Viewpoint(camera));
         // A view does not show the samples of each pixel.
         let facts = self.identity.clone().with("samples", "unfinished");
         serve_saves(requests, ending, say, |snapshot, view, whole| {

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_dump_is_developed_to_the_very_file_that_a_render_with_the_filter_writes() {
+fn a_developed_dump_equals_the_file_of_a_render_with_the_filter() {
     let (dir, scene) = (folder(), cover());
     let common = ["--size", "40x30", "--spp", "5", "--threads", "3"];
     // Whatever filter the continuous film has, its samples are the same, and those of a box in importance mode too.
@@ -55,7 +55,7 @@ fn a_dump_is_developed_to_the_very_file_that_a_render_with_the_filter_writes() {
 
 /// What a scene's things are called and how many they are takes nothing from a dump.
 #[test]
-fn a_dump_of_many_things_with_foreign_names_is_developed() {
+fn a_dump_with_many_non_ascii_names_is_developed() {
     let dir = folder();
     let ball = |i: usize| {
         format!(
@@ -76,7 +76,7 @@ fn a_dump_of_many_things_with_foreign_names_is_developed() {
 }
 
 #[test]
-fn what_cannot_be_developed_says_why() {
+fn impossible_developments_are_explained() {
     let (dir, scene) = (folder(), cover());
     let tent = ["--size", "40x30", "--spp", "2", "--samples", "tent.npy", "-o", "a.png"];
     succeed(dir.path(), &render(&scene, &tent));
@@ -123,7 +123,7 @@ fn what_cannot_be_developed_says_why() {
 
 // That a GPU's samples are those of the CPU by statistics, `src/gpu` tests; here, that its film is made of them.
 #[test]
-fn a_gpus_film_is_that_of_its_samples() {
+fn a_film_of_a_gpu_equals_the_film_of_its_samples() {
     let (dir, scene) = (folder(), cover());
     let film = ["--size", "40x30", "--spp", "4", "--filter", "mitchell", "--device", "gpu"];
     let output =

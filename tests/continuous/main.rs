@@ -127,7 +127,7 @@ fn threads_lanes_and_shards_in_any_order_give_the_same_files() {
 }
 
 #[test]
-fn killed_at_any_moment_and_gone_on_with_the_files_are_the_same() {
+fn renders_killed_at_any_moment_are_resumed_to_the_same_files() {
     kill_and_go_on(&[], kills(6));
 }
 
@@ -172,7 +172,7 @@ fn channel(folder: &Path, name: &str, channel: &str) -> Vec<f32> {
 }
 
 #[test]
-fn variances_are_the_same_whoever_adds_them_up_and_cost_nobody_else_anything() {
+fn variances_are_the_same_for_all_workers_and_other_films_are_unchanged() {
     let (dir, scene) = (folder(), cover());
     let spread = [&SMALL[..], &["--layers", "variance,samples"]].concat();
     let whole = ["--spp", "12", "-o", "whole.exr", "--film", "whole.film", "--samples", "s.npy"];
@@ -244,7 +244,7 @@ fn variances_are_the_same_whoever_adds_them_up_and_cost_nobody_else_anything() {
 }
 
 #[test]
-fn a_variance_that_cannot_be_told_is_refused_or_left_out_with_a_word() {
+fn a_variance_without_its_sums_is_refused_or_omitted_with_a_message() {
     let (dir, scene) = (folder(), cover());
     let shard = |name: &str, range: &str, layers: &[&str]| {
         let film = ["--range", range, "--film", name, "-o", "s.exr"];
@@ -270,7 +270,7 @@ fn a_variance_that_cannot_be_told_is_refused_or_left_out_with_a_word() {
 
 // A filter that gives each sample to one pixel: the same samples, in the same pixels, as where they all count the same.
 #[test]
-fn the_variance_of_a_box_is_that_of_pixels_with_samples_of_their_own() {
+fn the_variance_with_a_box_equals_that_of_unweighted_samples() {
     let (dir, scene) = (folder(), cover());
     let common = ["--size", "40x30", "--spp", "9", "--filter", "box", "--layers", "variance", "-o", "a.exr"];
     let of = |more: &[&str]| {
@@ -288,7 +288,7 @@ fn the_variance_of_a_box_is_that_of_pixels_with_samples_of_their_own() {
 }
 
 #[test]
-fn a_crop_is_the_part_of_the_whole_with_what_reaches_into_it() {
+fn a_crop_includes_contributions_from_around_it() {
     let (dir, scene) = (folder(), cover());
     for filter in ["mitchell", "lanczos", "blackman-harris"] {
         let common = ["--size", "40x30", "--filter", filter, "--spp", "3"];
@@ -316,7 +316,7 @@ fn a_crop_is_the_part_of_the_whole_with_what_reaches_into_it() {
 }
 
 #[test]
-fn pictures_at_barriers_are_those_of_plain_renders() {
+fn pictures_at_barriers_equal_plain_renders() {
     let (dir, scene) = (folder(), cover());
     let dumps = ["--spp", "9", "--dump-at", "1,4,9", "--threads", "3", "-o", "a.exr", "--film", "a.film"];
     succeed(dir.path(), &render(&scene, &[&SMALL[..], &dumps].concat()));
@@ -347,7 +347,7 @@ fn pictures_at_barriers_are_those_of_plain_renders() {
 }
 
 #[test]
-fn what_does_not_go_together_says_so() {
+fn contradictory_arguments_are_explained() {
     let (dir, scene) = (folder(), cover());
     succeed(
         dir.path(),
@@ -414,7 +414,7 @@ fn lacks_a_gpu(output: &Output) -> bool {
 // Whole films, of other numbers on each side: what makes samples, what puts them on the film, and what goes beyond its
 // border. Level 0.01 (see `tiles`).
 #[test]
-fn a_gpus_continuous_film_is_the_cpus_by_statistics() {
+fn a_continuous_film_of_a_gpu_matches_the_cpu_statistically() {
     let (dir, scene) = (folder(), cover());
     let common = ["--size", "40x24", "--spp", "16", "--filter", "mitchell", "-o", "a.exr"];
     let on = |device: &str, seed: &str, more: &[&str]| {
@@ -443,7 +443,7 @@ fn a_gpus_continuous_film_is_the_cpus_by_statistics() {
 }
 
 #[test]
-fn a_gpus_continuous_film_is_the_same_in_one_go_in_two_and_with_its_samples_kept() {
+fn a_continuous_film_of_a_gpu_is_the_same_when_resumed_and_with_a_dump() {
     let (dir, scene) = (folder(), cover());
     let on = |more: &[&str]| {
         let common = ["--size", "40x30", "--filter", "lanczos", "--device", "gpu", "--crop", "3,2,31,24"];

@@ -15,7 +15,7 @@ fn film_shows(dir: &Path, film: &str, picture: &str) {
 }
 
 #[test]
-fn a_folder_that_vanishes_and_comes_back_loses_nothing() {
+fn a_folder_that_is_missing_for_a_while_loses_nothing() {
     let dir = folder();
     let scene = cover();
     let out = dir.path().join("out");
@@ -39,7 +39,7 @@ fn a_folder_that_vanishes_and_comes_back_loses_nothing() {
 }
 
 #[test]
-fn what_has_no_place_at_the_end_is_put_elsewhere() {
+fn files_without_a_folder_at_the_end_are_written_elsewhere() {
     let dir = folder();
     let scene = cover();
     let out = dir.path().join("out");
@@ -60,7 +60,7 @@ fn what_has_no_place_at_the_end_is_put_elsewhere() {
 }
 
 #[test]
-fn a_disk_without_room_for_the_film_still_takes_the_picture() {
+fn a_picture_is_written_when_the_disk_has_no_room_for_the_film() {
     let dir = folder();
     // A limit on the size of files stands in for a full disk: the film has 77 kB, a small PNG fewer than 20.
     let scene = cover();
@@ -81,7 +81,7 @@ fn a_disk_without_room_for_the_film_still_takes_the_picture() {
 }
 
 #[test]
-fn a_locked_folder_is_told_of_and_written_when_it_opens() {
+fn a_locked_folder_is_reported_and_written_when_it_is_unlocked() {
     use std::os::unix::fs::PermissionsExt;
     let dir = folder();
     let scene = cover();

@@ -4,7 +4,7 @@ use super::{bytes, cover, folder, refused, render, succeed};
 use std::fs;
 
 #[test]
-fn samples_say_what_they_are_and_films_without_an_end_that_they_have_none() {
+fn info_describes_dumps_and_films_without_an_end() {
     let dir = folder();
     let scene = cover();
     succeed(dir.path(), &render(&scene, &["--spp", "3", "--samples", "a.npy", "-o", "a.exr"]));
@@ -23,7 +23,7 @@ fn samples_say_what_they_are_and_films_without_an_end_that_they_have_none() {
 }
 
 #[test]
-fn films_and_pictures_say_what_they_are() {
+fn info_describes_films_and_pictures() {
     let dir = folder();
     let scene = cover();
     let common = ["--spp", "4", "--seed", "77", "--exposure", "1.5", "-o", "a.exr", "-o", "a.png"];

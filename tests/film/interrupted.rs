@@ -15,7 +15,7 @@ fn half_written(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn killed_at_any_moment_and_gone_on_with_the_files_are_the_same() {
+fn renders_killed_at_any_moment_are_resumed_to_the_same_files() {
     let dir = folder();
     let scene = cover();
     let part = |spp: &str, threads: &str| {
@@ -61,7 +61,7 @@ fn killed_at_any_moment_and_gone_on_with_the_files_are_the_same() {
 }
 
 #[test]
-fn a_render_to_an_error_that_is_killed_ends_at_the_same_sample() {
+fn a_killed_render_to_an_error_ends_at_the_same_sample() {
     let dir = folder();
     let scene = cover();
     let noise = ["--noise", "0.017", "--stats", "stats.json"];
@@ -102,7 +102,7 @@ fn a_render_to_an_error_that_is_killed_ends_at_the_same_sample() {
 
 #[cfg(unix)]
 #[test]
-fn interrupted_and_gone_on_with_to_more_samples_than_were_asked_for_at_first() {
+fn an_interrupted_render_is_resumed_to_more_samples_than_requested_at_first() {
     let dir = folder();
     let scene = cover();
     let first = ["--spp", "4000000", "--film", "a.film", "--checkpoint", "20ms", "-o", "a.exr"];

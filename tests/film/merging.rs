@@ -7,7 +7,7 @@ use stride::sampling::Stream;
 
 // The layers are of the first 32 samples: some shards have none of these.
 #[test]
-fn shards_rendered_and_merged_in_any_order_are_the_whole() {
+fn shards_merged_in_any_order_equal_the_whole() {
     let dir = folder();
     let scene = cover();
     let small = |more: &[&str]| -> Vec<String> {
@@ -92,7 +92,7 @@ fn shards_rendered_and_merged_in_any_order_are_the_whole() {
 }
 
 #[test]
-fn a_render_of_none_of_the_samples_that_layers_are_of_says_so() {
+fn a_render_without_samples_for_its_layers_warns() {
     let (dir, scene) = (folder(), cover());
     let said = |range: &str, more: &[&str]| {
         let base = ["render", &scene, "--headless", "--size", "4x3", "--range", range, "-o", "a.exr"];
@@ -117,7 +117,7 @@ fn a_render_of_none_of_the_samples_that_layers_are_of_says_so() {
 }
 
 #[test]
-fn merged_films_are_shown_as_they_were_rendered_or_as_asked() {
+fn merged_films_have_the_rendered_or_requested_view() {
     let (dir, scene) = (folder(), cover());
     let shown = |tone: &str, exposure: &str, name: &str| {
         let view = ["--tone", tone, "--exposure", exposure, "--spp", "4", "-o", name];
@@ -140,7 +140,7 @@ fn merged_films_are_shown_as_they_were_rendered_or_as_asked() {
 }
 
 #[test]
-fn a_merge_does_not_replace_what_it_merges() {
+fn a_merge_does_not_replace_its_inputs() {
     let dir = folder();
     let scene = cover();
     for (range, film) in [("0..1", "a.film"), ("1..2", "b.film")] {

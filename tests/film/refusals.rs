@@ -80,7 +80,7 @@ fn films_that_do_not_belong_together_are_refused_with_the_reason() {
 }
 
 #[test]
-fn a_damaged_film_is_never_read_as_good() {
+fn a_damaged_film_is_always_detected() {
     let dir = folder();
     let scene = cover();
     succeed(dir.path(), &render(&scene, &["--spp", "2", "--film", "a.film", "-o", "a.exr"]));

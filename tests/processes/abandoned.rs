@@ -45,7 +45,7 @@ fn worker(index: usize, integrator: &dyn Integrator) -> Worker<'_> {
 }
 
 #[test]
-fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
+fn an_unresponsive_worker_is_abandoned_and_its_order_reported() {
     let integrator = common::integrator(&scene());
     let Wired { configuration, inbox, stop, mut mailboxes } = wired(2, 1_000_000);
     let (silent_orders, silent_stop, silent_batches) = mailboxes.pop().unwrap();
@@ -82,7 +82,7 @@ fn a_worker_that_never_answers_is_abandoned_and_its_order_is_told() {
 }
 
 #[test]
-fn a_worker_with_more_time_to_answer_is_waited_for_and_no_other() {
+fn only_a_worker_with_a_longer_time_limit_is_waited_for() {
     let Wired { mut configuration, inbox, stop, mut mailboxes } = wired(2, 1_000_000);
     configuration.workers[0].patience = Duration::ZERO;
     let (slow_orders, slow_stop, slow_batches) = mailboxes.pop().unwrap();
@@ -108,7 +108,7 @@ fn a_worker_with_more_time_to_answer_is_waited_for_and_no_other() {
 }
 
 #[test]
-fn workers_that_answer_are_not_abandoned_and_all_that_they_finished_counts() {
+fn responsive_workers_are_not_abandoned_and_their_samples_count() {
     let integrator = common::integrator(&scene());
     for workers in 1..5 {
         let Wired { configuration, inbox, stop, mailboxes } = wired(workers, 1_000_000);
@@ -144,7 +144,7 @@ fn workers_that_answer_are_not_abandoned_and_all_that_they_finished_counts() {
 }
 
 #[test]
-fn time_that_is_up_ends_a_render_before_its_first_whole_sample() {
+fn a_time_limit_may_end_a_render_before_its_first_whole_sample() {
     let Wired { configuration, inbox, stop, mut mailboxes } = wired(1, 1_000_000);
     let (orders, stops, batches) = mailboxes.pop().unwrap();
     let outcome = std::thread::scope(|scope| {
@@ -161,7 +161,7 @@ fn time_that_is_up_ends_a_render_before_its_first_whole_sample() {
 }
 
 #[test]
-fn paths_that_are_to_stop_give_up_at_the_next_bounce() {
+fn paths_stop_at_the_next_bounce_on_request() {
     let pixels: Vec<_> = (0..WHOLE.len()).map(|place| WHOLE.pixel(place)).collect();
     for integrator in [
         stride::scene::Integrator::Path,

@@ -52,7 +52,7 @@ fn samples(film: &[u8]) -> (u64, f64) {
 // A film that is sent piece by piece while samples go on to arrive: of a sample that counts in pixels of two pieces, a
 // film must have both or neither. With `send_film_past` doing nothing, one of the first films has a part of a sample.
 #[test]
-fn a_film_that_is_sent_in_pieces_has_all_of_a_sample_or_nothing() {
+fn a_checkpoint_has_all_of_a_sample_or_nothing() {
     let splatter = Arc::new(Splatter::new(Weights::new(Filter::Box { radius: 1.0 }), [0, 0]));
     let layout = Layout { weighted: true, ..Layout::plain(WIDE, ROWS) };
     let schedule = Schedule::new(1, WIDE * ROWS, 1000, None, vec![]).in_stripes(WIDE * ROWS, WIDE);

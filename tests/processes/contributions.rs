@@ -196,7 +196,7 @@ fn the_film_is_the_same_for_any_number_of_threads() {
 
 // A film that is written while batches come has all that a sample contributes, or nothing of it.
 #[test]
-fn killed_at_any_checkpoint_and_resumed_it_is_the_same_film() {
+fn a_film_killed_at_any_checkpoint_is_resumed_to_the_same_film() {
     const SPP: u32 = 16;
     let stream = &mut Stream::new(11, 0, 0);
     for kind in Kind::all() {
@@ -287,7 +287,7 @@ fn off_the_ramp(light: &[f64], contributions: f64) -> [f64; 2] {
 
 // A right film fails with probability 10⁻⁵, where a standard normal number is above 4.4.
 #[test]
-fn light_of_a_known_distribution_is_as_bright_as_it_should_be_in_a_crop() {
+fn a_crop_shows_light_of_a_known_distribution_correctly() {
     const SPP: u32 = 16;
     let kind = Kind::new(CROP, false, Filter::Box { radius: 0.5 });
     let film = kind.wiring(3, SPP).render(&scatterer(0.0, ramp)).outcome.film;

@@ -21,7 +21,7 @@ fn any_number_of_workers_makes_the_same_film() {
 
 // Orders and blocks begin and end anywhere: layers are of 24 of the first 32 samples here, and of no others.
 #[test]
-fn layers_are_of_the_first_samples_of_all_whichever_a_render_makes() {
+fn layers_use_only_the_first_samples_of_each_pixel() {
     let integrator = common::integrator(&scene());
     for (first, spp, traced) in [(8, 40, 0xffff_ff00_u32), (32, 3, 0), (31, 2, 1 << 31)] {
         let expected = plain_film_from(&*integrator, WHOLE, first, |_| spp);
@@ -41,7 +41,7 @@ fn layers_are_of_the_first_samples_of_all_whichever_a_render_makes() {
 }
 
 #[test]
-fn more_workers_than_pixels_are_no_harm() {
+fn more_workers_than_pixels_are_allowed() {
     let integrator = common::integrator(&scene());
     let region = Region { film_width: WIDTH, x: 11, y: 7, width: 3, height: 1 };
     let outcome = Wiring { workers: 5, region, ..Wiring::default() }.render(&*integrator).outcome;
@@ -49,7 +49,7 @@ fn more_workers_than_pixels_are_no_harm() {
 }
 
 #[test]
-fn a_slow_worker_changes_nothing_but_the_time() {
+fn a_slow_worker_affects_only_the_time() {
     for slow in 0..3 {
         // The slow one begins a block only when the others have begun three times what it has by then. They can: it holds
         // two of 18 shares at most. Once it has come so far that they could not, it waits no more.
@@ -77,7 +77,7 @@ fn a_slow_worker_changes_nothing_but_the_time() {
 }
 
 #[test]
-fn a_crop_is_cut_out_of_the_whole_picture() {
+fn a_crop_equals_a_part_of_the_whole_picture() {
     let integrator = common::integrator(&scene());
     let whole = plain_picture(16);
     let region = Region { film_width: WIDTH, x: 5, y: 9, width: 13, height: 8 };
@@ -92,7 +92,7 @@ fn a_crop_is_cut_out_of_the_whole_picture() {
 }
 
 #[test]
-fn pictures_at_barriers_are_those_of_shorter_renders() {
+fn pictures_at_barriers_equal_shorter_renders() {
     for (workers, sends_samples) in [(1, false), (3, false), (3, true), (7, false)] {
         // In any order, and one past the end, which never comes.
         let dump_at = vec![10, 1, 3, 16, 99];
@@ -107,7 +107,7 @@ fn pictures_at_barriers_are_those_of_shorter_renders() {
 }
 
 #[test]
-fn a_lossless_sink_gets_every_sample_once_however_slow_it_is() {
+fn a_slow_lossless_sink_gets_every_sample_once() {
     let integrator = common::integrator(&scene());
     // It traces each sample again: all workers together are faster.
     let again = common::integrator(&scene());
@@ -150,7 +150,7 @@ fn the_last_snapshot_is_the_finished_picture() {
 }
 
 #[test]
-fn samples_that_no_film_takes_are_counted_and_named_and_bright_ones_are_kept() {
+fn invalid_samples_are_rejected_and_listed_and_bright_ones_are_added() {
     let altered = || Hooked {
         inner: common::integrator(&scene()),
         before: |_: &Paths<'_>| {},

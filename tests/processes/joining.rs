@@ -190,7 +190,7 @@ fn render(roles: &[Role], sends_samples: bool, is_text: bool) -> (Outcome, Vec<B
 }
 
 #[test]
-fn workers_that_join_leave_and_fail_make_the_film_of_one_that_stays() {
+fn workers_that_join_leave_and_fail_make_the_same_film() {
     let expected = plain_film(&*common::integrator(&scene()), WHOLE, |_| SPP);
     for (workers, variant) in (1..8).flat_map(|workers| (0..3).map(move |variant| (workers, variant))) {
         let mut roles = roles(workers, variant);
@@ -219,7 +219,7 @@ fn workers_that_join_leave_and_fail_make_the_film_of_one_that_stays() {
 }
 
 #[test]
-fn the_last_worker_that_is_there_cannot_be_lost() {
+fn the_last_worker_is_indispensable() {
     let roles = [Role { fate: Fate::Fails(2), joins_after: None }];
     let (outcome, ..) = render(&roles, false, false);
     assert_eq!(outcome.failure.as_ref().map(|failure| failure.index), Some(0));
@@ -228,7 +228,7 @@ fn the_last_worker_that_is_there_cannot_be_lost() {
 }
 
 #[test]
-fn a_render_that_its_last_worker_leaves_says_so() {
+fn a_render_fails_when_its_last_worker_leaves() {
     let roles = [Role { fate: Fate::Leaves(2), joins_after: None }];
     let (outcome, ..) = render(&roles, false, false);
     let failure = outcome.failure.as_ref().expect("a failure");
@@ -275,7 +275,7 @@ fn puppets(count: usize) -> (Configuration, Receiver<SampleBatch>, Vec<Puppet>) 
 }
 
 #[test]
-fn the_last_order_of_a_worker_that_leaves_is_given_to_one_that_was_done() {
+fn the_last_order_of_a_worker_that_leaves_goes_to_an_idle_one() {
     let (configuration, batches, mut all) = puppets(2);
     let (changes_out, changes) = bounded(1);
     let leaver = all.pop().unwrap();
@@ -308,7 +308,7 @@ fn the_last_order_of_a_worker_that_leaves_is_given_to_one_that_was_done() {
 }
 
 #[test]
-fn a_worker_that_fails_when_it_is_asked_to_stop_and_may_be_lost_is_no_failure() {
+fn a_dispensable_worker_that_fails_while_stopping_is_no_failure() {
     for may_be_lost in [true, false] {
         let (mut configuration, batches, mut all) = puppets(2);
         configuration.workers[1].may_be_lost = may_be_lost;
@@ -334,7 +334,7 @@ fn a_worker_that_fails_when_it_is_asked_to_stop_and_may_be_lost_is_no_failure() 
 }
 
 #[test]
-fn batches_of_a_number_that_is_not_there_are_not_taken() {
+fn batches_of_absent_workers_are_ignored() {
     let (orders_out, orders) = bounded(2);
     let (batches_out, batches) = bounded(4);
     let schedule = Schedule::new(1, WHOLE.len(), 1, None, Vec::new());

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_worker_that_panics_ends_the_run_by_name_and_the_rest_is_kept() {
+fn a_worker_that_panics_ends_the_run_with_its_name_and_keeps_the_film() {
     for (workers, culprit, from) in [(1, 0, 0), (3, 1, 0), (3, 2, 2), (7, 4, 9)] {
         let integrator = hooked(move |paths| {
             let is_culprit = std::thread::current().name() == Some(&format!("worker {culprit}"));
@@ -23,7 +23,7 @@ fn a_worker_that_panics_ends_the_run_by_name_and_the_rest_is_kept() {
 }
 
 #[test]
-fn what_a_lost_worker_leaves_is_made_by_the_others_and_the_film_is_the_same() {
+fn others_complete_the_orders_of_a_lost_worker_and_the_film_is_the_same() {
     let expected = plain_film(&*common::integrator(&scene()), WHOLE, |_| 30);
     for (workers, times, blocks) in [(2, 1.0, 0), (2, 9.0, 7), (3, 40.0, 5), (4, 0.3, 3)] {
         for sends_samples in [false, true] {
@@ -66,7 +66,7 @@ fn what_a_lost_worker_leaves_is_made_by_the_others_and_the_film_is_the_same() {
 }
 
 #[test]
-fn a_worker_that_is_lost_when_the_others_are_done_leaves_nothing_out() {
+fn samples_of_a_worker_lost_at_the_end_are_made_by_others() {
     // Worker 1 is not done with the orders that it begins with, for two shares, when the sample sink has got all others.
     let shares = Schedule::new(2, WHOLE.len(), 1, None, vec![]).with_faster(WHOLE.len(), 1.0).shares();
     let others = WHOLE.len() as usize * (shares - 2) / shares;
@@ -98,7 +98,7 @@ fn a_worker_that_is_lost_when_the_others_are_done_leaves_nothing_out() {
 }
 
 #[test]
-fn a_render_that_others_go_on_with_tells_what_all_have_made_and_who_was_lost() {
+fn a_resumed_render_reports_all_samples_and_lost_workers() {
     let gone = hooked(move |_| {
         let is_lost = std::thread::current().name() == Some("worker 2");
         assert!(!is_lost, "the device is gone");

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_fast_worker_owns_as_much_as_it_is_faster() {
+fn a_fast_worker_owns_pixels_in_proportion_to_its_speed() {
     for (workers, times) in [(2, 1.0), (3, 7.5), (17, 100.0), (3, 0.25)] {
         let schedule = Schedule::new(workers, 1_000_000, 1, None, vec![]).with_faster(1_000_000, times);
         let owners = schedule.owners(&Layout::plain(1_000_000, 1));
@@ -17,7 +17,7 @@ fn a_fast_worker_owns_as_much_as_it_is_faster() {
 }
 
 #[test]
-fn stripes_are_whole_rows_where_there_are_enough_and_hold_each_place_once() {
+fn stripes_are_whole_rows_if_possible_and_contain_each_place_once() {
     for (workers, times, [width, height], rows) in [
         (1, None, [640, 480], true),
         (16, None, [640, 480], true),

@@ -28,7 +28,7 @@ fn stopped_at_any_time_each_pixel_has_its_first_samples() {
 }
 
 #[test]
-fn gone_on_with_a_film_of_any_raggedness_it_ends_as_if_it_had_never_stopped() {
+fn a_film_with_uneven_samples_is_resumed_to_the_same_end() {
     let integrator = common::integrator(&scene());
     let stream = &mut Stream::new(5, 0, 0);
     for round in 0..12_u32 {
@@ -70,7 +70,7 @@ fn gone_on_with_a_film_of_any_raggedness_it_ends_as_if_it_had_never_stopped() {
 }
 
 #[test]
-fn films_written_on_the_way_hold_the_first_samples_of_each_pixel() {
+fn checkpoints_have_the_first_samples_of_each_pixel() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.film");
     let mut under_way = 0;
@@ -109,7 +109,7 @@ fn films_written_on_the_way_hold_the_first_samples_of_each_pixel() {
 }
 
 #[test]
-fn an_error_is_reached_at_the_same_sample_whoever_renders_and_however_often_it_stopped() {
+fn an_error_is_reached_at_the_same_sample_for_any_threads_and_stops() {
     let asked = 0.17;
     let integrator = common::integrator(&scene());
     let alone = Wiring { workers: 1, spp: 10_000, noise: Some((asked, None)), ..Wiring::default() };
@@ -173,7 +173,7 @@ fn a_deadline_ends_at_a_whole_number_of_samples() {
 }
 
 #[test]
-fn a_viewer_elsewhere_that_takes_nothing_holds_up_nothing_and_still_finds_the_last_picture() {
+fn a_stalled_remote_viewer_delays_nothing_and_gets_the_last_picture() {
     let (remote_out, remote) = bounded(tev::MOST_WAITING);
     let (ended_out, ended) = bounded(1);
     std::thread::scope(|scope| {

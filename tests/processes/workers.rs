@@ -74,7 +74,7 @@ impl Integrator for Quick {
 // one fill much larger ones: without the bounds on slots and samples the largest is 34 MB
 // and more.
 #[test]
-fn a_workers_batches_take_16_mib_at_most_however_quick_it_is() {
+fn batches_of_a_fast_worker_take_16_mib_at_most() {
     let region = Region::whole(3000, 800);
     let integrator = Quick(common::integrator(&scene()));
     let mitchell = Weights::new(Filter::Mitchell { radius: 2.0, b: 1.0 / 3.0, c: 1.0 / 3.0 });

@@ -122,7 +122,7 @@ fn write_channels(path: &Path, channels: &[Channel]) {
 }
 
 #[test]
-fn openexr_and_numpy_read_what_was_meant() {
+fn openexr_and_numpy_read_the_same_values() {
     let Some(python) = python_with("numpy, OpenEXR") else { return };
     let dir = tempfile::tempdir().expect("a folder");
     let path = |name: &str| -> PathBuf { dir.path().join(name) };
@@ -169,7 +169,7 @@ fn openexr_and_numpy_read_what_was_meant() {
 }
 
 #[test]
-fn the_variance_of_a_film_whose_samples_are_weighed_is_what_numpy_makes_of_them() {
+fn the_variance_of_weighted_samples_matches_numpy() {
     let Some(python) = python_with("numpy, OpenEXR") else { return };
     let dir = tempfile::tempdir().expect("a folder");
     let path = |name: &str| -> PathBuf { dir.path().join(name) };

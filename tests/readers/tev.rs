@@ -128,7 +128,7 @@ fn written(folder: &Path) -> Vec<[u32; 3]> {
 }
 
 #[test]
-fn tev_gets_the_picture_as_it_refines_and_in_the_end_the_one_that_is_written() {
+fn tev_gets_intermediate_pictures_and_the_final_one() {
     let folder = tempfile::tempdir().expect("a folder");
     // More pixels than one packet takes, and a few passes.
     let large = ["--size", "640x480", "--spp", "12", "--integrator", "path-naive"];
@@ -143,7 +143,7 @@ fn tev_gets_the_picture_as_it_refines_and_in_the_end_the_one_that_is_written() {
 }
 
 #[test]
-fn a_tev_that_goes_away_ends_nothing() {
+fn a_render_continues_when_tev_disconnects() {
     let folder = tempfile::tempdir().expect("a folder");
     let small = ["--size", "64x48", "--spp", "2000"];
     let (_, output) = render(folder.path(), 2, &small);
@@ -164,7 +164,7 @@ fn a_tev_that_goes_away_ends_nothing() {
 
 // That the files don't wait for it, `processes/stopping.rs`.
 #[test]
-fn a_tev_that_accepts_and_never_reads_ends_nothing() {
+fn a_render_continues_when_tev_does_not_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address").to_string();

@@ -115,7 +115,7 @@ impl Uint for Uint8 {
     fn gather(table: &[u32], index: Self) -> Self {
         let last = last_index(table.len());
         // Every index is at most `last` after the unsigned minimum, hence inside the table; a short table is
-        // loaded no further than its end.
+        // not loaded beyond its end.
         unsafe {
             let index = _mm256_min_epu32(index.0, _mm256_set1_epi32(last));
             if table.len() <= 2 * N {
@@ -134,7 +134,7 @@ impl Uint for Uint8 {
     }
     #[inline(always)]
     fn reverse_bits(self) -> Self {
-        // Both halves of every byte are looked up in reverse, then the bytes change places.
+        // Both halves of every byte are reversed by a lookup, then the bytes are swapped.
         unsafe {
             let low = _mm256_broadcastsi128_si256(_mm_setr_epi8(
                 0x00, -0x80, 0x40, -0x40, 0x20, -0x60, 0x60, -0x20, 0x10, -0x70, 0x50, -0x30, 0x30, -0x50,
@@ -179,7 +179,7 @@ impl Uint for Uint8 {
 impl LaneUint for Uint8 {
     #[inline(always)]
     fn load(from: &[u32]) -> Self {
-        // The slice index proves that eight values are there; the load needs no alignment.
+        // The slice index proves that there are eight values; the load needs no alignment.
         Uint8(unsafe { _mm256_loadu_si256(from[..N].as_ptr().cast()) })
     }
     #[inline(always)]
@@ -189,7 +189,7 @@ impl LaneUint for Uint8 {
     }
 }
 
-/// The last index of a table, as the processor's gather takes it.
+/// The last index of a table, in the type of the processor's gather.
 #[inline(always)]
 fn last_index(len: usize) -> i32 {
     assert!(len > 0 && len <= i32::MAX as usize, "a gather from a table of {len} entries");
@@ -202,7 +202,7 @@ fn last_index(len: usize) -> i32 {
 /// `table` holds `last + 1` values, and no index is above `last`.
 #[inline(always)]
 unsafe fn look_up(table: *const f32, last: i32, index: __m256i) -> __m256 {
-    // Loads are masked by what is there; the second register's are only made if anything is.
+    // Loads are masked to the table; the second register is loaded only if the table extends into it.
     unsafe {
         let place = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
         let there = |first: i32| _mm256_cmpgt_epi32(_mm256_set1_epi32(last + 1 - first), place);
@@ -212,7 +212,7 @@ unsafe fn look_up(table: *const f32, last: i32, index: __m256i) -> __m256 {
         }
         let high = _mm256_maskload_ps(table.add(N), there(N as i32));
         let high = _mm256_permutevar8x32_ps(high, index);
-        // The bit that says which register an index means, moved to where a blend looks for it.
+        // The bit that selects the register, moved to the position where a blend reads it.
         _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index)))
     }
 }
@@ -289,7 +289,7 @@ impl LaneFloat for Float8 {
     type Octet = super::avx2::Float8;
     #[inline(always)]
     fn load(from: &[f32]) -> Self {
-        // The slice index proves that eight values are there; the load needs no alignment.
+        // The slice index proves that there are eight values; the load needs no alignment.
         Float8(unsafe { _mm256_loadu_ps(from[..N].as_ptr()) })
     }
     #[inline(always)]

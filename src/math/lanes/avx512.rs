@@ -111,7 +111,7 @@ impl Uint for Uint16 {
     fn gather(table: &[u32], index: Self) -> Self {
         let last = last_index(table.len());
         // Every index is at most `last` after the unsigned minimum, hence inside the table; a short table is
-        // loaded no further than its end.
+        // not loaded beyond its end.
         unsafe {
             let index = _mm512_min_epu32(index.0, _mm512_set1_epi32(last));
             if table.len() <= N {
@@ -131,7 +131,7 @@ impl Uint for Uint16 {
     }
     #[inline(always)]
     fn reverse_bits(self) -> Self {
-        // Both halves of every byte are looked up in reverse, then the bytes change places.
+        // Both halves of every byte are reversed by a lookup, then the bytes are swapped.
         unsafe {
             let low = _mm512_broadcast_i32x4(_mm_setr_epi8(
                 0x00, -0x80, 0x40, -0x40, 0x20, -0x60, 0x60, -0x20, 0x10, -0x70, 0x50, -0x30, 0x30, -0x50,
@@ -169,7 +169,7 @@ impl Uint for Uint16 {
 impl LaneUint for Uint16 {
     #[inline(always)]
     fn load(from: &[u32]) -> Self {
-        // The slice index proves that sixteen values are there; the load needs no alignment.
+        // The slice index proves that there are sixteen values; the load needs no alignment.
         Uint16(unsafe { _mm512_loadu_si512(from[..N].as_ptr().cast()) })
     }
     #[inline(always)]
@@ -186,7 +186,7 @@ impl LaneUint for Uint16 {
     }
 }
 
-/// The last index of a table, as the processor's gather takes it.
+/// The last index of a table, in the type of the processor's gather.
 #[inline(always)]
 fn last_index(len: usize) -> i32 {
     assert!(len > 0 && len <= i32::MAX as usize, "a gather from a table of {len} entries");
@@ -266,7 +266,7 @@ impl LaneFloat for Float16 {
     type Octet = super::avx2::Float8;
     #[inline(always)]
     fn load(from: &[f32]) -> Self {
-        // The slice index proves that sixteen values are there; the load needs no alignment.
+        // The slice index proves that there are sixteen values; the load needs no alignment.
         Float16(unsafe { _mm512_loadu_ps(from[..N].as_ptr()) })
     }
     #[inline(always)]
@@ -297,7 +297,7 @@ impl LaneFloat for Float16 {
     }
 }
 
-/// The lanes up to and with `last`, which is below sixteen.
+/// The lanes up to and including `last`, which is below sixteen.
 #[inline(always)]
 fn up_to(last: i32) -> __mmask16 {
     u16::MAX >> (N as i32 - 1 - last)

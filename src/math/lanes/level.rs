@@ -1,11 +1,11 @@
-//! Which lanes this processor has, and the one place where they are chosen.
+//! The SIMD levels of the processor, and the dispatch to them.
 
 use super::Kernel;
 use std::{env, fmt, str::FromStr};
 
-/// How wide the lanes are. All levels give the same bits; a wider one is faster.
+/// A SIMD level. All levels give the same bits; wider ones are faster.
 ///
-/// A value of this type is proof that the processor has what the level needs.
+/// A value of this type is proof that the processor supports the level.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Level(Width);
 
@@ -19,18 +19,18 @@ enum Width {
     Avx512,
 }
 
-/// The word given for a level is unknown, or the processor lacks it.
+/// The name of a level is unknown, or the processor does not support it.
 #[derive(Debug, thiserror::Error)]
 #[error("STRIDE_SIMD={0}: this processor has {available}", available = Level::available_names())]
 pub struct UnknownLevel(String);
 
 impl Level {
-    /// One lane: for a single path, looked at bounce by bounce.
+    /// One lane: for tracing a single path.
     pub const SCALAR: Level = Level(Width::Scalar);
     /// Four lanes, on any processor.
     pub const PORTABLE: Level = Level(Width::Portable);
 
-    /// Every level that this processor has, the widest first.
+    /// All levels that this processor supports, the widest first.
     pub fn available() -> Vec<Level> {
         let mut levels = Vec::new();
         #[cfg(target_arch = "x86_64")]
@@ -50,12 +50,12 @@ impl Level {
         levels
     }
 
-    /// The widest level that this processor has.
+    /// The widest level that this processor supports.
     pub fn widest() -> Level {
         Level::available()[0]
     }
 
-    /// The level that `STRIDE_SIMD` forces, or the widest. Programs may ask for it; nothing in the library does.
+    /// The level that `STRIDE_SIMD` selects, or the widest. For programs; the library itself does not call it.
     pub fn from_environment() -> Result<Level, UnknownLevel> {
         match env::var("STRIDE_SIMD") {
             Ok(word) if !word.is_empty() => word.parse(),
@@ -89,7 +89,7 @@ impl FromStr for Level {
     }
 }
 
-/// Runs a program with a level's lanes.
+/// Runs a program with the lanes of a level.
 #[allow(unsafe_code, reason = "entering code compiled for more than the baseline processor")]
 pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
     match level.0 {

@@ -66,7 +66,7 @@ macro_rules! number {
 }
 pub(crate) use number;
 
-/// The part of `Mask`, `Uint` and `Float` that is the same for all lanes, for their `impl` blocks.
+/// The common methods of `Mask`, `Uint` and `Float` for all lanes, for their `impl` blocks.
 macro_rules! for_lanes {
     (mask) => {
         #[inline(always)]
@@ -165,9 +165,9 @@ macro_rules! for_lanes {
 }
 pub(super) use for_lanes;
 
-/// The body of a function that is a function of recorded programs, too: `function!(F, disk(u), { … })` is the block's
-/// value, in which `u` is what it was before. What the block uses besides are the scene's tables and settings, not
-/// other numbers of lanes. The name may be a string, where it is put together from others.
+/// Makes a function body also a function of recorded programs: `function!(F, disk(u), { … })` has the value of the
+/// block, in which `u` is unchanged. Apart from its arguments the block may use only the scene's tables and settings,
+/// not other numbers of lanes. The name may also be a string expression.
 macro_rules! function {
     ($F:ty, $name:ident($($argument:ident),* $(,)?), $body:block) => {
         $crate::math::function!($F, stringify!($name), ($($argument),*), $body)

@@ -1,22 +1,21 @@
-//! Lanes: many independent numbers that march through one program.
+//! Lanes: SIMD numbers for many independent paths in one program.
 //!
-//! Everything that lies on a path (shapes, BxDFs, lights, warps, random streams) is written once,
-//! generic over [`Float`], and reads like the mathematics for one number. With `F = f32` it traces a
-//! single path; with a wider type it traces four, eight or sixteen side by side. A type that records its
-//! operations turns the same code into a program for a GPU.
+//! Everything on a path (shapes, BxDFs, lights, warps, random streams) is written once, generic over [`Float`], and
+//! reads like the mathematics for one number. With `F = f32` it traces a single path; with a wider type it traces four,
+//! eight or sixteen at once. A type that records its operations turns the same code into a program for a GPU.
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `number` | [`Mask`], [`Uint`] and [`Float`], which lanes and recorded programs share; [`Value`], structures of them; [`LaneFloat`] and its kin, what only lanes have |
+//! | `number` | [`Mask`], [`Uint`] and [`Float`], which lanes and recorded programs share; [`Value`], structures of them; [`LaneFloat`] and others, for lanes only |
 //! | `value` | tuples and arrays as values |
 //! | `macros` | `value!` and `function!`: structures, and functions of recorded programs |
 //! | `level` | the choice of lanes for a processor |
 //! | `scalar`, `sse2`, `avx2`, `avx512` | the lanes of x86-64 |
-//! | `portable` | what other processors have in place of `sse2` |
+//! | `portable` | the lanes of other processors, in place of `sse2` |
 //!
-//! Every operation here is exact or correctly rounded by IEEE 754 and never fused, so that a lane holds
-//! the same bits at every [`Level`]. That is why there is no `mul_add`, no reciprocal estimate, and why
-//! `min` and `max` say what they do with NaN.
+//! Every operation here is exact or correctly rounded by IEEE 754 and never fused, so that a lane has the same bits at
+//! every [`Level`]. That is why there is no `mul_add` and no reciprocal estimate, and why the results of `min` and
+//! `max` for NaN are specified.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;

@@ -1,20 +1,20 @@
-//! The numbers of programs, which lanes compute and a recorded program stands for; the structures and functions that are
-//! made of them; and what only lanes have.
+//! The numbers of programs, computed by lanes or recorded; structures and functions of them; and the operations that
+//! only lanes have.
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-/// One boolean a lane.
+/// One boolean per lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// The same truth in every lane.
+    /// The same value in every lane.
     fn splat(value: bool) -> Self;
-    /// The truth of the first lane, for observers.
+    /// The value of the first lane, for observers.
     ///
     /// # Panics
     /// Panics while a program is recorded, which has no lanes.
     fn first(self) -> bool;
 }
 
-/// One `u32` a lane, with wrapping arithmetic.
+/// One `u32` per lane, with wrapping arithmetic.
 pub trait Uint:
     Copy
     + Add<Output = Self>
@@ -23,21 +23,23 @@ pub trait Uint:
     + BitOr<Output = Self>
     + BitXor<Output = Self>
 {
-    /// The float of as many lanes.
+    /// The float type with the same number of lanes.
     type Float: Float<Uint = Self, Mask = Self::Mask>;
-    /// What comparisons give.
+    /// The result type of comparisons.
     type Mask: Mask;
 
     /// The same value in every lane, a constant of the program.
     fn splat(value: u32) -> Self;
-    /// A number of the scene or of the settings in every lane: the number itself in its place, not a copy, as recorded
-    /// programs know it by its address. They read it from a buffer, so that they are the same for another number.
+    /// A number of the scene or of the settings in every lane. The argument must be the number itself and not a copy,
+    /// because recorded programs identify it by its address. They read it from a buffer, so that they do not depend on
+    /// its value.
     ///
     /// # Panics
     /// Panics while a program is recorded, if the address is not registered.
     fn given(number: &u32) -> Self;
     /// `table[index]` for each lane; an index past the end reads the last entry on lanes, and anything in recorded
-    /// programs. The table is not empty and has at most `i32::MAX` entries. Tables no longer than a register are the quickest.
+    /// programs. The table is not empty and has at most `i32::MAX` entries. Tables no longer than a register are the
+    /// quickest.
     fn gather(table: &[u32], index: Self) -> Self;
     /// Shifts every lane left by `K` bits.
     fn shl<const K: u32>(self) -> Self;
@@ -65,10 +67,10 @@ pub trait Uint:
     fn first(self) -> u32;
 }
 
-/// One `f32` a lane.
+/// One `f32` per lane.
 ///
-/// A comparison with NaN is false; but compilers for GPUs may take for granted that there is no NaN. Code whose result
-/// depends on such a comparison looks at bits.
+/// A comparison with NaN is false, but compilers for GPUs may assume that there is no NaN. Code whose result
+/// depends on such a comparison must examine bits instead.
 pub trait Float:
     Copy
     + Send
@@ -85,17 +87,18 @@ pub trait Float:
     + Div<f32, Output = Self>
     + Value<Self>
 {
-    /// The integer of as many lanes.
+    /// The integer type with the same number of lanes.
     type Uint: Uint<Float = Self, Mask = Self::Mask> + Value<Self>;
-    /// What comparisons give.
+    /// The result type of comparisons.
     type Mask: Mask + Value<Self>;
-    /// How many lanes there are: 1 to 16; none in a recorded program.
+    /// The number of lanes, 1 to 16; zero in a recorded program.
     const LANES: usize;
 
     /// The same value in every lane, a constant of the program.
     fn splat(value: f32) -> Self;
-    /// A number of the scene or of the settings in every lane: the number itself in its place, not a copy, as recorded
-    /// programs know it by its address. They read it from a buffer, so that they are the same for another number.
+    /// A number of the scene or of the settings in every lane. The argument must be the number itself and not a copy,
+    /// because recorded programs identify it by its address. They read it from a buffer, so that they do not depend on
+    /// its value.
     ///
     /// # Panics
     /// Panics while a program is recorded, if the address is not registered.
@@ -107,7 +110,7 @@ pub trait Float:
     fn sqrt(self) -> Self;
     /// The magnitude: clears the sign bit.
     fn abs(self) -> Self;
-    /// The largest integer not above.
+    /// The largest integer that is not above the value.
     fn floor(self) -> Self;
     /// `self` if it is less than `other`, else `other` (also when either is NaN, and for two zeros).
     fn min(self, other: Self) -> Self;
@@ -158,7 +161,7 @@ pub trait Float:
         Self::from_bits(self.abs().to_bits() | (sign.to_bits() & bit))
     }
 
-    // Vectors of three. Lanes compute each coordinate for itself; a recorded program has vectors.
+    // Three-dimensional vectors. Lanes compute each coordinate separately; a recorded program has vector types.
 
     /// The sum of two vectors.
     #[inline(always)]
@@ -211,21 +214,20 @@ pub trait Float:
     /// `then()` where the mask holds, `otherwise()` elsewhere. Lanes skip `then` if the mask holds nowhere, and compute
     /// `otherwise` in any case; a recorded program computes one of the two.
     fn fork<T: Value<Self>>(mask: Self::Mask, then: impl FnOnce() -> T, otherwise: impl FnOnce() -> T) -> T;
-    /// Calls `body` as long as a lane is live. It gives the next state, and which of the lanes stay live. The state of
+    /// Calls `body` while any lane is live. It returns the next state, and which of the lanes stay live. The state of
     /// lanes that are not live does not change.
     fn repeat<T: Value<Self>>(live: Self::Mask, state: T, body: impl FnMut(T) -> (T, Self::Mask)) -> T;
-    /// `body(arguments)`. In a recorded program it is a function of its own, which depends on its arguments and on the
-    /// scene, and on no other numbers of the program. See `function!` (in `macros.rs`).
+    /// `body(arguments)`. In a recorded program it is a separate function, which depends only on its arguments and on the
+    /// scene. See `function!` (in `macros.rs`).
     fn call<A: Value<Self>, R: Value<Self>>(
         function: &'static Function,
         arguments: A,
         body: impl FnOnce(A) -> R,
     ) -> R;
-    /// `body()`, in a function of its own that is compiled for the level's instructions: for what most scenes do without,
-    /// which would cost those scenes registers where it is inlined, and every kernel time to compile. It makes no
-    /// difference in recorded programs.
+    /// `body()` in a separate function that is compiled for the level's instructions, for code that most scenes do not run:
+    /// inlined, it would cost those scenes registers and every kernel compile time. It has no effect in recorded programs.
     fn out_of_line<T>(body: impl FnOnce() -> T) -> T;
-    /// A function that recorded programs have written by hand.
+    /// A function that is written by hand for recorded programs.
     fn device<D: Device>(device: &D, arguments: D::Arguments<Self>) -> D::Output<Self>;
 }
 
@@ -240,7 +242,7 @@ pub enum Part<F: Float> {
     Mask(F::Mask),
 }
 
-/// The form of a structure: which numbers it has, in the order of [`Value::parts`].
+/// The layout of a structure: its numbers, in the order of [`Value::parts`].
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Layout {
     /// A float.
@@ -262,18 +264,18 @@ pub enum Layout {
     List(Vec<Layout>),
 }
 
-/// A number of each lane, or a structure of such numbers. `value!` (in `macros.rs`) implements it.
+/// A number per lane, or a structure of such numbers. Implemented by `value!` (in `macros.rs`).
 pub trait Value<F: Float>: Copy {
     /// `a` where the mask holds, `b` elsewhere.
     fn blend(mask: F::Mask, a: Self, b: Self) -> Self;
-    /// The form.
+    /// The layout.
     fn layout() -> Layout;
     /// Appends the numbers.
     fn parts(&self, parts: &mut Vec<Part<F>>);
-    /// The structure of the next numbers.
+    /// Makes the structure from the next numbers.
     ///
     /// # Panics
-    /// Panics if there are too few of them, or others than [`Value::layout`] says.
+    /// Panics if there are too few of them, or if their types differ from [`Value::layout`].
     fn of_parts(parts: &mut impl Iterator<Item = Part<F>>) -> Self;
 }
 
@@ -282,30 +284,30 @@ pub fn layout_of<F: Float, T, V: Value<F>>(_field: impl Fn(&T) -> V) -> Layout {
     V::layout()
 }
 
-/// A function of recorded programs, as `function!` (in `macros.rs`) declares it. Two functions of one name are
-/// the same one.
+/// A function of recorded programs, as declared by `function!` (in `macros.rs`). Functions of one name are identical.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Function {
     /// Its name.
     pub name: &'static str,
     /// The names of its parameters.
     pub parameters: &'static [&'static str],
-    /// The module that it stands in, as `module_path!` writes it.
+    /// The module that contains it, as `module_path!` writes it.
     pub module: &'static str,
 }
 
-/// A function that recorded programs have written by hand, because it needs more than one lane, or memory of its own,
-/// on the CPU.
+/// A function that is written by hand for recorded programs, because on the CPU it needs more than one lane, or memory
+/// of its own.
 pub trait Device {
-    /// The name of the function that is written by hand.
+    /// The name of the function written by hand.
     const NAME: &'static str;
     /// The arguments.
     type Arguments<F: Float>: Value<F>;
     /// The result.
     type Output<F: Float>: Value<F>;
-    /// What lanes compute.
+    /// The computation on lanes.
     fn run<F: LaneFloat>(&self, arguments: Self::Arguments<F>) -> Self::Output<F>;
-    /// What a recorded program computes where only lanes need another way; none where the function is written by hand.
+    /// The computation in recorded programs, if only lanes need a special one; `None` if the function is written by
+    /// hand.
     fn recorded<F: Float>(&self, _arguments: Self::Arguments<F>) -> Option<Self::Output<F>> {
         None
     }
@@ -326,11 +328,11 @@ pub trait LaneMask: Mask {
 
 /// A [`Uint`] of lanes.
 pub trait LaneUint: Uint<Mask: LaneMask> {
-    /// The first values of a slice, one a lane. The slice holds at least as many values as there are lanes.
+    /// The first values of a slice, one per lane. The slice has at least as many values as there are lanes.
     fn load(from: &[u32]) -> Self;
     /// Writes the lanes to the front of a slice, which has room for all of them.
     fn store(self, into: &mut [u32]);
-    /// For each true lane how many true ones come before it; other lanes hold nothing of use, below 16.
+    /// For each true lane the number of true lanes before it; unspecified values below 16 in other lanes.
     #[inline(always)]
     fn rank(mask: Self::Mask) -> Self {
         let mut ranks = [0; MAX_LANES];
@@ -347,10 +349,10 @@ pub trait LaneUint: Uint<Mask: LaneMask> {
 
 /// A [`Float`] of lanes.
 pub trait LaneFloat: Float<Uint: LaneUint, Mask: LaneMask> {
-    /// Eight floats, as fast as this level has them: for looking at eight things with one ray.
+    /// Eight floats, as fast as this level allows: for testing one ray against eight primitives.
     type Octet: LaneFloat;
 
-    /// The first values of a slice, one a lane. The slice holds at least as many values as there are lanes.
+    /// The first values of a slice, one per lane. The slice has at least as many values as there are lanes.
     fn load(from: &[f32]) -> Self;
     /// Writes the lanes to the front of a slice, which has room for all of them.
     fn store(self, into: &mut [f32]);
@@ -361,14 +363,14 @@ pub trait LaneFloat: Float<Uint: LaneUint, Mask: LaneMask> {
         self.store(&mut all);
         all[i]
     }
-    /// Runs a program with these lanes in a function of its own, for what is too large to be inlined wherever
-    /// it is called. The function is compiled for the level's instructions, as [`dispatch`](super::dispatch)'s are.
+    /// Runs a program with these lanes in a separate function, for code that is too large to be inlined at every call.
+    /// The function is compiled for the level's instructions, as those of [`dispatch`](super::dispatch) are.
     fn outlined<K: Kernel>(kernel: K) -> K::Output;
-    /// The same for what most scenes do without: code around the call is laid out for paths that do not take it.
+    /// The same for code that most scenes do not run: the code around the call is laid out for paths without it.
     fn seldom<K: Kernel>(kernel: K) -> K::Output;
 }
 
-/// The program that a closure is.
+/// A closure as a program.
 pub(super) struct Closure<C>(pub C);
 
 impl<T, C: FnOnce() -> T> Kernel for Closure<C> {
@@ -379,14 +381,14 @@ impl<T, C: FnOnce() -> T> Kernel for Closure<C> {
     }
 }
 
-/// The most lanes that any level has.
+/// The maximum number of lanes of any level.
 pub const MAX_LANES: usize = 16;
 
 /// A program that is compiled once for each level.
 pub trait Kernel {
-    /// What the program gives back.
+    /// The result of the program.
     type Output;
-    /// The program. Mark it, and all that it calls for each lane, `#[inline(always)]`: only code that is
+    /// The program. Mark it, and everything that it calls for each lane, `#[inline(always)]`: only code that is
     /// inlined into the level's entry point is compiled with the level's instructions.
     fn run<F: LaneFloat>(self) -> Self::Output;
 }

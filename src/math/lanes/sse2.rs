@@ -1,10 +1,10 @@
 //! Lanes in SSE2 registers, which every x86-64 processor has: four lanes in one register, eight in two.
 //!
-//! They are not plain arrays, from which the compiler would make registers by itself: the pass of LLVM 22.1.2 that does so
-//! miscompiled them (see `tests/trees.rs`).
+//! Plain arrays, which the compiler would vectorise, are not used: the vectoriser of LLVM 22.1.2 miscompiled them (see
+//! `tests/trees.rs`).
 //!
 //! # Safety
-//! Every intrinsic here needs SSE2 and nothing else: none takes a pointer.
+//! Every intrinsic here needs only SSE2: none takes a pointer.
 #![allow(unsafe_code, reason = "processor intrinsics")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "argued once, in the module's own words")]
 
@@ -14,7 +14,7 @@ use bytemuck::cast;
 use std::arch::x86_64::*;
 use std::array::from_fn;
 
-/// Lanes of a register.
+/// Lanes per register.
 const N: usize = 4;
 
 /// Booleans in `M` registers: all ones or all zeros in 32 bits.
@@ -32,7 +32,7 @@ pub(super) type Four = Floats<1>;
 /// Eight lanes.
 pub(super) type Eight = Floats<2>;
 
-/// Numbers of which each register is computed by itself.
+/// Operations that are computed separately for each register.
 macro_rules! registers {
     ($type:ident, |$r:ident| $register:expr) => {
         $type(from_fn(
@@ -80,7 +80,7 @@ scalar_operator!(Sub, sub);
 scalar_operator!(Mul, mul);
 scalar_operator!(Div, div);
 
-/// The low halves of products of 32 bits. SSE2 multiplies every other number, with a result of 64 bits.
+/// The low halves of products of 32 bits. SSE2 multiplies every second number, with a result of 64 bits.
 #[inline(always)]
 fn product(a: __m128i, b: __m128i) -> __m128i {
     unsafe {
@@ -90,7 +90,7 @@ fn product(a: __m128i, b: __m128i) -> __m128i {
     }
 }
 
-/// Neighbouring groups of `K` bits in each other's place; `low` has the lower group of every two.
+/// Swaps neighbouring groups of `K` bits; `low` selects the lower group of each pair.
 #[inline(always)]
 fn swapped<const K: i32>(x: __m128i, low: i32) -> __m128i {
     unsafe {
@@ -99,7 +99,7 @@ fn swapped<const K: i32>(x: __m128i, low: i32) -> __m128i {
     }
 }
 
-/// Every number's bits in the opposite order.
+/// Reverses the bits of every number.
 #[inline(always)]
 fn reversed(x: __m128i) -> __m128i {
     let x = unsafe { _mm_or_si128(_mm_slli_epi32::<16>(x), _mm_srli_epi32::<16>(x)) };
@@ -113,16 +113,16 @@ fn blend(mask: __m128, a: __m128, b: __m128) -> __m128 {
     unsafe { _mm_or_ps(_mm_and_ps(mask, a), _mm_andnot_ps(mask, b)) }
 }
 
-/// The largest integers not above. SSE2 rounds by way of integers of 32 bits.
+/// The largest integers that are not above the values. SSE2 rounds through integers of 32 bits.
 #[inline(always)]
 fn floor(x: __m128) -> __m128 {
     unsafe {
         let sign = _mm_set1_ps(-0.0);
         let towards_zero = _mm_cvtepi32_ps(_mm_cvttps_epi32(x));
         let above = _mm_and_ps(_mm_cmpgt_ps(towards_zero, x), _mm_set1_ps(1.0));
-        // Zero has the sign that it had.
+        // A zero keeps its sign.
         let whole = _mm_or_ps(_mm_sub_ps(towards_zero, above), _mm_and_ps(sign, x));
-        // From 2²³ on every float is whole. NaN is itself, too.
+        // Floats from 2²³ on are integers already. NaN is kept, too.
         let has_fraction = _mm_cmplt_ps(_mm_andnot_ps(sign, x), _mm_set1_ps(8_388_608.0));
         blend(has_fraction, whole, x)
     }
@@ -245,7 +245,7 @@ impl<const M: usize> LaneUint for Uints<M> {
     }
 }
 
-/// Entries of a table; an index past the end reads the last one.
+/// Entries of a table; an index beyond the end reads the last one.
 #[inline(always)]
 fn entries<T: Copy>(table: &[T], index: __m128i) -> [T; N] {
     let index: [u32; N] = cast(index);

@@ -1,14 +1,14 @@
-//! Every level against one lane, bit by bit. What is built on lanes is compared in `tests/lanes.rs`.
+//! Compares every level with one lane, bit by bit. Code built on lanes is compared in `tests/lanes.rs`.
 
 use super::scalar::Wrapping;
 use super::*;
 
-/// A program over three words a lane, each a float's bits or an integer.
+/// A program over three words per lane, each the bits of a float or an integer.
 trait Program {
     fn run<F: LaneFloat>(x: [F; 3]) -> Vec<F>;
 }
 
-/// Runs a program over rows of words, as many rows at a time as there are lanes.
+/// Runs a program over rows of words, one row per lane at a time.
 struct Rows<'a, P> {
     rows: &'a [[u32; 3]],
     program: std::marker::PhantomData<P>,
@@ -42,7 +42,7 @@ impl<P: Program> Kernel for Rows<'_, P> {
     }
 }
 
-/// Runs a program with a level's eight lanes, in a function of its own.
+/// Runs a program with a level's eight lanes, in a separate function.
 struct Octets<K>(K);
 
 impl<K: Kernel> Kernel for Octets<K> {
@@ -63,7 +63,8 @@ impl<K: Kernel> Kernel for Octets<K> {
     }
 }
 
-/// What a program gives at every level, with every level's octets, and with plain arrays, which are for other processors.
+/// The results of a program at every level, with every level's octets, and with plain arrays, which are for other
+/// processors.
 fn everywhere<K: Kernel>(kernel: impl Fn() -> K) -> Vec<(String, K::Output)> {
     let mut all = vec![
         ("arrays of four".to_owned(), kernel().run::<portable::Four>()),
@@ -76,8 +77,8 @@ fn everywhere<K: Kernel>(kernel: impl Fn() -> K) -> Vec<(String, K::Output)> {
     all
 }
 
-/// Whether the sign and payload of a NaN count. IEEE 754 leaves them open for arithmetic, and no result may
-/// depend on them; what only moves bits keeps them.
+/// Whether the sign and payload of a NaN are compared. IEEE 754 leaves them open for arithmetic, and no result may
+/// depend on them; operations that only move bits keep them.
 #[derive(Clone, Copy, PartialEq)]
 enum NaNs {
     Kept,
@@ -123,8 +124,8 @@ macro_rules! program {
     };
 }
 
-/// Floats at which something changes: signs of zero, the ends of every range, NaNs, halves, the integers
-/// that floats stop to resolve.
+/// Floats at critical values: signs of zero, the ends of every range, NaNs, halves, the integers above which floats
+/// have no fractions.
 fn edges() -> Vec<u32> {
     let mut edges: Vec<u32> = vec![0x7fc0_0000, 0xffc0_0001, 0x7f80_0001, 0x0000_0001, 0x007f_ffff, u32::MAX];
     edges.extend([1, 2, 7, 255, 256, 0x7fff_ffff, 0x8000_0001, 0xffff_fffe, 0x0101_0101]);
@@ -157,7 +158,7 @@ fn edges() -> Vec<u32> {
     edges
 }
 
-/// Every pair of edges, with a third word that varies, and as many words without any pattern.
+/// Every pair of critical values, with a third word that varies, and as many pseudorandom words.
 fn rows() -> Vec<[u32; 3]> {
     let edges = edges();
     let mut rows = Vec::new();
@@ -177,7 +178,7 @@ fn rows() -> Vec<[u32; 3]> {
         let moderate = |w: u32| if i % 2 == 0 { w } else { (w & 0x83ff_ffff) | 0x3c00_0000 };
         rows.push([moderate(next()), moderate(next()), moderate(next())]);
     }
-    // A last group that doesn't fill the lanes.
+    // A last group that does not fill the lanes.
     rows.truncate(rows.len() / MAX_LANES * MAX_LANES + 3);
     rows
 }
@@ -241,7 +242,7 @@ program!(IntegerComparisons, F, [a, b, c], {
     .concat()
 });
 program!(Conversions, F, [a, b, _], {
-    // Only what the contract promises: integers below 2³¹, floats in [0, 2³¹).
+    // Only specified inputs: integers below 2³¹, floats in [0, 2³¹).
     let small = a.to_bits() & F::Uint::splat(0x7fff_ffff);
     let positive = b.abs();
     let in_range = positive.lt(F::splat(2_147_483_648.0));
@@ -257,7 +258,7 @@ fn arithmetic_rounds_alike_at_every_level() {
 }
 
 #[test]
-fn what_only_moves_bits_keeps_them_at_every_level() {
+fn bit_moves_are_exact_at_every_level() {
     all_levels_agree::<Signs>(&rows(), NaNs::Kept);
     all_levels_agree::<Extremes>(&rows(), NaNs::Kept);
     all_levels_agree::<Selection>(&rows(), NaNs::Kept);
@@ -284,7 +285,7 @@ fn a_level_that_differs_in_one_lane_is_noticed() {
     impl Program for Broken {
         #[inline(always)]
         fn run<F: LaneFloat>([a, ..]: [F; 3]) -> Vec<F> {
-            // An estimate in place of the division, as fast-math would have it.
+            // An estimate in place of the division, as with fast-math.
             let scale = if F::LANES > 1 { F::splat(0.333_333_3) } else { F::splat(1.0) / 3.0 };
             vec![a * scale]
         }
@@ -292,7 +293,7 @@ fn a_level_that_differs_in_one_lane_is_noticed() {
     assert!(first_difference::<Broken>(&rows(), NaNs::Alike).is_some());
 }
 
-/// Tables of several lengths, looked up at indices inside, at the end and far past it.
+/// Tables of several lengths, looked up at indices inside, at the end and far beyond it.
 struct Gathers;
 
 impl Kernel for Gathers {
@@ -301,7 +302,7 @@ impl Kernel for Gathers {
     #[inline(always)]
     fn run<F: LaneFloat>(self) -> Vec<[u32; 2]> {
         let mut all = Vec::new();
-        // Around the lengths that one and two registers hold, and far beyond.
+        // Around the lengths that fit into one and two registers, and far beyond.
         for len in [1_u32, 2, 5, 7, 8, 9, 15, 16, 17, 1000] {
             let words: Vec<u32> = (0..len).map(|i| i.wrapping_mul(0x9e37_79b9) ^ 0x7fc0_0001).collect();
             let floats: Vec<f32> = words.iter().map(|&w| f32::from_bits(w)).collect();
@@ -331,7 +332,7 @@ fn gathers_past_the_end_read_the_last_entry_at_every_level() {
     }
 }
 
-/// What masks of every pattern say of themselves.
+/// The properties of masks of all patterns.
 struct Masks;
 
 impl Kernel for Masks {
@@ -364,11 +365,11 @@ impl Kernel for Masks {
 }
 
 #[test]
-fn a_mask_is_its_bits_at_every_level() {
+fn masks_match_their_bits_at_every_level() {
     everywhere(|| Masks);
 }
 
-/// Loads and stores at every alignment touch their own lanes and no other.
+/// Loads and stores at every alignment access only their own lanes.
 struct Memory;
 
 impl Kernel for Memory {
@@ -416,7 +417,7 @@ impl Kernel for ShortSlices {
     }
 }
 
-/// Which of the short slices are overrun.
+/// The short slices that are overrun.
 struct Overruns;
 
 impl Kernel for Overruns {
@@ -436,7 +437,7 @@ fn a_slice_that_is_too_short_panics_and_is_not_overrun() {
 }
 
 #[test]
-fn minimum_and_maximum_give_the_second_where_neither_is_less() {
+fn minimum_and_maximum_return_the_second_if_neither_is_less() {
     let bits = |x: f32| x.to_bits();
     assert_eq!(bits(Float::min(0.0, -0.0)), bits(-0.0));
     assert_eq!(bits(Float::min(-0.0, 0.0)), bits(0.0));
@@ -456,7 +457,7 @@ fn unit_floats_are_below_one_and_keep_24_bits() {
 }
 
 #[test]
-fn levels_answer_to_their_names_and_to_no_other() {
+fn levels_have_only_their_names() {
     for level in Level::available() {
         assert_eq!(level.to_string().parse::<Level>().unwrap(), level);
     }

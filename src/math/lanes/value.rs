@@ -39,7 +39,7 @@ tuples! {
     (A 0, B 1, C 2, D 3, E 4, G 5, H 6)
 }
 
-/// Nothing.
+/// The empty structure.
 impl<F: Float> Value<F> for () {
     #[inline(always)]
     fn blend(_mask: F::Mask, _a: Self, _b: Self) -> Self {}

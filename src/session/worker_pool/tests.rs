@@ -137,8 +137,8 @@ fn render_stuck(settings: &RenderSettings, exit_reason: Option<ExitReason>) -> R
     pool.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
     let head = identity::head(settings, &pool.description());
     let film = Film::with_layout(head.layout).unwrap();
-    let begun = InitialFilm { film, milestone: None, spent: Duration::ZERO };
-    let task = Task { settings, pool, head: &head, begun, dump: None, samples: None, tev: None };
+    let initial = InitialFilm { film, milestone: None, spent: Duration::ZERO };
+    let task = Task { settings, pool, head: &head, initial, dump: None, samples: None, tev: None };
     let (stop_out, stop) = bounded(0);
     let rendered = match exit_reason {
         Some(exit_reason) => {

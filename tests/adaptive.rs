@@ -1,4 +1,5 @@
-//! Adaptive sampling: samples where the error is, the same bits however the render came about, and no bias.
+//! Adaptive sampling: samples follow the error, the bits do not depend on the history of the render, and there is no
+//! bias.
 
 mod common;
 
@@ -20,7 +21,7 @@ fn run(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().expect("the program starts")
 }
 
-/// Runs and demands this exit code; returns what was said on standard error.
+/// Runs a command that must end with this exit code; returns its standard error.
 fn said(folder: &Path, code: i32, arguments: &[&str]) -> String {
     let output = run(folder, arguments);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -84,7 +85,7 @@ fn threads_kills_and_lanes_do_not_affect_the_film() {
     let at_end = kill_at_every_moment(dir.path(), || part(&[]));
     println!("{killed} kills on the way, {at_end} at the end");
     same("part");
-    // Gone on with at its end, nothing is left to do.
+    // Resumed at its end, it has no samples left to make.
     said(
         dir.path(),
         0,
@@ -96,7 +97,7 @@ fn threads_kills_and_lanes_do_not_affect_the_film() {
     assert!(told.contains("adaptive    noise 0.07\n"), "{told}");
     assert!(told.contains(&format!("samples     0..{least}, and some of ")), "{told}");
     assert!(told.contains(&format!("per pixel   {least} to {most} samples")), "{told}");
-    // Negative controls: another seed's, another goal's, and one without it are others, and films of those are refused.
+    // Negative controls: renders with another seed, another error, or none differ, and their films are rejected.
     for other in
         [&["--adaptive", "--noise", "0.08"][..], &["--noise", "0.07"], &["--adaptive", "--spp", "64"]]
     {
@@ -120,7 +121,7 @@ fn adaptive_sampling_refuses_incompatible_options() {
         let text = said(dir.path(), 2, &render(&cover, "8x6", &[&["--adaptive"], more].concat()));
         assert!(text.contains("adaptive sampling") && text.contains(reason), "{text}");
     }
-    // The scene can ask for it, and samples are the most then.
+    // The scene can request it; its number of samples is then the maximum.
     let text =
         fs::read_to_string(&cover).expect("a scene").replacen("[render]", "[render]\nadaptive = true", 1);
     fs::write(dir.path().join("a.toml"), text).expect("a scene");
@@ -146,8 +147,8 @@ fn replicates(folder: &Path, scene: &str, more: &[&str], first_seed: u32) -> (Re
     (replicates, samples / 16.0)
 }
 
-// Where pixels stop early a bias would be largest: few samples, rare bright paths. At the level of the tile test, 1% for
-// all together.
+// A bias would be largest where pixels stop early: with few samples and rare bright paths. The significance level is
+// that of the tile test, 1% for all together.
 #[test]
 fn the_mean_of_adaptive_renders_is_unbiased() {
     let dir = folder();
@@ -160,7 +161,7 @@ fn the_mean_of_adaptive_renders_is_unbiased() {
         let verdict = welch(&adaptive, &plain);
         println!("{name}: {mean:.1} samples a pixel, {verdict}");
         assert!(verdict.agrees(2), "{name}: {verdict}");
-        // Negative control: less of the light, as little as a bounce brings.
+        // Negative control: less light, by as little as one bounce contributes.
         let (darker, _) = replicates(
             dir.path(),
             &file,
@@ -171,7 +172,7 @@ fn the_mean_of_adaptive_renders_is_unbiased() {
     }
 }
 
-/// A ball before nothing: two pixels of three have no noise at all.
+/// A ball before an empty background: two thirds of the pixels are noise-free.
 const ALONE: &str = r#"
     camera = { eye = [0, -6, 0], look_at = [0, 0, 0], vertical_fov = 40 }
     environment = { radiance = [0.15, 0.2, 0.3] }
@@ -183,8 +184,8 @@ const ALONE: &str = r#"
     white = { type = "matte", reflectance = [0.8, 0.8, 0.8] }
 "#;
 
-// The seeds are fixed: this passes or fails, it does not flicker. The converged pictures have at least 20 times the
-// samples, so that their own error makes the figures 2.5% larger at most.
+// The seeds are fixed, so that the result does not vary. The converged pictures have at least 20 times the
+// samples, so that their own error increases the figures by at most 2.5%.
 #[test]
 fn the_requested_error_is_reached_with_fewer_samples_for_uneven_noise() {
     for (name, goal, converged, most) in [
@@ -207,7 +208,7 @@ fn the_requested_error_is_reached_with_fewer_samples_for_uneven_noise() {
         };
         go(&["--spp", converged, "--seed", "1000", "-o", "reference.exr"]);
         let asked = goal.to_string();
-        // Found by chance, the lamp is the only noise there is.
+        // The lamp is hit by chance, which is the only noise.
         let integrator = if name == "alone" { "path-naive" } else { "path" };
         let to_goal = ["--noise", &asked, "--integrator", integrator];
         let plain = go(&[&to_goal[..], &["-o", "plain.exr"]].concat());

@@ -1,4 +1,4 @@
-//! `stride bench`, as a user runs it: small films and few samples, so that each test takes about a second.
+//! `stride bench`, by the command line: small films and few samples, so that each test takes about a second.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ fn bench(what: &str, more: &str, folder: &Path) -> Output {
     command(what, more, folder).output().unwrap()
 }
 
-/// Runs to the end and returns standard output.
+/// Runs to the end and returns the standard output.
 fn done(what: &str, more: &str, folder: &Path) -> String {
     let output = bench(what, more, folder);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
@@ -40,7 +40,7 @@ fn csv(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
     (names, rows)
 }
 
-/// Parses the chart and returns how many dots it has, the legend's apart.
+/// Parses the chart and returns its number of dots, without the legend's.
 fn dots(path: &Path) -> usize {
     let text = fs::read_to_string(path).unwrap();
     let document = roxmltree::Document::parse(&text).unwrap();
@@ -92,10 +92,10 @@ fn depth_prints_the_reports_table() {
     assert_eq!(dots(&folder.path().join("d.svg")), 3);
 }
 
-// The mean squared error of independent samples is exactly proportional to 1/n; what is measured is its mean over
+// The mean squared error of independent samples is exactly proportional to 1/n; the measured one is its mean over
 // 48·36 pixels, few of whose paths find the light. Eight seeds gave slopes from −0.467 to −0.531 with a standard
-// deviation of 0.024, of which a tenth is four; the reference's own error, n/512 of the variance, bends the line by
-// 0.004. An estimator that does not converge, or shares its samples with the reference, is farther off.
+// deviation of 0.024, four of which are a tenth; the reference's own error, n/512 of the variance, bends the line by
+// 0.004. An estimator that does not converge, or shares its samples with the reference, deviates more.
 #[test]
 fn the_error_falls_with_the_root_of_the_number_of_samples() {
     let folder = tempfile::tempdir().unwrap();
@@ -109,7 +109,7 @@ fn the_error_falls_with_the_root_of_the_number_of_samples() {
     let said = text.split("Slope on logarithmic axes: ").nth(1).unwrap().split(' ').next().unwrap();
     let slope: f64 = said.replace('−', "-").parse().unwrap();
     assert!((slope + 0.5).abs() < 0.1, "{text}");
-    // The printed slope is that of the file: least squares over logarithms, here by its own formula.
+    // The printed slope matches the file: least squares over logarithms, by a different formula.
     let logs: Vec<(f64, f64)> = rows.iter().map(|row| (row[0].log2(), row[1].log2())).collect();
     let (weighted, squares) =
         logs.iter().fold((0.0, 0.0), |(w, s), (x, y)| (w + (x - 2.5) * y, s + (x - 2.5) * (x - 2.5)));
@@ -179,7 +179,7 @@ fn a_closed_pipe_is_an_error_and_not_a_panic() {
     assert_eq!(output.status.code(), Some(1));
     let said = stderr(&output);
     assert!(said.contains("standard output") && !said.contains("panicked"), "{said}");
-    // What was measured is not lost with it.
+    // The measurements are not lost with it.
     assert_eq!(csv(&folder.path().join("t.csv")).1.len(), 1);
 }
 
@@ -188,7 +188,7 @@ fn a_closed_pipe_is_an_error_and_not_a_panic() {
 fn an_interrupt_keeps_finished_measurements() {
     use std::io::{BufRead, BufReader};
     let folder = tempfile::tempdir().unwrap();
-    // So many rounds that they would take a minute.
+    // So many rounds would take a minute.
     let mut child =
         command("threads", "--threads 1 --spp 20 --size 160x120 --repeat 1000 --csv t.csv", folder.path())
             .args(["--integrator", "path-naive"])
@@ -204,7 +204,7 @@ fn an_interrupt_keeps_finished_measurements() {
     }
     let id = child.id().to_string();
     assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
-    // Read on, so that it can talk to the end.
+    // Its output is read until it ends.
     let _ = said.lines().count();
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0));

@@ -1,11 +1,11 @@
-//! The benchmarks that are scripts still run: their command lines are those of the program.
+//! The benchmark scripts still run with the program's present command line.
 //!
-//! What they print is too small and too short to mean anything here, and nothing is read from it but that it is there.
+//! The results are too short to be meaningful here; the tests check only that they exist.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Runs a script of `benches/` in its shortest form and returns what it printed.
+/// Runs a script of `benches/` in its shortest form and returns its output.
 fn tried(script: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let ran = Command::new("bash")
@@ -51,7 +51,7 @@ fn the_python_scripts_compile() {
     let paths = std::fs::read_dir(&folder).expect("benches/").map(|entry| entry.expect("an entry").path());
     let scripts: Vec<_> = paths.filter(|path| path.extension().is_some_and(|it| it == "py")).collect();
     assert!(!scripts.is_empty());
-    // What is compiled goes there, not into the tree.
+    // Build outputs go there, not into the repository.
     let cache = tempfile::tempdir().expect("a folder");
     let compiled = Command::new("python3")
         .args(["-m", "py_compile"])

@@ -1,4 +1,4 @@
-//! Broken command lines: each ends with a message that says what to do, exit code 1 or 2, and no picture.
+//! Invalid command lines: each ends with a message with a remedy, exit code 1 or 2, and no picture.
 
 use std::fs;
 use std::path::Path;
@@ -36,7 +36,7 @@ fn pictures(folder: &Path) -> Vec<String> {
     names.filter(|name| !name.ends_with(".toml") && !name.ends_with("folder.png")).collect()
 }
 
-/// Runs the program in a fresh folder and holds it to an exit code and words of its message.
+/// Runs the program in a new folder and checks its exit code and words of its message.
 fn refused(arguments: &[&str], code: i32, words: &[&str]) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     refused_in(folder.path(), arguments, code, words);
@@ -159,7 +159,7 @@ fn a_folder_in_a_numbered_picture_s_place() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk() {
-    // A limit on the size of files stands for a full disk: the write fails half way.
+    // A limit on the size of files simulates a full disk: the write fails half way.
     let folder = tempfile::tempdir().expect("a temporary folder");
     let cover = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml");
     fs::copy(cover, folder.path().join("scene.toml")).expect("a writable folder");
@@ -206,7 +206,7 @@ fn a_closed_pipe_causes_an_error_and_no_panic() {
     drop(child.stdout.take());
     let output = child.wait_with_output().expect("the program ends");
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    // The program may have been quicker than we were: then there was nothing wrong.
+    // The program may have ended before the pipe was closed: then there is no error.
     assert!(!message.contains("panicked"), "{message}");
     assert!(matches!(output.status.code(), Some(0 | 1)), "{message}");
 }
@@ -261,7 +261,7 @@ fn a_mesh_too_small_for_its_precision_is_refused_and_a_tiny_one_is_not() {
         ("scale = 1e-14, translate = [1e-9, 0, 0]", 0),
         ("scale = 1e-16", 1),
         ("scale = 1e-30", 1),
-        // The corners are one point there.
+        // The corners are rounded to one point there.
         ("scale = 1e-12, translate = [1, 0, 0]", 1),
         ("scale = 1e-12, translate = [1, 1, 1]", 1),
     ] {

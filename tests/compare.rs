@@ -1,4 +1,4 @@
-//! `stride compare`, as a user runs it.
+//! `stride compare`, by the command line.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ impl Folder {
         self.0.path().join(name)
     }
 
-    /// A small picture with a ramp in it, all of it times `gain`.
+    /// A small picture with a ramp, multiplied by `gain`.
     fn picture(&self, name: &str, width: u32, height: u32, gain: f32) -> PathBuf {
         let rgb = (0..width * height).map(|i| [i as f32 / 64.0 * gain, 0.5 * gain, 0.25 * gain]).collect();
         self.write(name, &Picture { width, height, rgb })
@@ -62,7 +62,7 @@ fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Fails with this code, says why, and prints nothing.
+/// Checks that the command fails with this code and message, and prints nothing.
 fn refused(arguments: &[&Path], code: i32, words: &[&str]) {
     let output = compare(arguments);
     let said = stderr(&output);
@@ -105,10 +105,10 @@ fn figures_match_their_definitions() {
     close(&found["noise"], scaled.sqrt());
     close(&found["a"]["mean"][0], 1.5);
     close(&found["b"]["mean"][0], 1.0);
-    // The second picture is what errors are relative to.
+    // Errors are relative to the second picture.
     close(&json(&b, &a)["relmse"], 0.25 / 2.26 / 3.0);
     assert!(found["flip"].as_f64().unwrap() > 0.0);
-    // Against black nothing is finite.
+    // Relative to black the error is infinite.
     let black = folder.write("black.exr", &flat(0.0));
     let found = json(&a, &black);
     assert!(found["relmse_scaled"].is_null() && found["noise"].is_null() && found["relmse"].is_number());
@@ -121,7 +121,7 @@ fn text_output_has_the_same_figures() {
     let folder = Folder::new();
     let (a, b) = (folder.picture("a.png", 8, 8, 1.0), folder.picture("b.exr", 8, 8, 0.5));
     let output = compare(&[&a, &b]);
-    // A picture for screens is no radiance.
+    // A picture for screens does not hold radiance.
     let said = stderr(&output);
     assert!(said.starts_with("warning: ") && said.contains("a.png is"), "{said}");
     let text = String::from_utf8(output.stdout).unwrap();
@@ -186,7 +186,7 @@ fn files_that_cannot_be_read_fail_and_are_named() {
     let directory = folder.path("directory.hdr");
     fs::create_dir(&directory).unwrap();
     refused(&[&directory, &good], 1, &["directory.hdr", "folder"]);
-    // The right content under another format's name.
+    // Valid contents under another format's extension.
     let disguised = folder.path("disguised.exr");
     fs::copy(&good, &disguised).unwrap();
     refused(&[&good, &disguised], 1, &["disguised.exr"]);

@@ -1,4 +1,4 @@
-//! Cryptomatte layers, against single paths and against a reader that knows the specifications alone.
+//! Cryptomatte layers, compared with single paths and with a reader that was written from the specifications alone.
 
 mod common;
 
@@ -18,14 +18,14 @@ use stride::scene::Scene;
 
 const BOTH: [Layer; 2] = [Layer::CryptoEntity, Layer::CryptoMaterial];
 
-/// A pixel's ids and coverages, as they should be: counted from what single paths meet first.
+/// The expected ids and coverages of a pixel: counted from the first hits of single paths.
 fn counted(scene: &Scene, place: u32, samples: u32) -> Vec<(u32, f32)> {
     let integrator = common::integrator(scene);
     let pixel = Region::whole(scene.film.width, scene.film.height).pixel(place);
     let mut counts: HashMap<u32, u32> = HashMap::new();
     for sample in 0..samples {
         let (_, events) = integrator.explain(pixel, sample);
-        // The first event is the camera's ray, the second what it met.
+        // The first event is the camera's ray, the second its hit.
         if let Some(Event::Hit { entity, .. }) = events.get(1) {
             *counts.entry(id(&scene.entities[*entity as usize].name)).or_default() += 1;
         }
@@ -61,7 +61,7 @@ fn ranks_match_the_hits_of_single_paths() {
         several += u32::from(expected.len() > 1);
         others += u32::from(counted(&scene, place, 5) != expected);
     }
-    // Negative control: edges show, and those of one sample fewer are others.
+    // Negative control: there are edges, and one sample fewer gives other ranks.
     assert!(several > 15 && others > 10, "{several} {others}");
 }
 
@@ -76,7 +76,7 @@ fn render(folder: &Path, more: &[&str]) {
     assert!(output.status.success(), "{more:?}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// A python3 with NumPy, which Debian's own has.
+/// A python3 with NumPy, such as Debian's.
 fn python() -> Option<&'static str> {
     let has = |python: &&str| {
         let status = Command::new(python).args(["-c", "import numpy"]).stderr(Stdio::null()).status();
@@ -132,8 +132,8 @@ fn an_independent_cryptomatte_reader_gets_the_mattes() {
     };
     let told = read("a.exr").unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((&told["width"], &told["height"]), (&16.into(), &20.into()));
-    // Right of the middle the wall, three in front of the eye; left of it, in the lower half, the other quad; nothing
-    // elsewhere; and the sphere is behind the eye.
+    // Right of the centre the wall, three in front of the eye; in the lower left quarter the other quad; nothing
+    // elsewhere. The sphere is behind the eye.
     let covers = |layer: &str, name: &str, is_there: &dyn Fn(usize, usize) -> bool| {
         let matte = told["mattes"][layer][name].as_array().unwrap_or_else(|| panic!("no {layer} {name}"));
         let is_so = |(i, coverage): (usize, &serde_json::Value)| {
@@ -147,7 +147,7 @@ fn an_independent_cryptomatte_reader_gets_the_mattes() {
     for (layer, name) in [("CryptoEntity", "far"), ("CryptoMaterial", "grau \"größe\"")] {
         assert!(covers(layer, name, &|_, _| false), "{name}");
     }
-    // Negative controls: the masks are told apart, and a file whose manifest is wrong is not taken.
+    // Negative controls: the masks differ, and a file with a wrong manifest is rejected.
     assert!(!covers("CryptoEntity", "wall", &left_below));
     let mut file = fs::read(dir.path().join("a.exr")).expect("a file");
     let digits = format!("{:08x}", id("wall"));
@@ -164,7 +164,7 @@ fn equal_renders_give_equal_files_and_info_lists_mattes() {
     let more = ["--spp", "4", "--layers", "crypto-material,depth,crypto-entity"];
     render(dir.path(), &more);
     let file = fs::read(dir.path().join("a.exr")).expect("a file");
-    // Eight attributes in another order each time would be the same by chance once in 40,000 times.
+    // Eight attributes in random order would be in the same order by chance once in 40,000 times.
     for threads in ["1", "3"] {
         render(dir.path(), &[&more[..], &["--threads", threads]].concat());
         assert!(fs::read(dir.path().join("a.exr")).expect("a file") == file, "{threads} threads");
@@ -172,7 +172,7 @@ fn equal_renders_give_equal_files_and_info_lists_mattes() {
     let told = String::from_utf8(stride(dir.path(), &["info", "a.exr"]).stdout).expect("text");
     assert!(told.contains("mattes      CryptoEntity (3 names), CryptoMaterial (3 names)\n"), "{told}");
     assert!(told.contains("CryptoEntity02.R, CryptoMaterial00.A,"), "{told}");
-    // An entity of another name is another id, and nothing else changes.
+    // Another entity name changes its id, and nothing else.
     fs::write(dir.path().join("wall.toml"), WALL.replace("\"wall\"", "\"wand\"")).expect("a scene");
     render(dir.path(), &more);
     assert!(fs::read(dir.path().join("a.exr")).expect("a file") != file);

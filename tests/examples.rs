@@ -1,4 +1,4 @@
-//! The programs in `examples/` do what they say, with few samples.
+//! The programs in `examples/` work, with few samples.
 
 #[allow(dead_code, unreachable_pub, reason = "a program, of which a part is called here")]
 #[path = "../examples/buffer.rs"]
@@ -22,7 +22,7 @@ fn the_buffer_example_shows_the_ball() {
     let pixels = file.strip_prefix(b"P6\n320 240\n255\n").expect("the header of a PPM file");
     assert_eq!(pixels.len(), 320 * 240 * 3);
     let pixel = |x: usize, y: usize| &pixels[3 * (y * 320 + x)..][..3];
-    // The sky is the darkest blue there is; copper reflects more red than blue of the white floor.
+    // The sky is the darkest blue; copper reflects more red than blue of the white floor.
     assert!(pixel(10, 2)[2] > pixel(10, 2)[0], "{:?}", pixel(10, 2));
     assert!(pixel(160, 160)[0] > pixel(160, 160)[2], "{:?}", pixel(160, 160));
 }
@@ -35,7 +35,7 @@ fn the_progress_example_ends_and_stops_an_endless_render() {
     let said = String::from_utf8(out).expect("text");
     assert!(report.whole && said.ends_with('\n') && said.contains("8 spp in "), "{said}");
 
-    // Many minutes of samples: the end is asked for at the first news.
+    // Many minutes of samples: the end is requested at the first progress.
     const SAMPLES: u32 = 1 << 24;
     let long = Render::new(&cover()).size((32, 24)).samples(SAMPLES).threads(2);
     let report = progress::watch(long.start().expect("a render"), 0.0, &mut Vec::new()).expect("a picture");

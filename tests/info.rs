@@ -42,7 +42,7 @@ fn info_describes_a_mesh() {
     ] {
         assert!(told.lines().any(|l| l == line), "{told} lacks {line:?}");
     }
-    // A hundred leaves of eight at best: three levels of nodes with eight children.
+    // At least a hundred leaves of eight triangles: three levels of nodes with eight children.
     assert!(told.contains("tree        3 levels, ") || told.contains("tree        4 levels, "), "{told}");
     fs::write(folder.path().join("bad.obj"), "f 1 2 3").unwrap();
     let told = info(folder.path(), "bad.obj").unwrap_err();
@@ -83,7 +83,7 @@ fn instances_are_counted_and_held_by_the_bounds() {
             10 * i
         )
     };
-    // As many triangles as pay to be kept once.
+    // Enough triangles for instances to share them.
     let entities: String = (0..10).map(place).collect();
     let text = format!(
         "entities = [{entities}]\nmaterials.white = {{ type = \"matte\", reflectance = [1, 1, 1] }}\n\
@@ -157,7 +157,7 @@ fn info_reports_the_memory_of_textures() {
     for line in [
         "textures    wood (image), checks (checkerboard)",
         "picture     wood.png: 3×2, 3 channels, 8-bit, 32 bytes",
-        // With the coarser level of one texel.
+        // Includes the coarser level of one texel.
         "pictures    48 bytes in use",
     ] {
         assert!(told.lines().any(|l| l == line), "{told} lacks {line:?}");

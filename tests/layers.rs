@@ -1,4 +1,4 @@
-//! Layers: what is seen first, beside colour in EXR files.
+//! Layers: first hits beside colour in EXR files.
 
 mod common;
 
@@ -30,8 +30,8 @@ fn channel<'a>(channels: &'a [Channel], name: &str) -> &'a [f32] {
     &found.unwrap_or_else(|| panic!("no {name}")).values
 }
 
-/// Means of what single paths tell of their first hits, as the layers should have them; none where no path met
-/// anything. A path that is traced alone is no lane of many.
+/// The expected layers: means over the first hits of single paths; `None` where no path hit a surface. Single paths are
+/// traced without lanes.
 fn told(integrator: &dyn Integrator, scene: &Scene, place: u32, samples: u32) -> Option<Vec<(String, f64)>> {
     let pixel = Region::whole(scene.film.width, scene.film.height).pixel(place);
     let (mut met, mut sums) = (0.0, [0.0_f64; 7]);
@@ -41,7 +41,7 @@ fn told(integrator: &dyn Integrator, scene: &Scene, place: u32, samples: u32) ->
             Event::Hit { point, normal, .. } => Some((*point, *normal)),
             _ => None,
         });
-        // The first event is the camera's ray, the second what it met.
+        // The first event is the camera's ray, the second its hit.
         let Some((p, n)) = hit.filter(|_| matches!(events[1], Event::Hit { .. })) else { continue };
         met += 1.0;
         let depth = f64::from(p[0]) * scene.camera.forward.x
@@ -74,7 +74,7 @@ fn layers_are_means_over_first_hits() {
         assert!(off(place, 6) < 1e-4, "place {place} is off by {}", off(place, 6));
         others += u32::from(off(place, 5) > 1e-4);
     }
-    // Negative control: means of one sample fewer are others.
+    // Negative control: one sample fewer gives other means.
     assert!(others > 150, "{others}");
 }
 
@@ -101,8 +101,8 @@ fn layers_of_a_wall_match_their_closed_forms() {
     let scene = parse(WALL, Path::new("wall.toml")).expect("a scene").scene;
     let channels = layers(&scene, Region::whole(16, 12), 2);
     let at = |name: &str, x: usize, y: usize| channel(&channels, name)[y * 16 + x];
-    // Right of the middle a grey wall three in front of the eye; its u × v faces away along +x... and the left is
-    // the camera's +y: there, in the lower half, glass two in front; in the upper half nothing.
+    // Right of the centre a grey wall three in front of the eye, whose u × v points away along +x; left is
+    // the camera's +y: in its lower half glass two in front, in the upper half nothing.
     for (x, y) in [(8, 0), (15, 11), (11, 6)] {
         assert_eq!([at("depth.Z", x, y), at("position.X", x, y)], [3.0, 4.0]);
         assert_eq!(["R", "G", "B"].map(|c| at(&format!("albedo.{c}"), x, y)), [0.5, 0.25, 0.125]);
@@ -164,7 +164,7 @@ fn files_have_the_requested_layers_and_the_same_colour() {
     let dir = tempfile::tempdir().expect("a folder");
     render(dir.path(), &["--spp", "8", "--threads", "1", "--layers", "all", "-o", "a.exr", "-o", "a.png"]);
     render(dir.path(), &["--spp", "3", "--layers", "all", "--film", "b.film", "-o", "b.exr"]);
-    // Gone on with, on other threads: the same file.
+    // Resumed with other threads: the same file.
     let rest = ["--spp", "8", "--resume", "b.film", "--threads", "3"];
     render(dir.path(), &[&rest[..], &["--layers", "all", "-o", "b.exr"]].concat());
     let bytes = |name: &str| fs::read(dir.path().join(name)).expect("a file");
@@ -193,7 +193,7 @@ fn files_have_the_requested_layers_and_the_same_colour() {
     }
 }
 
-/// A program of OpenEXR's own tools, if it is there.
+/// A program of OpenEXR's own tools, if it is installed.
 fn openexr(tool: &str) -> Option<Command> {
     let there = Command::new(tool).arg("-h").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
     if !there {
@@ -233,7 +233,7 @@ fn the_reference_library_reads_the_file() {
         assert!(told.contains(&format!("    {name}, 32-bit floating-point, sampling 1 1")), "{name}: {told}");
     }
     assert!(told.contains("seed: 0") && told.contains("samples: 0..8"), "{told}");
-    // A crop lies on its film where it was cut out, and every other picture is its film.
+    // A crop has its position on the film in the header, and any other picture is its whole film.
     assert!(told.contains("dataWindow (type box2i): (0 0) - (39 29)\n"), "{told}");
     render(dir.path(), &["--spp", "2", "--crop", "5,9,17,6", "-o", "crop.exr"]);
     let mut header = openexr("exrheader").expect("it is there");
@@ -243,7 +243,7 @@ fn the_reference_library_reads_the_file() {
     {
         assert!(told.contains(window), "{window}: {told}");
     }
-    // Read and written again by their own code, the picture is the same to the bit.
+    // After reading and writing by OpenEXR's own code, the picture is the same to the bit.
     let status = tiled.args(["a.exr", "b.exr"]).current_dir(dir.path()).status().expect("it runs");
     assert!(status.success());
     let compare = |a: &str, b: &str| {
@@ -252,7 +252,7 @@ fn the_reference_library_reads_the_file() {
         json["mse"].as_f64().expect("a number")
     };
     assert_eq!(compare("a.exr", "b.exr"), 0.0);
-    // Negative control: another seed's is not.
+    // Negative control: another seed's picture differs.
     render(dir.path(), &["--spp", "8", "--seed", "1", "-o", "c.exr"]);
     assert!(compare("c.exr", "b.exr") > 0.0);
 }

@@ -1,4 +1,4 @@
-//! The interface for programs, seen from outside: this is a crate of its own that uses nothing but what is public.
+//! The interface for programs, from outside: this crate uses only public items.
 
 #[allow(dead_code, unreachable_pub, reason = "a program, of which a part is called here")]
 #[path = "../examples/buffer.rs"]
@@ -72,7 +72,7 @@ fn a_scene_in_code_gives_the_files_of_the_command_line() {
         ("c.hdr", "a.hdr"),
     ];
     same_files(folder.path(), &pairs);
-    // Other settings make other files.
+    // Other settings give other files.
     render.seed(1).run().expect("a picture").save(path("d.exr")).expect("a file");
     assert!(fs::read(path("d.exr")).expect("a file") != fs::read(path("a.exr")).expect("a file"));
 }
@@ -98,7 +98,7 @@ fn meshes_in_code_match_the_command_line_and_films_name_their_files() {
     render.clone().film(path("c.film")).run().expect("a picture").save(path("c.exr")).expect("a file");
     render.sources(loaded.sources).film(path("b.film")).run().expect("a picture");
     same_files(folder.path(), &[("c.exr", "a.exr"), ("b.film", "a.film")]);
-    // Without the names the film differs in its notes, and is the same film all the same.
+    // Without the names the film differs in its notes, but not in its identity.
     let head = |name: &str| stride::output::open_film(&path(name)).expect("a film").head().clone();
     assert_eq!(head("c.film").identity, head("a.film").identity);
     assert_ne!(head("c.film").notes, head("a.film").notes);
@@ -183,10 +183,10 @@ fn a_render_reports_its_progress_and_its_end() {
     assert!(render.join().expect("a picture").whole);
 }
 
-/// More samples a pixel than a test waits for.
+/// More samples per pixel than a test waits for.
 const STOPPED: u32 = u32::MAX - 1;
 
-/// A render that has no end of its own that a test would see, after its first news.
+/// An endless render, after its first progress event.
 fn endless(render: Render) -> stride::RenderHandle {
     let handle = render.samples(STOPPED).start().expect("a render");
     let first = handle.events().find(|event| matches!(event, Event::Progress(_)));
@@ -304,10 +304,10 @@ fn invalid_scenes_and_paths_are_error_values() {
     assert!(matches!(ball().resume("nowhere.film").run(), Err(Error::Session(_))));
 }
 
-/// Set in the process that is to print nothing.
+/// Set in the process that must print nothing.
 const SILENT: &str = "STRIDE_TEST_SILENT";
 
-/// Renders that the command line would say much about.
+/// Renders with much output on the command line.
 fn render_silently() {
     let mut bright = buffer::scene();
     let position = [1.0, -1.0, 3.0].into();
@@ -323,7 +323,7 @@ fn render_silently() {
     assert!(ball().output("a.gif").run().is_err());
 }
 
-// A test of its own process: what it prints is what the library prints.
+// Runs in a separate process, so that all of its output is the library's.
 #[test]
 fn nothing_is_printed_and_no_environment_is_read() {
     if std::env::var_os(SILENT).is_some() {
@@ -339,7 +339,7 @@ fn nothing_is_printed_and_no_environment_is_read() {
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
-    // The harness says that there is one test, and that it has passed.
+    // The test harness prints that there is one test, and that it has passed.
     let lines: Vec<&str> = said.lines().filter(|line| !line.trim().is_empty()).collect();
     let is_harness = |line: &&str| {
         line.starts_with("running 1 test") || *line == "." || line.starts_with("test result: ok")
@@ -347,13 +347,13 @@ fn nothing_is_printed_and_no_environment_is_read() {
     assert!(lines.iter().all(is_harness), "{lines:?}");
 }
 
-/// What a library leaves to programs.
+/// Operations that are reserved for programs.
 const FOR_PROGRAMS: [&str; 6] = ["println!", "stdout()", "stderr()", "process::exit", "ctrlc::", "env::var"];
 
-/// The files that ask for the environment all the same: a level, which only programs call, and a window's display.
+/// The files that may read environment variables: for a SIMD level, which only programs request, and for the display.
 const ASKING: [&str; 2] = ["math/lanes/level.rs", "output/window/x11.rs"];
 
-/// What of that is in the sources of a folder, outside tests, with the file.
+/// Occurrences of these in the sources of a folder, without tests, with their files.
 fn of_programs(folder: &Path, found: &mut Vec<(String, &'static str)>) {
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();

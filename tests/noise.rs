@@ -1,4 +1,4 @@
-//! `--noise` delivers what it says: the true figure, against a converged render, is that which was asked for.
+//! `--noise` reaches the requested error: the true figure, against a converged render, matches it.
 
 use std::path::Path;
 use std::process::Command;
@@ -25,8 +25,8 @@ fn noise(folder: &Path, picture: &str) -> f64 {
     json["noise"].as_f64().expect("a number")
 }
 
-// Each scene with an error that takes tens of samples; the converged render has 25 times as many, so that its own
-// error makes the figure 2% larger. The seeds are fixed: this passes or fails, it does not flicker.
+// Each scene has an error that needs tens of samples; the converged render has 25 times as many, so that its own
+// error increases the figure by 2%. The seeds are fixed, so that the result does not vary.
 #[test]
 fn the_true_error_is_within_a_fifth_of_the_requested_one() {
     for (scene, sampler, asked, converged) in [
@@ -47,7 +47,7 @@ fn the_true_error_is_within_a_fifth_of_the_requested_one() {
         let ratio = noise(dir.path(), "a.exr") / asked;
         println!("{scene} {sampler}: {spp} spp, {ratio:.3} of {asked}");
         assert!((0.8..1.2).contains(&ratio), "{scene} {sampler}: the error is {ratio} of {asked}");
-        // Negative control: a quarter of the samples is not good enough.
+        // Negative control: a quarter of the samples is not enough.
         render(&["--spp", &(spp / 4.0).ceil().to_string(), "-o", "rough.exr"]);
         let rough = noise(dir.path(), "rough.exr") / asked;
         assert!(rough > 1.3, "a quarter of the samples has {rough} of the error");

@@ -1,4 +1,4 @@
-//! The program as its users run it: files in, files out.
+//! `stride render`, by the command line.
 
 mod common;
 
@@ -13,7 +13,7 @@ fn cover() -> String {
     format!("{}/scenes/cover.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Renders a scene in a folder; panics with the message if that fails.
+/// Renders a scene in a folder; panics with the message on failure.
 fn render(folder: &Path, scene: &str, arguments: &[&str]) {
     render_at("", folder, scene, arguments);
 }
@@ -62,7 +62,7 @@ fn any_number_of_threads_and_any_lanes_give_the_same_files() {
             render_at(&level, dir.path(), scene, &[&small[..], &["-o", "a.exr"]].concat());
             assert!(first.as_ref() == Some(&bytes(dir.path(), "a.exr")), "{scene}: {level}");
         }
-        // Negative control: another seed is another file.
+        // Negative control: another seed gives another file.
         render(dir.path(), scene, &[&small[..], &["--seed", "77", "-o", "a.exr"]].concat());
         assert!(first.as_ref() != Some(&bytes(dir.path(), "a.exr")), "{scene}: the seed does nothing");
     }
@@ -188,7 +188,7 @@ fn an_interrupt_writes_the_picture_and_succeeds() {
         .args(["--samples", "a.npy"])
         .current_dir(dir.path());
     let mut run = Watched::start(command, dir.path());
-    // Until some samples are there: the dump has a header before Ctrl-C is caught.
+    // Until there are samples: the dump has a header before Ctrl-C is handled.
     run.wait_for("a.npy", |dump| fs::metadata(dump).map_or(0, |file| file.len()) >= 4096);
     run.interrupt();
     let (code, said) = run.end();
@@ -208,13 +208,13 @@ fn a_second_interrupt_ends_at_once() {
         .args(["-o", "out/a.exr", "--samples", "a.npy"])
         .current_dir(dir.path());
     let mut run = Watched::start(command, dir.path());
-    // Until some samples are there: the dump has a header before Ctrl-C is caught.
+    // Until there are samples: the dump has a header before Ctrl-C is handled.
     run.wait_for("a.npy", |dump| fs::metadata(dump).map_or(0, |file| file.len()) >= 4096);
-    // After the first interrupt the picture has no place: it is tried again for a while, which a second one ends.
+    // After the first interrupt the picture cannot be written: the program retries until the second one.
     fs::rename(&out, dir.path().join("away")).expect("a folder");
     run.interrupt();
     run.hear("retrying");
-    // Requests that follow the first one fast are the same one: `src/cli/stop.rs` tests how fast that is.
+    // Requests soon after the first one are the same one: `src/cli/stop.rs` tests the interval.
     poll("the end", || {
         run.interrupt();
         run.has_ended()
@@ -273,7 +273,7 @@ fn invalid_samples_are_rejected_counted_and_traceable() {
         let render = ["render", "broken.toml", "--headless", "--spp", "6", "--stats", "s.json"];
         let (_, said) = run(&[&render[..], extra].concat());
         let stats = stats(dir.path(), "s.json");
-        // Every path meets the wall, and every weight of its material is impossible.
+        // Every path hits the wall, and every weight of its material is invalid.
         assert_eq!(stats["rejected"], 16 * 12 * 6);
         let line = said.lines().find(|line| line.trim().starts_with("pixel ")).expect("a named sample");
         let numbers: Vec<&str> =

@@ -1,4 +1,4 @@
-//! Going on with films, and what is said of a goal that is missed: where a render ends, and what layers a merge has.
+//! Resuming films: the end of the render, the layers of merged films, and the message about a missed error.
 
 use serde_json::json;
 use sha2::{Digest, Sha256};
@@ -11,7 +11,7 @@ fn run(folder: &Path, arguments: &[&str]) -> Output {
     command.args(arguments).current_dir(folder).output().expect("the program starts")
 }
 
-/// Runs and demands this exit code; returns what was said on standard error.
+/// Runs a command that must end with this exit code; returns its standard error.
 fn said(folder: &Path, code: i32, arguments: &[&str]) -> String {
     let output = run(folder, arguments);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -27,7 +27,7 @@ fn stats(folder: &Path) -> serde_json::Value {
     serde_json::from_slice(&fs::read(folder.join("s.json")).expect("a file")).expect("JSON")
 }
 
-/// A render of the cover, small and in silence.
+/// A small, quiet render of the cover.
 fn render<'a>(more: &[&'a str]) -> Vec<&'a str> {
     let cover = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml");
     [&["render", cover, "--headless", "-q", "--size", "24x18", "-o", "a.exr"][..], more].concat()
@@ -49,7 +49,7 @@ fn a_limit_of_time_or_error_replaces_the_requested_range_of_a_film() {
     begin("b.film");
     said(dir.path(), 0, &render(&["--resume", "b.film", "--time", "300ms", "--stats", "s.json"]));
     assert!(stats(dir.path())["spp"].as_f64().expect("a number") > 4.0);
-    // Negative control: without one, the film's own end is kept, and --spp moves it.
+    // Negative control: without a limit, the film's own end is kept, and --spp changes it.
     begin("c.film");
     said(dir.path(), 0, &render(&["--resume", "c.film", "--stats", "s.json"]));
     assert_eq!(stats(dir.path())["spp"], 4.0);
@@ -82,7 +82,7 @@ fn a_film_that_differs_from_its_facts_is_refused() {
     let path = dir.path().join("a.film");
     said(dir.path(), 0, &render(&["--spp", "2", "--film", "a.film"]));
     let good = fs::read(&path).expect("a film");
-    // Width and height change places, on the film and in what is shown of it, and its digest is right again.
+    // Width and height of the film and of the shown part are swapped, with a valid digest.
     let mut forged = good.clone();
     for at in [16, 36] {
         forged[at..at + 8].rotate_left(4);
@@ -119,7 +119,7 @@ fn a_missed_error_is_reported_even_with_quiet() {
     assert!(unknown.contains("ended at 12\n"), "{unknown}");
     assert_eq!(told(), [json!(0.5), json!(false)]);
     assert!(stats(dir.path())["estimated_noise"].is_null());
-    // One that is reached is no warning.
+    // A reached error causes no warning.
     assert_eq!(go(&["--noise", "0.1"]), "");
     assert_eq!(told(), [json!(0.1), json!(true)]);
     assert_eq!(go(&["--spp", "2"]), "");
@@ -135,21 +135,21 @@ fn merged_films_have_the_layers_that_they_were_rendered_with() {
     part("0..5", "a.film", "all");
     part("5..9", "b.film", "all");
     said(dir.path(), 0, &["merge", "a.film", "b.film", "-q", "-o", "m.exr", "-o", "m.film"]);
-    // To the bit those of a render of all samples.
+    // Equal to the bit to those of a render of all samples.
     said(dir.path(), 0, &render(&["--spp", "9", "--layers", "all", "-o", "w.exr", "--film", "w.film"]));
     let bytes = |name: &str| fs::read(dir.path().join(name)).expect("a file");
     assert!(bytes("m.exr") == bytes("w.exr") && bytes("m.film") == bytes("w.film"));
     let told = info(dir.path(), "m.film");
     let names = "first hits  the film has the sums for albedo,normal,position,depth,uv,crypto-entity,crypto-material\n";
     assert!(told.contains(names) && told.contains("entities    8 names, for Cryptomatte\n"), "{told}");
-    // Asked for by name, or not at all.
+    // Requested by name, or not at all.
     let channels = |file: &str| {
         let told = info(dir.path(), file);
         told.lines().find_map(|line| line.strip_prefix("channels    ")).expect("channels").to_owned()
     };
     said(dir.path(), 0, &["merge", "a.film", "b.film", "-q", "-o", "m.exr", "--layers", "samples,depth"]);
     assert_eq!(channels("m.exr"), "B, G, R, depth.Z, samples.Y");
-    // Films of other layers do not add up, and say so.
+    // Films with other layers cannot be merged, with a message.
     part("9..10", "c.film", "normal");
     let text = said(dir.path(), 1, &["merge", "a.film", "c.film", "-o", "m.exr"]);
     assert!(text.contains("its set of layers is normal, not albedo,"), "{text}");
@@ -171,18 +171,18 @@ fn a_resumed_film_keeps_exactly_its_layers() {
     assert!(text.contains("without --layers uv; omit these, or begin another film"), "{text}");
     assert!(bytes("a.film") == before);
     go(0, &["--spp", "9", "--film", "w.film", "--layers", "albedo,depth,crypto-material", "-o", "w.exr"]);
-    // What the film has goes on, whatever the picture shows of it.
+    // The film keeps its layers, whatever the picture shows.
     fs::copy(dir.path().join("a.film"), dir.path().join("b.film")).expect("a copy");
     go(0, &["--resume", "b.film", "--spp", "9", "--layers", "depth", "-o", "b.exr"]);
-    // The note of the layers that are shown is the last render's.
+    // The note of shown layers is that of the last render.
     assert_eq!(bytes("b.film").len() + ",albedo,crypto-material".len(), bytes("w.film").len());
-    // It shows the layers that it was begun with, unless some are named.
+    // It shows its original layers, unless some are requested.
     go(0, &["--resume", "a.film", "--spp", "9", "-o", "c.exr"]);
     assert!(bytes("a.film") == bytes("w.film") && bytes("c.exr") == bytes("w.exr"));
     assert!(bytes("b.exr") != bytes("w.exr"));
     said(dir.path(), 0, &["merge", "a.film", "-q", "-o", "m.exr"]);
     assert!(bytes("m.exr") == bytes("w.exr"));
-    // A name is no sample's, but mattes are about names.
+    // Names do not affect samples, but Cryptomatte layers refer to them.
     let scene =
         fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cover.toml")).expect("a scene");
     let scene = scene.replace("materials.red", "materials.other").replace("\"red\"", "\"other\"");
@@ -208,7 +208,7 @@ fn a_film_of_another_scene_is_refused_with_the_difference_and_defaults_do_not_co
     write(&scene);
     go(0, &["--spp", "2", "--film", "a.film"]);
     let resume = ["--resume", "a.film", "--spp", "3", "--film", "b.film"];
-    // The same scene in other words.
+    // The same scene in another notation.
     write(&scene.replacen("[render]", "[render]\nsampler = \"sobol\"", 1).replacen(
         "samples = 500",
         "samples = 7",
@@ -229,7 +229,7 @@ fn a_film_of_another_scene_is_refused_with_the_difference_and_defaults_do_not_co
     assert!(text.contains("its scene differs in the shape of "), "{text}");
 }
 
-/// The files that a mesh file names belong to the scene as much as the mesh file.
+/// The files that a mesh file refers to belong to the scene as much as the mesh file itself.
 #[test]
 fn a_film_is_refused_when_colours_or_buffers_of_a_mesh_have_changed() {
     let dir = folder();
@@ -273,7 +273,7 @@ f 1 2 3
     write("a.mtl", b"newmtl red\nKd 1 0 0\n");
     buffer(1.0);
     go(0, &["--spp", "2", "--film", "a.film"]);
-    // Negative control: the same files, and the same colour in other words.
+    // Negative control: the same files, and the same colour in another notation.
     write("a.mtl", b"# scarlet\nnewmtl red\nKd 1.0 0 0.0\n");
     go(0, &resume);
     write("a.mtl", b"newmtl red\nKd 1 0.5 0\n");

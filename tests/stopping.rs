@@ -1,7 +1,7 @@
-//! The program ends soon after it is asked to, however long its paths take.
+//! The program ends soon after a request to stop, however long its paths are.
 //!
-//! Without that each of these renders takes minutes at least: between mirrors that lose nothing, paths bounce thousands
-//! of times.
+//! Otherwise each of these renders would take minutes at least: between lossless mirrors, paths have thousands of
+//! bounces.
 
 use std::fs;
 use std::io::Read;
@@ -11,10 +11,10 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-/// Far more than a loaded machine needs, and far less than one sample of every pixel takes.
+/// Much more than a loaded machine needs, and much less than one sample of every pixel takes.
 const WATCHDOG: Duration = Duration::from_secs(30);
 
-/// A closed room of mirrors, with more in it.
+/// A closed room of mirrors, with additional entities.
 fn room(render: &str, size: u32, more: &str) -> String {
     format!(
         r#"
@@ -32,7 +32,7 @@ material = "mirror"
     )
 }
 
-/// What each integrator needs centuries of a pixel's patience for.
+/// Scenes in which a pixel takes centuries, for each integrator.
 fn endless() -> [(&'static str, String); 3] {
     let balls = (0..3).map(|i| {
         let x = 0.5 - 0.4 * f64::from(i);
@@ -48,11 +48,11 @@ fn endless() -> [(&'static str, String); 3] {
     ]
 }
 
-/// Two seconds are promised; a loaded machine keeps this, too.
+/// The documented limit is two seconds; this includes a loaded machine.
 #[cfg(unix)]
 const ENDS_WITHIN: Duration = Duration::from_secs(8);
 
-/// A grid of 4 × 4 squares that a transform makes tiny: normals of 0/0 once led rays in circles.
+/// A grid of 4 × 4 squares that a transform makes tiny: normals of 0/0 once led to endless paths.
 fn tiny_mesh(folder: &Path) -> String {
     let mut grid = String::new();
     for (x, y) in (0..5).flat_map(|y| (0..5).map(move |x| (x, y))) {
@@ -87,7 +87,7 @@ fn start(folder: &Path, scene: &str, arguments: &[&str]) -> Child {
         .unwrap()
 }
 
-/// What it ends with; if it does not, it is killed, and the test fails.
+/// Its exit code; if it does not end, it is killed, and the test fails.
 fn end_of(child: Child, of: &str) -> Output {
     let id = child.id();
     let (ended_out, ended) = mpsc::channel();
@@ -115,7 +115,7 @@ fn a_tiny_mesh_is_rendered_in_every_world() {
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(0), "{world}: {said}");
         let (_, picture) = stride::output::read_picture(&folder.path().join("a.exr")).unwrap();
-        // The grid under a white sky is grey, and around it is the sky.
+        // The grid under a white sky is grey, and the sky surrounds it.
         let grey = picture.rgb.iter().filter(|pixel| (0.45..0.55).contains(&pixel[0])).count();
         let white = picture.rgb.iter().filter(|pixel| pixel[0] == 1.0).count();
         assert!(grey > 100 && white > 200, "{world}: {grey} grey pixels, {white} white ones");
@@ -139,7 +139,7 @@ fn a_time_limit_ends_a_render_with_a_slow_first_sample() {
 fn a_request_to_terminate_ends_a_render_with_a_slow_first_sample() {
     for (name, scene) in endless() {
         let folder = tempfile::tempdir().unwrap();
-        // A viewer is called when the render is about to begin: from then on requests are heard.
+        // The viewer connects when the render is about to begin: from then on requests are handled.
         let viewer = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = viewer.local_addr().unwrap().to_string();
         let child = start(folder.path(), &scene, &["--tev", &address]);

@@ -1,5 +1,5 @@
-//! Lengths may be in any unit: a scene that is scaled, with the intensity of its lights scaled by the square, gives the
-//! same picture from the same number of samples.
+//! Lengths may be in any unit: a scaled scene, with the intensity of its lights scaled by the square, gives the
+//! same picture from the same random numbers.
 
 mod common;
 
@@ -16,7 +16,7 @@ use stride::scene::{
 };
 use stride::world::Finder;
 
-/// The scene in another unit, of which `s` make the old one. Its checkerboards are on planes.
+/// The scene in another unit, `s` of which are one old unit. Its checkerboards are on planes.
 fn scaled(scene: &Scene, s: f64) -> Scene {
     let mut scene = scene.clone();
     let camera = &mut scene.camera;
@@ -67,7 +67,7 @@ fn scaled(scene: &Scene, s: f64) -> Scene {
     scene
 }
 
-/// A room with every shape, material and light in it, through a thin lens.
+/// A room with every shape, material and light, through a thin lens.
 fn everything() -> Scene {
     let materials =
         vec![matte([0.7, 0.6, 0.5]), mirror([0.8; 3]), glass(1.5), checkerboard(0, 1, 1.5), matte([0.8; 3])];
@@ -111,7 +111,7 @@ fn samples(scene: &Scene, finder: Finder) -> Vec<[f32; 3]> {
     seen
 }
 
-// Powers of two change no digit: any length in the code that is not the scene's own shows.
+// Powers of two change no digit: any constant length in the code becomes visible.
 #[test]
 fn units_that_are_powers_of_two_apart_give_the_same_bits() {
     let scenes = [
@@ -137,7 +137,7 @@ fn units_that_are_powers_of_two_apart_give_the_same_bits() {
                         found.len()
                     );
                 }
-                // Negative control: a light that stays as strong is another one.
+                // Negative control: a light of unscaled intensity differs.
                 if !scene.lights.is_empty() {
                     let mut other = scaled(&scene, 1024.0);
                     other.lights.clone_from(&scaled(&scene, 1023.0).lights);
@@ -159,7 +159,7 @@ fn units_of_a_thousand_give_the_same_picture_within_rounding() {
             let mut scene = scene.clone();
             (scene.render.integrator, scene.render.samples) = (integrator, 16);
             let expected = samples(&scene, Finder::Bvh);
-            // Of the samples that are not black in both pictures.
+            // Among the samples that are not black in both pictures.
             let close = |found: &[[f32; 3]]| {
                 let lit = found.iter().zip(&expected).filter(|(a, b)| a.iter().chain(*b).any(|&c| c > 0.0));
                 let close = |(a, b): &(&[f32; 3], &[f32; 3])| {
@@ -168,7 +168,7 @@ fn units_of_a_thousand_give_the_same_picture_within_rounding() {
                 lit.clone().filter(close).count() as f64 / lit.count() as f64
             };
             for scale in [1e-3, 1e3, 1e6] {
-                // Rounding takes a few paths past another edge.
+                // Rounding moves a few paths across an edge.
                 let found = samples(&scaled(&scene, scale), Finder::Bvh);
                 let (share, ratio) = (close(&found), mean(&found) / mean(&expected));
                 println!("{name}, {integrator}, times {scale}: {share} of the samples, {ratio} of the mean");
@@ -194,7 +194,7 @@ fn stride(folder: &Path, arguments: &[&str]) -> String {
     said
 }
 
-/// A room of two and a half metres with a point light, in a unit of which `unit` make a metre.
+/// A room of two and a half metres with a point light, in a unit of which `unit` are one metre.
 fn room(unit: f64, intensity: f64) -> String {
     let at = |p: [f64; 3]| format!("{:?}", p.map(|x| x * unit));
     format!(
@@ -216,7 +216,7 @@ materials.w = {{ type = \"matte\", reflectance = [0.7, 0.7, 0.7] }}\n",
     )
 }
 
-/// Renders to an error; the samples that this took, a pixel, and what was said.
+/// Renders to an error; returns the samples per pixel that it took, and the output.
 fn to_error(folder: &Path, name: &str, text: &str, more: &[&str]) -> (f64, String) {
     std::fs::write(folder.join("a.toml"), text).expect("a scene");
     let picture = format!("{name}.exr");
@@ -236,7 +236,7 @@ fn an_error_needs_the_same_samples_in_every_unit() {
         let (expected, _) = to_error(dir.path(), "m", &room(1.0, 1.0), &more);
         assert!((17.0..4096.0).contains(&expected), "{expected}");
         let (_, metres) = read_picture(&dir.path().join("m.exr")).expect("a picture");
-        // Millimetres and kilometres of lamps that are as bright, and millimetres of one that is a millionth as bright.
+        // Millimetres and kilometres with lamps of equal radiance, and millimetres with one of a millionth.
         for (unit, intensity, gain) in [(1e3, 1e6, 1.0), (1e-3, 1e-6, 1.0), (1e3, 1.0, 1e6)] {
             let (spp, _) = to_error(dir.path(), "other", &room(unit, intensity), &more);
             assert!(
@@ -251,7 +251,7 @@ fn an_error_needs_the_same_samples_in_every_unit() {
             }
         }
     }
-    // Negative control: another error takes another number.
+    // Negative control: another error needs another number.
     let few = to_error(dir.path(), "a", &room(1.0, 1.0), &goal("0.05")).0;
     assert!(to_error(dir.path(), "a", &room(1.0, 1.0), &goal("0.03")).0 > 2.0 * few);
 }
@@ -265,7 +265,7 @@ fn the_true_error_in_millimetres_matches_the_requested_one() {
     let read = |name: &str| read_picture(&dir.path().join(name)).expect("a picture").1;
     let found = compare(&read("a.exr"), &read("reference.exr"), FlipKind::Hdr).expect("comparable");
     assert!((0.8..1.2).contains(&(found.noise / 0.04)), "{} after {spp} samples", found.noise);
-    // By the absolute figure there is no error at all.
+    // The absolute figure shows no error.
     assert!(found.relative_mse.sqrt() < 1e-4, "{}", found.relative_mse);
 }
 
@@ -288,29 +288,30 @@ fn radiance_outside_the_range_of_a_film_causes_one_warning_with_a_remedy() {
         .parse()
         .expect("a number");
     let counted: Vec<u32> = told.split(' ').filter_map(|word| word.parse().ok()).collect();
-    // Most of 1200 first samples see light, and all of those are too dark.
+    // Most of 1200 first samples are not black, and all of those are too dark.
     assert!(counted[0] == counted[1] && (600..=1200).contains(&counted[0]), "{told}");
-    // The same, however many threads there are, and for those who want quiet.
+    // The same for any number of threads, and with --quiet.
     assert_eq!(warns(&dark, &["--threads", "3", "-q"]), Some(told.clone()));
     assert!(warns(&dark, &["--film-mode", "continuous"]).is_some());
-    // A film whose render begins later knows less, and what is kept is told by its pixels.
+    // A render that begins later does not count first samples: the pixels of its film decide.
     assert!(warns(&room(1e5, 10.0), &[]).is_some());
     let dim = room(1e4, 1.0);
     std::fs::write(dir.path().join("a.toml"), &dim).expect("a scene");
     let said = stride(dir.path(), &["render", "a.toml", "--headless", "-o", "a.exr", "--range", "4..8"]);
     assert!(said.contains("pixels that are not black are below"), "{said}");
-    // The remedy is one.
+    // The remedy works.
     let remedied = room(1e6, libm::exp2(f64::from(stops)));
     assert_eq!(warns(&remedied, &[]), None);
-    // Negative controls: the room in metres and in millimetres, one without any light, and one that nothing lights.
+    // Negative controls: the room in metres and in millimetres, one without a light, and one whose light reaches
+    // nothing.
     assert_eq!(warns(&room(1.0, 1.0), &[]), None);
     assert_eq!(warns(&room(1e3, 1.0), &[]), None);
     assert_eq!(warns(&room(1.0, 0.0), &[]), None);
     assert_eq!(warns(&room(1.0, 1.0), &["--max-depth", "0"]), None);
-    // Beyond the other end samples are left out, and the remedy is the opposite.
+    // At the other end of the range samples are rejected, and the remedy is the opposite.
     let (_, said) = to_error(dir.path(), "a", &room(1e-3, 1e5), &["--spp", "4"]);
     assert!(said.contains("samples were rejected") && said.contains("divide all emissions"), "{said}");
-    // Those who want quiet are warned, too.
+    // The warning appears with --quiet, too.
     let (_, said) = to_error(dir.path(), "a", &room(1e-3, 1e5), &["--spp", "4", "-q"]);
     assert!(said.starts_with("warning: ") && said.contains("divide all emissions"), "{said}");
 }
@@ -349,7 +350,7 @@ materials.w = {{ type = \"matte\", reflectance = [0.5, 0.6, 0.7] }}\n"
     assert_eq!(shape, Shape::Plane(PlaneParameters { normal: DVec3::Z, distance: 3.0 }));
     let told = "a.toml:4:72: the normal's length is 2, and distance is a length all the same; if X·normal = distance is meant with the normal as it is, divide both by 2";
     assert_eq!(warnings, [told]);
-    // Normals with three digits are of length one.
+    // Normals with three digits have length one.
     assert_eq!(load("[0.577, 0.577, 0.577]", "1").2, Vec::<String>::new());
     assert_eq!(load("[0.707, 0, 0.707]", "1").2, Vec::<String>::new());
     assert_eq!(load("[0.7, 0, 0.7]", "1").2.len(), 1);

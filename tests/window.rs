@@ -1,4 +1,4 @@
-//! The window of the whole program, on a display without a screen.
+//! The window of the program, on a virtual display.
 
 #![cfg(all(target_os = "linux", feature = "window"))]
 
@@ -13,7 +13,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 use stride::output::{FilmFile, open_film};
 
-/// A process that ends when dropped, so that a failed test leaves none behind.
+/// A process that is killed when dropped, so that a failed test leaves none behind.
 struct Process(Child);
 
 impl Drop for Process {
@@ -23,7 +23,7 @@ impl Drop for Process {
     }
 }
 
-/// A display, gone when dropped.
+/// A virtual display, which ends when dropped.
 struct Display {
     name: String,
     _server: Process,
@@ -35,7 +35,7 @@ fn quiet(program: &str, arguments: &[&str]) -> Command {
     command
 }
 
-/// The lines of a process's standard output, as they come.
+/// The lines of a process's standard output, as they arrive.
 fn lines(process: &mut Child) -> Receiver<String> {
     let (sender, lines) = unbounded();
     let stdout = BufReader::new(process.stdout.take().expect("a pipe"));
@@ -43,12 +43,12 @@ fn lines(process: &mut Child) -> Receiver<String> {
     lines
 }
 
-/// The next of them.
+/// The next line.
 fn next_line(lines: &Receiver<String>) -> String {
     lines.recv_timeout(Duration::from_secs(60)).expect("a line on standard output")
 }
 
-/// A display, or none where its programs are missing and that is allowed.
+/// A display, or `None` if its programs are missing and that is allowed.
 fn display() -> Option<Display> {
     let there = |program| quiet(program, &["-version"]).status().is_ok();
     if !(there("Xvfb") && there("xdotool")) {
@@ -59,8 +59,8 @@ fn display() -> Option<Display> {
         println!("skipped: no Xvfb or no xdotool");
         return None;
     }
-    // By itself it would start afresh whenever xdotool, its only client yet, leaves: a desktop's never does. It chooses a
-    // number that is free, and says which when it is ready.
+    // Without -noreset it would restart whenever xdotool, its only client at first, disconnects; a desktop's server
+    // never does. It chooses a free number, and prints it when it is ready.
     let server = quiet("Xvfb", &["-displayfd", "1", "-noreset", "-screen", "0", "800x600x24"])
         .stdout(Stdio::piped())
         .spawn()
@@ -76,7 +76,7 @@ impl Display {
         String::from_utf8_lossy(&output.expect("xdotool runs").stdout).trim().to_owned()
     }
 
-    /// Moves the pointer to a place in the window, to which the keyboard then goes: there is no window manager.
+    /// Moves the pointer to a position in the window, which then has the focus: there is no window manager.
     fn point(&self, x: u32, y: u32) {
         let (x, y) = (x.to_string(), y.to_string());
         let found = ["search", "--onlyvisible", "--name", "scene.toml"];
@@ -172,7 +172,7 @@ fn a_moved_camera_starts_a_new_render_and_the_suspended_one_resumes() {
     assert_eq!(film.sample_ranges().to_string(), format!("0..{spp}"));
 }
 
-// What was decided at milestones before the camera moved is what the render goes on by when it is back.
+// A resumed render keeps the decisions of the milestones before the camera moved.
 #[test]
 fn an_adaptive_render_makes_the_same_decisions_after_a_moved_camera() {
     let Some(display) = display() else { return };
@@ -181,7 +181,7 @@ fn an_adaptive_render_makes_the_same_decisions_after_a_moved_camera() {
     assert!(film.sample_ranges().open().is_some(), "all pixels have the same: this decides nothing");
 }
 
-/// The next camera on standard output, as it stands in a scene file.
+/// The next camera on standard output, in the notation of a scene file.
 fn printed_camera(lines: &Receiver<String>) -> String {
     let mut camera = String::new();
     while !camera.contains("vertical_fov") {
@@ -191,12 +191,12 @@ fn printed_camera(lines: &Receiver<String>) -> String {
     camera
 }
 
-/// Moves the camera while a render is on, and back again when that of the moved one is done; demands that both pictures
-/// are those of plain renders. Returns the film.
+/// Moves the camera during a render, and returns when that of the moved one is done; checks that both pictures
+/// equal those of plain renders. Returns the film.
 fn tour(display: &Display, asked: &[&str]) -> FilmFile {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = |name: &str| folder.path().join(name);
-    // On its way the camera may have looked where nothing is, and had a picture of that at once.
+    // During the move the camera may have seen nothing, and finished a picture of that at once.
     let views = || {
         let names = (1..10).map(|view| format!("a-view-{view}.exr"));
         names.filter(|name| path(name).exists()).collect::<Vec<_>>()
@@ -219,8 +219,8 @@ fn tour(display: &Display, asked: &[&str]) -> FilmFile {
     });
     display.tool(&["key", "c"]);
     poll("a mouse that moves the camera", || display.title().contains("mouse moves camera"));
-    // A drag, step by step as by a hand: what is printed after the button is pressed comes when the program has seen the
-    // button, and each step has been seen when the camera is another.
+    // A drag in steps, as by hand: the camera that is printed after the button was pressed shows that the program has
+    // seen the button, and each step has been seen when the camera has changed.
     display.tool(&["mousedown", "1"]);
     let mut camera = print();
     let mut moves = |what: &str| {
@@ -251,17 +251,17 @@ fn tour(display: &Display, asked: &[&str]) -> FilmFile {
     });
     assert_eq!(stride.0.wait().expect("a child").code(), Some(0));
 
-    // The scene's own picture and film are as if nobody had looked elsewhere …
+    // The scene's own picture and film are unaffected by the moved camera …
     let own = rendered(folder.path(), "scene.toml", "own.exr", asked);
     assert!(bits(path("a.exr")) == own);
-    // … and that of the moved camera is what a scene with the printed one gives.
+    // … and that of the moved camera equals a render of the scene with the printed one.
     let scene = fs::read_to_string(path("scene.toml")).expect("a scene");
     let (before, after) = scene.split_once("[camera]").expect("a camera");
     let (_, after) = after.split_once("\n[").expect("more than that");
     fs::write(path("moved.toml"), format!("{before}{camera}\n[{after}")).expect("a folder");
     let moved = rendered(folder.path(), "moved.toml", "moved.exr", asked);
     assert!(bits(path(&views().pop().expect("a picture of it"))) == moved, "{camera}");
-    // Negative control: they are two pictures.
+    // Negative control: the two pictures differ.
     assert!(own != moved);
     open_film(&path("a.film")).expect("a film")
 }

@@ -1,5 +1,5 @@
-//! A program while it runs. Its lines on standard error, the changes to the files of its folder and its end come as
-//! messages: tests order what they do by these and not by the time that has passed.
+//! Observes a running program. The lines of its standard error, the changes to the files of its folder and its end
+//! arrive as messages: tests are synchronised by these and not by elapsed time.
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use rand::RngExt;
@@ -9,20 +9,20 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use stride::sampling::Stream;
 
-/// After this long a test fails instead of waiting longer. No passing test depends on it.
+/// The time after which a test fails. No passing test depends on it.
 const DEADLINE: Duration = Duration::from_secs(120);
 
-/// What a watched program lets its test know.
+/// A message about a watched program.
 enum Message {
     /// A line on standard error.
     Line(String),
-    /// A file of the folder was created, written to or put in its place.
+    /// A file of the folder was created, written to or renamed into place.
     Changed,
-    /// Standard error is closed, and will stay so: the program has ended.
+    /// Standard error was closed: the program has ended.
     Ended,
 }
 
-/// A program that is watched. Dropped, it is killed: a test that fails leaves none behind.
+/// A watched program. It is killed when dropped: a failed test leaves none behind.
 pub struct Watched {
     child: Child,
     folder: PathBuf,
@@ -34,12 +34,12 @@ impl Watched {
     /// Starts a program, and watches it and the files of a folder.
     pub fn start(mut command: Command, folder: &Path) -> Watched {
         let (sender, messages) = unbounded();
-        // Before the program is there, so that none of its changes is missed.
+        // Before the program starts, so that none of its changes is missed.
         watch(folder, sender.clone());
         let mut child = command.stderr(Stdio::piped()).spawn().expect("the program starts");
         let stderr = BufReader::new(child.stderr.take().expect("a pipe"));
         std::thread::spawn(move || {
-            // A test that has ended wants to hear nothing more, but the program must be able to go on speaking.
+            // A finished test reads no messages, but the program must still be able to write.
             for line in stderr.lines().map_while(Result::ok) {
                 let _ = sender.send(Message::Line(line));
             }
@@ -53,7 +53,7 @@ impl Watched {
         self.child.id()
     }
 
-    /// All that it has said so far.
+    /// Its output so far.
     pub fn said(&self) -> &str {
         &self.said
     }
@@ -72,7 +72,7 @@ impl Watched {
         }
     }
 
-    /// Waits for a line with these words.
+    /// Waits for a line that contains these words.
     pub fn hear(&mut self, words: &str) {
         let deadline = Instant::now() + DEADLINE;
         loop {
@@ -84,21 +84,20 @@ impl Watched {
         }
     }
 
-    /// Waits until a file of the folder meets a condition. The file is looked at whenever a file of the folder has
-    /// changed.
+    /// Waits until a file of the folder meets a condition, which is checked whenever a file of the folder has changed.
     pub fn wait_for(&mut self, name: &str, condition: impl Fn(&Path) -> bool) {
         let (path, deadline) = (self.folder.join(name), Instant::now() + DEADLINE);
         while !condition(&path) {
             if self.next(deadline, &|| format!("{name:?} as it is wanted")).is_none() {
-                // The last change may have come after the last look.
+                // The last change may follow the last check.
                 assert!(condition(&path), "the program ended without {name:?}: {}", self.said);
                 return;
             }
         }
     }
 
-    /// Kills the program at the n-th change of the folder's files from now on, at once for 0. Returns its status if it
-    /// ends before that.
+    /// Kills the program at the n-th change of the folder's files from now on, at once for 0. Returns its exit status
+    /// if it ends before that.
     pub fn kill_at_change(&mut self, n: u32) -> Option<ExitStatus> {
         let (mut changes, deadline) = (0, Instant::now() + DEADLINE);
         while changes < n {
@@ -125,7 +124,7 @@ impl Watched {
         self.child.try_wait().expect("a child").is_some()
     }
 
-    /// Waits for the end. Returns the exit code and all that the program said.
+    /// Waits for the end. Returns the exit code and the program's output.
     pub fn end(mut self) -> (Option<i32>, String) {
         let deadline = Instant::now() + DEADLINE;
         while self.next(deadline, &|| "the end".to_owned()).is_some() {}
@@ -141,8 +140,8 @@ impl Drop for Watched {
     }
 }
 
-/// Sends a message for each change of a folder's files until the folder or the receiver is gone. The kernel reports
-/// each of them in order: a temporary file is created, written to, and renamed into its place.
+/// Sends a message for each change of a folder's files until the folder is removed or the receiver dropped. The kernel
+/// reports the changes in order: a temporary file is created, written to, and renamed into its place.
 #[cfg(target_os = "linux")]
 fn watch(folder: &Path, changes: Sender<Message>) {
     use rustix::fs::inotify::{self, CreateFlags, ReadFlags, WatchFlags};
@@ -152,7 +151,7 @@ fn watch(folder: &Path, changes: Sender<Message>) {
     std::thread::spawn(move || {
         let mut buffer = [std::mem::MaybeUninit::uninit(); 4096];
         let mut events = inotify::Reader::new(queue, &mut buffer);
-        // The queue says that it ignores the folder when that is removed.
+        // The queue reports the removal of the folder by an "ignored" event.
         while let Ok(event) = events.next()
             && !event.events().contains(ReadFlags::IGNORED)
             && changes.send(Message::Changed).is_ok()
@@ -160,8 +159,8 @@ fn watch(folder: &Path, changes: Sender<Message>) {
     });
 }
 
-/// The same where there is no inotify: the folder is looked at again and again. Changes that follow one another fast are
-/// one, so that there are fewer moments to kill a program at; tests hold all the same.
+/// The same without inotify: the folder is polled. Changes in fast succession are merged, so that there are fewer
+/// moments to kill a program at; tests pass all the same.
 #[cfg(not(target_os = "linux"))]
 fn watch(folder: &Path, changes: Sender<Message>) {
     let folder = folder.to_path_buf();
@@ -178,7 +177,7 @@ fn watch(folder: &Path, changes: Sender<Message>) {
         let mut before = state();
         loop {
             let now = state();
-            // Also as a sign of life, so that the thread ends with the receiver.
+            // Also as a heartbeat, so that the thread ends with the receiver.
             if now != before && changes.send(Message::Changed).is_err() {
                 return;
             }
@@ -188,9 +187,9 @@ fn watch(folder: &Path, changes: Sender<Message>) {
     });
 }
 
-/// Waits until a condition holds that nothing sends a message about, and looks at it again and again: at windows of
-/// another process, and at a process that is signalled until it ends. This and the folder without inotify are the only
-/// sleeps in tests, and nothing depends on how long they are.
+/// Polls a condition until it holds, for conditions without messages: windows of another process, and a process that is
+/// signalled until it ends. This and the folder without inotify are the only
+/// sleeps in tests, and no result depends on their length.
 pub fn poll(what: &str, mut condition: impl FnMut() -> bool) {
     let start = Instant::now();
     while !condition() {
@@ -199,15 +198,15 @@ pub fn poll(what: &str, mut condition: impl FnMut() -> bool) {
     }
 }
 
-/// How often to kill what a quick test kills a few times: more with `STRIDE_KILLS=100`.
+/// The number of kills of a test, which is a few by default: more with `STRIDE_KILLS=100`.
 pub fn kills(few: u32) -> u32 {
     std::env::var("STRIDE_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(few)
 }
 
 /// Runs a program up to `kills` times, and kills each run at one of the first `moments` changes of its files, or before
-/// the first. Changes are all that a file system shows of a render: films and pictures under temporary names, half
-/// written or whole, and in their places. Between two of them it has nothing else to lose, however long they are
-/// apart, so that these are all the moments that there are. Returns how often it was killed; a run that ends by itself
+/// the first. Changes are the only effects of a render on the file system: films and pictures under temporary names,
+/// partial or complete, and in their final places. Between two changes there is nothing else to lose, however far apart
+/// they are, so that these are all relevant moments. Returns the number of kills; a run that ends by itself
 /// is the last.
 pub fn kill_at_any_moment(
     folder: &Path,
@@ -227,7 +226,7 @@ pub fn kill_at_any_moment(
 }
 
 /// Runs a program that is near its end, killed at the first change of its files, and again, killed at the second, and
-/// so on, until it ends by itself: it is killed within each write of the last files, too. Returns how often.
+/// so on, until it ends by itself: it is killed within each write of its final files. Returns the number of kills.
 pub fn kill_at_every_moment(folder: &Path, mut command: impl FnMut() -> Command) -> u32 {
     for moment in 1..1000 {
         let mut run = Watched::start(command(), folder);

@@ -1,4 +1,4 @@
-//! Films made of dumped samples: `stride develop`.
+//! Films from dumped samples: `stride develop`.
 
 use super::*;
 
@@ -6,7 +6,7 @@ use super::*;
 fn a_developed_dump_equals_the_file_of_a_render_with_the_filter() {
     let (dir, scene) = (folder(), cover());
     let common = ["--size", "40x30", "--spp", "5", "--threads", "3"];
-    // Whatever filter the continuous film has, its samples are the same, and those of a box in importance mode too.
+    // The samples of a continuous film do not depend on its filter, and equal those of a box in importance mode.
     let dumps: [(&str, &[&str]); 3] = [
         ("a.npy", &["--filter", "mitchell"]),
         ("b.npy", &["--filter", "tent", "--film-mode", "continuous"]),
@@ -37,7 +37,7 @@ fn a_developed_dump_equals_the_file_of_a_render_with_the_filter() {
         );
         assert!(picture(dir.path(), "d.exr") != picture(dir.path(), "r.exr"), "{filter}");
     }
-    // Of a crop, with the filter that it was rendered with or a narrower one.
+    // A crop, with the filter of the render or a narrower one.
     let crop = ["--crop", "9,8,12,10", "--filter", "mitchell"];
     succeed(
         dir.path(),
@@ -53,7 +53,7 @@ fn a_developed_dump_equals_the_file_of_a_render_with_the_filter() {
     assert!(said.contains("narrower filter"), "{said}");
 }
 
-/// What a scene's things are called and how many they are takes nothing from a dump.
+/// Names and numbers of entities and materials do not affect a dump.
 #[test]
 fn a_dump_with_many_non_ascii_names_is_developed() {
     let dir = folder();
@@ -99,7 +99,7 @@ fn impossible_developments_are_explained() {
         let (exit, said) = develop("box.npy", more);
         assert!(exit == Some(code) && said.contains(word), "{said}");
     }
-    // As NumPy saves it: without a word of what it is of.
+    // As NumPy saves it: without metadata.
     let whole = bytes(dir.path(), "box.npy");
     let end = 10 + usize::from(u16::from_le_bytes([whole[8], whole[9]])) - 1;
     let hash = 10 + whole[10..end].iter().position(|&byte| byte == b'#').expect("a comment");
@@ -121,7 +121,8 @@ fn impossible_developments_are_explained() {
     assert!(code == Some(1) && said.contains("not a NumPy file"), "{said}");
 }
 
-// That a GPU's samples are those of the CPU by statistics, `src/gpu` tests; here, that its film is made of them.
+// Tests in `src/gpu` compare a GPU's samples with the CPU's statistically; this test compares its film with its
+// samples.
 #[test]
 fn a_film_of_a_gpu_equals_the_film_of_its_samples() {
     let (dir, scene) = (folder(), cover());
@@ -134,7 +135,7 @@ fn a_film_of_a_gpu_equals_the_film_of_its_samples() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     succeed(dir.path(), &["develop", "-q", "g.npy", "--filter", "mitchell", "-o", "d.exr"]);
     assert!(bytes(dir.path(), "d.exr") == bytes(dir.path(), "r.exr"));
-    // With what a variance takes, the same.
+    // The same with the sums for a variance.
     let variance = ["--layers", "variance", "-o", "v.exr"];
     succeed(dir.path(), &render(&scene, &[&film[..], &variance].concat()));
     let layers = ["--layers", "variance", "-o", "d.exr"];
@@ -143,7 +144,7 @@ fn a_film_of_a_gpu_equals_the_film_of_its_samples() {
     assert!(channel(dir.path(), "d.exr", "variance.Y").iter().any(|v| *v > 0.0));
     succeed(dir.path(), &["develop", "-q", "g.npy", "--filter", "lanczos", "-o", "d.exr"]);
     assert!(picture(dir.path(), "d.exr") != picture(dir.path(), "r.exr"));
-    // The same numbers on both devices: what differs from the CPU's picture is rounding.
+    // The same random numbers on both devices: the difference from the CPU's picture is rounding.
     let cpu = [&film[..6], &["-o", "c.exr"]].concat();
     succeed(dir.path(), &render(&scene, &cpu));
     let [gpu, cpu] = ["r.exr", "c.exr"].map(|name| picture(dir.path(), name).rgb);

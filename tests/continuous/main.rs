@@ -1,4 +1,4 @@
-//! Continuous films as users meet them: samples that count in every pixel within the filter's reach.
+//! Continuous films, by the command line: samples are weighted in every pixel within the filter radius.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -36,7 +36,7 @@ fn succeed(folder: &Path, arguments: &[&str]) -> String {
     said
 }
 
-/// What it prints.
+/// Its output.
 fn succeed_with(folder: &Path, arguments: &[&str]) -> String {
     let output = run(folder, arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
@@ -50,7 +50,7 @@ fn refused(folder: &Path, code: i32, arguments: &[&str]) -> String {
     said
 }
 
-/// A render of the cover without a window or a word.
+/// A quiet render of the cover without a window.
 fn render<'a>(scene: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["render", scene, "--headless", "-q"][..], more].concat()
 }
@@ -100,14 +100,15 @@ fn threads_lanes_and_shards_in_any_order_give_the_same_files() {
     succeed(dir.path(), &[&["merge", "-q"], &films[..], &["-o", "m.exr", "-o", "m.film"]].concat());
     assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "whole.exr"));
     assert!(picture(dir.path(), "m.exr") == picture(dir.path(), "whole.exr"));
-    // Of the layers that films tell there is the count of samples, and no variance, which takes more than they have.
+    // Of the layers that need no first hits, the sample count is available and the variance is not: it needs extra
+    // sums.
     succeed(dir.path(), &["merge", "-q", "m.film", "--layers", "all", "-o", "l.exr"]);
     assert!(picture(dir.path(), "l.exr") == picture(dir.path(), "whole.exr"));
     let has = |name: &str| bytes(dir.path(), "l.exr").windows(name.len()).any(|at| at == name.as_bytes());
     assert!(has("samples.Y") && !has("variance.Y"));
     let said = refused(dir.path(), 2, &["merge", "m.film", "--layers", "variance", "-o", "l.exr"]);
     assert!(said.contains("begun without --layers variance"), "{said}");
-    // Negative controls: one shard less, another filter, another mode.
+    // Negative controls: one shard fewer, another filter, another mode.
     succeed(dir.path(), &[&["merge", "-q"], &films[1..], &["-o", "m.exr"]].concat());
     assert!(picture(dir.path(), "m.exr") != picture(dir.path(), "whole.exr"));
     for other in [["--filter", "tent"], ["--filter", "lanczos"]] {
@@ -136,7 +137,7 @@ fn killed_at_any_moment_a_film_keeps_its_variance_and_its_layers() {
     kill_and_go_on(&["--layers", "all"], kills(6).div_ceil(2));
 }
 
-// Of 320×240 pixels a checkpoint takes three pieces, and what is added meanwhile lies before, behind or across them.
+// With 320×240 pixels a checkpoint has three pieces, and new samples lie before, after or across them.
 fn kill_and_go_on(layers: &[&str], kills: u32) {
     let (dir, scene) = (folder(), cover());
     let common =
@@ -148,7 +149,7 @@ fn kill_and_go_on(layers: &[&str], kills: u32) {
         let more = [film, "part.film", "--spp", spp, "--threads", threads, "--checkpoint", "5ms"];
         stride(dir.path(), &render(&scene, &[&common[..], &more, &["-o", "part.exr"]].concat()))
     };
-    // Nobody waits for its end, so that no machine is too quick for the kills.
+    // The render is endless, so that no machine is too fast for the kills.
     let stream = &mut Stream::new(5, 0, 0);
     let killed = kill_at_any_moment(dir.path(), kills, 60, stream, |stream| {
         part("4000000000", &stream.random_range(1..=3).to_string())
@@ -164,7 +165,7 @@ fn kill_and_go_on(layers: &[&str], kills: u32) {
     assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
 }
 
-/// The values of a channel of an EXR file beside colour.
+/// The values of a channel of an EXR file, beside colour.
 fn channel(folder: &Path, name: &str, channel: &str) -> Vec<f32> {
     let image = exr::prelude::read_first_flat_layer_from_file(folder.join(name)).expect("an EXR file");
     let found = image.layer_data.channel_data.list.iter().find(|there| there.name.to_string() == channel);
@@ -192,7 +193,7 @@ fn variances_are_the_same_for_all_workers_and_other_films_are_unchanged() {
         assert!(output.status.success());
         is_whole("a.exr", None, level);
     }
-    // Gone on with, once by a render that does not ask for layers.
+    // Resumed, once by a render that does not request layers.
     succeed(
         dir.path(),
         &render(&scene, &[&spread[..], &["--spp", "3", "--film", "p.film"], &["-o", "p.exr"]].concat()),
@@ -206,7 +207,7 @@ fn variances_are_the_same_for_all_workers_and_other_films_are_unchanged() {
         &render(&scene, &[&spread[..], &["--spp", "12", "--resume", "p.film", "-o", "p.exr"]].concat()),
     );
     is_whole("p.exr", Some("p.film"), "resumed");
-    // Shards, with the layers that they were rendered with.
+    // Shards, with the layers of their renders.
     for (i, range) in ["0..5", "5..6", "6..12"].into_iter().enumerate() {
         let name = format!("{i}.film");
         let shard = ["--range", range, "--film", &name, "-o", "shard.exr"];
@@ -227,14 +228,14 @@ fn variances_are_the_same_for_all_workers_and_other_films_are_unchanged() {
     // Negative control: fewer samples.
     succeed(dir.path(), &["merge", "-q", "2.film", "0.film", "-o", "m.exr"]);
     assert!(channel(dir.path(), "m.exr", "variance.Y") != variance);
-    // Others have the same picture and 64 bytes a pixel.
+    // Without the layer, the picture is the same and pixels have 64 bytes.
     let plain = ["--spp", "12", "-o", "plain.exr", "--film", "plain.film"];
     succeed(dir.path(), &render(&scene, &[&SMALL[..], &plain].concat()));
     assert!(picture(dir.path(), "plain.exr") == picture(dir.path(), "whole.exr"));
     let sizes = ["plain.film", "whole.film"].map(|name| bytes(dir.path(), name).len());
-    // One of them names its layers.
+    // One of them requests its layers.
     assert_eq!(sizes[1] - sizes[0], 40 * 30 * 64 + "layers: variance,samples\n".len());
-    // In a crop it is what it is in the whole.
+    // In a crop it equals that of the whole.
     let crop = ["--spp", "12", "--crop", "9,8,12,10", "-o", "c.exr"];
     succeed(dir.path(), &render(&scene, &[&spread[..], &crop].concat()));
     let part = channel(dir.path(), "c.exr", "variance.Y");
@@ -268,7 +269,7 @@ fn a_variance_without_its_sums_is_refused_or_omitted_with_a_message() {
     assert!(succeed(dir.path(), &["merge", "with.film", "-o", "m.exr"]).contains("wrote m.exr\n"));
 }
 
-// A filter that gives each sample to one pixel: the same samples, in the same pixels, as where they all count the same.
+// A filter that gives each sample to one pixel: the same samples in the same pixels as without weights.
 #[test]
 fn the_variance_with_a_box_equals_that_of_unweighted_samples() {
     let (dir, scene) = (folder(), cover());
@@ -277,7 +278,7 @@ fn the_variance_with_a_box_equals_that_of_unweighted_samples() {
         succeed(dir.path(), &render(&scene, &[&common[..], more].concat()));
         channel(dir.path(), "a.exr", "variance.Y")
     };
-    // A sample on the border of two pixels is the one's here and the other's there.
+    // A sample on the border of two pixels may belong to either.
     let differ = |a: &[f32], b: &[f32]| {
         let scale = a.iter().fold(0.0_f32, |most, v| most.max(*v));
         a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > 1e-5 * (0.01 * scale + **a)).count()
@@ -327,7 +328,7 @@ fn pictures_at_barriers_equal_plain_renders() {
     }
     assert!(bytes(dir.path(), "a-9.exr") == bytes(dir.path(), "a.exr"));
     assert!(bytes(dir.path(), "a-4.exr") != bytes(dir.path(), "a.exr"));
-    // To an error, with pictures on the way, and gone on with.
+    // To an error, with numbered pictures, and resumed.
     let noise =
         ["--noise", "0.11", "--dump-at", "3,20", "-o", "n.exr", "--film", "n.film", "--stats", "n.json"];
     succeed(dir.path(), &render(&scene, &[&SMALL[..], &noise, &["--spp", "4000"]].concat()));
@@ -360,7 +361,7 @@ fn contradictory_arguments_are_explained() {
     assert!(refused(dir.path(), 1, &render(&scene, &tent)).contains("filter"));
 }
 
-// Filters that can be drawn from are drawn from and weighed with: two estimators of the same picture, apart from the
+// Filters that can be sampled are sampled and used as weights: two estimators of the same picture, except for the
 // film's border, beyond which a continuous film has no samples. Level 0.01 (see `tiles`).
 #[test]
 fn drawing_from_a_filter_and_weighing_with_it_give_the_same_picture() {
@@ -399,7 +400,7 @@ fn drawing_from_a_filter_and_weighing_with_it_give_the_same_picture() {
     assert!(!verdict.agrees(filters.len()), "{verdict}");
 }
 
-/// Whether what a device said when it failed is that there is none.
+/// Whether the message of a failed device says that there is none.
 fn lacks_a_gpu(output: &Output) -> bool {
     let said = String::from_utf8_lossy(&output.stderr);
     let lacks = !output.status.success()
@@ -411,8 +412,8 @@ fn lacks_a_gpu(output: &Output) -> bool {
     lacks
 }
 
-// Whole films, of other numbers on each side: what makes samples, what puts them on the film, and what goes beyond its
-// border. Level 0.01 (see `tiles`).
+// Complete films with other random numbers on each side: this covers sampling, splatting, and the film's border.
+// Level 0.01 (see `tiles`).
 #[test]
 fn a_continuous_film_of_a_gpu_matches_the_cpu_statistically() {
     let (dir, scene) = (folder(), cover());
@@ -437,9 +438,9 @@ fn a_continuous_film_of_a_gpu_matches_the_cpu_statistically() {
     let verdict = welch(&gpu, &cpu);
     println!("{verdict}");
     assert!(verdict.agrees(1), "{verdict}");
-    // Negative control: less of the light, as little as a bounce brings.
+    // Negative control: less light, by as little as one bounce contributes.
     let darker = replicates("cpu", 201, &["--max-depth", "3"]);
-    assert!(!welch(&gpu, &darker).agrees(1), "nothing is told apart");
+    assert!(!welch(&gpu, &darker).agrees(1), "the difference is not detected");
 }
 
 #[test]
@@ -457,9 +458,9 @@ fn a_continuous_film_of_a_gpu_is_the_same_when_resumed_and_with_a_dump() {
         return;
     }
     done(&["--spp", "5", "--film", "a.film", "-o", "a.exr"]);
-    assert!(bytes(dir.path(), "a.exr") != bytes(dir.path(), "whole.exr"), "there is something to go on with");
+    assert!(bytes(dir.path(), "a.exr") != bytes(dir.path(), "whole.exr"), "there are samples left to render");
     done(&["--spp", "12", "--resume", "a.film", "--film", "a.film", "-o", "a.exr"]);
-    // Where samples are kept, the accumulator puts them on the film.
+    // With a dump, the accumulator adds the samples to the film.
     done(&["--spp", "12", "--film", "b.film", "-o", "b.exr", "--samples", "b.npy"]);
     for name in ["a", "b"] {
         for end in ["film", "exr"] {

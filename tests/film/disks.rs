@@ -1,4 +1,4 @@
-//! Disks and folders that fail while a film is rendered.
+//! Disks and folders that fail during a render to a film.
 
 use super::{bytes, cover, folder, render, stride, succeed};
 use crate::common::watched::Watched;
@@ -8,7 +8,7 @@ use std::process::Command;
 
 const ENDLESS: [&str; 5] = ["--spp", "4000000000", "--checkpoint", "20ms", "-o"];
 
-/// The film at a path is good, and the picture is that of its samples.
+/// Checks that the film at a path is valid, and that the picture is that of its samples.
 fn film_shows(dir: &Path, film: &str, picture: &str) {
     succeed(dir, &["merge", film, "-o", "check.exr"]);
     assert!(bytes(dir, "check.exr") == bytes(dir, picture), "the picture is not the film's");
@@ -20,7 +20,7 @@ fn a_folder_that_is_missing_for_a_while_loses_nothing() {
     let scene = cover();
     let out = dir.path().join("out");
     fs::create_dir(&out).unwrap();
-    // The picture on the way is due long after the first film.
+    // The numbered picture is due long after the first film.
     let files = ["out/a.exr", "--dump-at", "20000", "--film", "out/a.film"];
     let mut run = Watched::start(stride(dir.path(), &render(&scene, &[&ENDLESS[..], &files].concat())), &out);
     run.wait_for("a.film", Path::exists);
@@ -33,7 +33,7 @@ fn a_folder_that_is_missing_for_a_while_loses_nothing() {
     let (code, said) = run.end();
     assert_eq!(code, Some(0), "{said}");
     film_shows(dir.path(), "out/a.film", "out/a.exr");
-    // The picture on the way is there too, and is what it should be.
+    // The numbered picture is written too, and correct.
     succeed(dir.path(), &render(&scene, &["--spp", "20000", "-o", "b.exr"]));
     assert!(bytes(dir.path(), "out/a-20000.exr") == bytes(dir.path(), "b.exr"));
 }
@@ -62,7 +62,7 @@ fn files_without_a_folder_at_the_end_are_written_elsewhere() {
 #[test]
 fn a_picture_is_written_when_the_disk_has_no_room_for_the_film() {
     let dir = folder();
-    // A limit on the size of files stands in for a full disk: the film has 77 kB, a small PNG fewer than 20.
+    // A limit on the size of files simulates a full disk: the film has 77 kB, a small PNG less than 20.
     let scene = cover();
     let arguments = render(&scene, &[&ENDLESS[..], &["a.png", "--film", "a.film"]].concat());
     let mut command = Command::new("bash");
@@ -77,7 +77,7 @@ fn a_picture_is_written_when_the_disk_has_no_room_for_the_film() {
     assert!(said.contains("cannot write \"a.film\""), "{said}");
     image::open(dir.path().join("a.png")).expect("a picture");
     let names: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
-    assert_eq!(names, ["a.png"], "nothing half-written is left");
+    assert_eq!(names, ["a.png"], "a partial file is left");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What `stride info` says of films, samples and pictures.
+//! `stride info` of films, samples and pictures.
 
 use super::{bytes, cover, folder, refused, render, succeed};
 use std::fs;
@@ -49,7 +49,7 @@ fn info_describes_films_and_pictures() {
         assert!(scene.len() == 64 && scene.bytes().all(|c| c.is_ascii_hexdigit()), "{scene}");
     }
     assert!(info("a.film").contains("exposure    1.5"));
-    // The exposure changes no sample, and an EXR does not tell it: it is the same file without.
+    // The exposure does not affect samples, and is not stored in an EXR: the file is the same without it.
     let before = bytes(dir.path(), "a.exr");
     succeed(dir.path(), &render(&scene, &["--spp", "4", "--seed", "77", "--threads", "1", "-o", "a.exr"]));
     assert!(bytes(dir.path(), "a.exr") == before);

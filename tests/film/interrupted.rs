@@ -1,4 +1,4 @@
-//! Renders that are killed or interrupted, and gone on with.
+//! Renders that are killed or interrupted, and resumed.
 
 use super::{bytes, cover, folder, refused, render, stride, succeed};
 use crate::common::watched::{Watched, kill_at_any_moment, kill_at_every_moment, kills};
@@ -8,7 +8,7 @@ use std::path::Path;
 use stride::output::open_film;
 use stride::sampling::Stream;
 
-/// Names of the films that were being written when their render was killed.
+/// Names of the temporary films of killed renders.
 fn half_written(folder: &Path) -> Vec<String> {
     let names = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name());
     names.filter_map(|name| name.into_string().ok()).filter(|name| name.contains(".film-")).collect()
@@ -24,7 +24,7 @@ fn renders_killed_at_any_moment_are_resumed_to_the_same_files() {
         let common = ["--spp", spp, "--threads", threads, "--checkpoint", "10ms", "-o", "part.exr"];
         stride(dir.path(), &render(&scene, &[&[film, "part.film", "--layers", "all"][..], &common].concat()))
     };
-    // Nobody waits for its end, so that no machine is too quick for the kills.
+    // The render is endless, so that no machine is too fast for the kills.
     let (kills, mut within_writes) = (kills(8), 0);
     let stream = &mut Stream::new(kills, 0, 0);
     let killed = kill_at_any_moment(dir.path(), kills, 40, stream, |stream| {
@@ -34,7 +34,7 @@ fn renders_killed_at_any_moment_are_resumed_to_the_same_files() {
     assert_eq!(killed, kills, "a render without end has ended");
     let film = open_film(&dir.path().join("part.film")).expect("a film").read().expect("a whole film");
     let [_, most] = film.seen_range();
-    // Then it is to end soon, and is killed while it writes what there is at the end.
+    // Then it is to end soon, and is killed while it writes its final files.
     let spp = &(most + 1).to_string();
     let at_end = kill_at_every_moment(dir.path(), || {
         within_writes += usize::from(!half_written(dir.path()).is_empty());
@@ -43,8 +43,8 @@ fn renders_killed_at_any_moment_are_resumed_to_the_same_files() {
     println!(
         "{killed} kills on the way to {spp} samples, {at_end} at the end, {within_writes} within writes"
     );
-    assert!(within_writes > 0, "no write was cut short");
-    // What was begun when a render was killed has been swept up.
+    assert!(within_writes > 0, "no write was interrupted");
+    // Temporary files of killed renders have been removed.
     assert_eq!(half_written(dir.path()), [""; 0]);
     let whole = ["--spp", spp, "--layers", "all"];
     succeed(
@@ -53,7 +53,7 @@ fn renders_killed_at_any_moment_are_resumed_to_the_same_files() {
     );
     assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
     assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
-    // Negative control: another seed's files are others.
+    // Negative control: another seed gives other files.
     let other = ["--seed", "9", "--film", "n.film", "-o", "n.exr"];
     succeed(dir.path(), &render(&scene, &[&whole[..], &other].concat()));
     assert!(bytes(dir.path(), "n.exr") != bytes(dir.path(), "whole.exr"));
@@ -88,7 +88,7 @@ fn a_killed_render_to_an_error_ends_at_the_same_sample() {
     assert_eq!(spp(dir.path()), whole_spp);
     assert!(bytes(dir.path(), "part.exr") == bytes(dir.path(), "whole.exr"), "another picture");
     assert!(bytes(dir.path(), "part.film") == bytes(dir.path(), "whole.film"), "another film");
-    // It is a plain render of that many samples.
+    // It equals a plain render of that many samples.
     let plain = whole_spp.to_string();
     succeed(dir.path(), &render(&scene, &["--spp", &plain, "-o", "plain.exr"]));
     assert!(bytes(dir.path(), "plain.exr") == bytes(dir.path(), "whole.exr"));
@@ -123,7 +123,7 @@ fn an_interrupted_render_is_resumed_to_more_samples_than_requested_at_first() {
     succeed(dir.path(), &render(&scene, &["--spp", &spp, "--film", "c.film", "-o", "c.exr"]));
     assert!(bytes(dir.path(), "b.exr") == bytes(dir.path(), "c.exr"));
     assert!(bytes(dir.path(), "b.film") == bytes(dir.path(), "c.film"));
-    // Nothing is left to do: the outputs are written all the same.
+    // No samples are missing: the outputs are written anyway.
     succeed(dir.path(), &render(&scene, &["--resume", "b.film", "-o", "d.exr", "--stats", "d.json"]));
     assert!(bytes(dir.path(), "d.exr") == bytes(dir.path(), "c.exr"));
     let stats: serde_json::Value = serde_json::from_slice(&bytes(dir.path(), "d.json")).expect("JSON");

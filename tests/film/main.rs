@@ -1,4 +1,4 @@
-//! Film files as users meet them.
+//! Film files, by the command line.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -27,7 +27,7 @@ fn run(folder: &Path, arguments: &[&str]) -> Output {
     stride(folder, arguments).output().expect("the program starts")
 }
 
-/// Runs and demands success; returns what was said on standard output and standard error.
+/// Runs a command that must succeed; returns its standard output and standard error.
 fn succeed(folder: &Path, arguments: &[&str]) -> (String, String) {
     let output = run(folder, arguments);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -35,7 +35,7 @@ fn succeed(folder: &Path, arguments: &[&str]) -> (String, String) {
     (String::from_utf8_lossy(&output.stdout).into_owned(), said)
 }
 
-/// Runs and demands a refusal with this exit code; returns what was said.
+/// Runs a command that must fail with this exit code; returns its message.
 fn refused(folder: &Path, code: i32, arguments: &[&str]) -> String {
     let output = run(folder, arguments);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -43,7 +43,7 @@ fn refused(folder: &Path, code: i32, arguments: &[&str]) -> String {
     said
 }
 
-/// The arguments of a render of the cover without a window or a word, and more of them.
+/// The arguments of a quiet render of the cover without a window, and additional ones.
 fn render<'a>(scene: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["render", scene, "--headless", "-q", "--size", "40x30"][..], more].concat()
 }

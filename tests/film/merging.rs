@@ -1,11 +1,11 @@
-//! Films that are merged, shards of a render among them.
+//! Merging of films, among them shards of a render.
 
 use super::{bytes, cover, folder, refused, render, run, succeed};
 use rand::RngExt;
 use std::fs;
 use stride::sampling::Stream;
 
-// The layers are of the first 32 samples: some shards have none of these.
+// Layers use the first 32 samples, of which some shards have none.
 #[test]
 fn shards_merged_in_any_order_equal_the_whole() {
     let dir = folder();
@@ -58,17 +58,17 @@ fn shards_merged_in_any_order_equal_the_whole() {
             assert!(bytes(dir.path(), &merged) == bytes(dir.path(), whole), "{whole} differs");
         }
     }
-    // In two steps.
+    // Merged in two steps.
     let (a, b) = order.split_at(17);
     assert!(merge(a, &["a.film"]).status.success() && merge(b, &["b.film"]).status.success());
     succeed(dir.path(), &["merge", "b.film", "a.film", "-o", "m.film", "-q"]);
     assert!(bytes(dir.path(), "m.film") == bytes(dir.path(), "whole.film"));
-    // Negative control, and what is missing is told.
+    // Negative control, and a report of the missing samples.
     order.retain(|&shard| shard != 30 && shard != 31);
     let output = merge(&order, &["m.film", "m.exr"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && said.contains("missing: 60..64"), "{said}");
-    // The hint, followed to the letter, gives a film that adds up with these.
+    // The command in the message makes a film that can be merged with these.
     assert!(said.contains("(render --range 60..64 --layers albedo,normal,"), "{said}");
     assert!(!said.contains("the layers"), "{said}");
     assert!(bytes(dir.path(), "m.exr") != bytes(dir.path(), "whole.exr"));
@@ -77,7 +77,7 @@ fn shards_merged_in_any_order_equal_the_whole() {
     assert!(said.contains("crypto-material lack the samples 0..2, 6..18, 20..32 of 0..32"), "{said}");
     let (told, _) = succeed(dir.path(), &["info", "m.film"]);
     assert!(told.contains("samples     0..60, 64..128") && told.contains("missing     60..64"), "{told}");
-    // It can't be gone on with; what is missing can be rendered.
+    // It cannot be resumed, but the missing samples can be rendered.
     let gap = small(&["--resume", "m.film", "--spp", "200"]);
     let said = refused(dir.path(), 1, &gap.iter().map(String::as_str).collect::<Vec<_>>());
     assert!(said.contains("--range"), "{said}");
@@ -85,7 +85,7 @@ fn shards_merged_in_any_order_equal_the_whole() {
     succeed(dir.path(), &["merge", "m.film", "gap.film", "-o", "n.film", "-o", "m.exr"]);
     assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "whole.exr"));
     assert!(bytes(dir.path(), "n.film") == bytes(dir.path(), "whole.film"));
-    // And what is whole can be gone on with.
+    // A complete film can be resumed.
     go(small(&["--resume", "n.film", "--spp", "130", "-o", "m.exr"]));
     go(small(&["--spp", "130", "-o", "longer.exr"]));
     assert!(bytes(dir.path(), "m.exr") == bytes(dir.path(), "longer.exr"));
@@ -133,7 +133,7 @@ fn merged_films_have_the_rendered_or_requested_view() {
     assert!(merged("last.film", &[]) == filmic);
     assert!(merged("last.film", &["--exposure", "2"]) == brighter);
     assert!(merged("last.film", &["--tone", "srgb"]) == plain);
-    // What was asked for last is what the merged film says of itself.
+    // The merged film stores the view that was requested last.
     fs::rename(dir.path().join("m.film"), dir.path().join("plain.film")).expect("a film");
     assert!(merged("plain.film", &[]) == plain);
     assert!(plain != filmic && filmic != brighter, "negative control: tone and exposure show");

@@ -1,4 +1,4 @@
-//! Films that are refused: those of other renders, and damaged ones.
+//! Films that are rejected: those of other renders, and damaged ones.
 
 use super::{bytes, cover, folder, refused, render, succeed};
 use rand::RngExt;
@@ -69,7 +69,7 @@ fn films_that_do_not_belong_together_are_refused_with_the_reason() {
     refused(dir.path(), 2, &["merge", "a.film"]);
     assert!(!dir.path().join("m.film").exists() && !dir.path().join("m.exr").exists());
 
-    // What changes no sample may differ: threads, exposure, comments.
+    // Settings that do not affect samples may differ: threads, exposure, comments.
     let text = fs::read_to_string(dir.path().join("scene.toml")).unwrap();
     fs::write(dir.path().join("scene.toml"), format!("# The same scene.\n{text}")).unwrap();
     succeed(dir.path(), &base(&["--resume", "a.film", "--threads", "3", "--exposure", "2"]));
@@ -107,6 +107,6 @@ fn a_damaged_film_is_always_detected() {
         }
         assert!(!dir.path().join("bad.exr").exists() && bytes(dir.path(), "bad.film") == bad);
     }
-    // Negative control: nothing is wrong with the film itself.
+    // Negative control: the film itself is valid.
     succeed(dir.path(), &["info", "a.film"]);
 }

@@ -1,13 +1,13 @@
-//! Workers that are asked to stop: they give up at once, or are abandoned.
+//! Workers that are asked to stop: they stop at once, or are abandoned.
 
 use super::*;
 use crossbeam_channel::never;
 use std::cell::Cell;
 
-/// How long an answer may take before its worker is abandoned. A worker that answers does so within microseconds.
+/// The time limit of workers before they are abandoned. A responsive worker stops within microseconds.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// An accumulator of some workers' batches that asks them to stop, and what each of them has.
+/// Runs an accumulator with the batches of some workers that asks them to stop; and their orders.
 struct Wired {
     configuration: Configuration,
     inbox: Inbox,
@@ -58,7 +58,7 @@ fn an_unresponsive_worker_is_abandoned_and_its_order_reported() {
         scope.spawn(move || {
             let Assignment { order, .. } = silent_orders.recv().unwrap();
             held_out.send(order).unwrap();
-            // It looks at nothing any more, until the test is over.
+            // It ignores all requests until the test ends.
             let _ = released.recv();
             drop((silent_orders, silent_stop, silent_batches));
         });
@@ -74,7 +74,7 @@ fn an_unresponsive_worker_is_abandoned_and_its_order_reported() {
         outcome.unanswered,
         [Unanswered { worker: 1, within: PATIENCE, order: Some((order, 0..slots)) }]
     );
-    // The other worker may have been asked to stop before it had done anything.
+    // The other worker may have been asked to stop before it had traced anything.
     assert!(
         outcome.failure.is_none() && (!outcome.whole || outcome.totals.samples == 0) && !outcome.overtime
     );
@@ -95,7 +95,7 @@ fn only_a_worker_with_a_longer_time_limit_is_waited_for() {
             drop((silent_orders, silent_stop, silent_batches));
         });
         scope.spawn(move || {
-            // It ends once there are no more orders, which is after the time that the other has.
+            // It ends when there are no more orders, which is after the time limit of the other worker.
             slow_orders.iter().for_each(|_: Assignment| {});
             drop((slow_stop, slow_batches));
         });
@@ -121,7 +121,7 @@ fn responsive_workers_are_not_abandoned_and_their_samples_count() {
                     let hooked = Hooked {
                         inner: integrator.seen_by(Camera::new(&scene().camera, WIDTH, HEIGHT)),
                         before: |_: &Paths<'_>| {
-                            // It is said once.
+                            // It is reported once.
                             let _ = begun_out.try_send(());
                         },
                         after: |_: &mut Sample| {
@@ -138,7 +138,7 @@ fn responsive_workers_are_not_abandoned_and_their_samples_count() {
         });
         assert_eq!(outcome.unanswered, []);
         is_a_prefix(&outcome);
-        // Every path of a block that came to its end is in the film.
+        // Every completed path of a block is in the film.
         assert_eq!(outcome.totals.samples, u64::from(sent.into_inner()), "{workers} workers");
     }
 }
@@ -148,7 +148,7 @@ fn a_time_limit_may_end_a_render_before_its_first_whole_sample() {
     let Wired { configuration, inbox, stop, mut mailboxes } = wired(1, 1_000_000);
     let (orders, stops, batches) = mailboxes.pop().unwrap();
     let outcome = std::thread::scope(|scope| {
-        // It takes an order, and does nothing until it is asked to stop.
+        // It takes an order, and waits until it is asked to stop.
         scope.spawn(move || {
             let _ = (orders.recv(), stops.recv());
             drop(batches);
@@ -173,7 +173,7 @@ fn paths_stop_at_the_next_bounce_on_request() {
         let tracer = common::integrator(&scene);
         for level in Level::available() {
             let asked = Cell::new(0_u64);
-            // How often all of it asks: at least once for the longest of its paths' bounces.
+            // The number of checks: at least one per bounce of the longest path.
             let paths = Paths { pixels: &pixels[..1], first_sample: 0, samples: 64 };
             let mut out = Found::default();
             let count = || {
@@ -188,7 +188,7 @@ fn paths_stop_at_the_next_bounce_on_request() {
                 longest = longest.max(bounces as u64);
             }
             assert!(all >= longest, "{integrator:?} at {level}: asks {all} times for {longest} bounces");
-            // Whenever the answer is yes, nothing more is asked but once.
+            // After a positive answer there is at most one more check.
             for after in [1, 2, all] {
                 asked.set(0);
                 let stop = || {

@@ -1,22 +1,22 @@
-//! What the accumulator sends of a film while samples go on to arrive.
+//! Checkpoints of the film while samples continue to arrive.
 
 use super::*;
 use crossbeam_channel::{TryRecvError, never};
 use stride::film::file::Piece;
 
 const WIDE: u32 = 256;
-/// Four pieces of a checkpoint.
+/// A checkpoint has four pieces.
 const ROWS: u32 = 512;
-/// Films to look at.
+/// The number of films to check.
 const FILMS: usize = 5;
 
-/// Batches without end of a continuous film whose samples each count in four pixels, a quarter each: box, of radius 1.
+/// Endless batches of a continuous film whose samples each contribute to four pixels, a quarter each: box, of radius 1.
 /// None of the four is beyond the film's border.
 fn batches(splatter: &Splatter) -> impl Iterator<Item = SampleBatch> {
     let region = Region::whole(WIDE, ROWS);
     let mut stream = Stream::new(6, 0, 0);
     (0..).map(move |i| {
-        // Anywhere, and every other one across the border of two pieces.
+        // At random positions, and every second one across the border of two pieces.
         let row = if i % 2 == 0 { stream.random_range(1..ROWS - 3) } else { 128 * (i / 2 % 3 + 1) - 2 };
         let place = row * WIDE;
         let mut band = splatter.band(place, place + 4 * WIDE - 1, WIDE);
@@ -31,7 +31,7 @@ fn batches(splatter: &Splatter) -> impl Iterator<Item = SampleBatch> {
             })
             .collect();
         assert!(splatter.add(level(), &finished, &mut band, &mut made).is_empty());
-        // Of the third kind of sums, and samples without any.
+        // The third kind of sums, and samples without any.
         let bright = vec![Sample { radiance: [2000.0; 3], ..finished[0].sample }];
         let stride = Stride { first: place, step: region.len(), run: 4 * WIDE };
         let payload = match i % 5 {
@@ -42,22 +42,22 @@ fn batches(splatter: &Splatter) -> impl Iterator<Item = SampleBatch> {
     })
 }
 
-/// The samples of a film by their counts and by their weights, of which each has one in all: see `docs/film-format.md`.
+/// The samples of a film by their counts and by their weights, which sum to one per sample: see `docs/film-format.md`.
 fn samples(film: &[u8]) -> (u64, f64) {
     let word = |pixel: &[u8], at: usize| u64::from_le_bytes(pixel[at..at + 8].try_into().unwrap());
     let sum = |at: usize| film.chunks_exact(64).map(|pixel| word(pixel, at)).sum::<u64>();
     (sum(40), sum(24) as f64 / f64::from(1 << 28))
 }
 
-// A film that is sent piece by piece while samples go on to arrive: of a sample that counts in pixels of two pieces, a
-// film must have both or neither. With `send_film_past` doing nothing, one of the first films has a part of a sample.
+// A film that is sent in pieces while samples continue to arrive: if a sample contributes to pixels of two pieces, a
+// film must have both parts or neither. Without `send_past`, one of the first films has a part of a sample.
 #[test]
 fn a_checkpoint_has_all_of_a_sample_or_nothing() {
     let splatter = Arc::new(Splatter::new(Weights::new(Filter::Box { radius: 1.0 }), [0, 0]));
     let layout = Layout { weighted: true, ..Layout::plain(WIDE, ROWS) };
     let schedule = Schedule::new(1, WIDE * ROWS, 1000, None, vec![]).in_stripes(WIDE * ROWS, WIDE);
     let (orders_out, _orders) = bounded(2);
-    // One piece at a time, so that most arrives between two.
+    // One piece at a time, so that most samples arrive between two.
     let (film_out, pieces) = bounded(1);
     let film = Film::with_layout(layout).unwrap();
     let accumulator = Accumulator::new(Configuration {

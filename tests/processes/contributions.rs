@@ -1,20 +1,20 @@
-//! Samples that contribute to any pixel, as paths from lights and chains do: the film's light image.
+//! Samples that contribute to any pixel, as light paths and Markov chains do: the film's light image.
 
 use super::*;
 use stride::film::Ranges;
 
-/// The full film, and a part of it that is sent in two pieces at a checkpoint.
+/// The full film, and a part of it that a checkpoint sends in two pieces.
 const FULL: [u32; 2] = [300, 200];
 const CROP: Region = Region { film_width: FULL[0], x: 20, y: 15, width: 256, height: 160 };
 
 /// An integrator whose samples contribute to any pixel and beyond the film.
 struct Scatterer<C> {
     inner: Box<dyn Integrator>,
-    /// Where a sample lies, in pixels from its pixel's corner.
+    /// The position of a sample, in pixels from its pixel's corner.
     wanders: f32,
-    /// What it contributes.
+    /// Its contributions.
     contributes: C,
-    /// How many samples are made before it asks to stop.
+    /// The number of samples after which it requests the end.
     stops_after: AtomicU32,
     stop: Mutex<Option<Sender<Infallible>>>,
 }
@@ -42,7 +42,7 @@ impl<C: Fn(&mut Stream, Pixel, u32, &mut Vec<Contribution>) + Send + Sync> Integ
             if stop() {
                 return None;
             }
-            // Wraps around where nobody is to be asked.
+            // Wraps if no end is requested.
             if self.stops_after.fetch_sub(paths.samples, Ordering::Relaxed) < paths.samples {
                 *self.stop.lock().unwrap() = None;
             }
@@ -71,7 +71,7 @@ where
     Scatterer { inner: common::integrator(&scene()), wanders, contributes, stops_after, stop }
 }
 
-/// Up to four contributions, of all magnitudes, some of which no film takes.
+/// Up to four contributions of all magnitudes, some of them invalid for a film.
 fn anything(stream: &mut Stream, pixel: Pixel, sample: u32, out: &mut Vec<Contribution>) {
     for _ in 0..stream.random_range(0..5) {
         let [width, height] = FULL.map(|side| side as f32);
@@ -89,7 +89,7 @@ fn anything(stream: &mut Stream, pixel: Pixel, sample: u32, out: &mut Vec<Contri
     }
 }
 
-/// A film and what puts samples and contributions on it.
+/// A film and its splatters for samples and contributions.
 #[derive(Clone)]
 struct Kind {
     region: Region,
@@ -129,7 +129,7 @@ impl Kind {
         }
     }
 
-    /// The film of the samples of each place from one on, as many as `count` says, without any process.
+    /// The film of the samples of each place from one on, `count` of them each, computed without processes.
     fn plain(&self, integrator: &dyn Integrator, first_sample: u32, count: impl Fn(u32) -> u32) -> Film {
         let (mut film, mut found) = (self.film(), Found::default());
         for place in 0..self.region.len() {
@@ -137,7 +137,7 @@ impl Kind {
             let paths = Paths { pixels: &[self.region.pixel(place)], first_sample, samples: count(place) };
             integrator.trace_until(level(), &paths, &|| false, &mut found).unwrap();
             for Finished { sample, .. } in &found.finished {
-                // What it leaves out, it counts.
+                // The film counts the samples that it rejects.
                 let _ = match &self.splatter {
                     Some(splatter) => film.splat(splatter, place as usize, sample),
                     None => film.add_sample(place as usize, sample.radiance),
@@ -174,13 +174,13 @@ fn the_film_is_the_same_for_any_number_of_threads() {
             let counted = counts.not_a_number + counts.too_bright + counts.negative + counts.nowhere;
             assert_eq!(counted, outcome.totals.rejected);
             assert!(snapshots.last().unwrap().picture == expected.picture());
-            // Pictures on the way wait until all that may count in them has come.
+            // A picture at a barrier waits for all samples that may contribute to it.
             assert_eq!(barriers.iter().map(|barrier| barrier.end).collect::<Vec<_>>(), [1, 3]);
             for barrier in barriers.iter().filter(|_| workers % 3 == 0) {
                 assert!(barrier.picture == kind.plain(&integrator, 0, |_| barrier.end).picture());
             }
         }
-        // Negative controls: another sample, and one contribution less.
+        // Negative controls: another sample, and one contribution fewer.
         assert!(kind.plain(&integrator, 1, |_| 4) != expected);
         let fewer =
             scatterer(integrator.wanders, |stream: &mut Stream, pixel: Pixel, sample, out: &mut Vec<_>| {
@@ -194,7 +194,7 @@ fn the_film_is_the_same_for_any_number_of_threads() {
     }
 }
 
-// A film that is written while batches come has all that a sample contributes, or nothing of it.
+// A checkpoint has all contributions of a sample or none.
 #[test]
 fn a_film_killed_at_any_checkpoint_is_resumed_to_the_same_film() {
     const SPP: u32 = 16;
@@ -218,7 +218,7 @@ fn a_film_killed_at_any_checkpoint_is_resumed_to_the_same_film() {
                 assert!(outcome.film == expected, "after {kills} kills");
                 break;
             }
-            // What the process held is lost: it goes on with the last film that was written.
+            // The state of the process is lost: it continues with the last film that was written.
             kills += 1;
             integrator.stops_after = AtomicU32::new(u32::MAX);
             if sink.path.exists() {
@@ -258,8 +258,8 @@ fn shards_of_ranges_add_up_in_any_order() {
     }
 }
 
-/// Contributions of one half on average, twice as many, over the full film, the denser the farther to the right: with
-/// one sample for each pixel of the film, their picture is 2x ⁄ width.
+/// Contributions of one half on average, twice as many as samples, over the full film, with a density that increases to
+/// the right: with one sample per pixel of the film, their picture is 2x ⁄ width.
 fn ramp(stream: &mut Stream, pixel: Pixel, sample: u32, out: &mut Vec<Contribution>) {
     for _ in 0..stream.random_range(0..5) {
         let [width, height] = FULL.map(|side| side as f32);
@@ -268,15 +268,15 @@ fn ramp(stream: &mut Stream, pixel: Pixel, sample: u32, out: &mut Vec<Contributi
     }
 }
 
-/// How far a picture is from the ramp: its sum in standard errors, and the sum of the squares of its columns' errors
-/// beyond what is expected, likewise. `contributions` is the number that were made.
+/// The deviation of a picture from the ramp: of its sum in standard errors, and of the sum of squared errors of its
+/// columns from the expectation, also in standard errors. `contributions` is their number.
 fn off_the_ramp(light: &[f64], contributions: f64) -> [f64; 2] {
     let (mut sum, mut whole, mut squares) = (0.0, 0.0, 0.0);
     for column in 0..CROP.width {
         let seen: f64 = (0..CROP.height).map(|row| light[(row * CROP.width + column) as usize]).sum();
         let x = f64::from(CROP.x + column) + 0.5;
         let expected = 2.0 * x / f64::from(FULL[0]) * f64::from(CROP.height);
-        // Each contribution that lands there adds as much; how many do is a Poisson number, or nearly so.
+        // Each contribution in a column adds the same value; their number is nearly a Poisson variable.
         let one = f64::from(FULL[0] * FULL[1]) / contributions;
         squares += (seen - expected).powi(2) / (expected * one);
         (sum, whole) = (sum + (seen - expected) / one, whole + expected / one);
@@ -285,7 +285,7 @@ fn off_the_ramp(light: &[f64], contributions: f64) -> [f64; 2] {
     [sum / whole.sqrt(), (squares - columns) / (2.0 * columns).sqrt()]
 }
 
-// A right film fails with probability 10⁻⁵, where a standard normal number is above 4.4.
+// A correct film fails with probability 10⁻⁵, where a standard normal number exceeds 4.4.
 #[test]
 fn a_crop_shows_light_of_a_known_distribution_correctly() {
     const SPP: u32 = 16;
@@ -299,8 +299,8 @@ fn a_crop_shows_light_of_a_known_distribution_correctly() {
     let off = off_the_ramp(&light, contributions);
     println!("off by {off:.2?}");
     assert!(off.iter().all(|off| off.abs() < 4.4), "{off:?}");
-    // Negative controls: normalised by the crop's pixels in place of the film's; by samples without those left out; and
-    // a hundredth too bright.
+    // Negative controls: normalised by the crop's pixels instead of the film's; by samples without rejected ones; and
+    // too bright by a hundredth.
     let left_out = film.rejected() as f64 / f64::from(SPP * CROP.len());
     assert!(left_out > 0.01);
     let crop = f64::from(CROP.len()) / f64::from(FULL[0] * FULL[1]);
@@ -309,7 +309,7 @@ fn a_crop_shows_light_of_a_known_distribution_correctly() {
         let off = off_the_ramp(&wrong_light, contributions);
         assert!(off[0].abs() > 4.4, "{wrong} passes: {off:?}");
     }
-    // And columns the other way round.
+    // And columns in reverse order.
     let mirrored = |place: usize| light[place - place % 256 + 255 - place % 256];
     let mirrored: Vec<f64> = (0..light.len()).map(mirrored).collect();
     assert!(off_the_ramp(&mirrored, contributions)[1] > 4.4);

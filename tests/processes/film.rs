@@ -1,4 +1,4 @@
-//! What renders that run to their end make: film, barriers, samples, snapshots.
+//! The results of renders that run to their end: film, barriers, samples, snapshots.
 
 use super::*;
 
@@ -19,7 +19,7 @@ fn any_number_of_workers_makes_the_same_film() {
     }
 }
 
-// Orders and blocks begin and end anywhere: layers are of 24 of the first 32 samples here, and of no others.
+// Orders and blocks begin and end anywhere: layers use 24 of the first 32 samples here, and no others.
 #[test]
 fn layers_use_only_the_first_samples_of_each_pixel() {
     let integrator = common::integrator(&scene());
@@ -32,7 +32,7 @@ fn layers_use_only_the_first_samples_of_each_pixel() {
         }
         assert_eq!(expected.first_hits().samples(77), traced);
     }
-    // Negative control: a film whose layers are of one sample more.
+    // Negative control: a film with one more sample in its layers.
     let mut film = plain_film(&*integrator, WHOLE, |_| 4);
     let expected = film.clone();
     let paths = Paths { pixels: &[WHOLE.pixel(7)], first_sample: 4, samples: 1 };
@@ -51,8 +51,8 @@ fn more_workers_than_pixels_are_allowed() {
 #[test]
 fn a_slow_worker_affects_only_the_time() {
     for slow in 0..3 {
-        // The slow one begins a block only when the others have begun three times what it has by then. They can: it holds
-        // two of 18 shares at most. Once it has come so far that they could not, it waits no more.
+        // The slow worker begins a block only when the others have begun three times as many. They can: it owns
+        // two of 18 shares at most. Once it has progressed so far that they could not, it no longer waits.
         let (begun_out, begun) = unbounded();
         let paths_begun = Mutex::new([0, 0]);
         let integrator = hooked(move |paths| {
@@ -63,7 +63,7 @@ fn a_slow_worker_affects_only_the_time() {
             let [own, others] = &mut *paths_begun.lock().unwrap();
             *own += paths.len();
             while *others < (3 * *own).min(12_000) {
-                *others += begun.recv_timeout(PATIENCE).expect("others that go on");
+                *others += begun.recv_timeout(PATIENCE).expect("other workers continue");
             }
         });
         let wiring = Wiring { workers: 3, dump_at: vec![3, 10], ..Wiring::default() };
@@ -94,7 +94,7 @@ fn a_crop_equals_a_part_of_the_whole_picture() {
 #[test]
 fn pictures_at_barriers_equal_shorter_renders() {
     for (workers, sends_samples) in [(1, false), (3, false), (3, true), (7, false)] {
-        // In any order, and one past the end, which never comes.
+        // In any order, and one beyond the end, which is never reached.
         let dump_at = vec![10, 1, 3, 16, 99];
         let wiring = Wiring { workers, sends_samples, dump_at, ..Wiring::default() };
         let mut barriers = wiring.render(&*common::integrator(&scene())).barriers;
@@ -158,7 +158,7 @@ fn invalid_samples_are_rejected_and_listed_and_bright_ones_are_added() {
             (5, 3) => sample.radiance[1] = f32::NAN,
             (600, 0) => sample.radiance[0] = f32::INFINITY,
             (1199, 15) => sample.radiance[2] = -1.0,
-            // Brighter than sums of 64 bits take.
+            // Too bright for sums of 64 bits.
             (77, n) => sample.radiance = [5000.25 + n as f32; 3],
             (78, _) => sample.radiance = [1e9; 3],
             _ => {}

@@ -1,11 +1,11 @@
-//! Workers that join late, leave early, or fail in the middle of an order, also where all that they hear and say
-//! travels as text.
+//! Workers that join late, leave early, or fail in the middle of an order, also with all their messages serialised as
+//! text.
 
 use super::*;
 use std::cell::Cell;
 use std::thread::Scope;
 
-/// What becomes of a worker, and when: counted in the blocks that it begins.
+/// The end of a worker, and its time: counted in the blocks that it begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
     Stays,
@@ -17,16 +17,16 @@ enum Fate {
 #[derive(Clone, Copy, Debug)]
 struct Role {
     fate: Fate,
-    /// It joins when so many blocks have been begun by all, or is there from the first.
+    /// The number of blocks, begun by all workers, after which it joins; zero for an initial worker.
     joins_after: Option<u32>,
 }
 
 const SPP: u32 = 30;
 
-/// From this sample on those who stay wait for the others to join, to leave and to fail.
+/// From this sample on the workers that stay wait for the others to join, to leave and to fail.
 const WAITS_FROM: u32 = 10;
 
-/// As many workers, of which the first stays.
+/// The number of workers, of which the first stays.
 fn roles(workers: u32, variant: u32) -> Vec<Role> {
     let role = |index: u32| match index {
         0 => Role { fate: Fate::Stays, joins_after: None },
@@ -38,7 +38,7 @@ fn roles(workers: u32, variant: u32) -> Vec<Role> {
     (0..workers).map(role).collect()
 }
 
-/// Sends on all that comes, as text on the way.
+/// Forwards all messages, serialised as text.
 fn relay<T: serde::Serialize + serde::de::DeserializeOwned>(from: &Receiver<T>, to: &Sender<T>) {
     for message in from {
         let text = serde_json::to_string(&message).unwrap();
@@ -48,7 +48,7 @@ fn relay<T: serde::Serialize + serde::de::DeserializeOwned>(from: &Receiver<T>, 
     }
 }
 
-/// What all workers of a render have in common.
+/// The common state of all workers of a render.
 struct Stage<'a> {
     integrator: &'a dyn Integrator,
     roles: &'a [Role],
@@ -58,7 +58,7 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    /// Starts a worker. Those who are not to stay send each block by itself.
+    /// Starts a worker. Workers that will not stay send each block separately.
     fn start<'scope>(
         &'scope self,
         scope: &'scope Scope<'scope, '_>,
@@ -106,22 +106,22 @@ impl Stage<'_> {
             let _ = changes.send(change);
         };
         std::thread::Builder::new().name(format!("worker {index}")).spawn_scoped(scope, work).unwrap();
-        // Any worker may leave; only those who say so may fail.
+        // Any worker may leave; only those that are configured to may fail.
         Port { may_be_lost: matches!(fate, Fate::Fails(_)), ..Port::new(orders_out) }
     }
 }
 
-/// Renders with such workers. Returns what comes of it, the pictures on the way, and the samples that the sink got.
+/// Renders with such workers. Returns the outcome, the pictures at barriers, and the samples that the sink received.
 fn render(roles: &[Role], sends_samples: bool, is_text: bool) -> (Outcome, Vec<Barrier>, Vec<(u32, u32)>) {
     let stops: Vec<_> = roles.iter().map(|_| bounded(1)).collect();
     let begun: Vec<AtomicU32> = roles.iter().map(|_| AtomicU32::new(0)).collect();
     let all_begun = AtomicU32::new(0);
     let (blocks_out, blocks) = unbounded();
-    // It closes when all have joined, left and failed that are to.
+    // It closes when all workers have joined, left and failed as configured.
     let (done_out, done) = bounded::<Infallible>(0);
     let missing = roles.iter().filter(|role| role.fate != Fate::Stays || role.joins_after.is_some()).count();
     let waiting = Mutex::new((missing, (missing > 0).then_some(done_out)));
-    // A worker that has all of the work would wait for one that can't have a part of it before it is done.
+    // A worker with all of the work would wait for one that cannot get a part of it before it is done.
     let waits = roles.iter().filter(|role| role.joins_after.is_none()).count() > 1;
     let is_done = || {
         let mut waiting = waiting.lock().unwrap();
@@ -137,7 +137,7 @@ fn render(roles: &[Role], sends_samples: bool, is_text: bool) -> (Outcome, Vec<B
         match roles[worker] {
             Role { fate: Fate::Fails(at), .. } if mine == at => {
                 is_done();
-                panic!("it was to");
+                panic!("as configured");
             }
             Role { fate: Fate::Leaves(at), .. } if mine == at => {
                 is_done();
@@ -164,7 +164,7 @@ fn render(roles: &[Role], sends_samples: bool, is_text: bool) -> (Outcome, Vec<B
         let (samples_out, samples) = bounded::<Vec<Sample>>(1);
         let sink = scope.spawn(move || samples.iter().flatten().map(|s| (s.pixel, s.sample)).collect());
         let start = |index| stage.start(scope, index, &batches_out, &changes_out);
-        // Numbers are handed out in the order of joining: those who are there have the first ones.
+        // Numbers are assigned in the order of joining: initial workers have the first ones.
         let ports = there.iter().map(|&index| start(index)).collect();
         let schedule = Schedule::new(there.len(), WHOLE.len(), SPP, None, vec![7, 20]);
         let film = empty_film(WHOLE);
@@ -179,7 +179,7 @@ fn render(roles: &[Role], sends_samples: bool, is_text: bool) -> (Outcome, Vec<B
                 assert!(blocks.iter().any(|begun| begun >= after));
                 let port = stage.start(scope, index, &batches_out, &changes_out);
                 let speed = [0.5, 1.0, 3.0][index % 3];
-                // All may be over.
+                // The render may have ended.
                 let _ = changes_out.send(Change::Joins { worker: index, port, speed });
             }
         });
@@ -238,7 +238,7 @@ fn a_render_fails_when_its_last_worker_leaves() {
     is_a_prefix(&outcome);
 }
 
-/// Workers that do nothing but what the test says, with the ends of their channels.
+/// Workers that act only on request of the test, with the ends of their channels.
 struct Puppet {
     orders: Receiver<Assignment>,
     stop: Receiver<()>,
@@ -259,7 +259,7 @@ impl Puppet {
     }
 }
 
-/// An accumulator of so many puppets that waits for orders of one sample to be carried out.
+/// An accumulator of this number of such workers that waits for orders of one sample.
 fn puppets(count: usize) -> (Configuration, Receiver<SampleBatch>, Vec<Puppet>) {
     let (batches_out, batches) = bounded(100);
     let (mut ports, mut puppets) = (Vec::new(), Vec::new());
@@ -282,7 +282,7 @@ fn the_last_order_of_a_worker_that_leaves_goes_to_an_idle_one() {
     let stays = all.pop().unwrap();
     let outcome = std::thread::scope(|scope| {
         scope.spawn(move || {
-            // It keeps the orders that it gets first, and leaves when the other has carried out the rest.
+            // It keeps its first orders, and leaves when the other has completed the rest.
             let mut held = vec![leaver.orders.recv().unwrap().order, leaver.orders.recv().unwrap().order];
             let mut left = WHOLE.len() - held.iter().map(|order| order.stride.len(WHOLE.len())).sum::<u32>();
             let mut changes_out = Some(changes_out);
@@ -296,7 +296,7 @@ fn the_last_order_of_a_worker_that_leaves_goes_to_an_idle_one() {
                     held.clear();
                 }
             }
-            // It was asked to stop when it was gone, and is not waited for.
+            // It is asked to stop after it has left, and is not waited for.
             assert!(leaver.stop.recv_timeout(PATIENCE).is_ok());
             drop(stays);
             drop(leaver);

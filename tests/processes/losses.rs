@@ -18,7 +18,7 @@ fn a_worker_that_panics_ends_the_run_with_its_name_and_keeps_the_film() {
         assert!(failure.to_string().starts_with(&format!("worker {culprit} failed: no light at sample")));
         assert!(outcome.totals.spp < 2000);
         is_a_prefix(&outcome);
-        assert!(from == 0 || outcome.totals.samples > 0, "what had been sent before is there");
+        assert!(from == 0 || outcome.totals.samples > 0, "the samples sent before are in the film");
     }
 }
 
@@ -27,8 +27,8 @@ fn others_complete_the_orders_of_a_lost_worker_and_the_film_is_the_same() {
     let expected = plain_film(&*common::integrator(&scene()), WHOLE, |_| 30);
     for (workers, times, blocks) in [(2, 1.0, 0), (2, 9.0, 7), (3, 40.0, 5), (4, 0.3, 3)] {
         for sends_samples in [false, true] {
-            // The last worker sends every block by itself, and fails in the middle of an order. The others do not go on
-            // to the end before that: what they wait for closes then.
+            // The last worker sends every block separately, and fails in the middle of an order. The others do not
+            // reach the end before that: they wait for a channel that closes then.
             let (last, begun) = (workers - 1, AtomicU32::new(0));
             let (works_out, works) = bounded::<Infallible>(0);
             let works_out = Mutex::new(Some(works_out));
@@ -67,7 +67,7 @@ fn others_complete_the_orders_of_a_lost_worker_and_the_film_is_the_same() {
 
 #[test]
 fn samples_of_a_worker_lost_at_the_end_are_made_by_others() {
-    // Worker 1 is not done with the orders that it begins with, for two shares, when the sample sink has got all others.
+    // Worker 1 has not completed its first orders, for two shares, when the sample sink has received all others.
     let shares = Schedule::new(2, WHOLE.len(), 1, None, vec![]).with_faster(WHOLE.len(), 1.0).shares();
     let others = WHOLE.len() as usize * (shares - 2) / shares;
     let (others_out, others_work) = bounded::<Infallible>(0);

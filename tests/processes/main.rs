@@ -40,7 +40,7 @@ use stride::sampling::{Contribution, Pixel, Region, Sample, Stream};
 use stride::scene::{Filter, Scene};
 use wiring::{Rendered, Wiring, add_first_hits, is_a_prefix, plain_film, plain_film_from, plain_picture};
 
-/// After this long without a message a test fails instead of waiting longer. No passing test depends on it.
+/// The time without a message after which a test fails. No passing test depends on it.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 const WIDTH: u32 = 40;
@@ -61,12 +61,12 @@ fn layers() -> LayerSet {
     LayerSet::new(&Layer::ALL, scene.entities.len(), scene.materials.len())
 }
 
-/// A film with all layers and without a sample.
+/// A film with all layers and without samples.
 fn empty_film(region: Region) -> Film {
     Film::with_layout(Layout { layers: layers(), ..Layout::plain(region.width, region.height) }).unwrap()
 }
 
-/// An integrator with something done before and after each block that it traces.
+/// An integrator with a callback before and after each block.
 struct Hooked<B, A> {
     inner: Box<dyn Integrator>,
     before: B,
@@ -101,7 +101,7 @@ impl<B: Fn(&Paths<'_>) + Send + Sync, A: Fn(&mut Sample) + Send + Sync> Integrat
     }
 }
 
-/// The number in the name of the worker whose thread this is.
+/// The number in the name of the current worker thread.
 fn this_worker() -> usize {
     let thread = std::thread::current();
     let number = thread.name().and_then(|name| name.strip_prefix("worker ")).and_then(|n| n.parse().ok());

@@ -1,4 +1,4 @@
-//! Who is to do what, and when.
+//! The assignment of orders to workers.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn a_fast_worker_owns_pixels_in_proportion_to_its_speed() {
         let share = |worker: usize| owners.iter().filter(|&&owner| owner as usize == worker).count() as f64;
         for other in 0..workers - 1 {
             let ratio = share(workers - 1) / share(other);
-            // Eighths of what one of the others has.
+            // In eighths of the share of another worker.
             assert!((ratio - times).abs() <= 0.063, "{ratio} is not {times}");
         }
     }
@@ -59,10 +59,10 @@ fn schedules_pass_every_stop_without_gap_or_overlap() {
         let stops: Vec<u32> = (0..stream.random_range(0..6)).map(|_| stream.random_range(1..5000)).collect();
         let mut schedule = Schedule::new(workers, pixels, target, None, stops.clone());
         let mut given: Vec<Vec<Order>> = vec![Vec::new(); schedule.shares()];
-        // What each worker has to do still, and those that have not been told to go.
+        // The orders of each worker, and the workers that have not been dismissed.
         let mut under_way: Vec<VecDeque<Order>> = vec![VecDeque::new(); workers];
         let mut open: Vec<usize> = (0..workers).collect();
-        // Workers ask and complete in any order, at any pace.
+        // Workers request and complete orders in any order, at any pace.
         while !open.is_empty() || under_way.iter().any(|orders| !orders.is_empty()) {
             let worker = stream.random_range(0..workers);
             let micros = 10_f64.powf(stream.random_range(-1.0..6.0));
@@ -99,7 +99,7 @@ fn schedules_pass_every_stop_without_gap_or_overlap() {
             }
             assert_eq!(at, target);
             for stop in stops.iter().filter(|&&stop| stop <= target) {
-                assert!(orders.iter().any(|order| order.end == *stop), "{stop} is passed over");
+                assert!(orders.iter().any(|order| order.end == *stop), "{stop} is skipped");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Renders that stop before their end, and go on.
+//! Renders that stop before their end, and are resumed.
 
 use super::*;
 
@@ -8,7 +8,7 @@ fn stopped_at_any_time_each_pixel_has_its_first_samples() {
     for i in 0..40_u32 {
         let (stop_out, stop) = bounded(0);
         let stop_out = std::sync::Mutex::new(Some(stop_out));
-        // Asks when some pixel's samples from some index on are about to be traced.
+        // Requests the end when the samples of some pixel from some index on are about to be traced.
         let (pixel, from) = (i * 31 % WHOLE.len(), [0, 1, 7, 100, 600][i as usize % 5]);
         let integrator = hooked(move |paths| {
             if paths.first_sample >= from && paths.pixels.iter().any(|p| p.index >= pixel) {
@@ -33,7 +33,7 @@ fn a_film_with_uneven_samples_is_resumed_to_the_same_end() {
     let stream = &mut Stream::new(5, 0, 0);
     for round in 0..12_u32 {
         let first = [0, 1, 7][round as usize % 3];
-        // As many threads leave it, one interrupted in an order; or as nobody ever left one.
+        // The same number of threads leave, one of them interrupted in an order; or none left at all.
         let (threads, cut) = (stream.random_range(1..6_u32), stream.random_range(0..WHOLE.len()));
         let (many, few) = (stream.random_range(0..24), stream.random_range(0..24));
         let mut chaos: Vec<u32> = (0..WHOLE.len()).map(|_| stream.random_range(0..=24)).collect();
@@ -56,7 +56,7 @@ fn a_film_with_uneven_samples_is_resumed_to_the_same_end() {
             assert!(outcome.film == expected && outcome.whole, "round {round}, {workers} workers");
             let totals = outcome.totals;
             assert_eq!((totals.spp, totals.samples, totals.before), (24, 24 * 1200, before));
-            assert_eq!(totals.made(), 24 * 1200 - before, "nothing is traced twice");
+            assert_eq!(totals.made(), 24 * 1200 - before, "no sample is traced twice");
             if sends_samples {
                 assert_eq!(samples.len() as u64, totals.made());
             }
@@ -92,7 +92,7 @@ fn checkpoints_have_the_first_samples_of_each_pixel() {
         let wiring = Wiring { workers: 1 + i as usize % 4, spp: 1000, keeper, ..Wiring::default() };
         Wiring { stop: Some(stop), ..wiring }.render(&integrator);
         if !path.exists() {
-            // Stopped before the first was on the disk; the count below sees to it that this is the exception.
+            // Stopped before the first film was on the disk; the count below ensures that this is the exception.
             continue;
         }
         let file = open_film(&path).unwrap();
@@ -119,7 +119,7 @@ fn an_error_is_reached_at_the_same_sample_for_any_threads_and_stops() {
     assert!(alone.film == plain_film(&*integrator, WHOLE, |_| spp), "not a plain render of {spp}");
     let [now, told] = alone.totals.noise.unwrap();
     assert!(now <= asked && told == asked);
-    // Negative control: a smaller error takes more samples, as 1/√n says.
+    // Negative control: a smaller error needs more samples, by 1/√n.
     let smaller = Wiring { spp: 10_000, noise: Some((asked / 2.0, None)), ..Wiring::default() };
     let more = smaller.render(&*integrator).outcome.totals.spp;
     assert!((2 * spp..8 * spp).contains(&more), "{more} and {spp}");
@@ -178,7 +178,7 @@ fn a_stalled_remote_viewer_delays_nothing_and_gets_the_last_picture() {
     let (ended_out, ended) = bounded(1);
     std::thread::scope(|scope| {
         scope.spawn(move || {
-            // It goes on until another viewer has got four pictures, and ends with a fifth.
+            // It continues until another viewer has received four pictures, and ends with a fifth.
             let wiring = Wiring { spp: u32::MAX, stop_after: Some(4), ..Wiring::default() };
             let wiring = Wiring { remote: Some(remote_out), ..wiring };
             let rendered = wiring.render(&*common::integrator(&scene()));
@@ -187,7 +187,7 @@ fn a_stalled_remote_viewer_delays_nothing_and_gets_the_last_picture() {
         });
         let picture = ended.recv_timeout(PATIENCE);
         let waiting: Vec<Arc<Snapshot>> = remote.try_iter().collect();
-        // Whoever waits for it would wait for ever.
+        // Waiting for it would block forever.
         drop(remote);
         let picture = picture.expect("the render waits for the viewer");
         assert!(waiting.len() <= 2 && !waiting[0].finished);

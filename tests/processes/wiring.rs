@@ -1,13 +1,13 @@
-//! Wires processes up as a session does, with sinks that remember all they get; and makes the same films without
-//! any process.
+//! Connects processes as a session does, with sinks that record all messages; and makes the same films without
+//! processes.
 
 use super::*;
 use std::cell::Cell;
 
-/// Looks at each delivery of samples.
+/// A callback for each delivery of samples.
 pub(super) type Sink = Box<dyn FnMut(&[Sample]) + Send>;
 
-/// How a render is wired.
+/// The configuration of a test render.
 pub(super) struct Wiring {
     pub(super) region: Region,
     pub(super) workers: usize,
@@ -18,23 +18,23 @@ pub(super) struct Wiring {
     pub(super) stop: Option<Receiver<Infallible>>,
     /// The index of each pixel's first sample.
     pub(super) first: u32,
-    /// A film to go on with.
+    /// The film to resume.
     pub(super) film: Option<Film>,
-    /// What puts samples on the film where they count in all pixels around them, and contributions into its light image.
+    /// Adds weighted samples to pixels, and contributions to the light image.
     pub(super) splatter: Option<Arc<Splatter>>,
     pub(super) light: Option<Arc<Splatter>>,
-    /// What writes the film, all the time.
+    /// Writes checkpoints of the film all the time.
     pub(super) keeper: Option<FilmSink>,
-    /// The error to end at, and the milestone that the film has.
+    /// The requested error, and the milestone of the film.
     pub(super) noise: Option<(f64, Option<Milestone>)>,
-    /// What the sample sink does with each delivery.
+    /// The sample sink's callback for each delivery.
     pub(super) sink: Sink,
-    /// Asks to stop when the viewer has got so many pictures.
+    /// Requests the end when the viewer has received this number of pictures.
     pub(super) stop_after: Option<usize>,
-    /// Where a viewer elsewhere gets its pictures.
+    /// The channel of a remote viewer.
     pub(super) remote: Option<Sender<Arc<Snapshot>>>,
-    /// How much faster the last worker is held to be, where the others can do without it. By its clock each block takes
-    /// so long that it is sent by itself.
+    /// The assumed speed of the last worker, if the others can continue without it. By its clock each block takes
+    /// so long that it is sent separately.
     pub(super) spare: Option<f64>,
 }
 
@@ -62,7 +62,7 @@ impl Default for Wiring {
     }
 }
 
-/// What comes out of a render.
+/// The results of a render.
 pub(super) struct Rendered {
     pub(super) outcome: Outcome,
     pub(super) barriers: Vec<Barrier>,
@@ -190,7 +190,7 @@ impl Wiring {
     }
 }
 
-/// The film of the first samples of each place, as many as `count` says, without any process.
+/// The film of the first samples of each place, `count` of them each, computed without processes.
 pub(super) fn plain_film(integrator: &dyn Integrator, region: Region, count: impl Fn(u32) -> u32) -> Film {
     plain_film_from(integrator, region, 0, count)
 }
@@ -235,7 +235,7 @@ pub(super) fn plain_picture(spp: u32) -> Picture {
     plain_film(&*common::integrator(&scene()), WHOLE, |_| spp).picture()
 }
 
-/// Demands that a film holds the first samples of each pixel, as many as it says, and nothing else.
+/// Checks that a film has exactly the first samples of each pixel, by its counts.
 pub(super) fn is_a_prefix(outcome: &Outcome) {
     let film = &outcome.film;
     let expected =

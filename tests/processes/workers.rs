@@ -1,4 +1,4 @@
-//! One worker by itself, between its channels.
+//! A single worker between its channels.
 
 use super::*;
 
@@ -24,7 +24,7 @@ fn closing_the_batches_stops_a_worker_that_has_more_to_do() {
         drop(batches);
         running.join().unwrap();
     });
-    // Most orders are still there: it did not carry them out for nobody.
+    // Most orders remain: it stopped when the receiver was gone.
     assert!(orders.len() > 50, "{} left", orders.len());
 }
 
@@ -43,7 +43,7 @@ fn closing_the_orders_ends_a_worker_after_the_last_of_them() {
     assert_eq!(all.iter().filter_map(|b| b.completes).collect::<Vec<_>>(), [1, 3]);
 }
 
-/// Finds the same at once, wherever it looks.
+/// Makes the same sample everywhere.
 struct Quick(Box<dyn Integrator>);
 
 impl Integrator for Quick {
@@ -70,9 +70,8 @@ impl Integrator for Quick {
     }
 }
 
-// Three batches at a time are a worker's: one that it fills, and two in the channel. The clock alone would let a quick
-// one fill much larger ones: without the bounds on slots and samples the largest is 34 MB
-// and more.
+// A worker has three batches at a time: one that it fills, and two in the channel. With the clock alone a fast
+// one would fill much larger batches: without the bounds on slots and samples the largest exceeds 34 MB.
 #[test]
 fn batches_of_a_fast_worker_take_16_mib_at_most() {
     let region = Region::whole(3000, 800);
@@ -105,7 +104,7 @@ fn batches_of_a_fast_worker_take_16_mib_at_most() {
         let all = u64::from(region.len()) * 2;
         assert_eq!((paths, sent), (all, if sends_samples { all } else { 0 }));
         println!("splats {}, samples {sends_samples}: {largest} bytes", splatter.is_some());
-        // A batch goes on to the end of its last block.
+        // A batch continues to the end of its last block.
         assert!(
             3 * largest <= (16 << 20) + 3 * 4096 * (68 + layers().pixel_bytes() as usize),
             "{largest} bytes"
@@ -128,8 +127,8 @@ fn a_worker_sends_at_least_every_tenth_of_a_second() {
     drop(orders_out);
     lone_worker(&integrator).run_by(&clock, &orders, &never(), &batches_out);
     drop(batches_out);
-    // 1200 pixels · 8 samples are 38 blocks. After the fourth of a batch 60 ms have passed: it is sent, and not held back
-    // for a fifth although that would be in time, as the next block may take longer.
+    // 1200 pixels · 8 samples are 38 blocks. After the fourth of a batch 60 ms have passed: it is sent and does not
+    // wait for a fifth, although that would be in time, because the next block may take longer.
     let paths: Vec<u64> = batches.iter().map(|batch| batch.paths).collect();
     assert_eq!(paths, [&[4 * 256; 9][..], &[1200 * 8 - 9 * 4 * 256]].concat());
     assert_eq!(blocks.load(Ordering::Relaxed), 38);

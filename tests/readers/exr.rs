@@ -1,4 +1,4 @@
-//! EXR files, as OpenEXR's own reader and NumPy see them.
+//! EXR files, read by OpenEXR's own reader and NumPy.
 
 use super::{python_with, run};
 use std::fs;
@@ -15,9 +15,9 @@ const WIDTH: u32 = 40;
 const HEIGHT: u32 = 30;
 const SPP: u32 = 8;
 
-/// Checks a render's files against each other. Its arguments: the EXR with all layers, the dump of the samples
-/// that it was made of, the values of its layers as this crate makes them (a `.npy` of a row for each channel of
-/// `LAYERS`), and the EXR that `stride merge` made of its film.
+/// Checks a render's files against each other. Its arguments: the EXR with all layers, the dump of its samples, the
+/// values of its layers as computed by this crate (a `.npy` with a row for each channel of
+/// `LAYERS`), and the EXR that `stride merge` made from its film.
 const CHECK: &str = "
 import sys, numpy, OpenEXR
 exr, dump, layers, merged = sys.argv[1:5]
@@ -60,8 +60,8 @@ assert all((again[name].view('u4') == pixels[name].view('u4')).all() for name in
 print(len(names))
 ";
 
-/// Checks the variance of a film whose samples are weighed against the definition, by Mitchell and Netravali's own
-/// formula. Its arguments: the EXR, and the dump of the samples that it was made of.
+/// Checks the variance of a film of weighted samples against the definition, by Mitchell and Netravali's own
+/// formula. Its arguments: the EXR, and the dump of its samples.
 const CHECK_WEIGHED: &str = "
 import sys, numpy, OpenEXR
 exr, dump = sys.argv[1:3]
@@ -106,7 +106,7 @@ fn write_channels(path: &Path, channels: &[Channel]) {
         "{{'descr': [('name', 'S24'), ('values', '<f4', ({pixels},))], 'fortran_order': False, 'shape': ({},)}}",
         channels.len()
     );
-    // Magic, version and length take ten bytes; all is to be a multiple of 64.
+    // Magic, version and length have ten bytes; the total must be a multiple of 64.
     header += &" ".repeat(63 - (10 + header.len()) % 64);
     header += "\n";
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
@@ -151,7 +151,7 @@ fn openexr_and_numpy_read_the_same_values() {
     let check =
         |files: [&str; 4]| run(&python, CHECK, &files.map(path).each_ref().map(|path| path.as_path()));
     assert_eq!(check(["a.exr", "a.npy", "layers.npy", "merged.exr"]), Ok(channels.len().to_string()));
-    // Negative controls: each of the files is another's.
+    // Negative controls: each of the files from another render.
     for files in [
         ["b.exr", "a.npy", "layers.npy", "merged.exr"],
         ["a.exr", "b.npy", "layers.npy", "merged.exr"],

@@ -1,4 +1,4 @@
-//! What others make of the files that are written here: NumPy, and OpenEXR's own reader in Python.
+//! Output files as read by other programs: NumPy, and OpenEXR's own reader in Python.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -9,7 +9,7 @@ mod tev;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// A Python that has these modules: the one that `./test` sets up, the first on the path, or Debian's own.
+/// A Python with these modules: the one that `./test` installs, the first on the path, or Debian's.
 fn python_with(modules: &str) -> Option<PathBuf> {
     let own = concat!(env!("CARGO_MANIFEST_DIR"), "/target/python/bin/python");
     let has = |python: &&str| {
@@ -28,7 +28,7 @@ fn python_with(modules: &str) -> Option<PathBuf> {
     found.map(PathBuf::from)
 }
 
-/// Runs a Python program over files and returns what it prints, or its complaint if it fails.
+/// Runs a Python program on files and returns its output, or its error message.
 fn run(python: &Path, program: &str, files: &[&Path]) -> Result<String, String> {
     let out = Command::new(python).args(["-c", program]).args(files).output().expect("Python runs");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();

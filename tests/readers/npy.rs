@@ -1,4 +1,4 @@
-//! The sample dump, as NumPy sees it, also after the program that wrote it was killed.
+//! The sample dump as read by NumPy, also after the program was killed.
 
 use super::common::watched::Watched;
 use super::{python_with, run};
@@ -12,12 +12,12 @@ fn sample(i: u32) -> Sample {
     Sample { pixel: i / 4, sample: i % 4, x: i as f32 + 0.5, y: 0.25, radiance: [i as f32, 2.0, 0.1] }
 }
 
-/// Words that a Python parser could stumble over.
+/// Text that could confuse a Python parser.
 fn facts() -> Identity {
     Identity::default().with("scene", "5eed").with("device", "an \"odd' # name}").with("filter", "tent 1")
 }
 
-/// Loads in one line, checks the records against the rule of `sample`, prints how many there are.
+/// Loads in one line, checks the records against the rule of `sample`, prints their number.
 const CHECK: &str = "
 import sys, numpy
 a = numpy.load(sys.argv[1])
@@ -44,14 +44,14 @@ fn numpy_opens_a_dump_in_one_line() {
         assert_eq!(run(&python, CHECK, &[&path]).expect("it holds"), count.to_string());
     }
 
-    // The check notices a wrong record.
+    // Negative control: a wrong record is detected.
     let mut dump = SampleDump::create(&path, &facts()).unwrap();
     dump.write(&[sample(0), Sample { y: 0.5, ..sample(1) }]).unwrap();
     dump.finish().unwrap();
     assert!(run(&python, CHECK, &[&path]).unwrap_err().contains("AssertionError"));
 }
 
-/// Loads the dump of a render, checks that no sample comes twice, prints how many there are.
+/// Loads the dump of a render, checks that no sample occurs twice, prints their number.
 const CHECK_RENDER: &str = "
 import sys, numpy
 a = numpy.load(sys.argv[1])
@@ -86,7 +86,7 @@ fn a_killed_run_leaves_a_dump_that_loads() {
             .current_dir(folder.path());
         let mut child = Watched::start(command, folder.path());
         child.wait_for(&name, |path| std::fs::metadata(path).map_or(0, |file| file.len()) >= wait_for);
-        // After the records or after their count in the header, whichever of the writes it is.
+        // After the records or after their count in the header, depending on the write.
         assert!(child.kill_at_change(round as u32).is_none());
 
         let file = std::fs::read(&path).unwrap();
@@ -95,7 +95,7 @@ fn a_killed_run_leaves_a_dump_that_loads() {
             header.split("'shape': (").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
         let there = (file.len() - 192) / 28;
         assert!(count <= there, "the header promises {count} samples, {there} are there");
-        // A flush writes what has come since the last one: a mebibyte, and the rest of the samples that came with its end.
+        // A flush writes all samples since the last one: a mebibyte, and the rest of the batch.
         assert!(there - count <= (2 << 20) / 28, "{there} samples are there, the header knows of {count}");
         assert!(count > 50_000);
         if let Some(python) = python_with("numpy") {

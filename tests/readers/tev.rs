@@ -1,6 +1,6 @@
-//! The picture as the viewer tev gets it: here by a server that reads the packets by the words of tev's
-//! documentation ("IPC", <https://github.com/Tom94/tev>), all numbers little-endian: a length that counts itself,
-//! a kind, and what that kind has.
+//! The picture as received by the viewer tev, here by a server that was written from tev's
+//! documentation ("IPC", <https://github.com/Tom94/tev>). All numbers are little-endian: a length that includes itself,
+//! a kind, and the contents of that kind.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -39,13 +39,13 @@ impl Packet<'_> {
     }
 }
 
-/// What a tev shows.
+/// The state of a tev.
 #[derive(Default)]
 struct Shown {
     name: String,
     size: (u32, u32),
     channels: HashMap<String, Vec<f32>>,
-    /// How often the first rows have got other values.
+    /// The number of changes of the first rows.
     changes: u32,
 }
 
@@ -98,7 +98,7 @@ fn next_packet(from: &mut TcpStream) -> Option<Vec<u8>> {
     Some(packet)
 }
 
-/// Renders with a tev that takes at most so many packets.
+/// Renders with a tev that receives at most this number of packets.
 fn render(folder: &Path, packets: usize, more: &[&str]) -> (Shown, Output) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address").to_string();
@@ -130,14 +130,14 @@ fn written(folder: &Path) -> Vec<[u32; 3]> {
 #[test]
 fn tev_gets_intermediate_pictures_and_the_final_one() {
     let folder = tempfile::tempdir().expect("a folder");
-    // More pixels than one packet takes, and a few passes.
+    // More pixels than one packet contains, and a few passes.
     let large = ["--size", "640x480", "--spp", "12", "--integrator", "path-naive"];
     let (shown, output) = render(folder.path(), usize::MAX, &large);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!((shown.name.as_str(), shown.size), ("cover.toml", (640, 480)));
     assert!(shown.pixels() == written(folder.path()));
     assert!(shown.changes >= 3 * 2, "it was shown {} times", shown.changes / 3);
-    // Negative control: another render's picture is another.
+    // Negative control: another render's picture differs.
     render(folder.path(), usize::MAX, &[&large[..], &["--seed", "1"]].concat());
     assert!(shown.pixels() != written(folder.path()));
 }
@@ -162,13 +162,13 @@ fn a_render_continues_when_tev_disconnects() {
     assert!(written(folder.path()) == alone, "who watches changes nothing");
 }
 
-// That the files don't wait for it, `processes/stopping.rs`.
+// `processes/stopping.rs` tests that files do not wait for it.
 #[test]
 fn a_render_continues_when_tev_does_not_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address").to_string();
-    // 24 MB: more than sockets hold.
+    // 24 MB: more than the buffers of sockets.
     let large = ["--size", "1920x1080", "--spp", "2", "--integrator", "path-naive"];
     let stride = stride(folder.path(), &address, &large).stderr(Stdio::piped()).spawn();
     let stride = stride.expect("stride starts");

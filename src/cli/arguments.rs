@@ -36,9 +36,8 @@ pub(super) struct SceneArguments {
     pub max_depth: Option<u32>,
     #[arg(long, value_name = "NAME", help = named::<Filter>("Reconstruction filter, instead of the scene's"))]
     pub filter: Option<Filter>,
-    /// Filtering mode, instead of the scene's: importance (samples are drawn from the filter, separately for each
-    /// pixel) or continuous (each sample contributes to all pixels within the filter radius) [default: the best mode
-    /// for the filter]
+    /// Filtering mode, instead of the scene's: importance (each pixel's samples are drawn from the filter) or continuous
+    /// (each sample contributes to all pixels within the filter radius) [default: the best mode for the filter]
     #[arg(long, value_name = "NAME")]
     pub film_mode: Option<FilmMode>,
 }

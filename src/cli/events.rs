@@ -62,7 +62,7 @@ fn warn(conclusion: &Conclusion, out: &mut StderrLock<'_>) -> std::io::Result<()
     if *too_bright > 0 {
         writeln!(
             out,
-            "warning: {too_bright} samples were rejected because they are infinite or above 2³⁰, the maximum of a film; divide all emissions, intensities and radiances of the scene by one number and raise its exposure; with point lights, a smaller unit of length also helps"
+            "warning: {too_bright} samples were rejected because they are infinite or above 2³⁰, the maximum of a film. Divide all emissions, intensities and radiances of the scene by one number and raise its exposure. With point lights, a smaller unit of length also helps"
         )?;
     }
     if let Some(faint) = faint {

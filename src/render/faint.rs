@@ -76,7 +76,7 @@ impl Faint {
         let unknown = has_light && of_film.is_black() && !self.is_known();
         unknown.then(|| {
             format!(
-                "the picture is black: all samples are black or below {QUANTUM:.0e}, the precision of a film; if the scene should be lit, multiply all its emissions, intensities and radiances by one number and lower its exposure"
+                "the picture is black: all samples are black or below {QUANTUM:.0e}, the precision of a film. If the scene should be lit, multiply all emissions, intensities and radiances by one number and lower its exposure"
             )
         })
     }
@@ -112,17 +112,17 @@ impl fmt::Display for Faint {
         let counted = if is_of_film { "pixels" } else { "samples" };
         write!(
             f,
-            "{faint} of the first {lit} {counted} that are not black are below {FAINT:.0e}, too close to the precision of a film ({QUANTUM:.0e}): "
+            "{faint} of the first {lit} {counted} that are not black are below {FAINT:.0e}, too close to the precision of a film ({QUANTUM:.0e}). "
         )?;
         match self.stops() {
             Some(stops) => write!(
                 f,
-                "multiply all emissions, intensities and radiances of the scene by 2^{stops} (about {:.0e}) and lower its exposure by {stops} stops; with point lights, a larger unit of length also helps",
+                "Multiply all emissions, intensities and radiances of the scene by 2^{stops} (about {:.0e}) and lower its exposure by {stops} stops. With point lights, a larger unit of length also helps",
                 libm::exp2(f64::from(stops))
             ),
             None => write!(
                 f,
-                "others are as bright as {brightest:.0e}, and no common factor brings both into the range of a film, which ends at {MAX_RADIANCE:.0e}; make the bright lights darker or keep them out of view, then multiply all light"
+                "Others are as bright as {brightest:.0e}, and no common factor brings both into the range of a film, which ends at {MAX_RADIANCE:.0e}. Make the bright lights darker or keep them out of view, then multiply all light"
             ),
         }
     }

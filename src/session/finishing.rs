@@ -141,7 +141,7 @@ pub(super) fn describe_abandoned(
     let within = silent.within.as_secs_f64();
     let silence = format!("{name} did not stop within {within} s of the request, and was abandoned");
     let Some((order, slots)) = silent.order.as_ref().filter(|(_, slots)| !slots.is_empty()) else {
-        return format!("{silence}; it had no order");
+        return format!("{silence}. It had no order");
     };
     let Stride { first, step, run } = order.stride;
     let place = match run {
@@ -152,12 +152,12 @@ pub(super) fn describe_abandoned(
     let from = region.pixel(order.stride.place(slots.start));
     let [first_sample, last_sample] = [order.first, order.end - 1];
     let hint = if gpu == Some(silent.worker) {
-        "the CPU traces the same paths, which shows whether the scene or the device is slow"
+        "The CPU traces the same paths, which shows whether the scene or the device is slow"
     } else {
-        "at least one path among them is slow or endless"
+        "At least one path among them is slow or endless"
     };
     format!(
-        "{silence}; its order was the samples {first_sample} to {last_sample} of {} pixels with i = {} to {}, each at column {x} + p mod {width} and row {y} + p div {width} for p = {place}; {hint}; trace them with stride trace SCENE --pixel {},{} --sample {first_sample}",
+        "{silence}. Its order: samples {first_sample} to {last_sample} of {} pixels with i = {} to {}, each at column {x} + p mod {width} and row {y} + p div {width} for p = {place}. {hint}. Trace them with stride trace SCENE --pixel {},{} --sample {first_sample}",
         slots.len(),
         slots.start,
         slots.end - 1,

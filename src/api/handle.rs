@@ -40,7 +40,7 @@ impl Render {
     /// Starts the render and returns at once. Errors in settings and output files are returned here, all others by
     /// [`RenderHandle::join`].
     pub fn start(&self) -> Result<RenderHandle, Error> {
-        let settings = self.elsewhere()?;
+        let settings = self.background_settings()?;
         let (stop_out, stop) = bounded(0);
         let (events_out, events) = unbounded();
         let thread = std::thread::spawn(move || {

@@ -20,7 +20,7 @@ impl Render {
     /// Renders, and passes every sample to `take` on this thread: each (pixel, sample) of this run once, in any order.
     /// The render waits for the callback.
     pub fn run_with_samples(&self, mut take: impl FnMut(&[Sample])) -> Result<Report, Error> {
-        let mut settings = self.elsewhere()?;
+        let mut settings = self.background_settings()?;
         settings.outputs.sends_samples = true;
         std::thread::scope(|scope| {
             // If `take` panics this channel closes, and the render ends.
@@ -32,7 +32,7 @@ impl Render {
     }
 
     /// The checked settings of a render that will not run on this thread.
-    pub(super) fn elsewhere(&self) -> Result<RenderSettings, Error> {
+    pub(super) fn background_settings(&self) -> Result<RenderSettings, Error> {
         let settings = self.settings()?;
         match settings.view.window {
             WindowChoice::None => Ok(settings),

@@ -148,8 +148,8 @@ fn picture(path: &Path) -> Result<String, Failure> {
     }
     let mattes = File::open(path).ok().filter(|_| format == Format::Exr).map(exr::mattes).unwrap_or_default();
     if !mattes.is_empty() {
-        let told: Vec<_> = mattes.iter().map(|(layer, names)| format!("{layer} ({names} names)")).collect();
-        let _ = writeln!(text, "{:<12}{}", "mattes", told.join(", "));
+        let listed: Vec<_> = mattes.iter().map(|(layer, names)| format!("{layer} ({names} names)")).collect();
+        let _ = writeln!(text, "{:<12}{}", "mattes", listed.join(", "));
     }
     for (name, value) in facts.iter().flat_map(Identity::facts) {
         let _ = writeln!(text, "{name:<12}{value}");

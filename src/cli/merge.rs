@@ -96,8 +96,9 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     write_outputs(&arguments.outputs, &head, &film, &sample_ranges, view, (&layers, &mattes))?;
     if !arguments.quiet {
         // Standard error may be closed, which is not an error.
-        let told = (layout.layers, &noted_layers(&parts)[..]);
-        let _ = print_summary(arguments, &sample_ranges, told, no_variance, &mut std::io::stderr().lock());
+        let layer_names = (layout.layers, &noted_layers(&parts)[..]);
+        let _ =
+            print_summary(arguments, &sample_ranges, layer_names, no_variance, &mut std::io::stderr().lock());
     }
     Ok(())
 }
@@ -129,12 +130,12 @@ fn layers<'p, 'a>(
         [] => noted.contains(layer) || has.contains(*layer),
         asked => asked.iter().any(|asked| asked.0.is_none_or(|asked| asked == *layer)),
     };
-    let told = |layer: &Layer| match layer {
+    let is_available = |layer: &Layer| match layer {
         Layer::Variance => no_variance.is_none(),
         Layer::Samples => true,
         _ => has.contains(*layer),
     };
-    let written = Layer::ALL.into_iter().filter(wanted).filter(told).collect();
+    let written = Layer::ALL.into_iter().filter(wanted).filter(is_available).collect();
     Ok((written, no_variance.filter(|_| wanted(&Layer::Variance))))
 }
 

@@ -83,8 +83,8 @@ impl Milestone {
             return Some(self.samples);
         }
         let samples = f64::from(self.samples) * excess * (1.0 - stopped) / (1.0 - stopped * excess);
-        let told = samples > 0.0 && samples < f64::from(self.samples) * 2.0;
-        told.then(|| self.samples.max(samples.ceil() as u32))
+        let is_known = samples > 0.0 && samples < f64::from(self.samples) * 2.0;
+        is_known.then(|| self.samples.max(samples.ceil() as u32))
     }
 
     /// The expected error if the pixels that continue have this many samples, at least the milestone's own.

@@ -18,8 +18,8 @@ pub struct SampleRanges {
 impl SampleRanges {
     /// The ranges of a film whose pixels have between `least` and `most` samples of `range`, from its first on.
     pub fn prefix(range: Range<u32>, least: u64, most: u64) -> SampleRanges {
-        let held = |n: u64| u32::try_from(n).unwrap_or(u32::MAX).min(range.end - range.start);
-        let (least, most) = (held(least), held(most));
+        let in_range = |n: u64| u32::try_from(n).unwrap_or(u32::MAX).min(range.end - range.start);
+        let (least, most) = (in_range(least), in_range(most));
         let begun = range.start + least;
         let whole = if least > 0 { vec![range.start..begun] } else { Vec::new() };
         SampleRanges { whole, open: (most > least).then_some(begun..range.end) }
@@ -111,10 +111,10 @@ impl SampleRanges {
     /// Missing samples of layers before other samples in the film: nothing is missing from a film that ends before the
     /// last sample of layers.
     pub fn missing_of_layers(&self) -> Vec<Range<u32>> {
-        let mut held: Vec<&Range<u32>> = self.whole.iter().chain(&self.open).collect();
-        held.sort_unstable_by_key(|range| range.start);
-        let ends = std::iter::once(0).chain(held.iter().map(|range| range.end));
-        let gaps = ends.zip(&held).map(|(end, next)| end..next.start.min(LAYER_SAMPLES));
+        let mut ranges: Vec<&Range<u32>> = self.whole.iter().chain(&self.open).collect();
+        ranges.sort_unstable_by_key(|range| range.start);
+        let ends = std::iter::once(0).chain(ranges.iter().map(|range| range.end));
+        let gaps = ends.zip(&ranges).map(|(end, next)| end..next.start.min(LAYER_SAMPLES));
         gaps.filter(|gap| !gap.is_empty()).collect()
     }
 

@@ -86,7 +86,7 @@ impl Accumulator {
         let Configuration { film, region, first, schedule, workers, splatter, light, .. } = configuration;
         let Configuration { barriers, goal, checkpoint, overtime, target, mut outbox, .. } = configuration;
         let milestones = goal.map(|goal| Milestones::new(goal, &film));
-        let held = (0..region.len() as usize).map(|place| film.seen(place)).sum();
+        let present_samples = (0..region.len() as usize).map(|place| film.seen(place)).sum();
         let spp = match milestones.as_ref().is_some_and(Milestones::is_planned) {
             // All pixels have passed the milestone, stopped ones included.
             true => schedule.completed().saturating_sub(first),
@@ -105,7 +105,7 @@ impl Accumulator {
             samples: outbox.samples,
             is_disconnected: false,
             overtime,
-            totals: Totals { samples: held, before: held, spp, ..Totals::default() },
+            totals: Totals { samples: present_samples, before: present_samples, spp, ..Totals::default() },
             started: Instant::now(),
             lost: Vec::new(),
         };
@@ -136,7 +136,7 @@ impl Accumulator {
         // The last worker's failure may be received after the end of its batches.
         for change in inbox.changes.try_iter() {
             match change {
-                Change::Fails(it) if !self.dispatcher.is_there(it.index) => {}
+                Change::Fails(it) if !self.dispatcher.is_present(it.index) => {}
                 Change::Fails(it) if self.dispatcher.can_lose(it.index) => self.lost.push(it),
                 Change::Fails(it) => {
                     failure.get_or_insert(it);
@@ -198,7 +198,7 @@ impl Accumulator {
 
     /// Adds a batch, and does what is due then.
     fn take(&mut self, batch: SampleBatch) {
-        if !self.dispatcher.is_there(batch.worker) {
+        if !self.dispatcher.is_present(batch.worker) {
             // Its orders belong to other workers by now.
             return;
         }
@@ -217,7 +217,7 @@ impl Accumulator {
         // Together with their samples: a checkpoint has both or neither.
         self.adder.add_first_hits(stride, &first_hits);
         self.totals.adding += start.elapsed();
-        self.pass_on(samples);
+        self.forward_samples(samples);
         if let Some(end) = completes {
             self.complete(worker, stride, end);
         }
@@ -227,7 +227,7 @@ impl Accumulator {
     }
 
     /// Sends samples to their sink, and waits until they are received.
-    fn pass_on(&mut self, samples: Vec<Sample>) {
+    fn forward_samples(&mut self, samples: Vec<Sample>) {
         // A worker without sums sends samples even if no sink wants them.
         if let Some(sink) = &self.samples
             && !samples.is_empty()
@@ -263,7 +263,7 @@ impl Accumulator {
         };
         milestones.pass(gate - self.first, &self.adder.film, self.dispatcher.schedule.target());
         self.decide();
-        self.checkpoints.begin_anew();
+        self.checkpoints.restart();
     }
 
     /// Decides the end, if a milestone determines it, and the next gate.
@@ -290,7 +290,7 @@ impl Accumulator {
         match change {
             Change::Joins { worker, port, speed } => self.dispatcher.join(worker, port, speed),
             Change::Leaves(worker) => self.lose(worker, batches),
-            Change::Fails(failure) if !self.dispatcher.is_there(failure.index) => return None,
+            Change::Fails(failure) if !self.dispatcher.is_present(failure.index) => return None,
             Change::Fails(failure) if !self.dispatcher.can_lose(failure.index) => return Some(failure),
             Change::Fails(failure) => {
                 self.lose(failure.index, batches);
@@ -304,7 +304,7 @@ impl Accumulator {
 
     /// Continues without a worker. The batches that it has sent are valid, and are in its channel by now.
     fn lose(&mut self, worker: usize, batches: &Receiver<SampleBatch>) {
-        self.take_arrived(batches);
+        self.drain_batches(batches);
         self.dispatcher.lose(worker);
     }
 

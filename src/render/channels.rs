@@ -84,7 +84,7 @@ pub struct Port {
     /// The request to stop: a single message that the worker leaves in the channel. It has ended when it drops its end.
     pub stop: Option<Sender<()>>,
     /// The time within which it must end then. Its batches until then count.
-    pub patience: Duration,
+    pub time_limit: Duration,
     /// Whether the render continues without it if it fails, as long as another worker is present: that one gets its
     /// unfinished orders.
     pub may_be_lost: bool,
@@ -93,6 +93,6 @@ pub struct Port {
 impl Port {
     /// A port for orders only.
     pub fn new(orders: Sender<Assignment>) -> Port {
-        Port { orders, stop: None, patience: Duration::ZERO, may_be_lost: false }
+        Port { orders, stop: None, time_limit: Duration::ZERO, may_be_lost: false }
     }
 }

@@ -73,7 +73,7 @@ pub struct Outcome {
 
 impl Outcome {
     /// Adds the figures of an earlier render that this one has continued. The numbers of workers may differ by one.
-    pub fn follow(&mut self, earlier: &Outcome) {
+    pub fn add_earlier(&mut self, earlier: &Outcome) {
         let totals = &mut self.totals;
         totals.before = earlier.totals.before;
         totals.rays += earlier.totals.rays;

@@ -54,7 +54,7 @@ impl CameraMoves<'_> {
         window: &mut Window,
     ) -> Result<Option<ExitReason>, SessionError> {
         let settings = moved(self.settings, camera)?;
-        let pool = WorkerPool::again(&settings, self.integrator, self.events, self.stop)?;
+        let pool = WorkerPool::for_other_camera(&settings, self.integrator, self.events, self.stop)?;
         let head = identity::head(&settings, &pool.description());
         let film = Film::with_layout(head.layout)?;
         let initial = InitialFilm { film, milestone: None, spent: Duration::ZERO };
@@ -73,7 +73,7 @@ impl CameraMoves<'_> {
         own: &mut Rendered,
         window: &mut Window,
     ) -> Result<Option<ExitReason>, SessionError> {
-        let pool = WorkerPool::of_film(self.settings, self.integrator, self.device, self.events, self.stop)?;
+        let pool = WorkerPool::resuming(self.settings, self.integrator, self.device, self.events, self.stop)?;
         let film = std::mem::replace(&mut own.outcome.film, Film::new(1, 1)?);
         // The resumed render writes its files from here on, even if it fails.
         own.is_suspended = false;
@@ -89,7 +89,7 @@ impl CameraMoves<'_> {
             tev: own.tev.take(),
         };
         let mut further = render(task, Some(window), self.events, self.stop)?;
-        further.outcome.follow(&own.outcome);
+        further.outcome.add_earlier(&own.outcome);
         *own = further;
         Ok(own.exit_reason.take())
     }

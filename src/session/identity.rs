@@ -108,7 +108,7 @@ pub(super) fn mattes_of<'m>(layers: &[Layer], mattes: &'m Mattes) -> Vec<&'m Nam
 }
 
 /// Writes a picture file with layers and metadata.
-pub(super) fn write_saying(
+pub(super) fn write_with_facts(
     path: &Path,
     picture: &Picture,
     facts: &Identity,

@@ -2,7 +2,7 @@
 
 use super::error::Written;
 use super::event::{Event, send_event};
-use super::identity::{facts, mattes_of, write_saying};
+use super::identity::{facts, mattes_of, write_with_facts};
 use super::layers::layers;
 use super::settings::RenderSettings;
 use crate::film::cryptomatte::Mattes;
@@ -98,8 +98,8 @@ impl Pictures<'_> {
         };
         for Barrier { end, picture } in barriers {
             unwritten.retain(|(path, facts, picture)| self.write(path, picture, facts, &[], view).is_err());
-            let held = u64::from(end - self.settings.job.first);
-            let facts = facts(self.identity, &self.settings.sample_ranges([held, held]));
+            let count = u64::from(end - self.settings.job.first);
+            let facts = facts(self.identity, &self.settings.sample_ranges([count, count]));
             for path in &self.settings.outputs.pictures {
                 let path = numbered_path(path, end - self.settings.job.first);
                 if let Err(error) = self.write(&path, &picture, &facts, &[], view) {
@@ -182,7 +182,7 @@ impl Pictures<'_> {
             write_owner_overlay(path, &self.owners, picture.width, picture.height)
         } else {
             let mattes = mattes_of(&self.settings.outputs.layers, self.mattes);
-            write_saying(path, picture, facts, (channels, &mattes), view)
+            write_with_facts(path, picture, facts, (channels, &mattes), view)
         }
     }
 }

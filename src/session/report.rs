@@ -1,7 +1,7 @@
 //! The result of a render.
 
 use super::error::SessionError;
-use super::identity::write_saying;
+use super::identity::write_with_facts;
 use crate::film::cryptomatte::Names;
 use crate::film::noise::{FIRST_MILESTONE, brightness};
 use crate::film::{Channel, Identity, Layer, Picture, ToneMap, ViewTransform};
@@ -51,7 +51,7 @@ impl Report {
     /// equals the one that the render writes on request without an overlay. EXR files contain the layers.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
         let mattes: Vec<&Names> = self.mattes.iter().collect();
-        write_saying(path.as_ref(), &self.picture, &self.facts, (&self.layers, &mattes), self.view)
+        write_with_facts(path.as_ref(), &self.picture, &self.facts, (&self.layers, &mattes), self.view)
     }
 
     /// The picture in 8-bit sRGB, as in a PNG file: red, green and blue, row by row from the top left.

@@ -102,7 +102,7 @@ impl WorkerPool {
 
     /// A pool for the same scene with another camera, given the integrator of the previous pool: CPU threads need no
     /// compilation. The GPU is left out, because measuring its speed takes longer than the view is likely to last.
-    pub(super) fn again(
+    pub(super) fn for_other_camera(
         settings: &RenderSettings,
         integrator: Option<&Arc<dyn Integrator>>,
         events: &Sender<Event>,
@@ -132,7 +132,7 @@ impl WorkerPool {
     /// A pool for a film that was begun on the devices with this description, given the integrator of the previous
     /// pool. Only their samples may be added to it. A missing or different GPU is left out if there are threads, and a
     /// GPU that was absent when the film was begun takes no part.
-    pub(super) fn of_film(
+    pub(super) fn resuming(
         settings: &RenderSettings,
         integrator: Option<&Arc<dyn Integrator>>,
         device: &str,
@@ -140,7 +140,7 @@ impl WorkerPool {
         stop: &Receiver<Infallible>,
     ) -> Result<WorkerPool, SessionError> {
         if device == CPU && integrator.is_some() {
-            return WorkerPool::again(settings, integrator, events, stop);
+            return WorkerPool::for_other_camera(settings, integrator, events, stop);
         }
         let pool = WorkerPool::new(settings, events, stop)?;
         let found = pool.description();
@@ -155,7 +155,7 @@ impl WorkerPool {
             let reason = format!("the render was begun on {device}, but the device is now {found}");
             send_event(events, Event::CpuAlone(reason));
         }
-        WorkerPool::again(settings, integrator, events, stop)
+        WorkerPool::for_other_camera(settings, integrator, events, stop)
     }
 
     /// Adds weighted samples to pixels, if the film has them.
@@ -183,13 +183,13 @@ impl WorkerPool {
     }
 
     /// The worker that the render can continue without, if there is one.
-    pub(super) fn spare(&self) -> Option<usize> {
+    pub(super) fn dispensable(&self) -> Option<usize> {
         (self.gpu.is_some() && self.threads > 0).then_some(self.threads)
     }
 
     /// Assigns strides in proportion to speed, as stripes of rows for weighted samples.
     pub(super) fn distribute(&self, region: Region, schedule: Schedule) -> Schedule {
-        let schedule = match self.spare() {
+        let schedule = match self.dispensable() {
             Some(_) => schedule.with_faster(region.len(), self.times),
             None => schedule,
         };

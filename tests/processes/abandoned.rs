@@ -5,7 +5,7 @@ use crossbeam_channel::never;
 use std::cell::Cell;
 
 /// The time limit of workers before they are abandoned. A responsive worker stops within microseconds.
-const PATIENCE: Duration = Duration::from_secs(3);
+const TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Runs an accumulator with the batches of some workers that asks them to stop; and their orders.
 struct Wired {
@@ -22,7 +22,7 @@ fn wired(workers: usize, spp: u32) -> Wired {
     for _ in 0..workers {
         let (orders_out, orders_in) = bounded(2);
         let (stops_out, stops_in) = bounded(1);
-        ports.push(Port { stop: Some(stops_out), patience: PATIENCE, ..Port::new(orders_out) });
+        ports.push(Port { stop: Some(stops_out), time_limit: TIMEOUT, ..Port::new(orders_out) });
         mailboxes.push((orders_in, stops_in, batches_out.clone()));
     }
     let schedule = Schedule::new(workers, WHOLE.len(), spp, None, Vec::new());
@@ -72,7 +72,7 @@ fn an_unresponsive_worker_is_abandoned_and_its_order_reported() {
     let slots = order.stride.len(WHOLE.len());
     assert_eq!(
         outcome.unanswered,
-        [Unanswered { worker: 1, within: PATIENCE, order: Some((order, 0..slots)) }]
+        [Unanswered { worker: 1, within: TIMEOUT, order: Some((order, 0..slots)) }]
     );
     // The other worker may have been asked to stop before it had traced anything.
     assert!(
@@ -84,7 +84,7 @@ fn an_unresponsive_worker_is_abandoned_and_its_order_reported() {
 #[test]
 fn only_a_worker_with_a_longer_time_limit_is_waited_for() {
     let Wired { mut configuration, inbox, stop, mut mailboxes } = wired(2, 1_000_000);
-    configuration.workers[0].patience = Duration::ZERO;
+    configuration.workers[0].time_limit = Duration::ZERO;
     let (slow_orders, slow_stop, slow_batches) = mailboxes.pop().unwrap();
     let (silent_orders, silent_stop, silent_batches) = mailboxes.pop().unwrap();
     let (release, released) = bounded::<Infallible>(0);

@@ -63,7 +63,7 @@ fn a_slow_worker_affects_only_the_time() {
             let [own, others] = &mut *paths_begun.lock().unwrap();
             *own += paths.len();
             while *others < (3 * *own).min(12_000) {
-                *others += begun.recv_timeout(PATIENCE).expect("other workers continue");
+                *others += begun.recv_timeout(TIMEOUT).expect("other workers continue");
             }
         });
         let wiring = Wiring { workers: 3, dump_at: vec![3, 10], ..Wiring::default() };

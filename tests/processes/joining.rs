@@ -148,7 +148,7 @@ fn render(roles: &[Role], sends_samples: bool, is_text: bool) -> (Outcome, Vec<B
                     is_done();
                 }
                 if waits && paths.first_sample >= WAITS_FROM {
-                    assert_eq!(done.recv_timeout(PATIENCE), Err(RecvTimeoutError::Disconnected));
+                    assert_eq!(done.recv_timeout(TIMEOUT), Err(RecvTimeoutError::Disconnected));
                 }
             }
             _ => {}
@@ -266,7 +266,7 @@ fn puppets(count: usize) -> (Configuration, Receiver<SampleBatch>, Vec<Puppet>) 
     for _ in 0..count {
         let ((orders_out, orders), (stop_out, stop)) = (bounded(2), bounded(1));
         let stop_out = Some(stop_out);
-        ports.push(Port { stop: stop_out, patience: PATIENCE, ..Port::new(orders_out) });
+        ports.push(Port { stop: stop_out, time_limit: TIMEOUT, ..Port::new(orders_out) });
         puppets.push(Puppet { orders, stop, batches: batches_out.clone() });
     }
     let schedule = Schedule::new(count, WHOLE.len(), 1, None, Vec::new());
@@ -297,7 +297,7 @@ fn the_last_order_of_a_worker_that_leaves_goes_to_an_idle_one() {
                 }
             }
             // It is asked to stop after it has left, and is not waited for.
-            assert!(leaver.stop.recv_timeout(PATIENCE).is_ok());
+            assert!(leaver.stop.recv_timeout(TIMEOUT).is_ok());
             drop(stays);
             drop(leaver);
         });
@@ -320,7 +320,7 @@ fn a_dispensable_worker_that_fails_while_stopping_is_no_failure() {
         let outcome = std::thread::scope(|scope| {
             scope.spawn(move || {
                 let Puppet { orders, stop, batches } = fails;
-                stop.recv_timeout(PATIENCE).unwrap();
+                stop.recv_timeout(TIMEOUT).unwrap();
                 let (worker, message) = ("the device".to_owned(), "it is gone".to_owned());
                 let failure = WorkerFailure { index: 1, worker, message };
                 changes_out.send(Change::Fails(failure)).unwrap();

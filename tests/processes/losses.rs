@@ -38,12 +38,18 @@ fn others_complete_the_orders_of_a_lost_worker_and_the_film_is_the_same() {
                     panic!("the device is gone");
                 }
                 if this_worker() != last && paths.first_sample >= 10 {
-                    assert_eq!(works.recv_timeout(PATIENCE), Err(RecvTimeoutError::Disconnected));
+                    assert_eq!(works.recv_timeout(TIMEOUT), Err(RecvTimeoutError::Disconnected));
                 }
             });
-            let spare = Some(times);
-            let wiring =
-                Wiring { workers, spp: 30, dump_at: vec![7, 20], sends_samples, spare, ..Wiring::default() };
+            let dispensable = Some(times);
+            let wiring = Wiring {
+                workers,
+                spp: 30,
+                dump_at: vec![7, 20],
+                sends_samples,
+                dispensable,
+                ..Wiring::default()
+            };
             let Rendered { outcome, barriers, samples, .. } = wiring.render(&integrator);
             assert_eq!(outcome.lost.first().expect("a lost worker").index, last);
             assert!(outcome.failure.is_none() && outcome.whole);
@@ -80,14 +86,14 @@ fn samples_of_a_worker_lost_at_the_end_are_made_by_others() {
     };
     let integrator = hooked(move |_| {
         if this_worker() == 1 {
-            assert_eq!(others_work.recv_timeout(PATIENCE), Err(RecvTimeoutError::Disconnected));
+            assert_eq!(others_work.recv_timeout(TIMEOUT), Err(RecvTimeoutError::Disconnected));
             panic!("the device is gone");
         }
     });
     let wiring = Wiring {
         workers: 2,
         spp: 1,
-        spare: Some(1.0),
+        dispensable: Some(1.0),
         sends_samples: true,
         sink: Box::new(sink),
         ..Wiring::default()
@@ -103,14 +109,15 @@ fn a_resumed_render_reports_all_samples_and_lost_workers() {
         let is_lost = std::thread::current().name() == Some("worker 2");
         assert!(!is_lost, "the device is gone");
     });
-    let earlier = Wiring { workers: 3, spp: 4, spare: Some(1.0), ..Wiring::default() }.render(&gone).outcome;
+    let earlier =
+        Wiring { workers: 3, spp: 4, dispensable: Some(1.0), ..Wiring::default() }.render(&gone).outcome;
     let plain = common::integrator(&scene());
     for workers in [1, 2, 4] {
         let film = Some(earlier.film.clone());
         let wiring = Wiring { workers, spp: 9, film, ..Wiring::default() };
         let mut outcome = wiring.render(&*plain).outcome;
         assert!(outcome.lost.is_empty());
-        outcome.follow(&earlier);
+        outcome.add_earlier(&earlier);
         assert_eq!((outcome.made.len(), outcome.made.iter().sum::<u64>()), (workers.max(3), 1200 * 9));
         assert_eq!(outcome.lost.first().expect("a lost worker").worker, "worker 2");
     }

@@ -41,7 +41,7 @@ use stride::scene::{Filter, Scene};
 use wiring::{Rendered, Wiring, add_first_hits, is_a_prefix, plain_film, plain_film_from, plain_picture};
 
 /// The time without a message after which a test fails. No passing test depends on it.
-const PATIENCE: Duration = Duration::from_secs(60);
+const TIMEOUT: Duration = Duration::from_secs(60);
 
 const WIDTH: u32 = 40;
 const HEIGHT: u32 = 30;

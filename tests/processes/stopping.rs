@@ -185,7 +185,7 @@ fn a_stalled_remote_viewer_delays_nothing_and_gets_the_last_picture() {
             assert!(rendered.snapshots.len() > 4, "{} frames", rendered.snapshots.len());
             ended_out.send(rendered.outcome.film.picture()).unwrap();
         });
-        let picture = ended.recv_timeout(PATIENCE);
+        let picture = ended.recv_timeout(TIMEOUT);
         let waiting: Vec<Arc<Snapshot>> = remote.try_iter().collect();
         // Waiting for it would block forever.
         drop(remote);

@@ -35,7 +35,7 @@ pub(super) struct Wiring {
     pub(super) remote: Option<Sender<Arc<Snapshot>>>,
     /// The assumed speed of the last worker, if the others can continue without it. By its clock each block takes
     /// so long that it is sent separately.
-    pub(super) spare: Option<f64>,
+    pub(super) dispensable: Option<f64>,
 }
 
 impl Default for Wiring {
@@ -57,7 +57,7 @@ impl Default for Wiring {
             sink: Box::new(|_| {}),
             stop_after: None,
             remote: None,
-            spare: None,
+            dispensable: None,
         }
     }
 }
@@ -79,7 +79,7 @@ impl Wiring {
         let layers = film.layout().layers;
         let schedule = Schedule::new(workers, self.region.len(), end, self.deadline, self.dump_at.clone())
             .starting_at(self.first + film.seen_range()[0] as u32, self.first + film.seen_range()[1] as u32);
-        let schedule = match self.spare {
+        let schedule = match self.dispensable {
             Some(times) => schedule.with_faster(self.region.len(), times),
             None => schedule,
         };
@@ -96,8 +96,8 @@ impl Wiring {
             let mut ports = Vec::new();
             for index in 0..workers {
                 let (orders_out, orders_in) = bounded(2);
-                let is_spare = self.spare.is_some() && index == workers - 1;
-                ports.push(Port { may_be_lost: is_spare, ..Port::new(orders_out) });
+                let is_dispensable = self.dispensable.is_some() && index == workers - 1;
+                ports.push(Port { may_be_lost: is_dispensable, ..Port::new(orders_out) });
                 let worker = Worker {
                     index,
                     integrator,
@@ -115,7 +115,7 @@ impl Wiring {
                         looks.set(looks.get() + 1);
                         start + Duration::from_millis(51) * looks.get()
                     };
-                    let clock: &dyn Fn() -> Instant = if is_spare { &slow } else { &Instant::now };
+                    let clock: &dyn Fn() -> Instant = if is_dispensable { &slow } else { &Instant::now };
                     let run = std::panic::AssertUnwindSafe(|| {
                         worker.run_by(clock, &orders_in, &never(), &batches_out);
                     });

@@ -69,7 +69,7 @@ impl Adder {
     pub(super) fn count(&mut self, rejects: Vec<(Traced, Reject)>, counts: &RejectCounts, faint: &Faint) {
         self.faint.merge(faint);
         self.reject_counts.merge(counts);
-        rejects.into_iter().for_each(|reject| self.remember(reject));
+        rejects.into_iter().for_each(|reject| self.record_reject(reject));
     }
 
     /// Adds a payload of a stride. Returns the samples if the payload consisted of samples.
@@ -113,7 +113,7 @@ impl Adder {
         };
         if let Err(reject) = added {
             self.reject_counts.add(reject, 1);
-            self.remember((Traced { pixel: sample.pixel, sample: sample.sample }, reject));
+            self.record_reject((Traced { pixel: sample.pixel, sample: sample.sample }, reject));
         }
     }
 
@@ -130,7 +130,7 @@ impl Adder {
             let place = self.region.place(pixel) as usize;
             if let Err(reject) = self.film.contribute(&splatter, place, contribution) {
                 self.reject_counts.add(reject, 1);
-                self.remember((Traced { pixel, sample }, reject));
+                self.record_reject((Traced { pixel, sample }, reject));
             }
         }
     }
@@ -143,7 +143,7 @@ impl Adder {
         }
     }
 
-    fn remember(&mut self, reject: (Traced, Reject)) {
+    fn record_reject(&mut self, reject: (Traced, Reject)) {
         if self.rejects.len() < NAMED_REJECTS {
             self.rejects.push(reject);
         }

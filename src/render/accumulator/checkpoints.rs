@@ -62,7 +62,7 @@ impl Checkpoints {
 
     /// Abandons the checkpoint in progress: at a milestone, pixels already sent may have fewer samples than those that
     /// follow. It starts again with the next batch.
-    pub(super) fn begin_anew(&mut self) {
+    pub(super) fn restart(&mut self) {
         self.under_way = None;
     }
 

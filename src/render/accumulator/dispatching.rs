@@ -31,7 +31,7 @@ struct Worker {
     /// Closed when there is no more work for it, or it has gone.
     orders: Option<Sender<Assignment>>,
     stop: Option<Sender<()>>,
-    patience: Duration,
+    time_limit: Duration,
     may_be_lost: bool,
     is_gone: bool,
     /// The orders that it has not completed, the oldest first.
@@ -41,11 +41,11 @@ struct Worker {
 }
 
 impl Worker {
-    fn new(Port { orders, stop, patience, may_be_lost }: Port) -> Worker {
+    fn new(Port { orders, stop, time_limit, may_be_lost }: Port) -> Worker {
         Worker {
             orders: Some(orders),
             stop,
-            patience,
+            time_limit,
             may_be_lost,
             is_gone: false,
             outstanding: VecDeque::new(),
@@ -123,7 +123,7 @@ impl Dispatcher {
     }
 
     /// Whether a worker is present: batches of others are ignored.
-    pub(super) fn is_there(&self, worker: usize) -> bool {
+    pub(super) fn is_present(&self, worker: usize) -> bool {
         self.workers.get(&worker).is_some_and(|worker| !worker.is_gone)
     }
 
@@ -153,8 +153,8 @@ impl Dispatcher {
 
     /// The worker that left last, if work remains and there is no worker for it.
     pub(super) fn last_departed(&self, pace: Option<Duration>) -> Option<usize> {
-        let is_there = self.workers.values().any(|worker| !worker.is_gone);
-        self.last_gone.filter(|_| !is_there && !self.schedule.is_done(pace))
+        let is_present = self.workers.values().any(|worker| !worker.is_gone);
+        self.last_gone.filter(|_| !is_present && !self.schedule.is_done(pace))
     }
 
     /// Removes a worker and assigns its unfinished orders to others.
@@ -179,18 +179,19 @@ impl Dispatcher {
 
     /// Asks all workers to stop. Returns their shortest time limit; `None` if none of them can be asked.
     pub(super) fn ask_to_stop(&self) -> Option<Duration> {
-        let asked = self.workers.values().filter_map(|worker| Some((worker.stop.as_ref()?, worker.patience)));
-        let patience = asked.map(|(stop, patience)| {
+        let asked =
+            self.workers.values().filter_map(|worker| Some((worker.stop.as_ref()?, worker.time_limit)));
+        let time_limit = asked.map(|(stop, time_limit)| {
             // A worker that has ended receives nothing.
             let _ = stop.try_send(());
-            patience
+            time_limit
         });
-        patience.min()
+        time_limit.min()
     }
 
     /// The longest time limit of the workers that were asked to stop and have not ended.
-    pub(super) fn longest_patience(&self) -> Option<Duration> {
-        self.silent().map(|(_, worker)| worker.patience).max()
+    pub(super) fn longest_time_limit(&self) -> Option<Duration> {
+        self.silent().map(|(_, worker)| worker.time_limit).max()
     }
 
     /// The workers that were asked to stop and have not ended, and their orders.
@@ -198,7 +199,7 @@ impl Dispatcher {
         let rest = |given: &PendingOrder| (given.order, given.slots..given.order.stride.len(self.pixels));
         let unanswered = self.silent().map(|(index, worker)| Unanswered {
             worker: index,
-            within: worker.patience,
+            within: worker.time_limit,
             order: worker.outstanding.front().map(rest),
         });
         unanswered.collect()

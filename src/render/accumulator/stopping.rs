@@ -11,7 +11,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 /// The interval of checks for workers with a longer time limit than others.
-const LOOK_AGAIN: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// The wait for workers to stop.
 struct Wait {
@@ -22,11 +22,11 @@ struct Wait {
 
 impl Wait {
     /// Continues to wait. Returns whether there is a worker whose time limit has not passed.
-    fn goes_on(&mut self, dispatcher: &Dispatcher) -> bool {
-        let longest = dispatcher.longest_patience().unwrap_or_default();
-        let goes_on = longest > self.until;
-        self.until = longest.min(self.until + LOOK_AGAIN);
-        goes_on
+    fn keeps_waiting(&mut self, dispatcher: &Dispatcher) -> bool {
+        let longest = dispatcher.longest_time_limit().unwrap_or_default();
+        let keeps_waiting = longest > self.until;
+        self.until = longest.min(self.until + POLL_INTERVAL);
+        keeps_waiting
     }
 }
 
@@ -36,7 +36,7 @@ impl Accumulator {
     pub(super) fn stop_workers(&mut self, batches: &Receiver<SampleBatch>) -> Vec<Unanswered> {
         self.dispatcher.close();
         let Some(shortest) = self.dispatcher.ask_to_stop() else {
-            self.take_arrived(batches);
+            self.drain_batches(batches);
             return Vec::new();
         };
         let mut wait = Wait { asked: Instant::now(), until: shortest };
@@ -46,14 +46,14 @@ impl Accumulator {
                 Err(RecvTimeoutError::Disconnected) => return Vec::new(),
                 // A silent worker delays the end by its own time limit at most, and one that has ended not at all. The
                 // state of the channel is no criterion: a worker that never ends keeps it open.
-                Err(RecvTimeoutError::Timeout) if wait.goes_on(&self.dispatcher) => {}
+                Err(RecvTimeoutError::Timeout) if wait.keeps_waiting(&self.dispatcher) => {}
                 Err(RecvTimeoutError::Timeout) => return self.dispatcher.unanswered(),
             }
         }
     }
 
     /// Receives the batches that are in the channel.
-    pub(super) fn take_arrived(&mut self, batches: &Receiver<SampleBatch>) {
+    pub(super) fn drain_batches(&mut self, batches: &Receiver<SampleBatch>) {
         let arrived = batches.len();
         for batch in batches.try_iter().take(arrived) {
             self.take(batch);

@@ -1,6 +1,6 @@
 //! Measures the speed of devices, so that each gets work in proportion.
 
-use super::threads::{ANSWERED_WITHIN, GPU_ANSWERS_WITHIN, RunningPool};
+use super::threads::{GPU_STOP_TIME_LIMIT, RunningPool, STOP_TIME_LIMIT};
 use super::{Gpu, WorkerPool};
 use crate::film::LayerSet;
 use crate::gpu;
@@ -49,13 +49,13 @@ impl WorkerPool {
         // Closing both channels ends all workers.
         drop((ports, batches));
         let asked = Instant::now();
-        let returned = returned.recv_deadline(asked + GPU_ANSWERS_WITHIN);
+        let returned = returned.recv_deadline(asked + GPU_STOP_TIME_LIMIT);
         // The channel closes with the last thread. A CPU worker that does not end is ignored: if it meets the same path
         // in the render, it is abandoned there and reported. The same holds for a failure.
-        while changes.recv_deadline(asked + ANSWERED_WITHIN).is_ok() {}
+        while changes.recv_deadline(asked + STOP_TIME_LIMIT).is_ok() {}
         let (gpu, end) = returned.map_err(|error| {
             let message = match error {
-                RecvTimeoutError::Timeout => format!("it did not stop within {GPU_ANSWERS_WITHIN:?}"),
+                RecvTimeoutError::Timeout => format!("it did not stop within {GPU_STOP_TIME_LIMIT:?}"),
                 RecvTimeoutError::Disconnected => "its worker panicked".to_owned(),
             };
             gpu::GpuError::Failed { adapter, message }

@@ -44,7 +44,7 @@ fn of_film(device: DeviceChoice, begun: &str) -> (usize, String) {
     let settings = settings(device);
     let threads = new(&self::settings(DeviceChoice::Cpu));
     let pool =
-        WorkerPool::of_film(&settings, threads.integrator().as_ref(), begun, &unheard(), &never()).unwrap();
+        WorkerPool::resuming(&settings, threads.integrator().as_ref(), begun, &unheard(), &never()).unwrap();
     (pool.workers(), pool.description())
 }
 
@@ -66,19 +66,19 @@ fn a_film_gets_samples_only_of_the_device_it_was_begun_on() {
     assert_eq!(of_film(DeviceChoice::All(None), &all.description()), (3, all.description()));
     // There is no worker left.
     let other =
-        WorkerPool::of_film(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU", &unheard(), &never());
+        WorkerPool::resuming(&settings(DeviceChoice::Gpu(None)), None, "gpu: some GPU", &unheard(), &never());
     let told = other.err().map(|error| error.to_string()).unwrap_or_default();
     assert!(told.contains("begun on gpu: some GPU"), "{told}");
 }
 
 /// An integrator that hangs from a certain sample on, after sending a message.
-struct Stuck {
+struct Hanging {
     inner: Arc<dyn Integrator>,
-    held: Sender<()>,
+    hung: Sender<()>,
     released: Receiver<()>,
 }
 
-impl Integrator for Stuck {
+impl Integrator for Hanging {
     fn trace_until(
         &self,
         level: Level,
@@ -87,7 +87,7 @@ impl Integrator for Stuck {
         out: &mut Found,
     ) -> Option<u64> {
         if paths.first_sample > 0 && paths.pixels.iter().any(|pixel| pixel.index == 19) {
-            let _ = self.held.try_send(());
+            let _ = self.hung.try_send(());
             let _ = self.released.recv();
         }
         self.inner.trace_until(level, paths, stop, out)
@@ -108,7 +108,7 @@ impl Integrator for Stuck {
 
 /// A viewer that is left as soon as a worker hangs, because the camera moves or returns.
 struct Leaving {
-    held: Receiver<()>,
+    hung: Receiver<()>,
     exit_reason: ExitReason,
 }
 
@@ -118,7 +118,7 @@ impl Viewer for Leaving {
         loop {
             select! {
                 recv(feed.snapshots) -> _ => {}
-                recv(self.held) -> _ => break,
+                recv(self.hung) -> _ => break,
             }
         }
         // The other workers run out of work without the hanging one, so that no further batch makes the accumulator
@@ -129,12 +129,12 @@ impl Viewer for Leaving {
 }
 
 /// Renders with a worker that hangs. Then the end of the render is requested, or a viewer is left.
-fn render_stuck(settings: &RenderSettings, exit_reason: Option<ExitReason>) -> Rendered {
+fn render_hanging(settings: &RenderSettings, exit_reason: Option<ExitReason>) -> Rendered {
     let mut pool = new(settings);
-    let (held_out, held) = bounded(1);
+    let (hung_out, hung) = bounded(1);
     let (release, released) = bounded(0);
     let inner = pool.integrator().unwrap();
-    pool.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
+    pool.integrator = Some(Arc::new(Hanging { inner, hung: hung_out, released }));
     let head = identity::head(settings, &pool.description());
     let film = Film::with_layout(head.layout).unwrap();
     let initial = InitialFilm { film, milestone: None, spent: Duration::ZERO };
@@ -142,13 +142,13 @@ fn render_stuck(settings: &RenderSettings, exit_reason: Option<ExitReason>) -> R
     let (stop_out, stop) = bounded(0);
     let rendered = match exit_reason {
         Some(exit_reason) => {
-            let rendered = render(task, Some(&mut Leaving { held, exit_reason }), &unheard(), &stop);
+            let rendered = render(task, Some(&mut Leaving { hung, exit_reason }), &unheard(), &stop);
             drop(stop_out);
             rendered
         }
         None => {
             let asks = std::thread::spawn(move || {
-                held.recv().unwrap();
+                hung.recv().unwrap();
                 drop(stop_out);
             });
             let rendered = render(task, None, &unheard(), &stop);
@@ -176,7 +176,7 @@ fn a_render_ends_without_a_hanging_worker_and_reports_its_order() {
         let job = RenderJob { layers: LayerSet::new(&[Layer::Depth], 0, 0), ..settings.job };
         let settings = RenderSettings { job, stopping, outputs, ..settings };
         let Rendered { outcome, problem, is_suspended, is_written, .. } =
-            render_stuck(&settings, exit_reason);
+            render_hanging(&settings, exit_reason);
         let said = problem.as_ref().map(ToString::to_string).unwrap_or_default();
         assert!(matches!(problem, Some(SessionError::Unanswered(..))), "{said}");
         let [least, most] = outcome.film.seen_range();
@@ -205,11 +205,11 @@ fn a_gpu_is_measured_beside_a_hanging_worker() {
         println!("skipped: no GPU");
         return;
     };
-    let (held_out, held) = bounded(1);
+    let (hung_out, hung) = bounded(1);
     let (release, released) = bounded(0);
     let inner = pool.integrator().unwrap();
-    pool.integrator = Some(Arc::new(Stuck { inner, held: held_out, released }));
+    pool.integrator = Some(Arc::new(Hanging { inner, hung: hung_out, released }));
     pool.measured_with(&settings, gpu, &never()).unwrap_or_else(|error| panic!("{error}"));
-    assert!(pool.gpu.is_some() && held.try_recv().is_ok(), "no worker hung");
+    assert!(pool.gpu.is_some() && hung.try_recv().is_ok(), "no worker hung");
     drop(release);
 }

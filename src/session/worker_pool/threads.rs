@@ -11,29 +11,29 @@ use std::time::Duration;
 
 /// The time limit for CPU workers after the request to stop. They check for it all the time: the limit is for machines
 /// with many more threads than cores.
-pub(super) const ANSWERED_WITHIN: Duration = Duration::from_secs(1);
+pub(super) const STOP_TIME_LIMIT: Duration = Duration::from_secs(1);
 
 // A CPU render ends within two seconds of its deadline.
-const _: () = assert!(ANSWERED_WITHIN.as_millis() + GRACE.as_millis() < 2000);
+const _: () = assert!(STOP_TIME_LIMIT.as_millis() + GRACE.as_millis() < 2000);
 
 /// The time limit for a GPU worker: a dispatch cannot be interrupted, and takes seconds on a software GPU on a busy
 /// machine.
-pub(super) const GPU_ANSWERS_WITHIN: Duration = Duration::from_secs(10);
+pub(super) const GPU_STOP_TIME_LIMIT: Duration = Duration::from_secs(10);
 
 /// The accumulator's settings for a worker.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PortSettings {
     /// The time limit after the request to stop.
-    pub(super) patience: Duration,
+    pub(super) time_limit: Duration,
     /// Whether the render continues without it if it fails.
     pub(super) may_be_lost: bool,
 }
 
 impl PortSettings {
     /// Settings for a CPU thread.
-    pub(super) const CPU: PortSettings = PortSettings { patience: ANSWERED_WITHIN, may_be_lost: false };
+    pub(super) const CPU: PortSettings = PortSettings { time_limit: STOP_TIME_LIMIT, may_be_lost: false };
     /// Settings for a GPU that renders alone.
-    pub(super) const GPU: PortSettings = PortSettings { patience: GPU_ANSWERS_WITHIN, may_be_lost: false };
+    pub(super) const GPU: PortSettings = PortSettings { time_limit: GPU_STOP_TIME_LIMIT, may_be_lost: false };
 }
 
 /// A worker's ends of its channels.
@@ -51,7 +51,7 @@ fn channels(settings: PortSettings, batches: &Sender<SampleBatch>) -> (Port, Wor
     let port = Port {
         orders: orders_out,
         stop: Some(stop_out),
-        patience: settings.patience,
+        time_limit: settings.time_limit,
         may_be_lost: settings.may_be_lost,
     };
     (port, WorkerChannels { orders, stop, batches: batches.clone() })

@@ -38,10 +38,10 @@ pub(super) struct RenderArguments {
     /// samples and those requested for a resumed film are ignored
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = duration)]
     time: Option<Duration>,
-    /// Stop when the estimated error is this small: 0.05 is a preview, 0.01 is clean. Stops with a warning at --spp,
-    /// and without one at --time. The error is the noise of `stride compare`, relative to the picture's brightness, so
-    /// that units of length and radiance do not matter. The estimate starts at 16 samples per pixel. A black picture
-    /// has none
+    /// Stop when the estimated error is this small: 0.05 is a preview, 0.01 is clean. The render also ends at --spp or
+    /// --time, with a warning; the scene's samples are ignored. The error is the noise of `stride compare`, relative to
+    /// the picture's brightness, so that units of length and radiance do not matter. The estimate starts at 16 samples
+    /// per pixel. A black picture has none
     #[arg(long, value_name = "ERROR", allow_negative_numbers = true, value_parser = error, conflicts_with = "range")]
     noise: Option<f64>,
     /// Distribute samples by error, until the picture has the error of --noise [default: 0.01] or pixels have --spp

@@ -50,7 +50,7 @@ fn info_describes_a_mesh() {
 }
 
 #[test]
-fn bounds_are_those_of_the_triangles() {
+fn bounds_match_the_triangles() {
     let folder = tempfile::tempdir().unwrap();
     let vertices = "v 100 -100 1e30\nv 0 0 0\nv 1 0 0\nv nan 0 0\nv 0 2 0\nv -5 -5 -5\n";
     fs::write(folder.path().join("a.obj"), format!("{vertices}f 2 3 5\n")).unwrap();
@@ -62,7 +62,7 @@ fn bounds_are_those_of_the_triangles() {
 
 /// Files with the features of Khronos' samples `SimpleMorph` and `SimpleSkin`, and with their bounds.
 #[test]
-fn bounds_are_those_of_the_pose() {
+fn bounds_match_the_pose() {
     let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
     for (file, bounds) in
         [("07-morph.gltf", "(0, 0, 0) to (1, 1.5, 0)"), ("07-skin.gltf", "(-0.5, 0, 0) to (0.5, 2, 0)")]

@@ -317,7 +317,7 @@ fn radiance_outside_the_range_of_a_film_causes_one_warning_with_a_remedy() {
 }
 
 #[test]
-fn a_planes_distance_is_a_length_whatever_its_normals() {
+fn the_distance_of_a_plane_is_a_length_for_any_normal() {
     let text = |normal: &str, distance: &str| {
         format!(
             "camera = {{ eye = [0, -3, 2], look_at = [0, 0, 0] }}

@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn hashes_are_those_of_the_reference_implementation() {
+    fn hashes_match_the_reference_implementation() {
         // From the C++ code of its author, and from the example in the specification ("hello").
         for (name, expected) in [
             ("", 0),

@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_of_whole_pixels_gives_each_the_same() {
+    fn a_box_of_whole_pixels_has_equal_weights() {
         for (radius, width) in [(0.5, 1), (1.0, 2), (1.5, 3), (2.0, 4)] {
             let weights = Weights::new(Filter::Box { radius });
             for at in [3.0, 3.2, 3.5, 3.999] {

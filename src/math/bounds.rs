@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_box_holds_its_points_and_nothing_holds_none() {
+    fn a_box_contains_its_points_and_the_empty_box_contains_none() {
         let bounds = Bounds::of([[1.0, -2.0, 0.5], [0.0, 4.0, 0.5]]);
         assert_eq!(bounds, Bounds { low: [0.0, -2.0, 0.5], high: [1.0, 4.0, 0.5] });
         assert_eq!(bounds.half_area(), 6.0);

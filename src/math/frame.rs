@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_along_a_direction_keep_it_as_far_as_they_can() {
+    fn frames_along_a_direction_are_nearest_to_it() {
         for i in 0..1000 {
             let of = |i: f32| {
                 let z = 1.0 - 2.0 * (i * 0.618_034).fract();

@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_back_is_the_picture_to_the_bit() {
+    fn a_picture_is_read_back_to_the_bit() {
         for (width, height) in SIZES {
             let mut picture = speckle(width, height);
             picture.rgb[0] = [f32::MIN_POSITIVE / 2.0, 3e38, -0.0];

@@ -364,7 +364,7 @@ fn contradictory_arguments_are_explained() {
 // Filters that can be sampled are sampled and used as weights: two estimators of the same picture, except for the
 // film's border, beyond which a continuous film has no samples. Level 0.01 (see `tiles`).
 #[test]
-fn drawing_from_a_filter_and_weighing_with_it_give_the_same_picture() {
+fn importance_sampling_and_weighting_by_a_filter_give_the_same_picture() {
     let (dir, scene) = (folder(), cover());
     let size = [24, 16];
     let replicates = |filter: &str, mode: &str, seed: u32| {

@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_are_aligned_on_the_right_whatever_their_letters() {
+    fn columns_are_right_aligned_with_any_letters() {
         let mut table = Table::new(&[("Depth", "depth"), ("Time ÷ depth", "ratio"), ("", "hidden")]);
         table.push(vec![Cell::count(2), Cell::seconds(0.5), Cell::new("x", 1.0)]);
         table.push(vec![Cell::count(0), Cell::nothing(), Cell::nothing()]);

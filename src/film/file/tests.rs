@@ -54,7 +54,7 @@ fn a_film_is_read_back() {
 }
 
 #[test]
-fn weighted_films_and_what_is_shown_of_them_are_read_back() {
+fn weighted_films_and_their_shown_parts_are_read_back() {
     let shown = Rectangle { x: 1, y: 0, width: 2, height: 2 };
     let layout = Layout { weighted: true, shown, ..Layout::plain(4, 3) };
     let head = Head { layout, ..head(4, 3) };

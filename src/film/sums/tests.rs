@@ -222,7 +222,7 @@ fn means_are_the_nearest_floats_to_the_quotient() {
 }
 
 #[test]
-fn the_variance_is_that_of_the_mean() {
+fn the_variance_is_the_variance_of_the_mean() {
     let mut film = film();
     assert_eq!(film.variance(0), 0.0);
     film.add_sample(0, [1.0, 0.0, 0.5]).unwrap();

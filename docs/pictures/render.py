@@ -19,12 +19,25 @@ import zlib
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(FOLDER))
-# The scenes of scenes/ that the README shows: name, columns and rows, samples a pixel.
-GALLERY = {
-    "room": ("256x192", 2048),
-    "cover": ("256x192", 2048),
-    "shapes": ("256x160", 1024),
-    "surfaces": ("256x160", 1024),
+# Pictures of the scenes in scenes/: the scene, and the options to render it with.
+SMALL = ["--size", "160x120"]
+MORE = {
+    "room": ("room", ["--size", "256x192"]),
+    "shapes": ("shapes", ["--size", "256x160"]),
+    "smallpt": ("smallpt", ["--size", "256x192"]),
+    "surfaces": ("surfaces", ["--size", "256x160"]),
+    "figure-1-1-whitted": ("figure-1-1-whitted", SMALL),
+    "figure-1-1-path": ("figure-1-1-path", SMALL),
+    "figure-2-4-none": ("figure-2-4-none", ["--crop", "300,300,64,48"]),
+    "figure-2-4-tent": ("figure-2-4-tent", ["--crop", "300,300,64,48"]),
+    "figure-3-1": ("figure-3-1", ["--threads", "25", "--overlay", "owner"]),
+    "figure-6-1": ("figure-6-1-to-6-3", [*SMALL, "--spp", "10"]),
+    "figure-6-2": ("figure-6-1-to-6-3", [*SMALL, "--spp", "100"]),
+    "figure-6-3": ("figure-6-1-to-6-3", SMALL),
+    "figure-6-4": ("figure-6-4", SMALL),
+    "figure-6-5": ("figure-6-5", SMALL),
+    "figure-6-6": ("figure-6-6", SMALL),
+    "figure-6-7": ("figure-6-7", SMALL),
 }
 # Pictures that keep all their colours.
 FULL_COLOUR = ("still-life",)
@@ -137,15 +150,15 @@ def main(names):
     program = os.path.abspath(os.environ.get("STRIDE", os.path.join(ROOT, "target/release/stride")))
     out = os.environ.get("OUT", FOLDER)
     scenes = {name[:-5]: (os.path.join(FOLDER, "scenes", name), []) for name in os.listdir(os.path.join(FOLDER, "scenes")) if name.endswith(".toml")}
-    for name, (size, spp) in GALLERY.items():
-        scenes[name] = (os.path.join(ROOT, "scenes", f"{name}.toml"), ["--size", size, "--spp", str(spp)])
+    for name, (scene, options) in MORE.items():
+        scenes[name] = (os.path.join(ROOT, "scenes", f"{scene}.toml"), options)
     failed = False
     for name in names or sorted(scenes):
         if name not in scenes:
             sys.exit(f"no scene of that name: {name}")
         scene, options = scenes[name]
-        if "SPP" in os.environ:
-            options = [*options, "--spp", os.environ["SPP"]] if "--spp" not in options else [*options[:3], os.environ["SPP"]]
+        if "SPP" in os.environ and "--spp" not in options:
+            options = [*options, "--spp", os.environ["SPP"]]
         picture = os.path.join(out, f"{name}.png")
         with tempfile.TemporaryDirectory() as folder:
             rendered = os.path.join(folder, "picture.png")

@@ -23,8 +23,6 @@ ROOT = os.path.dirname(os.path.dirname(FOLDER))
 SMALL = ["--size", "160x120"]
 MORE = {
     "room": ("room", ["--size", "256x192"]),
-    "shapes": ("shapes", ["--size", "256x160"]),
-    "smallpt": ("smallpt", ["--size", "256x192"]),
     "surfaces": ("surfaces", ["--size", "256x160"]),
     "figure-1-1-whitted": ("figure-1-1-whitted", SMALL),
     "figure-1-1-path": ("figure-1-1-path", SMALL),

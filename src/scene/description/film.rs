@@ -70,7 +70,7 @@ pub enum FilmMode {
 }
 
 impl FilmMode {
-    /// The mode of a film that doesn't say: what was measured to serve each filter best (see CONTRIBUTING.md).
+    /// The mode of a film that doesn't say: what was measured to serve each filter best (see `docs/measurements.md`).
     pub fn usual(filter: Filter) -> FilmMode {
         match filter {
             Filter::None | Filter::Box { .. } | Filter::Tent { .. } => FilmMode::Importance,

@@ -22,6 +22,7 @@ ROOT = os.path.dirname(os.path.dirname(FOLDER))
 # Pictures of the scenes in scenes/: the scene, and the options to render it with.
 SMALL = ["--size", "160x120"]
 MORE = {
+    "cover": ("cover", ["--size", "320x240"]),
     "room": ("room", ["--size", "256x192"]),
     "surfaces": ("surfaces", ["--size", "256x160"]),
     "figure-1-1-whitted": ("figure-1-1-whitted", SMALL),
@@ -38,7 +39,7 @@ MORE = {
     "figure-6-7": ("figure-6-7", SMALL),
 }
 # Pictures that keep all their colours.
-FULL_COLOUR = ("still-life",)
+FULL_COLOUR = ("cover", "still-life")
 
 
 def read_png(path):

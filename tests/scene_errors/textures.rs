@@ -126,7 +126,7 @@ broken!(
     words_of_images_misspelt,
     texture(
         "image",
-        "file = \"docs/cover.png\"\ncolor_space = \"sRGB\"\nwrap = [\"repeat\", \"mirrored\"]\nfilter = \"bilinear\"\n"
+        "file = \"docs/pictures/cover.png\"\ncolor_space = \"sRGB\"\nwrap = [\"repeat\", \"mirrored\"]\nfilter = \"bilinear\"\n"
     ),
     [
         r#"7:15: unknown color_space "sRGB"; did you mean "srgb"?"#,
@@ -136,12 +136,12 @@ broken!(
 );
 broken!(
     another_set_of_uv,
-    texture("image", "file = \"docs/cover.png\"\nuv_set = 1\n"),
+    texture("image", "file = \"docs/pictures/cover.png\"\nuv_set = 1\n"),
     ["7:10: there is no set 1 of uv; surfaces have one set of uv, which is 0"]
 );
 broken!(
     flags_that_are_none,
-    texture("image", "file = \"docs/cover.png\"\nmipmap = 1\n"),
+    texture("image", "file = \"docs/pictures/cover.png\"\nmipmap = 1\n"),
     ["7:10: mipmap must be true or false, not an integer"]
 );
 broken!(
@@ -172,7 +172,7 @@ fn png_checksum(bytes: &[u8]) -> u32 {
 #[test]
 fn broken_files_are_told_where_the_scene_names_them() {
     let folder = tempfile::tempdir().expect("a folder");
-    let png = fs::read("docs/cover.png").expect("a picture");
+    let png = fs::read("docs/pictures/cover.png").expect("a picture");
     fs::write(folder.path().join("half.png"), &png[..png.len() / 2]).expect("written");
     fs::write(folder.path().join("text.exr"), "no picture").expect("written");
     let mut lies = png.clone();
@@ -195,14 +195,14 @@ fn broken_files_are_told_where_the_scene_names_them() {
     }
     assert!(lines[0].contains("this is no whole PNG file"), "{}", lines[0]);
     assert!(lines[1].contains("this is no whole EXR file"), "{}", lines[1]);
-    let limits = "a picture of 70000×480 texels is larger than the limits of 65536 a side and 1 GiB";
+    let limits = "a picture of 70000×240 texels is larger than the limits of 65536 a side and 1 GiB";
     assert!(lines[2].ends_with(limits), "{}", lines[2]);
     assert!(lines[3].ends_with("this is a folder"), "{}", lines[3]);
 }
 
 #[test]
 fn a_file_is_read_once_and_told_of_once() {
-    let two = "[textures.t]\ntype = \"image\"\nfile = \"docs/cover.png\"\n[textures.u]\ntype = \"image\"\nfile = \"docs/cover.png\"\nwrap = [\"clamp\", \"black\"]\n";
+    let two = "[textures.t]\ntype = \"image\"\nfile = \"docs/pictures/cover.png\"\n[textures.u]\ntype = \"image\"\nfile = \"docs/pictures/cover.png\"\nwrap = [\"clamp\", \"black\"]\n";
     let loaded = parse(two, "box.toml".as_ref()).expect("a scene");
     assert_eq!((loaded.scene.images.len(), loaded.scene.textures.len()), (1, 2));
     let unused: Vec<_> = loaded.warnings.iter().map(ToString::to_string).collect();

@@ -11,6 +11,7 @@ than 128 columns are enlarged four times, so that single pixels can be seen. The
 """
 
 import os
+import shutil
 import struct
 import subprocess
 import sys
@@ -166,7 +167,7 @@ def main(names):
                 failed = True
                 continue
             if name in FULL_COLOUR:
-                os.replace(rendered, picture)
+                shutil.move(rendered, picture)
                 continue
             width, height, rows = read_png(rendered)
         if width < 128:

@@ -4,6 +4,7 @@ use super::markdown::code_blocks;
 use super::{documents, files, root, stem, text};
 use serde_json::{Value, json};
 use std::path::Path;
+use stride::Render;
 use stride::scene::{load, parse};
 
 /// Where the files of scenes in the text are.
@@ -66,7 +67,8 @@ fn wrong_scenes_in_the_text_are_found() {
     }
 }
 
-/// Every scene of a picture loads without a warning, says how to render it, and begins like the others of its kind.
+/// Every scene of a picture loads without a warning, renders, says how to render it, and begins like the others of its
+/// kind.
 #[test]
 fn scenes_of_pictures_are_fine() {
     let scenes = files("docs/pictures/scenes", "toml");
@@ -75,6 +77,9 @@ fn scenes_of_pictures_are_fine() {
     for path in &scenes {
         let loaded = load(&root().join(path)).unwrap_or_else(|errors| panic!("{errors}"));
         assert_eq!(loaded.warnings, [], "{path}");
+        let report = Render::new(&loaded.scene).size((16, 12)).samples(2).threads(1).run();
+        let report = report.unwrap_or_else(|error| panic!("{path}: {error}"));
+        assert!(report.picture.rgb.iter().flatten().sum::<f32>() > 0.0, "{path} is black");
         let text = text(path);
         assert!(text.starts_with("#:schema ../../scene.schema.json\n"), "{path}");
         assert!(text.contains(&format!("stride render {path}\n")), "{path} does not say how to render it");
@@ -137,4 +142,24 @@ fn every_scene_of_a_picture_is_linked() {
         let is_named = guide.contains(&*file) || guide.contains(&format!("/{}.png", stem(&path)));
         assert!(is_named, "no chapter names {path}");
     }
+}
+
+/// The scenes with a path that commands in blocks of code name, and that do not exist.
+fn lost_scenes(document: &str) -> Vec<String> {
+    let shell = code_blocks(document).into_iter().filter(|block| block.language == "sh");
+    let words: Vec<_> =
+        shell.flat_map(|b| b.text.split_whitespace().map(str::to_owned).collect::<Vec<_>>()).collect();
+    let is_scene = |word: &String| word.contains('/') && word.ends_with(".toml");
+    words.into_iter().filter(|word| is_scene(word) && !root().join(word).exists()).collect()
+}
+
+#[test]
+fn commands_name_scenes_that_exist() {
+    for path in documents() {
+        assert_eq!(lost_scenes(&text(&path)), [""; 0], "{path}");
+    }
+    assert_eq!(
+        lost_scenes("```sh\nstride check scenes/none.toml scenes/cover.toml\n```"),
+        ["scenes/none.toml"]
+    );
 }

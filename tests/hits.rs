@@ -13,7 +13,7 @@ use stride::scene::{
     SphereParameters,
 };
 use stride::shape::{Cylinder, NOTHING, Rare, offset_origin};
-use stride::world::{CompiledScene, Finder, SurfacePoint, World, compile};
+use stride::world::{CompiledScene, Finder, Hit, SurfacePoint, World, compile};
 
 fn wide(v: Vec3<f32>) -> DVec3 {
     DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z))
@@ -56,7 +56,11 @@ impl Alone {
     }
 
     fn uv(&self, ray: &Ray<f32>) -> [f32; 2] {
-        self.tables.surfaces.uv(&self.meet(ray).expect("a hit"), true)
+        self.uv_at(&self.meet(ray).expect("a hit"))
+    }
+
+    fn uv_at(&self, point: &SurfacePoint<f32>) -> [f32; 2] {
+        self.tables.surfaces.uv(point, Hit::<f32>::none().instance, true)
     }
 }
 
@@ -83,7 +87,7 @@ fn a_planes_uv_are_lengths_from_its_point_nearest_the_origin() {
         let seen = tilted.meet(&ray(target + n * 3.0, -n)).unwrap();
         let foot = tilted.uv(&ray(DVec3::ZERO, n));
         assert!(foot[0].abs() < 1e-6 && foot[1].abs() < 1e-6, "{foot:?}");
-        let [su, sv] = tilted.tables.surfaces.uv(&seen, true);
+        let [su, sv] = tilted.uv_at(&seen);
         assert!((f64::from(su) - a).abs() < 1e-5 && (f64::from(sv) - b).abs() < 1e-5);
         assert!((f64::from(u) - a).abs() < 1.01 && (f64::from(w) - b).abs() < 1.01);
     }

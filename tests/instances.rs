@@ -174,7 +174,8 @@ fn instances_are_met_where_copies_are() {
                 continue;
             }
             let (p, q) = (tables.surfaces.point(&ray, &a), copied_tables.surfaces.point(&ray, &b));
-            let ([u, v], [s, t]) = (tables.surfaces.uv(&p, true), copied_tables.surfaces.uv(&q, true));
+            let [u, v] = tables.surfaces.uv(&p, a.instance, true);
+            let [s, t] = copied_tables.surfaces.uv(&q, b.instance, true);
             met += u32::from(a.instance.0 > 0);
             let away = (p.p - q.p).max_abs().max((u - s).abs()).max((v - t).abs());
             let turned = (p.n - q.n).max_abs().max((p.shading - q.shading).max_abs());

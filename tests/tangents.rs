@@ -104,8 +104,9 @@ fn along_a_tangent_u_grows_and_v_stays() {
             if !beyond {
                 continue;
             }
-            let uv = |point| tables.surfaces.uv(&point, true).map(f64::from);
-            let ([u, v], [next_u, next_v]) = (uv(point), uv(tables.surfaces.point(&moved, &next)));
+            let uv = |point, instance| tables.surfaces.uv(&point, instance, true).map(f64::from);
+            let next_point = tables.surfaces.point(&moved, &next);
+            let ([u, v], [next_u, next_v]) = (uv(point, hit.instance), uv(next_point, next.instance));
             // u may go round.
             let (du, dv) = (next_u - u, next_v - v);
             if du.abs() > 0.5 {

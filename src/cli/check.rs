@@ -22,8 +22,12 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
     }
     let scene = loaded.scene;
     let count = |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
+    let groups = match scene.place_counts().iter().sum::<u64>() {
+        0 => String::new(),
+        places => format!(", {}", count(places as usize, "place of a group", "places of groups")),
+    };
     text += &format!(
-        "{}: valid: {}×{} pixels, {}, {}\n",
+        "{}: valid: {}×{} pixels, {}{groups}, {}\n",
         shown(&arguments.scene),
         scene.film.width,
         scene.film.height,

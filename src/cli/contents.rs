@@ -67,9 +67,14 @@ pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
     let mut facts = Facts::default();
     facts.line("scene", format!("{}×{} pixels", scene.film.width, scene.film.height));
     facts.line("entities", scene.entities.len());
+    groups(scene, &mut facts);
     let meshes = [
         (surfaces.triangles.len(), ["triangle", "triangles"]),
-        (surfaces.instances.len(), ["instance of a mesh", "instances of meshes"]),
+        (
+            surfaces.instances.len() - surfaces.instances.of_groups(),
+            ["instance of a mesh", "instances of meshes"],
+        ),
+        (surfaces.instances.of_groups(), ["instance of a group", "instances of groups"]),
     ];
     let kinds = declared(scene.entities.iter().map(|entity| &entity.shape)).into_iter().chain(meshes);
     facts.line("surfaces", counts(kinds));
@@ -99,6 +104,20 @@ fn environment(scene: &Scene, compiled: &CompiledScene, facts: &mut Facts) {
         (columns, rows) => format!("sampled by a grid of {columns}×{rows}, {}", bytes(smooth.bytes())),
     };
     facts.line("environment", format!("{name}, {grid}"));
+}
+
+/// The groups, and the number of places of each in the world, if there are any.
+fn groups(scene: &Scene, facts: &mut Facts) {
+    if scene.groups.is_empty() {
+        return;
+    }
+    let places = scene.place_counts();
+    let group = |(index, group): (usize, &scene::Group)| {
+        let own = scene.entities.iter().filter(|entity| entity.within == Some(index)).count();
+        let own = count(own, "entity", "entities");
+        format!("{} ({own} at {})", group.name, count(places[index] as usize, "place", "places"))
+    };
+    facts.line("groups", list(scene.groups.iter().enumerate().map(group)));
 }
 
 /// The textures, and the memory of their pictures, if there are any.

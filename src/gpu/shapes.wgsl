@@ -24,6 +24,23 @@ fn sphere_intersect(surface: Surface, ray: Ray) -> f32 {
     return select(NOTHING, t, discriminant >= 0.0 && is_positive_and_finite(t));
 }
 
+// The same along a ray whose direction has any length.
+fn sphere_intersect_any_length(surface: Surface, ray: Ray) -> f32 {
+    let w = ray.o - surface.anchor;
+    let a = dot(ray.d, ray.d);
+    let b = dot(w - surface.axis, ray.d);
+    let c = sphere_power(surface, w);
+    let discriminant = -sphere_power(surface, w - ray.d * (b / a));
+    let root = sqrt(float_max(discriminant, 0.0) * a);
+    let q = -b - copysign(root, b);
+    let t0 = c / q;
+    let t1 = q / a;
+    let near = float_min(t0, t1);
+    let far = float_max(t0, t1);
+    let t = select(far, near, near > 0.0);
+    return select(NOTHING, t, discriminant >= 0.0 && is_positive_and_finite(t));
+}
+
 // The coordinates of a point in a plane.
 fn uv_in_plane(surface: Surface, p: vec3f) -> vec2f {
     return vec2f(dot(p, surface.u_axis), dot(p, surface.v_axis)) + vec2f(surface.u_offset, surface.v_offset);

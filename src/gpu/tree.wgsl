@@ -3,7 +3,7 @@
 // The way back up is in registers. Of each node on the way down the trail keeps, in eight bits, which of its boxes
 // still wait; from a node its parent's number leads up. Nothing is stored, and so nothing spills.
 //
-// A shared mesh has a tree of its own, in its own space. A ray that comes to an instance goes on in there, and where
+// A group or a shared mesh has a tree of its own, in its own space. A ray that comes to an instance goes on in there, and where
 // that tree begins goes back to the node that it came from.
 
 // The ray as boxes ask for it.
@@ -74,7 +74,7 @@ fn enters(node: TreeNode, probe: Probe, ray: Ray, limit: f32) -> u32 {
     return bits.x | bits.y | bits.z | bits.w;
 }
 
-// What is in a leaf: bits 0 to 3 how many, 4 to 11 from which on, 12 and 13 of which kind.
+// What is in a leaf: bits 0 to 3 how many, 4 to 11 from which on, 12 to 15 of which kind.
 fn leaf_at(node: TreeNode, place: u32) -> u32 {
     let pair = select(node.leaves.xy, node.leaves.zw, (place & 4u) != 0u);
     let two = select(pair.x, pair.y, (place & 2u) != 0u);
@@ -107,7 +107,11 @@ fn leaf_intersect(
         } else {
             let surface = surface_at(i);
             number = surface.row;
-            if kind == SPHERES {
+            if TREE_GROUPS && kind == RARE {
+                t = surface_intersect(RARE, surface, ray);
+            } else if TREE_GROUPS && kind == SPHERES && instance != NO_INSTANCE {
+                t = sphere_intersect_any_length(surface, ray);
+            } else if kind == SPHERES {
                 t = sphere_intersect(surface, ray);
             } else {
                 t = quad_intersect(surface, ray);
@@ -173,7 +177,7 @@ fn tree_intersect(world_ray: Ray, so_far: Met, any: bool) -> Met {
             at = inside.root;
             ray = ray_from(world_ray, inside.to_mesh_x, inside.to_mesh_y, inside.to_mesh_z, inside.origin);
             trail = trail_push(trail, waiting);
-            probe = probe_of(ray, BOUNDS_ERROR);
+            probe = probe_of(ray, SHARE_WITHIN);
             sheared = sheared_ray(ray);
         } else {
             trail = trail_push(trail, waiting);

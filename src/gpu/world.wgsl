@@ -7,7 +7,7 @@ struct Met {
     number: u32,
     // Index into `surfaces`, or into `triangles` with FIRST_TRIANGLE set.
     index: u32,
-    // The number of the instance whose triangle it is, from one, or NO_INSTANCE. Lower ones come before lower numbers.
+    // The number of the instance of which it is a surface, from one, or NO_INSTANCE. Lower ones come before lower numbers.
     instance: u32,
 }
 
@@ -54,7 +54,7 @@ fn first_met(ray: Ray) -> Met {
     return hit;
 }
 
-// A ray in a mesh's own space, as `world::instances` has it. Its direction is of another length, so that distances are
+// A ray in the own space of a mesh or a group, as `world::instances` has it. Its direction is of another length, so that distances are
 // the same.
 fn ray_from(ray: Ray, x: vec3f, y: vec3f, z: vec3f, origin: vec3f) -> Ray {
     let o = ray.o - origin;
@@ -126,5 +126,6 @@ fn place_of(instance: u32) -> Place {
         row.origin,
         row.stretch,
         row.condition,
+        row.side,
     );
 }

@@ -1,8 +1,9 @@
 //! Scenes from files and from code.
 
-use super::description::{Entity, Light, Material, MaterialKind, Scene, Shape};
+use super::description::{Entity, Group, Instance, Light, Material, MaterialKind, Scene, Shape};
 use super::diagnostic::SceneErrors;
 use super::toml::load;
+use glam::DAffine3;
 use std::path::Path;
 
 impl Scene {
@@ -28,6 +29,24 @@ impl Scene {
         self.entities.push(Entity { name, shape, material, ..Entity::default() });
         let last = self.entities.len() - 1;
         &mut self.entities[last]
+    }
+
+    /// Adds a group without anything in it. Returns its index, which entities and instances have as their `within`.
+    pub fn add_group(&mut self, name: impl Into<String>) -> usize {
+        self.groups.push(Group { name: name.into() });
+        self.groups.len() - 1
+    }
+
+    /// Places the group of this index in the world.
+    pub fn add_instance(
+        &mut self,
+        name: impl Into<String>,
+        group: usize,
+        transform: DAffine3,
+    ) -> &mut Instance {
+        self.instances.push(Instance { name: name.into(), group, transform, within: None });
+        let last = self.instances.len() - 1;
+        &mut self.instances[last]
     }
 
     /// Adds a light that is not a surface.

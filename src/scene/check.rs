@@ -5,6 +5,7 @@ use super::description::{
     CameraSettings, EXPOSURES, Entity, EnvironmentPicture, FilmSettings, Filter, LONGEST_SIDE, Light,
     MOST_BOUNCES, Material, Mesh, RenderSettings, Scene, Shape, UNLIMITED, endless,
 };
+use super::groups;
 use super::names::MAX_NESTING;
 use super::placement::{is_flat, misplaced};
 use super::spelling::quote;
@@ -35,6 +36,10 @@ pub enum Part {
     Texture(usize, String),
     /// The entity of this index and name.
     Entity(usize, String),
+    /// The group of this index and name.
+    Group(usize, String),
+    /// The instance of this index and name.
+    Instance(usize, String),
     /// The light of this index.
     Light(usize),
     /// The environment.
@@ -50,6 +55,8 @@ impl fmt::Display for Part {
             Part::Material(index, name) => write!(f, "material {} ({})", index + 1, quote(name)),
             Part::Texture(index, name) => write!(f, "texture {} ({})", index + 1, quote(name)),
             Part::Entity(index, name) => write!(f, "entity {} ({})", index + 1, quote(name)),
+            Part::Group(index, name) => write!(f, "group {} ({})", index + 1, quote(name)),
+            Part::Instance(index, name) => write!(f, "instance {} ({})", index + 1, quote(name)),
             Part::Light(index) => write!(f, "light {}", index + 1),
             Part::Environment => f.write_str("the environment"),
         }
@@ -87,6 +94,9 @@ impl Scene {
         check_entities(&self.entities, self.materials.len(), &mut problems);
         check_placement(&self.entities, &mut problems);
         check_lights(&self.lights, &mut problems);
+        if problems.is_empty() {
+            check_groups(self, &mut problems);
+        }
         problems
     }
 }
@@ -282,6 +292,20 @@ fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
                 }
             }
         }
+    }
+}
+
+/// Checks groups and where they stand, of a scene whose entities are right.
+fn check_groups(scene: &Scene, problems: &mut Vec<SceneProblem>) {
+    for broken in groups::broken(scene) {
+        let (part, message) = match broken {
+            groups::Broken::Group(i, message) => (Part::Group(i, scene.groups[i].name.clone()), message),
+            groups::Broken::Instance(i, message) => {
+                (Part::Instance(i, scene.instances[i].name.clone()), message)
+            }
+            groups::Broken::Entity(i, message) => (Part::Entity(i, scene.entities[i].name.clone()), message),
+        };
+        problems.push(SceneProblem { part, message });
     }
 }
 

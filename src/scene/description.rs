@@ -7,12 +7,14 @@ mod choice;
 mod environment;
 mod film;
 mod filter;
+mod group;
 mod render;
 
 pub use self::choice::Choice;
 pub use self::environment::EnvironmentPicture;
 pub use self::film::{EXPOSURES, FilmMode, FilmSettings, LONGEST_SIDE, Tone};
 pub use self::filter::Filter;
+pub use self::group::{Group, Instance};
 pub use self::render::{Integrator, MOST_BOUNCES, RenderSettings, Sampler, UNLIMITED, endless};
 pub use crate::camera::CameraSettings;
 pub use crate::light::AnyLight as Light;
@@ -43,8 +45,12 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// The image files of textures, each once.
     pub images: Vec<ImageFile>,
-    /// The surfaces.
+    /// The surfaces, those of groups too.
     pub entities: Vec<Entity>,
+    /// The groups of surfaces, each after those that it holds.
+    pub groups: Vec<Group>,
+    /// Where groups stand, in the world and in each other.
+    pub instances: Vec<Instance>,
     /// The lights that are not surfaces.
     pub lights: Vec<Light>,
     /// What a ray that leaves the scene sees: radiance from everywhere,
@@ -119,6 +125,8 @@ pub struct Entity {
     pub emission_texture: Option<usize>,
     /// Whether the outward side is the other one.
     pub flip_normal: bool,
+    /// Index of the group that it is a part of, in whose space it is; of none it is in the world.
+    pub within: Option<usize>,
 }
 
 /// A dark sphere of radius 1 at the origin, of the first material.
@@ -131,6 +139,7 @@ impl Default for Entity {
             emission: [0.0; 3],
             emission_texture: None,
             flip_normal: false,
+            within: None,
         }
     }
 }

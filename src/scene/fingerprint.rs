@@ -10,7 +10,7 @@ use std::sync::Arc;
 use sha2::{Digest as _, Sha256};
 
 use super::description::{
-    CameraSettings, Entity, EnvironmentPicture, ImageFile, Integrator, Material, Scene, Shape, Textured,
+    CameraSettings, Entity, EnvironmentPicture, ImageFile, Instance, Integrator, Material, Scene, Shape, Textured,
 };
 use crate::parameter::{Family, ImageIndex, ParameterKind, Value, Varying};
 use crate::shape::Mesh;
@@ -55,6 +55,8 @@ impl Fingerprint {
             textures: _,
             images,
             entities,
+            groups: _,
+            instances,
             lights,
             environment,
             environment_picture,
@@ -73,10 +75,12 @@ impl Fingerprint {
             parts.push(Part::new("environment.up", |digest| digest.numbers(&up.to_array())));
         }
         for entity in entities {
-            let Entity { name, shape, material, emission, emission_texture, flip_normal } = entity;
+            let Entity { name, shape, material, emission, emission_texture, flip_normal, within } = entity;
             parts.push(Part::new(&format!("the shape of {name}"), |digest| {
                 digest.shape(shape, &mut meshes);
                 digest.word(u64::from(*flip_normal));
+                // Films of before there were groups are continued.
+                within.iter().for_each(|&group| digest.word(group as u64));
             }));
             parts.push(Part::new(&format!("the material of {name}"), |digest| {
                 digest.material(*material, scene, &mut named);
@@ -86,6 +90,13 @@ impl Fingerprint {
                 if let Some(texture) = emission_texture {
                     digest.texture(*texture, scene, &mut named);
                 }
+            }));
+        }
+        for Instance { name, group, transform, within } in instances {
+            parts.push(Part::new(&format!("the place of {name}"), |digest| {
+                digest.word(*group as u64);
+                digest.numbers(&transform.to_cols_array());
+                within.iter().for_each(|&group| digest.word(group as u64));
             }));
         }
         for (i, light) in lights.iter().enumerate() {

@@ -7,12 +7,13 @@
 //! | [`description`] | the scene as plain data |
 //! | [`diagnostic`] | errors and warnings with their places |
 //! | [`fingerprint`] | whether two scenes are the same, and what differs |
+//! | [`groups`] | where groups of surfaces stand, and the promises of a scene about them |
 //! | `images` | the image files of a scene, each read once |
 //! | `interfaces` | the promise of a scene about dielectrics that overlap |
 //! | [`mesh`] | the readers of mesh files |
 //! | [`names`] | names of materials and textures, and an order of those that name others |
 //! | `open_glass` | glass that bounds no solid |
-//! | `placement` | where meshes may be placed |
+//! | `placement` | where meshes and groups may be placed |
 //! | `spelling` | the nearest spelling of a name |
 //! | `textures` | the promises of a scene about its textures |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
@@ -36,12 +37,13 @@ pub mod check;
 pub mod description;
 pub mod diagnostic;
 pub mod fingerprint;
+pub mod groups;
 mod images;
 mod interfaces;
 pub mod mesh;
 pub mod names;
 mod open_glass;
-mod placement;
+pub(crate) mod placement;
 mod spelling;
 mod textures;
 pub mod toml;
@@ -53,6 +55,7 @@ pub use diagnostic::{Diagnostic, Position, SceneErrors};
 pub use fingerprint::{Fingerprint, Sources};
 #[doc(no_inline)]
 pub use glam::{DAffine3, DVec3};
+pub use groups::{GroupPlace, MOST_PLACES};
 pub use mesh::cache::Watch;
 pub use toml::{Loaded, load, load_watched, parse};
 pub use viewpoint::Viewpoint;

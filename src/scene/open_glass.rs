@@ -3,7 +3,7 @@
 //! Glass has an inside, where its normal does not point. Light that enters a surface with a border bends on its way in
 //! and never back, which is legal and seldom meant.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -89,13 +89,18 @@ impl Kind {
 /// Warnings of glass that bounds no solid, one for each kind of it, with names in quotes.
 pub(super) fn open_glass(scene: &Scene, quote: impl Fn(&str) -> String) -> Vec<Warning> {
     let glass = glass(&scene.materials);
-    let entities: Vec<(usize, &Entity)> =
-        scene.entities.iter().enumerate().filter(|(_, entity)| glass[entity.material]).collect();
+    // Entities of one space may close each other.
+    let mut spaces: BTreeMap<Option<usize>, Vec<(usize, &Entity)>> = BTreeMap::new();
+    for (index, entity) in scene.entities.iter().enumerate().filter(|(_, entity)| glass[entity.material]) {
+        spaces.entry(entity.within).or_default().push((index, entity));
+    }
     let mut open: Vec<(Kind, usize)> = Vec::new();
-    let planes = entities.iter().filter(|(_, entity)| matches!(entity.shape, Shape::Plane(_)));
-    open.extend(planes.map(|&(index, _)| (Kind::Plane, index)));
-    open.extend(open_cylinders_and_disks(&entities));
-    open.extend(open_faces(&entities));
+    for entities in spaces.into_values() {
+        let planes = entities.iter().filter(|(_, entity)| matches!(entity.shape, Shape::Plane(_)));
+        open.extend(planes.map(|&(index, _)| (Kind::Plane, index)));
+        open.extend(open_cylinders_and_disks(&entities));
+        open.extend(open_faces(&entities));
+    }
     open.sort_unstable();
     let warning = |open: &[(Kind, usize)]| {
         let (kind, first) = open[0];

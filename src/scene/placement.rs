@@ -1,8 +1,9 @@
-//! Where meshes may be placed.
+//! Where meshes and groups may be placed.
 
 use super::description::Mesh;
+use crate::math::Bounds;
 use crate::parameter::limits::LONGEST;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 /// The volume below which a transform counts as flat, as a fraction of the largest that its axes' lengths allow.
 const FLAT: f64 = 1e-9;
@@ -18,6 +19,47 @@ pub(super) fn is_flat(transform: &DAffine3) -> bool {
     let largest = x.length() * y.length() * z.length();
     let is_deep = largest > 0.0 && transform.matrix3.determinant().abs() >= FLAT * largest;
     !(is_deep && transform.is_finite())
+}
+
+/// The greatest factor by which a place may magnify errors. What is sheared, or squeezed obliquely, more is not shared.
+const WORST_CONDITION: f32 = 1000.0;
+
+/// The greatest factor by which a matrix lengthens, and its condition number for errors, ‖|A|·|A⁻¹|‖; both in the maximum
+/// norm.
+pub(crate) fn magnification(a: DMat3) -> [f64; 2] {
+    let absolute = |m: DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
+    let most = |m: DMat3| (0..3).map(|i| m.row(i).element_sum()).fold(0.0, f64::max);
+    [most(absolute(a)), most(absolute(a) * absolute(a.inverse()))]
+}
+
+/// Whether rays can be taken to the space of what stands where a transform takes it, and hits back: it may shear and
+/// squeeze obliquely only so much.
+pub(crate) fn is_placeable(transform: &DAffine3) -> bool {
+    let (a, inverse) = (transform.matrix3, transform.matrix3.inverse());
+    let [stretch, condition] = magnification(a);
+    let numbers = a.to_cols_array().into_iter().chain(inverse.to_cols_array());
+    let mut numbers = numbers.chain(transform.translation.to_array()).chain([stretch]);
+    numbers.all(|x| (x as f32).is_finite()) && condition as f32 <= WORST_CONDITION
+}
+
+/// What is wrong with where a transform takes what a box holds: see [`misplaced`].
+pub(super) fn misplaced_box(own: &Bounds, transform: &DAffine3) -> Option<&'static str> {
+    let Bounds { low, high } = own;
+    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for corner in 0..8 {
+        let p = [0, 1, 2].map(|axis| f64::from(if corner >> axis & 1 == 0 { low[axis] } else { high[axis] }));
+        let placed = transform.transform_point3(DVec3::from(p));
+        let farthest = placed.abs().max_element().max(DVec3::from(p).abs().max_element());
+        // NaN and infinities are not below it.
+        if farthest.is_nan() || farthest > LONGEST {
+            return Some(
+                "the group, or the place to which the transform takes it, reaches farther than 1e18",
+            );
+        }
+        (least, most) = (least.min(placed), most.max(placed));
+    }
+    let message = "the group is smaller than 1e-15 where it stands: nothing of it would be seen; give the transform a larger scale";
+    ((most - least).max_element() < SMALLEST).then_some(message)
 }
 
 /// What is wrong with where a transform takes meshes, which are the parts of one file: some of it is too far out, or
@@ -46,7 +88,6 @@ pub(super) fn misplaced<'m>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DMat3;
 
     fn triangle(size: f32) -> Mesh {
         Mesh {

@@ -9,6 +9,7 @@ mod cylinder;
 mod disk;
 pub(crate) mod list;
 mod mesh;
+mod moved;
 mod plane;
 mod quad;
 mod rare;
@@ -17,6 +18,7 @@ mod triangle;
 
 pub use list::*;
 pub use mesh::{FARTHEST, MOST as MOST_TRIANGLES, Mesh, MeshError};
+pub use moved::moved;
 pub use plane::Plane;
 pub use quad::{Quad, QuadForm};
 pub use rare::*;
@@ -45,6 +47,28 @@ pub enum Piece {
     Quad(Quad),
     /// A shape of which most scenes have none.
     Rare(Rare),
+}
+
+impl Piece {
+    /// See [`Shape::bounds`].
+    pub fn bounds(&self) -> Bounds {
+        match self {
+            Piece::Plane(plane) => plane.bounds(),
+            Piece::Sphere(sphere) => sphere.bounds(),
+            Piece::Quad(quad) => quad.bounds(),
+            Piece::Rare(rare) => rare.bounds(),
+        }
+    }
+
+    /// See [`Shape::surface`].
+    pub fn surface(&self) -> Surface {
+        match self {
+            Piece::Plane(plane) => plane.surface(),
+            Piece::Sphere(sphere) => sphere.surface(),
+            Piece::Quad(quad) => quad.surface(),
+            Piece::Rare(rare) => rare.surface(),
+        }
+    }
 }
 
 /// The interface of shapes.

@@ -109,6 +109,37 @@ impl<F: Float> SphereForm<F> {
         let hit = zero.le(discriminant) & t.gt(zero);
         F::select(hit, t, F::splat(NOTHING))
     }
+
+    /// The same along a ray whose direction has any length, in units of that length.
+    #[inline(always)]
+    pub fn intersect_any_length(&self, ray: &Ray<F>) -> F {
+        // at² + 2bt + c = 0 with a = d·d; otherwise as above.
+        let w = ray.o - self.anchor;
+        let (a, b) = (ray.d.dot(ray.d), (w - self.to_centre).dot(ray.d));
+        let c = self.power(w);
+        let discriminant = -self.power(w - ray.d * (b / a));
+        let root = (discriminant.max(F::zero()) * a).sqrt();
+        let q = -b - root.copysign(b);
+        let (t0, t1) = (c / q, q / a);
+        let (near, far) = (t0.min(t1), t0.max(t1));
+        let zero = F::zero();
+        let t = F::select(near.gt(zero), near, far);
+        let hit = zero.le(discriminant) & t.gt(zero);
+        F::select(hit, t, F::splat(NOTHING))
+    }
+}
+
+impl Sphere {
+    /// The numbers for intersections, in all lanes.
+    #[inline(always)]
+    pub fn form<F: Float>(&self) -> SphereForm<F> {
+        SphereForm {
+            anchor: Vec3::splat(self.anchor),
+            to_centre: Vec3::splat(self.to_centre),
+            twice_to_centre: Vec3::splat(self.to_centre.map(|x| 2.0 * x)),
+            anchor_power: F::splat(self.anchor_power),
+        }
+    }
 }
 
 impl ShapeParameters for SphereParameters {
@@ -120,13 +151,7 @@ impl ShapeParameters for SphereParameters {
 impl Shape for Sphere {
     #[inline(always)]
     fn intersect<F: Float>(&self, ray: &Ray<F>) -> F {
-        let form = SphereForm {
-            anchor: Vec3::splat(self.anchor),
-            to_centre: Vec3::splat(self.to_centre),
-            twice_to_centre: Vec3::splat(self.to_centre.map(|x| 2.0 * x)),
-            anchor_power: F::splat(self.anchor_power),
-        };
-        form.intersect(ray)
+        self.form().intersect(ray)
     }
 
     fn bounds(&self) -> Bounds {

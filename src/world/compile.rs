@@ -1,17 +1,18 @@
 //! From the description of a scene to its tables.
 
 use super::extent::extent;
+use super::groups::{Groups, Places};
+use super::listing::Surfaces;
 use super::look::Look;
 use super::sharing::{SHARING_PAYS_FROM, shared};
 use super::size::{Size, TooLarge};
 use super::surfaces::SurfaceTable;
-use super::{Finder, Instances, Simple, Triangles, World};
+use super::{Finder, Instances, Simple, World};
 use crate::camera::Camera;
 use crate::light::{Environment, LightTable, NO_LIGHT, Surroundings};
 use crate::material::{Binding, MaterialKind, MaterialTable, Place};
 use crate::math::narrow;
 use crate::scene::{self, Material, Scene};
-use crate::shape::{Piece, Shape};
 use crate::texture::{Compiler, NO_TEXTURE};
 use std::sync::Arc;
 
@@ -56,67 +57,50 @@ pub fn compile_sharing(
     from: usize,
 ) -> Result<(CompiledScene, Simple), TooLarge> {
     let (shared_meshes, shared) = shared(scene, from);
-    Size::sharing(scene, &shared_meshes, &shared).check()?;
-    let mut instances = Instances::default();
-    let mut surfaces = SurfaceTable::default();
-    let mut all = Simple::default();
-    let mut triangles = Triangles::default();
-    let mut lights = LightTable::default();
+    let places = Places::of(scene);
+    Size::sharing(scene, &shared_meshes, &shared, &places).check()?;
     let Textures { materials, emitted, surroundings } = textures(scene);
-    lights.set_textures(Arc::clone(materials.textures()));
+    let mut made = Surfaces::default();
+    made.lights.set_textures(Arc::clone(materials.textures()));
     if let Some(around) = surroundings {
-        lights.push_surroundings(&around);
+        made.lights.push_surroundings(&around);
     }
-    // The last mesh that emits.
-    let mut lamp = None;
     for light in &scene.lights {
-        light.add_to(&mut lights);
+        light.add_to(&mut made.lights);
     }
+    let mut instances = Instances::default();
+    let mut groups = Groups::of(scene, &places);
     for (index, entity) in scene.entities.iter().enumerate() {
-        let emission_texture = emitted[index];
-        let is_textured = emission_texture != NO_TEXTURE;
-        let emission = if is_textured { [0.0; 3] } else { narrow(entity.emission) };
-        let flipped = entity.flip_normal;
-        let emits = emission.iter().any(|&e| e > 0.0);
-        let material = entity.material as u32;
-        let mut look = Look {
-            material,
-            emission,
-            emission_texture,
-            flip_normal: flipped,
+        let is_textured = emitted[index] != NO_TEXTURE;
+        let look = Look {
+            material: entity.material as u32,
+            emission: if is_textured { [0.0; 3] } else { narrow(entity.emission) },
+            emission_texture: emitted[index],
+            flip_normal: entity.flip_normal,
             entity: index as u32,
             light: NO_LIGHT,
         };
-        for piece in entity.shape.pieces() {
-            look.light = if is_textured {
-                lights.push_textured(&piece, flipped, emission_texture)
-            } else if emits {
-                lights.push_piece(&piece, flipped, emission)
+        if let Some(group) = entity.within {
+            if places.written_out[index] {
+                places.of_group[group].iter().for_each(|place| made.add_copy(entity, place, look));
             } else {
-                NO_LIGHT
-            };
-            match piece {
-                Piece::Plane(plane) => all.planes.push((plane, surfaces.push(plane.surface(), look))),
-                Piece::Sphere(sphere) => all.spheres.push((sphere, surfaces.push(sphere.surface(), look))),
-                Piece::Quad(quad) => all.quads.push((quad, surfaces.push(quad.surface(), look))),
-                Piece::Rare(rare) => all.rare.push((rare, surfaces.push(rare.surface(), look))),
+                groups.add(group, entity, look, &mut made.table);
             }
-        }
-        let scene::Shape::Mesh { mesh, transform } = &entity.shape else { continue };
-        if let Some(shared) = shared[index] {
-            let row = surfaces.push_instance(look, transform.matrix3.determinant() < 0.0);
-            instances.push(shared, transform, row);
             continue;
         }
-        let first = triangles.push(mesh, transform, surfaces.len() as u32);
-        if emits {
-            let corners = (first..triangles.len()).map(|triangle| triangles.positions_of(triangle));
-            look.light = lights.push_mesh(corners, flipped, emission);
-            lamp = Some((first..triangles.len(), flipped));
+        entity.shape.pieces().into_iter().for_each(|piece| made.add(piece, look));
+        let scene::Shape::Mesh { mesh, transform } = &entity.shape else { continue };
+        match shared[index] {
+            Some(shared) => {
+                let row = made.table.push_instance(look, transform.matrix3.determinant() < 0.0);
+                instances.push(groups.len() + shared, transform, row);
+            }
+            None => made.add_mesh(mesh, transform, look),
         }
-        surfaces.push_mesh(look, first);
     }
-    instances.meshes = shared_meshes.into_iter().map(|mesh| triangles.push_shared(mesh)).collect();
+    groups.place(&places, &mut made, &mut instances);
+    let Surfaces { table: mut surfaces, mut all, mut triangles, mut lights, lamp } = made;
+    instances.meshes.extend(shared_meshes.into_iter().map(|mesh| triangles.push_shared(mesh)));
     all.triangles = Arc::new(triangles);
     all.instances = Arc::new(instances);
     surfaces.set_triangles(Arc::clone(&all.triangles), Arc::clone(&all.instances));
@@ -129,7 +113,7 @@ pub fn compile_sharing(
         lights.build_lamps();
     }
     lights.set_bulging_mesh(lamp.is_some_and(|(lamp, flipped)| {
-        lamp == (0..all.triangles.len()) && all.triangles.bulge(lamp, flipped)
+        lamp == (0..all.triangles.len()) && all.instances.is_empty() && all.triangles.bulge(lamp, flipped)
     }));
     let compiled = CompiledScene {
         camera: Camera::new(&scene.camera, width, height),

@@ -1,11 +1,12 @@
 //! How far a scene reaches.
 
-use super::{Simple, SurfaceTable};
+use super::{Members, Simple, SurfaceTable};
 use crate::math::{Bounds, narrow};
 use crate::scene::{self, Scene};
 use crate::shape::Shape;
 use glam::DVec3;
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A box around all surfaces that are bounded; [`Bounds::NOTHING`] if there is none. Of instances it holds their own
@@ -16,7 +17,8 @@ pub fn extent(scene: &Scene, table: &SurfaceTable, surfaces: &Simple) -> Bounds 
     let shapes = shapes.chain(surfaces.rare.iter().map(|(s, _)| s.bounds()));
     let triangles = (0..surfaces.triangles.placed()).map(|i| surfaces.triangles.bounds(i));
     let mut own = HashMap::new();
-    let instances = surfaces.instances.rows.iter().filter_map(|&row| {
+    let meshes = (0..surfaces.instances.len()).filter_map(|instance| {
+        let row = surfaces.instances.row_of(instance)?;
         let (_, look) = table.rows()[row as usize];
         let scene::Shape::Mesh { mesh, transform } = &scene.entities[look.entity as usize].shape else {
             return None;
@@ -29,5 +31,28 @@ pub fn extent(scene: &Scene, table: &SurfaceTable, surfaces: &Simple) -> Bounds 
             narrow(p.to_array())
         })))
     });
-    shapes.chain(triangles).chain(instances).fold(Bounds::NOTHING, |around, bounds| around.with(&bounds))
+    let groups = groups(surfaces);
+    shapes
+        .chain(triangles)
+        .chain(meshes)
+        .chain(groups)
+        .fold(Bounds::NOTHING, |around, bounds| around.with(&bounds))
+}
+
+/// Boxes around the instances of groups.
+fn groups(surfaces: &Simple) -> impl Iterator<Item = Bounds> {
+    let Simple { instances, triangles, .. } = surfaces;
+    let around = |(members, range): (&Members, &Range<usize>)| {
+        let Members { spheres, quads, rare } = members;
+        let shapes = spheres.iter().map(|(s, _)| s.bounds());
+        let shapes = shapes.chain(quads.iter().map(|(q, _)| q.bounds()));
+        let shapes = shapes.chain(rare.iter().map(|(r, _)| r.bounds()));
+        let shapes = shapes.chain(range.clone().map(|triangle| triangles.bounds(triangle)));
+        shapes.fold(Bounds::NOTHING, |around, bounds| around.with(&bounds))
+    };
+    let own: Vec<_> = instances.groups.iter().zip(&instances.meshes).map(around).collect();
+    (0..instances.len()).filter_map(move |instance| {
+        let around = own.get(instances.mesh[instance] as usize)?;
+        Some(instances.bounds(instance, &[*around]).0)
+    })
 }

@@ -1,25 +1,25 @@
-//! Meshes that stand at several places, and are kept once.
+//! Meshes and groups of surfaces that stand at several places, and are kept once.
 //!
-//! A ray is taken to a mesh's own space instead of the mesh to the ray's. Its direction changes length there, so
-//! that distances do not.
+//! A ray is taken to the own space of what is shared instead of that to the ray's. Its direction changes length there,
+//! so that distances do not.
 
 use crate::math::lanes::Device;
 use crate::math::{Bounds, Float, LaneFloat, Ray, Uint, Vec3, value};
-use crate::shape::BOUNDS_ERROR;
-use glam::{DAffine3, DMat3};
+use crate::scene::placement::{is_placeable, magnification};
+use crate::shape::{BOUNDS_ERROR, POSITION_ERROR, Quad, Rare, Sphere};
+use glam::DAffine3;
 use std::ops::Range;
 
 /// The value of [`super::Hit::instance`] for a hit in world space.
 pub const NO_INSTANCE: u32 = 0;
 
-/// The greatest factor by which a place may magnify errors. A mesh that is sheared, or squeezed obliquely, more is not
-/// shared.
-const WORST_CONDITION: f32 = 1000.0;
+/// The row of an instance of a group, whose surfaces have rows of their own.
+const OWN_ROWS: u32 = u32::MAX;
 
 /// Numbers of a place in the table.
 const NUMBERS: usize = 32;
 
-/// Where a mesh stands: X in its own space is at A·X + c in the world's.
+/// Where a mesh or a group stands: X in its own space is at A·X + c in the world's.
 #[derive(Clone, Copy, Debug)]
 pub struct Place<F> {
     /// The rows of A.
@@ -32,24 +32,22 @@ pub struct Place<F> {
     pub stretch: F,
     /// The condition number of A for errors: ‖|A|·|A⁻¹|‖ in the maximum norm.
     pub condition: F,
+    /// −1 for a group that A mirrors, which turns the order of its triangles' corners; else 1. Of a mesh its row says it.
+    pub side: F,
 }
 
-value!(Place { to_world, to_mesh, origin, stretch, condition });
+value!(Place { to_world, to_mesh, origin, stretch, condition, side });
 
-/// Numbers in the order in which the table has them, nine of each matrix by rows.
-fn numbers(transform: &DAffine3) -> Option<[f32; NUMBERS]> {
+/// Numbers in the order in which the table has them, nine of each matrix by rows; none if nothing can stand there.
+fn numbers(transform: &DAffine3, side: f64) -> Option<[f32; NUMBERS]> {
     let (a, inverse) = (transform.matrix3, transform.matrix3.inverse());
-    let absolute = |m: DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
-    let most = |m: DMat3| (0..3).map(|i| m.row(i).element_sum()).fold(0.0, f64::max);
-    let sizes = [most(absolute(a)), most(absolute(a) * absolute(inverse))];
     let mut all = [0.0; NUMBERS];
     let rows = [a, inverse].into_iter().flat_map(|m| (0..3).flat_map(move |i| m.row(i).to_array()));
-    let given = rows.chain(transform.translation.to_array()).chain(sizes);
+    let given = rows.chain(transform.translation.to_array()).chain(magnification(a)).chain([side]);
     for (number, given) in all.iter_mut().zip(given) {
         *number = given as f32;
     }
-    let sound = all.iter().all(|x| x.is_finite()) && all[22] <= WORST_CONDITION;
-    sound.then_some(all)
+    is_placeable(transform).then_some(all)
 }
 
 /// Three numbers of a table, from the `i`th on.
@@ -68,6 +66,7 @@ impl<F: Float> Place<F> {
             origin: row(&number, 18),
             stretch: number(21),
             condition: number(22),
+            side: number(23),
         }
     }
 
@@ -90,11 +89,47 @@ impl<F: Float> Place<F> {
         Vec3::new(x.dot(p), y.dot(p), z.dot(p)) + self.origin
     }
 
+    /// A direction of the mesh in the world, of another length.
+    #[inline(always)]
+    pub(super) fn vector(&self, v: Vec3<F>) -> Vec3<F> {
+        let [x, y, z] = &self.to_world;
+        Vec3::new(x.dot(v), y.dot(v), z.dot(v))
+    }
+
+    /// A normal in the mesh's own space, of any length: that of the world times the inverse of what
+    /// [`Self::normal_within`] divides by.
+    #[inline(always)]
+    pub(super) fn normal_within(&self, n: Vec3<F>) -> Vec3<F> {
+        let [x, y, z] = self.to_world;
+        x * n.x + y * n.y + z * n.z
+    }
+
+    /// The point of the mesh at which a point of the world is.
+    #[inline(always)]
+    pub(super) fn point_within(&self, p: Vec3<F>) -> Vec3<F> {
+        let [x, y, z] = &self.to_mesh;
+        let p = p - self.origin;
+        Vec3::new(x.dot(p), y.dot(p), z.dot(p))
+    }
+
+    /// The volume in the world for each volume of the mesh's own space.
+    #[inline(always)]
+    pub(super) fn volume(&self) -> F {
+        let [x, y, z] = self.to_world;
+        x.dot(y.cross(z)).abs()
+    }
+
+    /// A normal of the mesh in the world, not of length one yet.
+    #[inline(always)]
+    pub(super) fn long_normal(&self, n: Vec3<F>) -> Vec3<F> {
+        let [x, y, z] = self.to_mesh;
+        x * n.x + y * n.y + z * n.z
+    }
+
     /// A normal of the mesh in the world, of length one; zero stays zero.
     #[inline(always)]
     pub(super) fn normal(&self, n: Vec3<F>) -> Vec3<F> {
-        let [x, y, z] = self.to_mesh;
-        let n = x * n.x + y * n.y + z * n.z;
+        let n = self.long_normal(n);
         let length = n.length();
         let per_length = F::select(length.gt(F::zero()), F::splat(1.0) / length, F::zero());
         n * per_length
@@ -110,6 +145,18 @@ impl<F: Float> Place<F> {
         let away = (p - self.origin).max_abs() + self.origin.max_abs() * ROUNDING;
         error * self.stretch + away * self.condition * RAY_ERROR
     }
+
+    /// The error bound of a hit at a point `p` of the world on a surface of a group, other than a triangle, whose own
+    /// bound in the group's space is `error`; `length` is that of its normal's image, [`Self::long_normal`].
+    ///
+    /// What is off by some length along the normal there is off by that over `length` along the normal here: a plane
+    /// X·n = d of the group is (X − c)·A⁻ᵀn = d of the world. The point is rounded once more here, as are rays on their
+    /// way to the group.
+    #[inline(always)]
+    pub(super) fn error_along(&self, p: Vec3<F>, length: F, error: F) -> F {
+        let away = (p - self.origin).max_abs() + self.origin.max_abs() * ROUNDING;
+        p.max_abs() * POSITION_ERROR + error / length + away * self.condition * RAY_ERROR
+    }
 }
 
 /// Error of a ray that is taken to a mesh for each unit of its distance from the mesh's origin: as in
@@ -118,14 +165,28 @@ pub const RAY_ERROR: f32 = BOUNDS_ERROR / 2.0;
 
 const ROUNDING: f32 = crate::shape::UNIT_ROUNDOFF;
 
-/// The shared meshes and where they stand.
+/// The surfaces of a group that are no triangles, in the group's space, each with its row in the surface table, in ascending
+/// order of rows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Members {
+    /// The spheres.
+    pub spheres: Vec<(Sphere, u32)>,
+    /// The quads.
+    pub quads: Vec<(Quad, u32)>,
+    /// The shapes of which most scenes have none.
+    pub rare: Vec<(Rare, u32)>,
+}
+
+/// The groups, the shared meshes, and where they stand. Groups are numbered before shared meshes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Instances {
-    /// The triangles of each shared mesh, as indices in [`super::Triangles`].
+    /// What there is of each group beside triangles.
+    pub groups: Vec<Members>,
+    /// The triangles of each group and each shared mesh, as indices in [`super::Triangles`].
     pub meshes: Vec<Range<usize>>,
-    /// The shared mesh of each instance.
+    /// The group or the shared mesh of each instance.
     pub mesh: Vec<u32>,
-    /// Its row in the surface table.
+    /// Of a mesh its row in the surface table, of a group none.
     pub rows: Vec<u32>,
     /// Its [`Place`], so many numbers each.
     numbers: Vec<f32>,
@@ -144,19 +205,60 @@ impl Instances {
 
     /// Whether a mesh can be shared that stands where a transform takes it: it may shear and squeeze obliquely only so much.
     pub fn can_place(transform: &DAffine3) -> bool {
-        numbers(transform).is_some()
+        is_placeable(transform)
+    }
+
+    /// Whether there are groups.
+    pub fn has_groups(&self) -> bool {
+        !self.groups.is_empty()
+    }
+
+    /// How many instances are of groups.
+    pub fn of_groups(&self) -> usize {
+        self.mesh.iter().filter(|&&thing| (thing as usize) < self.groups.len()).count()
+    }
+
+    /// How many surfaces a ray is tested against that is tested against all instances of groups, one by one.
+    pub fn tests_of_groups(&self) -> usize {
+        let tests = |thing: usize| {
+            let Members { spheres, quads, rare } = &self.groups[thing];
+            spheres.len() + quads.len() + rare.len() + self.meshes[thing].len()
+        };
+        let of_group: Vec<usize> = (0..self.groups.len()).map(tests).collect();
+        self.mesh.iter().filter_map(|&thing| of_group.get(thing as usize)).sum()
+    }
+
+    /// The share of a ray's origin by which it is moved beside the boxes within what is shared, as in [`BOUNDS_ERROR`].
+    /// Directions are not of length one there: what that takes of roundings on spheres is as much again, at most.
+    pub fn share_within(&self) -> f32 {
+        if self.has_groups() { 2.0 * BOUNDS_ERROR } else { BOUNDS_ERROR }
     }
 
     /// Adds an instance of a shared mesh, as the surface of a row. The transform is one that can place it.
     pub fn push(&mut self, mesh: usize, transform: &DAffine3, row: u32) {
-        let numbers = numbers(transform);
+        self.add(mesh, transform, row, 1.0);
+    }
+
+    /// Adds an instance of a group, likewise.
+    pub fn push_group(&mut self, group: usize, transform: &DAffine3) {
+        let side = if transform.matrix3.determinant() < 0.0 { -1.0 } else { 1.0 };
+        self.add(group, transform, OWN_ROWS, side);
+    }
+
+    fn add(&mut self, thing: usize, transform: &DAffine3, row: u32, side: f64) {
+        let numbers = numbers(transform, side);
         debug_assert!(numbers.is_some());
         self.numbers.extend(numbers.unwrap_or_default());
-        self.mesh.push(mesh as u32);
+        self.mesh.push(thing as u32);
         self.rows.push(row);
     }
 
-    /// The place of one instance.
+    /// The row of an instance of a mesh; of a group there is none.
+    pub fn row_of(&self, instance: usize) -> Option<u32> {
+        Some(self.rows[instance]).filter(|&row| row != OWN_ROWS)
+    }
+
+    /// Where one instance stands.
     #[inline(always)]
     pub fn place(&self, instance: usize) -> Place<f32> {
         let numbers = &self.numbers[instance * NUMBERS..(instance + 1) * NUMBERS];
@@ -182,10 +284,14 @@ impl Instances {
         F::device(&PlaceOf(self), instance)
     }
 
-    /// The rows of hits' instances, likewise.
+    /// The rows of hits on triangles of instances, likewise: `own` of those in groups.
     #[inline(always)]
-    pub(super) fn row<F: Float>(&self, instance: F::Uint) -> F::Uint {
-        F::Uint::gather(&self.rows, index_of::<F>(instance))
+    pub(super) fn row<F: Float>(&self, instance: F::Uint, own: F::Uint) -> F::Uint {
+        let row = F::Uint::gather(&self.rows, index_of::<F>(instance));
+        if !self.has_groups() {
+            return row;
+        }
+        F::Uint::select(row.eq(F::Uint::splat(OWN_ROWS)), own, row)
     }
 
     /// A box around an instance of what some boxes in the mesh's own space hold, grown by what the rounding of
@@ -206,7 +312,7 @@ impl Instances {
         }
         // The mesh's own boxes are right to BOUNDS_ERROR of the ray's and their coordinates there, and the ray to
         // RAY_ERROR of its distance from the mesh's origin: in the world as much times the condition.
-        let share = BOUNDS_ERROR * 2.0 * place.condition;
+        let share = (self.share_within() + BOUNDS_ERROR) * place.condition;
         let reach = farthest * place.stretch + place.origin.max_abs();
         let margin = reach * share;
         let Bounds { low, high } = around.grown(BOUNDS_ERROR);
@@ -215,7 +321,11 @@ impl Instances {
 
     /// Their memory, in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.numbers[..]) + size_of_val(&self.rows[..]) + size_of_val(&self.mesh[..])
+        let members = |Members { spheres, quads, rare }: &Members| {
+            size_of_val(&spheres[..]) + size_of_val(&quads[..]) + size_of_val(&rare[..])
+        };
+        let groups: usize = self.groups.iter().map(members).sum();
+        groups + size_of_val(&self.numbers[..]) + size_of_val(&self.rows[..]) + size_of_val(&self.mesh[..])
     }
 }
 
@@ -246,7 +356,7 @@ impl Device for PlaceOf<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DQuat, DVec3};
+    use glam::{DMat3, DQuat, DVec3};
 
     #[test]
     fn rays_go_to_the_mesh_and_points_come_back() {

@@ -52,7 +52,7 @@ impl CompiledScene {
             let entity_material = self.surfaces.material(&point);
             let mut own = [F::zero(); 2];
             if uv == Uv::Everywhere {
-                own = self.surfaces.uv(&point, met);
+                own = self.surfaces.uv(&point, hit.instance, met);
             }
             let (mut material, mut material_uv) = (entity_material, own);
             if self.materials.uses_uv() || self.surfaces.has_textured_emission() {
@@ -66,8 +66,10 @@ impl CompiledScene {
                     (own, material, material_uv),
                     #[inline(always)]
                     || {
-                        let own =
-                            if uv == Uv::WherePatterned { self.surfaces.uv(&point, looks) } else { own };
+                        let mut own = own;
+                        if uv == Uv::WherePatterned {
+                            own = self.surfaces.uv(&point, hit.instance, looks);
+                        }
                         let (material, material_uv) = self.materials.resolve(material, own);
                         (own, material, material_uv)
                     },

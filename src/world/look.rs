@@ -16,3 +16,10 @@ pub struct Look {
     /// Index in the light table, or [`NO_LIGHT`](crate::light::NO_LIGHT).
     pub light: u32,
 }
+
+impl Look {
+    /// Whether it emits light that is no texture.
+    pub(super) fn emits(&self) -> bool {
+        self.emission.iter().any(|&e| e > 0.0)
+    }
+}

@@ -11,6 +11,8 @@
 //! | `simple` | the surfaces that every ray is tested against |
 //! | `bvh` | trees of boxes over the other surfaces |
 //! | `triangles` | the triangles of all meshes |
+//! | `listing` | the surfaces of the world itself, and the lights that they are |
+//! | `groups` | what is kept once of each group of the scene |
 //! | `sharing` | the choice of meshes that are kept once |
 //! | `instances` | the places where these stand, and rays in their own space |
 //! | `surfaces` | the rows that hits look up: material, emission, normals, tangents, uv |
@@ -25,8 +27,10 @@ mod bent;
 mod bvh;
 mod compile;
 mod extent;
+mod groups;
 mod instances;
 mod interaction;
+mod listing;
 mod look;
 mod pages;
 mod rare;
@@ -40,7 +44,7 @@ mod triangles;
 pub use bvh::{Boxes, Bvh, Contents, WIDTH as TREE_WIDTH};
 pub use compile::{CompiledScene, compile, compile_sharing};
 pub use extent::extent;
-pub use instances::{Instances, NO_INSTANCE, Place, RAY_ERROR};
+pub use instances::{Instances, Members, NO_INSTANCE, Place, RAY_ERROR};
 pub use interaction::{Interaction, Uv};
 pub use look::Look;
 pub use sharing::SHARING_PAYS_FROM;
@@ -70,7 +74,7 @@ pub enum Finder {
 pub enum Treed {
     /// Nothing: no tree is worth it.
     Nothing,
-    /// Triangles and instances.
+    /// Triangles and instances of meshes and groups.
     Meshes,
     /// Everything.
     Everything,
@@ -81,7 +85,8 @@ impl Finder {
     pub fn treed(self, surfaces: &Simple) -> Treed {
         // Testing a quad or a triangle takes about twice as long as testing a sphere.
         let others = surfaces.spheres.len() + 2 * surfaces.quads.len();
-        let all = others + 2 * (surfaces.triangles.len() + surfaces.instances.len());
+        let placed = surfaces.instances.len() + surfaces.instances.tests_of_groups();
+        let all = others + 2 * (surfaces.triangles.len() + placed);
         match self {
             Finder::Simple => Treed::Nothing,
             Finder::Fastest if all < TREE_PAYS_FROM => Treed::Nothing,
@@ -107,7 +112,8 @@ pub struct Hit<F: Float> {
     /// The surface's number: its row in the [`SurfaceTable`], or [`FIRST_TRIANGLE`] and the triangle's index in
     /// [`Triangles`]; meaningless where nothing is met.
     pub surface: F::Uint,
-    /// [`NO_INSTANCE`], or one more than the index in [`Instances`] of the mesh whose triangle is met.
+    /// [`NO_INSTANCE`], or one more than the index in [`Instances`] of that of which a surface is met. That surface's
+    /// number is the same in all instances of a mesh or group.
     pub instance: F::Uint,
     /// The weights of the second and the third corner of the triangle that is met; zero on other surfaces.
     pub weights: [F; 2],

@@ -1,6 +1,6 @@
 //! Surfaces that every ray is tested against.
 
-use super::{FIRST_TRIANGLE, Hit, Instances, NO_INSTANCE, Triangles};
+use super::{FIRST_TRIANGLE, Hit, Instances, Members, NO_INSTANCE, Triangles};
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{LaneFloat, LaneMask, LaneUint, Mask, Ray, Uint, Vec3};
 use crate::shape::{Meeting, NOTHING, Plane, Quad, Rare, Shape, Shears, Sphere};
@@ -20,7 +20,7 @@ pub struct Simple {
     pub rare: Vec<(Rare, u32)>,
     /// The triangles of all meshes.
     pub triangles: Arc<Triangles>,
-    /// The meshes that are shared, and where they stand.
+    /// The groups, the meshes that are shared, and where they stand.
     pub instances: Arc<Instances>,
 }
 
@@ -41,9 +41,26 @@ impl Simple {
 /// distances among them the first one counts.
 #[inline(always)]
 fn closest<F: LaneFloat, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, so_far: Hit<F>) -> Hit<F> {
-    let mut hit = Hit::none();
+    closest_by(
+        shapes,
+        so_far,
+        NO_INSTANCE,
+        #[inline(always)]
+        |shape| shape.intersect(ray),
+    )
+}
+
+/// The same on shapes of an instance, with a test of one's own.
+#[inline(always)]
+fn closest_by<F: LaneFloat, S>(
+    shapes: &[(S, u32)],
+    so_far: Hit<F>,
+    instance: u32,
+    intersect: impl Fn(&S) -> F,
+) -> Hit<F> {
+    let mut hit = Hit { instance: F::Uint::splat(instance), ..Hit::none() };
     for (shape, row) in shapes {
-        let t = shape.intersect(ray);
+        let t = intersect(shape);
         let nearer = t.lt(hit.t);
         hit.t = F::select(nearer, t, hit.t);
         hit.surface = F::Uint::select(nearer, F::Uint::splat(*row), hit.surface);
@@ -59,8 +76,8 @@ fn any<F: LaneFloat, S: Shape>(shapes: &[(S, u32)], ray: &Ray<F>, t_max: F, mut 
     found
 }
 
-/// The test against all surfaces if there are rare shapes. It is a function of its own, so that other scenes have no
-/// code for rare shapes in their paths.
+/// The test against all surfaces if there are rare shapes or instances. It is a function of its own, so that other scenes
+/// have no code for these in their paths.
 struct AskAll<'a> {
     world: &'a Simple,
     /// The rays' origins and directions, one column for each coordinate.
@@ -97,11 +114,9 @@ impl Kernel for AskAll<'_> {
         let o = Vec3::new(F::load(ox), F::load(oy), F::load(oz));
         // Without its time: nothing moves.
         let ray = Ray::new(o, Vec3::new(F::load(dx), F::load(dy), F::load(dz)));
-        let hit = closest(
-            &self.world.rare,
-            &ray,
-            self.world.closest_common(&ray, F::Mask::from_bits(self.past_triangles)),
-        );
+        let past_triangles = F::Mask::from_bits(self.past_triangles);
+        let hit = closest(&self.world.rare, &ray, self.world.closest_common(&ray, past_triangles));
+        let hit = self.world.closest_placed(&ray, past_triangles, hit);
         let nothing = [0; MAX_LANES];
         let weights = [[0.0; MAX_LANES]; 2];
         let mut found = Found { t: [NOTHING; MAX_LANES], surface: nothing, instance: nothing, weights };
@@ -137,7 +152,7 @@ fn each_triangle<F: LaneFloat>(
 }
 
 impl Simple {
-    /// The first hit on all surfaces, rare shapes included; for lanes in `past_triangles`, on all but triangles.
+    /// The first hit on all surfaces, rare shapes and instances included; for lanes in `past_triangles`, on all but triangles.
     #[inline(always)]
     fn closest_of_all<F: LaneFloat>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
         let found = &F::outlined(AskAll::new(self, ray, past_triangles));
@@ -149,53 +164,81 @@ impl Simple {
         }
     }
 
-    /// The first hit on all surfaces but rare shapes.
+    /// The first hit on all surfaces but rare shapes and instances.
     #[inline(always)]
     fn closest_common<F: LaneFloat>(&self, ray: &Ray<F>, past_triangles: F::Mask) -> Hit<F> {
         let hit = closest(&self.planes, ray, Hit::none());
         let hit = closest(&self.spheres, ray, hit);
         let mut hit = closest(&self.quads, ray, hit);
         // Triangles come last and in the order of their numbers: the first of equal distances counts.
-        self.every_triangle(
+        each_triangle(
+            &self.triangles,
+            0..self.triangles.placed(),
             ray,
             #[inline(always)]
-            |Meeting { t, weights }, instance, triangle| {
-                let nearer = t.lt(hit.t) & !past_triangles;
-                if nearer.any() {
-                    let surface = F::Uint::splat(FIRST_TRIANGLE | triangle);
-                    hit.t = F::select(nearer, t, hit.t);
-                    hit.surface = F::Uint::select(nearer, surface, hit.surface);
-                    hit.instance = F::Uint::select(nearer, F::Uint::splat(instance), hit.instance);
-                    hit.weights[0] = F::select(nearer, weights[0], hit.weights[0]);
-                    hit.weights[1] = F::select(nearer, weights[1], hit.weights[1]);
-                }
-            },
+            |meeting, triangle| take_nearer(&mut hit, meeting, past_triangles, NO_INSTANCE, triangle),
         );
         hit
     }
 
-    /// Tests rays against all triangles, each with its instance and index, in the order that decides at equal
-    /// distances.
+    /// The first of a hit on other surfaces and the hits on instances, in the order that decides at equal distances.
     #[inline(always)]
-    fn every_triangle<F: LaneFloat>(&self, ray: &Ray<F>, mut found: impl FnMut(Meeting<F>, u32, u32)) {
-        let triangles = &self.triangles;
-        each_triangle(
-            triangles,
-            0..triangles.placed(),
-            ray,
-            #[inline(always)]
-            |meeting, triangle| found(meeting, NO_INSTANCE, triangle),
-        );
-        for (instance, &mesh) in self.instances.mesh.iter().enumerate() {
-            let ray = self.instances.splat::<F>(instance).ray(ray);
+    fn closest_placed<F: LaneFloat>(&self, ray: &Ray<F>, past_triangles: F::Mask, mut hit: Hit<F>) -> Hit<F> {
+        for (instance, &thing) in self.instances.mesh.iter().enumerate() {
+            let ray = &self.instances.splat::<F>(instance).ray(ray);
+            let instance = instance as u32 + 1;
+            if let Some(Members { spheres, quads, rare }) = self.instances.groups.get(thing as usize) {
+                hit = closest_by(
+                    spheres,
+                    hit,
+                    instance,
+                    #[inline(always)]
+                    |sphere| sphere.form().intersect_any_length(ray),
+                );
+                hit = closest_by(
+                    quads,
+                    hit,
+                    instance,
+                    #[inline(always)]
+                    |quad| quad.intersect(ray),
+                );
+                hit = closest_by(
+                    rare,
+                    hit,
+                    instance,
+                    #[inline(always)]
+                    |rare| rare.intersect(ray),
+                );
+            }
             each_triangle(
-                triangles,
-                self.instances.meshes[mesh as usize].clone(),
-                &ray,
+                &self.triangles,
+                self.instances.meshes[thing as usize].clone(),
+                ray,
                 #[inline(always)]
-                |meeting, triangle| found(meeting, instance as u32 + 1, triangle),
+                |meeting, triangle| take_nearer(&mut hit, meeting, past_triangles, instance, triangle),
             );
         }
+        hit
+    }
+}
+
+/// Takes the hit on a triangle where it is nearer than all before it.
+#[inline(always)]
+fn take_nearer<F: LaneFloat>(
+    hit: &mut Hit<F>,
+    Meeting { t, weights }: Meeting<F>,
+    past_triangles: F::Mask,
+    instance: u32,
+    triangle: u32,
+) {
+    let nearer = t.lt(hit.t) & !past_triangles;
+    if nearer.any() {
+        let surface = F::Uint::splat(FIRST_TRIANGLE | triangle);
+        hit.t = F::select(nearer, t, hit.t);
+        hit.surface = F::Uint::select(nearer, surface, hit.surface);
+        hit.instance = F::Uint::select(nearer, F::Uint::splat(instance), hit.instance);
+        hit.weights[0] = F::select(nearer, weights[0], hit.weights[0]);
+        hit.weights[1] = F::select(nearer, weights[1], hit.weights[1]);
     }
 }
 
@@ -204,7 +247,7 @@ impl Simple {
     #[inline(always)]
     pub fn intersect<F: LaneFloat>(&self, ray: &Ray<F>) -> Hit<F> {
         let none = F::Mask::splat(false);
-        if !self.rare.is_empty() {
+        if !self.rare.is_empty() || !self.instances.is_empty() {
             rarely();
             return self.closest_of_all(ray, none);
         }
@@ -214,7 +257,7 @@ impl Simple {
     /// The lanes whose ray meets anything, as [`World::occluded`](super::World::occluded) says.
     #[inline(always)]
     pub fn occluded<F: LaneFloat>(&self, ray: &Ray<F>, t_max: F, past_triangles: F::Mask) -> F::Mask {
-        if !self.rare.is_empty() {
+        if !self.rare.is_empty() || !self.instances.is_empty() {
             rarely();
             return self.closest_of_all(ray, past_triangles).t.lt(t_max);
         }
@@ -222,10 +265,12 @@ impl Simple {
         let found = any(&self.planes, ray, t_max, none);
         let found = any(&self.spheres, ray, t_max, found);
         let mut found = any(&self.quads, ray, t_max, found);
-        self.every_triangle(
+        each_triangle(
+            &self.triangles,
+            0..self.triangles.placed(),
             ray,
             #[inline(always)]
-            |meeting, _, _| found = found | (meeting.t.lt(t_max) & !past_triangles),
+            |meeting, _| found = found | (meeting.t.lt(t_max) & !past_triangles),
         );
         found
     }

@@ -1,5 +1,6 @@
 //! The limits of a scene's tables.
 
+use super::groups::Places;
 use super::sharing::{SHARING_PAYS_FROM, shared};
 use crate::material::{MOST_MEDIA, Media};
 use crate::scene::{Scene, Shape};
@@ -36,7 +37,7 @@ pub enum TooLarge {
 }
 
 /// How much the tables of a scene have to hold. Copies of a mesh count once where they share one, and each where they
-/// do not.
+/// do not. Groups count once, and each of their places as one more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Size {
     /// Surfaces, instances and triangles.
@@ -51,23 +52,35 @@ impl Size {
     /// That of the scene as [`compile`](super::compile()) makes it.
     pub fn of(scene: &Scene) -> Size {
         let (meshes, of_entity) = shared(scene, SHARING_PAYS_FROM);
-        Size::sharing(scene, &meshes, &of_entity)
+        Size::sharing(scene, &meshes, &of_entity, &Places::of(scene))
     }
 
     /// That of a scene with these meshes shared: see [`shared`].
-    pub(super) fn sharing(scene: &Scene, meshes: &[&Mesh], of_entity: &[Option<usize>]) -> Size {
+    pub(super) fn sharing(
+        scene: &Scene,
+        meshes: &[&Mesh],
+        of_entity: &[Option<usize>],
+        places: &Places,
+    ) -> Size {
         let rows: Vec<_> = scene.materials.iter().map(|material| material.kind.row()).collect();
         let mut size = Size { media: Media::new(&rows).count() as u64, ..Size::default() };
-        for (entity, shared) in scene.entities.iter().zip(of_entity) {
+        for (index, (entity, shared)) in scene.entities.iter().zip(of_entity).enumerate() {
+            // What is written out there is once at each place, and all else of a group once.
+            let times = match entity.within {
+                Some(group) if places.written_out[index] => places.of_group[group].len(),
+                _ => 1,
+            };
             size = match &entity.shape {
                 Shape::Mesh { mesh, .. } if shared.is_none() => {
-                    size.with(mesh.triangles.len(), mesh.positions.len())
+                    let [triangles, vertices] = [mesh.triangles.len(), mesh.positions.len()];
+                    size.with(triangles.saturating_mul(times), vertices.saturating_mul(times))
                 }
                 // An instance.
                 Shape::Mesh { .. } => size.with(1, 0),
-                shape => size.with(shape.pieces().len(), 0),
+                shape => size.with(shape.pieces().len().saturating_mul(times), 0),
             };
         }
+        size = places.of_group.iter().fold(size, |size, of_group| size.with(of_group.len(), 0));
         meshes.iter().fold(size, |size, mesh| size.with(mesh.triangles.len(), mesh.positions.len()))
     }
 

@@ -1,17 +1,18 @@
 //! The table that hits look up: one row for each surface, one column for each property.
 
 use super::look::Look;
-use super::rare::Rares;
 use super::triangles::{FIRST_TRIANGLE, Triangles, triangle_of};
 use super::{Hit, Instances};
 use crate::light::NO_LIGHT;
 use crate::math::lanes::Device;
-use crate::math::{ColumnReader, Float, LaneFloat, Ray, Uint, Vec3, function, push3, trig, value};
-use crate::shape::{Form, POSITION_ERROR, RareForm, Surface};
+use crate::math::{ColumnReader, Float, LaneFloat, Mask, Ray, Uint, Vec3, function, push3, trig, value};
+use crate::shape::{Form, POSITION_ERROR, Surface};
 use crate::texture::NO_TEXTURE;
 use std::sync::Arc;
 
 mod emission;
+mod groups;
+mod rare;
 mod uv_area;
 
 /// All surfaces, one column for each property.
@@ -44,6 +45,8 @@ pub struct SurfaceTable {
     has_round: bool,
     /// Whether some are rare.
     has_rare: bool,
+    /// Whether some are in groups.
+    has_groups: bool,
     rows: Vec<(Surface, Look)>,
     triangles: Option<Arc<Triangles>>,
     instances: Option<Arc<Instances>>,
@@ -142,6 +145,7 @@ impl SurfaceTable {
     /// Gives the rows of meshes their triangles, and those of instances their places.
     pub fn set_triangles(&mut self, triangles: Arc<Triangles>, instances: Arc<Instances>) {
         self.triangles = (!triangles.is_empty()).then_some(triangles);
+        self.has_groups = instances.has_groups();
         self.instances = (!instances.is_empty()).then_some(instances);
     }
 
@@ -178,7 +182,7 @@ impl SurfaceTable {
         self.triangles.as_ref().is_some_and(|triangles| triangles.has_normals)
     }
 
-    /// The shared meshes, and where they stand.
+    /// The groups and shared meshes, and where they stand.
     pub fn instances(&self) -> Option<&Instances> {
         self.instances.as_deref()
     }
@@ -228,7 +232,10 @@ impl SurfaceTable {
     ) -> SurfacePoint<F> {
         let instances = self.instances();
         let row = triangles.row(instances, hit, on_mesh);
-        let orientation = F::gather(&self.orientation, row);
+        let mut orientation = F::gather(&self.orientation, row);
+        if self.has_groups {
+            orientation = self.side_of(hit.instance, on_mesh, orientation);
+        }
         let on = triangles.point(instances, ray_d, hit, on_mesh, orientation);
         SurfacePoint {
             p: on.p,
@@ -245,7 +252,11 @@ impl SurfaceTable {
     #[inline(always)]
     fn smooth_point<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>, lanes: F::Mask) -> SurfacePoint<F> {
         let row = hit.surface;
-        let p = ray.at(hit.t);
+        let mut own = *ray;
+        if self.has_groups {
+            own = self.ray_within(ray, hit.instance, lanes);
+        }
+        let p = own.at(hit.t);
         let (axis, constant) = (Vec3::gather(&self.axis, row), F::gather(&self.constant, row));
         let mut normal = axis;
         let mut off = p.dot(normal) - constant;
@@ -269,37 +280,33 @@ impl SurfaceTable {
                 rare,
                 (normal, off),
                 #[inline(always)]
-                || F::device(&RarePoint(self), (row, p, rare)),
+                || self.rare_point(row, p, rare),
             );
         }
         // Along a far hit's ray the error grows with the distance; put back onto the surface, what is left
         // grows only with the coordinates.
-        let p = p - normal * off;
-        let n = normal * F::gather(&self.orientation, row);
-        SurfacePoint {
-            p,
-            n,
-            shading: n,
-            weights: hit.weights,
-            error: p.max_abs() * POSITION_ERROR + F::gather(&self.error, row),
-            surface: hit.surface,
-            row,
+        let mut p = p - normal * off;
+        let mut error = p.max_abs() * POSITION_ERROR + F::gather(&self.error, row);
+        if self.has_groups {
+            (p, normal, error) = self.point_of_group((p, normal, error), hit.instance, lanes);
         }
+        let n = normal * F::gather(&self.orientation, row);
+        SurfacePoint { p, n, shading: n, weights: hit.weights, error, surface: hit.surface, row }
     }
 
-    /// uv of points, in the lanes where they are wanted; each shape defines its own.
+    /// uv of points, in the lanes where they are wanted; each shape defines its own. `instance` is that of the hits.
     #[inline(always)]
-    pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> [F; 2] {
+    pub fn uv<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint, wanted: F::Mask) -> [F; 2] {
         let point = *point;
-        function!(F, surface_uv(point, wanted), {
+        function!(F, surface_uv(point, instance, wanted), {
             match &self.triangles {
-                None => self.smooth_uv(&point, wanted),
+                None => self.smooth_uv(&point, instance, wanted),
                 Some(triangles) => F::fork(
                     !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE)),
                     #[inline(always)]
                     || triangles.uv(point.surface, point.weights),
                     #[inline(always)]
-                    || self.smooth_uv(&point, wanted),
+                    || self.smooth_uv(&point, instance, wanted),
                 ),
             }
         })
@@ -307,8 +314,11 @@ impl SurfaceTable {
 
     /// uv on all but meshes.
     #[inline(always)]
-    fn smooth_uv<F: Float>(&self, point: &SurfacePoint<F>, wanted: F::Mask) -> [F; 2] {
-        let (p, n, row) = (point.p, point.n, point.row);
+    fn smooth_uv<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint, wanted: F::Mask) -> [F; 2] {
+        let (mut p, mut n, row) = (point.p, point.n, point.row);
+        if self.has_groups {
+            (p, n) = self.point_within(p, n, instance, wanted);
+        }
         let mut uv = [
             p.dot(Vec3::gather(&self.u_axis, row)) + F::gather(&self.u_offset, row),
             p.dot(Vec3::gather(&self.v_axis, row)) + F::gather(&self.v_offset, row),
@@ -332,7 +342,7 @@ impl SurfaceTable {
                 rare,
                 uv,
                 #[inline(always)]
-                || F::device(&RareUv(self), (row, p, n * F::gather(&self.orientation, row), rare)),
+                || self.rare_uv(row, p, n * F::gather(&self.orientation, row), rare),
             );
         }
         uv
@@ -345,7 +355,7 @@ impl SurfaceTable {
         let point = *point;
         function!(F, surface_tangent(point, instance), {
             match &self.triangles {
-                None => self.smooth_tangent(&point),
+                None => self.smooth_tangent(&point, instance),
                 Some(triangles) => {
                     let on_mesh = !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
                     F::fork(
@@ -353,7 +363,7 @@ impl SurfaceTable {
                         #[inline(always)]
                         || triangles.tangent(self.instances(), point.surface, instance, on_mesh),
                         #[inline(always)]
-                        || self.smooth_tangent(&point),
+                        || self.smooth_tangent(&point, instance),
                     )
                 }
             }
@@ -362,9 +372,12 @@ impl SurfaceTable {
 
     /// Tangents on all but meshes.
     #[inline(always)]
-    fn smooth_tangent<F: Float>(&self, point: &SurfacePoint<F>) -> Vec3<F> {
-        let (p, row) = (point.p, point.row);
-        let outward = point.n * F::gather(&self.orientation, row);
+    fn smooth_tangent<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> Vec3<F> {
+        let (mut p, mut n, row) = (point.p, point.n, point.row);
+        if self.has_groups {
+            (p, n) = self.point_within(p, n, instance, F::Mask::splat(true));
+        }
+        let outward = n * F::gather(&self.orientation, row);
         // Of flat surfaces, along which v does not change; u, v and the normal are right-handed.
         let mut tangent = Vec3::gather(&self.v_axis, row).cross(outward);
         if self.has_round {
@@ -377,25 +390,13 @@ impl SurfaceTable {
                 rare,
                 tangent,
                 #[inline(always)]
-                || F::device(&RareTangent(self), (row, p, rare)),
+                || self.rare_tangent(row, p, rare),
             );
         }
+        if self.has_groups {
+            tangent = self.tangent_of_group(tangent, instance);
+        }
         tangent
-    }
-
-    /// The kinds and the forms of rows of rare shapes.
-    #[inline(always)]
-    fn rare<F: Float>(&self, row: F::Uint) -> (F::Uint, RareForm<F>) {
-        let form = RareForm {
-            anchor: Vec3::gather(&self.anchor, row),
-            axis: Vec3::gather(&self.axis, row),
-            constant: F::gather(&self.constant, row),
-            u_axis: Vec3::gather(&self.u_axis, row),
-            u_offset: F::gather(&self.u_offset, row),
-            v_axis: Vec3::gather(&self.v_axis, row),
-            v_offset: F::gather(&self.v_offset, row),
-        };
-        ((-F::gather(&self.radius, row)).to_uint(), form)
     }
 
     /// Material rows of points.
@@ -434,62 +435,5 @@ impl Device for TriangleLight<'_> {
     #[inline(always)]
     fn run<F: LaneFloat>(&self, point: SurfacePoint<F>) -> F::Uint {
         triangle_of::<F>(point.surface) + F::Uint::gather(&self.0.triangle_light, point.row)
-    }
-}
-
-/// Normals at points of rare shapes, and how far the points lie off them: [`RareForm::point`], lane by lane.
-struct RarePoint<'a>(&'a SurfaceTable);
-
-impl Device for RarePoint<'_> {
-    const NAME: &'static str = "rare_point";
-    type Arguments<F: Float> = (F::Uint, Vec3<F>, F::Mask);
-    type Output<F: Float> = (Vec3<F>, F);
-
-    #[inline(always)]
-    fn run<F: LaneFloat>(&self, (row, p, lanes): Self::Arguments<F>) -> (Vec3<F>, F) {
-        Rares::new(&self.0.rows, lanes, row, p).points()
-    }
-
-    fn recorded<F: Float>(&self, (row, p, _): Self::Arguments<F>) -> Option<(Vec3<F>, F)> {
-        let (kind, form) = self.0.rare::<F>(row);
-        Some(form.point(kind, p))
-    }
-}
-
-/// Their uv: [`RareForm::uv`].
-struct RareUv<'a>(&'a SurfaceTable);
-
-impl Device for RareUv<'_> {
-    const NAME: &'static str = "rare_uv";
-    type Arguments<F: Float> = (F::Uint, Vec3<F>, Vec3<F>, F::Mask);
-    type Output<F: Float> = [F; 2];
-
-    #[inline(always)]
-    fn run<F: LaneFloat>(&self, (row, p, n, lanes): Self::Arguments<F>) -> [F; 2] {
-        Rares::new(&self.0.rows, lanes, row, p).uv(n)
-    }
-
-    fn recorded<F: Float>(&self, (row, p, n, _): Self::Arguments<F>) -> Option<[F; 2]> {
-        let (kind, form) = self.0.rare::<F>(row);
-        Some(form.uv(kind, p, n))
-    }
-}
-
-/// Their tangents: [`RareForm::tangent`].
-struct RareTangent<'a>(&'a SurfaceTable);
-
-impl Device for RareTangent<'_> {
-    const NAME: &'static str = "rare_tangent";
-    type Arguments<F: Float> = (F::Uint, Vec3<F>, F::Mask);
-    type Output<F: Float> = Vec3<F>;
-
-    #[inline(always)]
-    fn run<F: LaneFloat>(&self, (row, p, lanes): Self::Arguments<F>) -> Vec3<F> {
-        Rares::new(&self.0.rows, lanes, row, p).tangents()
-    }
-
-    fn recorded<F: Float>(&self, (row, p, _): Self::Arguments<F>) -> Option<Vec3<F>> {
-        let (kind, form) = self.0.rare::<F>(row);
-        Some(form.tangent(kind, p))
     }
 }

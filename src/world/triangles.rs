@@ -16,9 +16,12 @@ pub const FIRST_TRIANGLE: u32 = 1 << 31;
 pub struct Triangles {
     /// Corners, as indices of vertices.
     pub corners: [Vec<u32>; 3],
-    /// The rows of the entities of those in world space in the surface table. The triangles after them are of
-    /// shared meshes, each in its own space: see [`super::Instances`].
+    /// The rows of the entities of those in world space and those in groups in the surface table. The triangles after
+    /// them are of shared meshes.
     pub rows: Vec<u32>,
+    /// How many of them, from the first, are in world space. Those after them are of groups, and then of shared meshes,
+    /// each in its own space: see [`super::Instances`].
+    placed: usize,
     /// The vertices.
     pub positions: [Vec<f32>; 3],
     /// Shading normals of the vertices, towards the outward side; zero where the mesh has none.
@@ -44,20 +47,28 @@ impl Triangles {
 
     /// How many of them, from the first, are in world space.
     pub fn placed(&self) -> usize {
-        self.rows.len()
+        self.placed
     }
 
     /// Adds a transformed mesh as the surface of a row, and returns its first triangle.
     ///
     /// A transform that mirrors reverses the order of the corners, so that the outward side stays the same.
     pub fn push(&mut self, mesh: &Mesh, transform: &DAffine3, row: u32) -> usize {
-        assert_eq!(self.len(), self.placed(), "shared meshes come last");
+        assert_eq!(self.len(), self.placed(), "groups and shared meshes come last");
         let first = self.add(mesh, transform);
         self.rows.resize(self.len(), row);
+        self.placed = self.len();
         first
     }
 
-    /// Adds a mesh in its own space and returns its triangles. Those in world space come first.
+    /// The same in the space of a group. Those in world space come first.
+    pub fn push_grouped(&mut self, mesh: &Mesh, transform: &DAffine3, row: u32) {
+        assert_eq!(self.len(), self.rows.len(), "shared meshes come last");
+        self.add(mesh, transform);
+        self.rows.resize(self.len(), row);
+    }
+
+    /// Adds a mesh in its own space and returns its triangles. Those in world space and in groups come first.
     pub fn push_shared(&mut self, mesh: &Mesh) -> Range<usize> {
         let first = self.add(mesh, &DAffine3::IDENTITY);
         first..self.len()
@@ -105,7 +116,8 @@ impl Triangles {
 
     /// Their memory, in bytes.
     pub fn bytes(&self) -> usize {
-        let Triangles { corners, rows, positions, normals, uv, has_normals: _, has_needles: _ } = self;
+        let Triangles { corners, rows, placed: _, positions, normals, uv, has_normals: _, has_needles: _ } =
+            self;
         let of = |columns: &[Vec<f32>]| columns.iter().map(|column| size_of_val(&column[..])).sum::<usize>();
         let indices = corners.iter().chain([rows]).map(|column| size_of_val(&column[..])).sum::<usize>();
         indices + of(positions) + of(normals) + of(uv)
@@ -180,7 +192,7 @@ impl Triangles {
                 on_mesh & is_shared::<F>(hit.instance),
                 row,
                 #[inline(always)]
-                || instances.row::<F>(hit.instance),
+                || instances.row::<F>(hit.instance, row),
             ),
         }
     }
@@ -343,7 +355,7 @@ struct UvSides<F> {
 
 /// Hits on instances.
 #[inline(always)]
-fn is_shared<F: Float>(instance: F::Uint) -> F::Mask {
+pub(super) fn is_shared<F: Float>(instance: F::Uint) -> F::Mask {
     !instance.eq(F::Uint::splat(NO_INSTANCE))
 }
 

@@ -81,7 +81,7 @@ broken!(
     key_with_control_characters,
     "\"\\u001b[31m\" = 1\n",
     [
-        r#"1:1: unknown key "\u{1b}[31m" in a scene file; valid here: "film", "camera", "render", "textures", "materials", "entities", "lights", "environment""#
+        r#"1:1: unknown key "\u{1b}[31m" in a scene file; valid here: "film", "camera", "render", "textures", "materials", "entities", "groups", "instances", "lights", "environment""#
     ]
 );
 

@@ -270,7 +270,7 @@ shared! {
         _end: u32,
     }
 
-    /// A shared mesh where it stands, as rays come to it. It has the place of a triangle.
+    /// A group or a shared mesh where it stands, as rays come to it. It has the place of a triangle.
     struct Instance {
         /// The rows of the matrix that takes directions to the mesh's own space.
         to_mesh_x: [f32; 3],
@@ -296,10 +296,11 @@ shared! {
         /// The condition number of that matrix for errors.
         condition: f32,
         to_world_z: [f32; 3],
-        /// Index into `surfaces`.
+        /// Index into `surfaces`; of a group, whose surfaces have rows of their own, the greatest number.
         surface: u32,
         to_mesh_x: [f32; 3],
-        _x: u32,
+        /// −1 for a group that is mirrored, else 1.
+        side: f32,
         to_mesh_y: [f32; 3],
         _y: u32,
         to_mesh_z: [f32; 3],

@@ -78,9 +78,10 @@ impl Tables {
         if integrator::contributes(job.render.integrator) {
             return Err(GpuError::Unsupported("samples that contribute to other pixels".to_owned()));
         }
-        // Meshes are found by the tree alone.
+        // Meshes and groups are found by the tree alone.
         let with_meshes;
-        let world = if job.world.simple.triangles.is_empty() {
+        let Simple { triangles, instances, .. } = &job.world.simple;
+        let world = if triangles.is_empty() && instances.is_empty() {
             job.world
         } else {
             with_meshes = World::with_tree_of(&job.world.simple, Treed::Meshes);

@@ -15,20 +15,21 @@ use crate::world::{Boxes, Bvh, Contents, FIRST_TRIANGLE, Instances, SurfaceTable
 use std::collections::VecDeque;
 use std::fmt::Write;
 
-/// The kinds of leaves, as a node's sixteen bits say them.
+/// The kinds of leaves, as a node's sixteen bits say them. Rare shapes are leaves in groups only.
 pub(super) const TRIANGLES: u32 = 0;
 pub(super) const SPHERES: u32 = 1;
 pub(super) const QUADS: u32 = 2;
 pub(super) const INSTANCE: u32 = 3;
 
-/// The kinds of surfaces that are in no tree.
-pub(super) const PLANES: u32 = 4;
 pub(super) const RARE: u32 = 5;
+
+/// The kind of surfaces that are in no tree.
+pub(super) const PLANES: u32 = 4;
 
 /// The parent of a node that has none.
 pub(super) const NO_NODE: u32 = u32::MAX;
 
-/// The trees and what they hold: those of shared meshes, and then the one in the world's own space. Empty without
+/// The trees and what they hold: those of groups and shared meshes, and then the one in the world's own space. Empty without
 /// any.
 #[derive(Default)]
 pub(super) struct Tree {
@@ -42,8 +43,10 @@ pub(super) struct Tree {
     /// The triangles, and among them, of the same size, every [`Instance`].
     pub(super) triangles: Vec<Triangle>,
     pub(super) vertices: Vec<MeshVertex>,
-    /// Where shared meshes stand, in the host's order.
+    /// Where groups and shared meshes stand, in the host's order.
     pub(super) places: Vec<PlaceRow>,
+    /// Whether any are of groups.
+    pub(super) has_groups: bool,
     /// Rows of the host's surface table in the order in which leaves hold them.
     pub(super) rows: Vec<u32>,
 }
@@ -61,7 +64,7 @@ struct Source<'a> {
     /// Surfaces that precede those of leaves.
     first_surface: u32,
     meshes: Option<Meshes<'a>>,
-    /// Where the trees of shared meshes begin.
+    /// Where the trees of groups and shared meshes begin.
     roots: Vec<u32>,
 }
 
@@ -84,6 +87,7 @@ impl Tree {
         }
         if let Some(instances) = table.instances() {
             tree.places = (0..instances.len()).map(|i| place(instances, i)).collect();
+            tree.has_groups = instances.has_groups();
         }
         tree
     }
@@ -139,10 +143,14 @@ impl Tree {
                 (TRIANGLES, from, count)
             }
             _ => {
-                let is_round = source.table.rows()[numbers[0] as usize].0.form == Form::Round;
+                let kind = match source.table.rows()[numbers[0] as usize].0.form {
+                    Form::Round => SPHERES,
+                    Form::Flat => QUADS,
+                    Form::Rare(_) => RARE,
+                };
                 let from = source.first_surface + self.rows.len() as u32 - node.surfaces;
                 self.rows.extend(numbers);
-                (if is_round { SPHERES } else { QUADS }, from, count)
+                (kind, from, count)
             }
         }
     }
@@ -174,7 +182,12 @@ impl Tree {
                 }
             }
         }
-        self.places.iter_mut().for_each(|place| place.surface = places[place.surface as usize]);
+        for place in &mut self.places {
+            // Groups have none.
+            if let Some(&surface) = places.get(place.surface as usize) {
+                place.surface = surface;
+            }
+        }
     }
 }
 
@@ -193,6 +206,7 @@ fn place(instances: &Instances, number: usize) -> PlaceRow {
         origin: array(place.origin),
         stretch: place.stretch,
         condition: place.condition,
+        side: place.side,
         surface: instances.rows[number],
         ..PlaceRow::default()
     }

@@ -39,8 +39,10 @@ pub(super) struct Plan {
     pub(super) levels: u32,
     /// Whether there are triangles in it.
     pub(super) triangles: bool,
-    /// Whether there are shared meshes in it.
+    /// Whether there are groups or shared meshes in it.
     pub(super) instances: bool,
+    /// Whether there are groups.
+    pub(super) groups: bool,
     /// The filter's taps along an axis, where samples count in all pixels around them; zero elsewhere.
     pub(super) taps: u32,
     /// Whether there are disks or cylinders.
@@ -67,6 +69,7 @@ impl Plan {
             levels: tree.levels,
             triangles: !tree.triangles.is_empty(),
             instances: !tree.places.is_empty(),
+            groups: tree.has_groups,
             taps: tables.weights.taps,
             rare: tables.scene.rare_end > tables.scene.quads_end,
             uniforms: true,
@@ -127,7 +130,7 @@ pub(super) fn text(variant: &Variant) -> String {
         ("FACING", light::FACING),
         ("NARROW", light::NARROW),
         ("NOTHING", NOTHING),
-        ("BOUNDS_ERROR", BOUNDS_ERROR),
+        ("SHARE_WITHIN", if variant.plan.groups { 2.0 * BOUNDS_ERROR } else { BOUNDS_ERROR }),
         ("NEEDLE", NEEDLE),
         ("SMALLEST_NORMAL", f32::MIN_POSITIVE),
     ];
@@ -139,8 +142,13 @@ pub(super) fn text(variant: &Variant) -> String {
         // Debug's digits are the fewest that read back as the same float.
         writeln!(text, "const {name}: f32 = {value:?}f;").expect("a string takes all");
     }
-    let &Plan { triangles, instances, rare, .. } = &variant.plan;
-    for (name, is_so) in [("TREE_TRIANGLES", triangles), ("TREE_INSTANCES", instances), ("HAS_RARE", rare)] {
+    let &Plan { triangles, instances, groups, rare, .. } = &variant.plan;
+    for (name, is_so) in [
+        ("TREE_TRIANGLES", triangles),
+        ("TREE_INSTANCES", instances),
+        ("TREE_GROUPS", groups),
+        ("HAS_RARE", rare),
+    ] {
         writeln!(text, "const {name}: bool = {is_so};").expect("a string takes all");
     }
     let space = if variant.plan.uniforms { "uniform" } else { "storage, read" };

@@ -16,16 +16,19 @@ use super::value::{self, Flag, Word};
 use super::varying::{ColourOr, ColourOrName};
 use crate::parameter::limits::INTENSITY;
 use crate::scene::description::{Colour, Entity, Material, Shape};
+use crate::scene::groups::PLANE;
 use crate::scene::mesh::FileMaterial;
 use crate::scene::names::Names;
 use crate::scene::spelling::quote;
-use crate::shape::{Piece, Shape as _};
+use crate::shape::Piece;
 
 /// An entity whose material is still a name. Its parts are kept apart, so that a wrong shape does not hide a
 /// wrong material.
 pub(super) struct RawEntity {
     name: Read<Option<Placed<String>>>,
     shape: Read<RawShape>,
+    /// Where the shape stands.
+    at_shape: usize,
     material: Read<Placed<String>>,
     emission: Read<Emission>,
     flip_normal: Read<bool>,
@@ -73,6 +76,7 @@ pub(super) fn entity(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read
     Ok(RawEntity {
         name: fields.find(&NAME, reports),
         shape: fields.get(&SHAPE, reports),
+        at_shape: fields.place_of(&SHAPE),
         material: fields.get(&ENTITY_MATERIAL, reports),
         emission: emission(fields, reports),
         flip_normal: fields.get(&FLIP_NORMAL, reports),
@@ -104,13 +108,7 @@ fn area(shape: &Shape) -> f64 {
         };
         return mesh.triangles.iter().map(|&triangle| of_triangle(triangle)).sum();
     }
-    let of_piece = |piece: &Piece| match piece {
-        Piece::Plane(plane) => plane.surface().area,
-        Piece::Sphere(sphere) => sphere.surface().area,
-        Piece::Quad(quad) => quad.surface().area,
-        Piece::Rare(rare) => rare.surface().area,
-    };
-    shape.pieces().iter().map(|piece| f64::from(of_piece(piece))).sum()
+    shape.pieces().iter().map(|piece| f64::from(piece.surface().area)).sum()
 }
 
 /// Whether a shape that emits a texture is no light that is sampled, where it would be one if it emitted a colour.
@@ -169,9 +167,10 @@ impl OfFiles {
     }
 }
 
-/// Resolves material names to indices in the order of the file. Parts of meshes become entities of their own.
+/// Resolves material names to indices in the order of the file. Parts of meshes become entities of their own. Each comes
+/// with the group that it is within.
 pub(super) fn link_entities(
-    raw: Vec<RawEntity>,
+    raw: Vec<(Option<usize>, RawEntity)>,
     materials: &Names<'_>,
     textures: &TextureNames<'_>,
     of_files: &mut OfFiles,
@@ -180,7 +179,7 @@ pub(super) fn link_entities(
     let mut seen = HashMap::new();
     let Linked { mut entities, mut places, mut used } = Linked::default();
     let mut outcome = Ok(());
-    for (i, raw) in raw.into_iter().enumerate() {
+    for (i, (within, raw)) in raw.into_iter().enumerate() {
         let place = raw.material.as_ref().map_or(0, |name| name.at);
         let material = raw.material.and_then(|name| find(&name, materials, reports));
         if let Ok(Some(name)) = &raw.name
@@ -200,6 +199,10 @@ pub(super) fn link_entities(
                 }
                 RawShape::Parts(parts) => parts,
             };
+            if within.is_some() && parts.iter().any(|part| matches!(part.shape, Shape::Plane(_))) {
+                let help = || "a quad is a part of a plane".to_owned();
+                return Err(reports.error_with(raw.at_shape, PLANE, |_| Some(help())));
+            }
             let (emission, emission_texture) = match emission {
                 Emission::Radiance(ColourOrName::Colour(radiance)) => (radiance, None),
                 Emission::Radiance(ColourOrName::Name(name)) => {
@@ -213,6 +216,12 @@ pub(super) fn link_entities(
                         );
                     }
                     ([0.0; 3], Some(texture))
+                }
+                Emission::Power(power) if within.is_some() => {
+                    let message =
+                        "power needs a surface that stands in one place, and a group may stand in many";
+                    let help = "give emission instead".to_owned();
+                    return Err(reports.error_with(power.at, message, |_| Some(help)));
                 }
                 Emission::Power(power) => {
                     let is_own = |part: &&RawPart| match &part.material {
@@ -257,6 +266,7 @@ pub(super) fn link_entities(
                     emission,
                     emission_texture,
                     flip_normal,
+                    within,
                 });
                 places.push(place);
             }

@@ -11,7 +11,7 @@
 //! | `one_of` | one of several tables |
 //! | `order` | the order of tables that name each other |
 //! | `common` | the forms of values that several tables have in common |
-//! | `film`, `camera`, `render`, `textures`, `materials`, `shape`, `entity`, `light`, `environment` | the keys of a table, and what is made of them |
+//! | `film`, `camera`, `render`, `textures`, `materials`, `shape`, `entity`, `groups`, `light`, `environment` | the keys of a table, and what is made of them |
 //! | `scene` | the tables of a file, and the [`Scene`] that is made of them |
 //! | `schema` | the JSON Schema |
 //!
@@ -43,6 +43,7 @@ mod entity;
 mod environment;
 mod film;
 mod form;
+mod groups;
 mod light;
 mod materials;
 mod one_of;

@@ -3,6 +3,7 @@
 use super::declared::Values;
 use super::entity::{self, Linked, OfFiles, RawEntity, link_entities};
 use super::environment::{self, Surroundings};
+use super::groups::{self, RawGroup, RawInstance};
 use super::materials;
 use super::one_of::OneOf;
 use super::report::{Read, Reported, Reports};
@@ -19,7 +20,7 @@ pub(super) static SCENE: Block<Scene> = Block { table: &SCENE_TABLE, build: scen
 
 static SCENE_TABLE: Table = Table::new(
     "a scene file",
-    &[&FILM, &CAMERA, &RENDER, &TEXTURES, &MATERIALS, &ENTITIES, &LIGHTS, &ENVIRONMENT],
+    &[&FILM, &CAMERA, &RENDER, &TEXTURES, &MATERIALS, &ENTITIES, &GROUPS, &INSTANCES, &LIGHTS, &ENVIRONMENT],
 );
 
 static FILM: Key<Block<FilmSettings>> = Key::default(
@@ -58,6 +59,18 @@ static ENTITIES: Key<ListOf<Block<RawEntity>>> = Key::default(
     "[]",
     "The surfaces of the scene.",
 );
+static GROUPS: Key<MapOf<Block<RawGroup>>> = Key::default(
+    "groups",
+    MapOf(Block { table: &groups::GROUP_TABLE, build: groups::group }),
+    "{}",
+    "Surfaces that are kept once and stand at many places, each group under its name: nothing of it is seen but by instances.",
+);
+static INSTANCES: Key<ListOf<Block<RawInstance>>> = Key::default(
+    "instances",
+    ListOf(Block { table: &groups::INSTANCE_TABLE, build: groups::instance }),
+    "[]",
+    "Where groups stand in the world.",
+);
 static LIGHTS: Key<ListOf<OneOf<Light>>> =
     Key::default("lights", ListOf(light::LIGHT), "[]", "The lights that are not surfaces.");
 static ENVIRONMENT: Key<Block<Surroundings>> = Key::default(
@@ -73,6 +86,7 @@ static HEADERS: &[(&str, &Table)] = &[
     ("[camera]", &camera::CAMERA_TABLE),
     ("[render]", &render::RENDER_TABLE),
     ("[[entities]]", &entity::ENTITY_TABLE),
+    ("[[instances]]", &groups::INSTANCE_TABLE),
     ("[environment]", &environment::ENVIRONMENT_TABLE),
 ];
 
@@ -89,6 +103,8 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
     let raw_textures = fields.get(&TEXTURES, reports);
     let raw_materials = fields.get(&MATERIALS, reports);
     let raw_entities = fields.get(&ENTITIES, reports);
+    let raw_groups = fields.get(&GROUPS, reports);
+    let raw_instances = fields.get(&INSTANCES, reports);
     let lights = fields.get(&LIGHTS, reports);
     let environment = fields.get(&ENVIRONMENT, reports);
 
@@ -97,13 +113,21 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
     let mut of_files = OfFiles::after(raw_materials.len());
     let raw_textures = raw_textures.as_deref().map_err(|reported| *reported);
     let texture_names = TextureNames::new(raw_textures);
-    let entities =
-        raw_entities.and_then(|raw| link_entities(raw, &names, &texture_names, &mut of_files, reports));
+    let all = groups::split(raw_entities, raw_groups, raw_instances);
+    let (entities, linked_groups) = match all {
+        Ok((entities, groups)) => (
+            link_entities(entities, &names, &texture_names, &mut of_files, reports),
+            groups::link(groups, reports),
+        ),
+        Err(reported) => (Err(reported), Err(reported)),
+    };
     let textures = raw_textures.and_then(|raw| textures::resolve(raw, &texture_names, reports));
     let mut resolved = materials::resolve(&raw_materials, &names, &texture_names, reports)?;
     let Linked { mut entities, places, mut used } = entities?;
+    let linked_groups = linked_groups?;
 
     for entity in &mut entities {
+        entity.within = entity.within.map(|group| linked_groups.index_of[group]);
         // Those of mesh files come after the scene's own.
         entity.material = match resolved.index_of.get(entity.material) {
             Some(&index) => index,
@@ -132,12 +156,16 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
         textures: textures.textures,
         images: reports.take_images(),
         entities,
+        groups: linked_groups.groups,
+        instances: linked_groups.instances,
         lights: lights?,
         environment: radiance,
         environment_picture: picture,
     };
+    groups::check(&scene, &linked_groups.places, &places, reports)?;
     let scene = scene.checked().map_err(|problems| complain(&problems, reports))?;
     warn_of_darkness(&scene, reports);
+    groups::warn_of_chance(&scene, &places, reports);
     for Warning { first, message, help } in open_glass(&scene, quote) {
         reports.warn(Some(places[first]), message, help);
     }

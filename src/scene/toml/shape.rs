@@ -58,7 +58,7 @@ pub(super) const SHAPES: OneOf<RawShape> = OneOf {
 };
 
 static MESH_TABLE: Table = Table::new("a mesh", &[&MESH_FILE, &TRANSFORM, &PART_MATERIALS]);
-static TRANSFORM_TABLE: Table = Table {
+pub(super) static TRANSFORM_TABLE: Table = Table {
     what: "a transform",
     keys: &[&SCALE, &ROTATE, &TRANSLATE, &MATRIX],
     rules: r#"{
@@ -96,8 +96,7 @@ static ROTATE: Key<Vector> = Key::default(
     "[0, 0, 0]",
     "Degrees about the x axis, then about y, then about z.",
 );
-static TRANSLATE: Key<Vector> =
-    Key::default("translate", POINT, "[0, 0, 0]", "Where the file's origin goes.");
+static TRANSLATE: Key<Vector> = Key::default("translate", POINT, "[0, 0, 0]", "Where the origin goes.");
 static MATRIX: Key<Rows> = Key::optional(
     "matrix",
     Rows(COORDINATE),
@@ -160,7 +159,7 @@ fn parts_are_there(names: &[Named<Placed<String>>], read: &MeshFile, reports: &m
     outcome
 }
 
-fn transform(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<DAffine3> {
+pub(super) fn transform(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<DAffine3> {
     let scale = fields.get(&SCALE, reports);
     let rotate = fields.get(&ROTATE, reports);
     let translate = fields.get(&TRANSLATE, reports);

@@ -2,8 +2,8 @@
 
 use super::build::{ALONE, Below, Item, LEAF, Split, in_parts};
 use crate::math::{Bounds, LaneFloat, Ray, Vec3};
-use crate::shape::{BOUNDS_ERROR, Quad, QuadForm, Sphere, SphereForm};
-use crate::world::{FIRST_TRIANGLE, Simple, Triangles, pages};
+use crate::shape::{BOUNDS_ERROR, Quad, QuadForm, Rare, Sphere, SphereForm};
+use crate::world::{FIRST_TRIANGLE, Triangles, pages};
 
 /// Children of a node.
 pub const WIDTH: usize = 8;
@@ -42,8 +42,8 @@ pub(super) enum Target {
     Spheres(usize),
     Quads(usize),
     Triangles(usize),
-    /// One instance of a shared mesh.
-    Instance(usize),
+    /// One thing alone: in the first tree an instance, in the tree of a group a rare shape.
+    Lone(usize),
 }
 
 impl Child {
@@ -51,7 +51,7 @@ impl Child {
     const SPHERES: u32 = 1;
     const QUADS: u32 = 2;
     const TRIANGLES: u32 = 3;
-    const INSTANCE: u32 = 7;
+    const LONE: u32 = 7;
 
     /// The first block of triangles, which is empty: a ray that is not finite enters the box of nothing, too, and has to
     /// come to an end there.
@@ -70,7 +70,7 @@ impl Child {
             Child::SPHERES => Target::Spheres(index),
             Child::QUADS => Target::Quads(index),
             Child::TRIANGLES => Target::Triangles(index),
-            _ => Target::Instance(index),
+            _ => Target::Lone(index),
         }
     }
 }
@@ -79,7 +79,8 @@ impl Child {
 pub(super) const SPHERE: u32 = 0;
 pub(super) const QUAD: u32 = 1;
 pub(super) const TRIANGLE: u32 = 2;
-pub(super) const INSTANCE: u32 = ALONE;
+/// What is alone in its leaf: see [`Target::Lone`].
+pub(super) const LONE: u32 = ALONE;
 
 /// Eight spheres, one column for each property. Places that are left over hold NaN, which nothing meets.
 #[derive(Clone, Debug)]
@@ -222,6 +223,8 @@ pub(super) struct Nodes {
     pub(super) spheres: Vec<Spheres>,
     pub(super) quads: Vec<Quads>,
     pub(super) triangles: Vec<Eight>,
+    /// The rare shapes of a group, each a leaf of its own; empty in other trees.
+    pub(super) rare: Vec<(Rare, u32)>,
     /// The first leaf of triangles that are no needles (see [`crate::shape::NEEDLE`]); none of those after it has any.
     pub(super) first_without_needles: usize,
 }
@@ -235,8 +238,17 @@ pub enum Contents<'a> {
     Node(usize),
     /// Surfaces of one kind, numbered as in [`Hit::surface`](crate::world::Hit::surface).
     Leaf(&'a [u32]),
-    /// A shared mesh where it stands, by its index in [`Instances`](crate::world::Instances).
+    /// A group or a shared mesh where it stands, by its index in [`Instances`](crate::world::Instances).
     Instance(usize),
+}
+
+/// What the items of a tree are, each by its index.
+pub(super) struct Things<'a> {
+    pub(super) spheres: &'a [(Sphere, u32)],
+    pub(super) quads: &'a [(Quad, u32)],
+    /// Of a group.
+    pub(super) rare: &'a [(Rare, u32)],
+    pub(super) triangles: &'a Triangles,
 }
 
 /// Some of the things, as sorted.
@@ -252,7 +264,7 @@ struct Leaves {
 impl Nodes {
     /// Makes nodes of eight children from those of two: a node takes its children's children in their place, the
     /// largest first, until it has eight. Up to so many threads fill the leaves.
-    pub(super) fn new(splits: &[Split], items: &[Item], things: &Simple, threads: usize) -> Nodes {
+    pub(super) fn new(splits: &[Split], items: &[Item], things: &Things<'_>, threads: usize) -> Nodes {
         let nothing: Range = 0..0;
         let mut leaves = Leaves { spheres: Vec::new(), quads: Vec::new(), triangles: vec![nothing] };
         let mut nodes = pages::with_capacity(splits.len() / 8);
@@ -267,8 +279,7 @@ impl Nodes {
                 Child::new(0, 0)
             }
         };
-        let first_without_needles =
-            needles_first(&things.triangles, items, &mut leaves.triangles, &mut nodes);
+        let first_without_needles = needles_first(things.triangles, items, &mut leaves.triangles, &mut nodes);
         let all = |range: &Range| items[range.clone()].iter().map(|item| item.index() as usize);
         let spheres = leaves.spheres.iter().map(|range| Spheres::new(all(range).map(|i| things.spheres[i])));
         let quads = leaves.quads.iter().map(|range| Quads::new(all(range).map(|i| things.quads[i])));
@@ -276,7 +287,7 @@ impl Nodes {
         triangles.resize(leaves.triangles.len(), Eight::EMPTY);
         in_parts(&mut triangles, threads, |first, part| {
             for (block, range) in part.iter_mut().zip(&leaves.triangles[first..]) {
-                block.fill(&things.triangles, &items[range.clone()]);
+                block.fill(things.triangles, &items[range.clone()]);
             }
         });
         Nodes {
@@ -286,6 +297,7 @@ impl Nodes {
             spheres: spheres.collect(),
             quads: quads.collect(),
             triangles,
+            rare: things.rare.to_vec(),
             first_without_needles,
         }
     }
@@ -315,7 +327,12 @@ impl Nodes {
     pub(super) fn contents(&self, child: Child) -> Contents<'_> {
         let rows = match child.target() {
             Target::Node(node) => return Contents::Node(node),
-            Target::Instance(instance) => return Contents::Instance(instance),
+            Target::Lone(index) => {
+                return match self.rare.get(index) {
+                    Some((_, row)) => Contents::Leaf(std::slice::from_ref(row)),
+                    None => Contents::Instance(index),
+                };
+            }
             Target::Spheres(block) => &self.spheres[block].rows,
             Target::Quads(block) => &self.quads[block].rows,
             Target::Triangles(block) => &self.triangles[block].rows,
@@ -371,11 +388,13 @@ impl Nodes {
 
     /// Bytes in memory.
     pub(super) fn bytes(&self) -> usize {
-        let Nodes { root: _, around: _, nodes, spheres, quads, triangles, first_without_needles: _ } = self;
+        let Nodes { root: _, around: _, nodes, spheres, quads, triangles, rare, first_without_needles: _ } =
+            self;
         size_of_val(&nodes[..])
             + size_of_val(&spheres[..])
             + size_of_val(&quads[..])
             + size_of_val(&triangles[..])
+            + size_of_val(&rare[..])
     }
 }
 
@@ -413,7 +432,7 @@ fn add(split: usize, splits: &[Split], items: &[Item], nodes: &mut Vec<Node>, le
         let (tag, leaves) = match items[first as usize].kind() {
             SPHERE => (Child::SPHERES, &mut leaves.spheres),
             QUAD => (Child::QUADS, &mut leaves.quads),
-            INSTANCE => return Child::new(Child::INSTANCE, items[first as usize].index() as usize),
+            LONE => return Child::new(Child::LONE, items[first as usize].index() as usize),
             _ => (Child::TRIANGLES, &mut leaves.triangles),
         };
         leaves.push(first as usize..(first + count) as usize);

@@ -9,7 +9,7 @@ use super::node::{Child, Node, Nodes, Target, WIDTH};
 use super::tree::Bvh;
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{Float, LaneFloat, LaneMask, LaneUint, Mask, Ray, Vec3};
-use crate::shape::{BOUNDS_ERROR, Meeting, NOTHING, Sheared};
+use crate::shape::{Meeting, NOTHING, Rare, Shape, Sheared};
 use crate::world::{Hit, NO_INSTANCE};
 
 /// The size of the stack of children that wait while nearer ones are visited: seven at each level at most.
@@ -65,7 +65,7 @@ struct Probe<F> {
     /// 1/d.
     inverse: Vec3<F>,
     /// The origin for near sides, and the one for far sides: moved apart by the error bound of a hit, which is a share
-    /// of the origin's largest coordinate (see [`BOUNDS_ERROR`]).
+    /// of the origin's largest coordinate (see [`BOUNDS_ERROR`](crate::shape::BOUNDS_ERROR)).
     near_o: Vec3<F>,
     far_o: Vec3<F>,
     /// The indices of a node's planes that are near sides.
@@ -203,9 +203,9 @@ fn without_weights<F: LaneFloat>(t: F) -> Meeting<F> {
     Meeting { t, weights: [F::zero(); 2] }
 }
 
-/// The hits of a ray on eight items, and their rows.
+/// The hits of a ray on eight items, and their rows. `UNIT` says that the ray's direction has a length of one.
 #[inline(always)]
-fn meetings<'a, F: LaneFloat>(
+fn meetings<'a, F: LaneFloat, const UNIT: bool>(
     tree: &'a Nodes,
     target: Target,
     probe: &Probe<F>,
@@ -220,13 +220,15 @@ fn meetings<'a, F: LaneFloat>(
         }
         Target::Spheres(index) => {
             let block = &tree.spheres[index];
-            (without_weights(block.form().intersect(ray)), &block.rows)
+            let form = block.form();
+            let t = if UNIT { form.intersect(ray) } else { form.intersect_any_length(ray) };
+            (without_weights(t), &block.rows)
         }
         Target::Quads(index) => {
             let block = &tree.quads[index];
             (without_weights(block.form().intersect(ray)), &block.rows)
         }
-        Target::Node(_) | Target::Instance(_) => unreachable!("no leaf"),
+        Target::Node(_) | Target::Lone(_) => unreachable!("no leaf"),
     }
 }
 
@@ -257,10 +259,26 @@ struct Nearest {
 }
 
 impl Nearest {
+    /// Tests a rare shape of an instance.
+    #[inline(always)]
+    fn ask_rare(&mut self, (shape, surface): &(Rare, u32), ray: &Ray<f32>, instance: u32) {
+        let t = shape.intersect(ray);
+        let lower = (instance, *surface) < (self.instance, self.surface);
+        if t < self.t || (t == self.t && t < NOTHING && lower) {
+            *self = Nearest { t, surface: *surface, instance, weights: [0.0; 2] };
+        }
+    }
+
     /// Tests a leaf in the tree of an instance.
     #[inline(always)]
-    fn ask<F: LaneFloat>(&mut self, tree: &Nodes, target: Target, probe: &Probe<F>, instance: u32) {
-        let (Meeting { t, weights }, surfaces) = meetings(tree, target, probe);
+    fn ask<F: LaneFloat, const UNIT: bool>(
+        &mut self,
+        tree: &Nodes,
+        target: Target,
+        probe: &Probe<F>,
+        instance: u32,
+    ) {
+        let (Meeting { t, weights }, surfaces) = meetings::<F, UNIT>(tree, target, probe);
         let mut near = (t.lt(F::splat(NOTHING)) & t.le(F::splat(self.t))).bits();
         if near == 0 {
             return;
@@ -315,14 +333,13 @@ impl Kernel for Closest<'_> {
                     &mut stack,
                     #[inline(always)]
                     |target, t_max| {
-                        let (Target::Instance(instance), Some(inner_stack)) = (target, &mut inner_stack)
-                        else {
-                            nearest.ask(tree, target, &probe, NO_INSTANCE);
+                        let (Target::Lone(instance), Some(inner_stack)) = (target, &mut inner_stack) else {
+                            nearest.ask::<_, true>(tree, target, &probe, NO_INSTANCE);
                             return Some(nearest.t);
                         };
                         let mesh = &world.meshes[world.instances.mesh[instance] as usize];
                         let ray = world.instances.place(instance).ray(&ray);
-                        let probe = Probe::<F::Octet>::new(&ray, BOUNDS_ERROR);
+                        let probe = Probe::<F::Octet>::new(&ray, world.share_within);
                         visit::<_, true>(
                             mesh,
                             &probe,
@@ -330,7 +347,11 @@ impl Kernel for Closest<'_> {
                             inner_stack,
                             #[inline(always)]
                             |target, _| {
-                                nearest.ask(mesh, target, &probe, instance as u32 + 1);
+                                let number = instance as u32 + 1;
+                                match target {
+                                    Target::Lone(rare) => nearest.ask_rare(&mesh.rare[rare], &ray, number),
+                                    target => nearest.ask::<_, false>(mesh, target, &probe, number),
+                                }
                                 Some(nearest.t)
                             },
                         );
@@ -386,13 +407,13 @@ impl Kernel for Any<'_> {
                     &mut stack,
                     #[inline(always)]
                     |target, limit| {
-                        if past_triangles && matches!(target, Target::Triangles(_) | Target::Instance(_)) {
+                        if past_triangles && matches!(target, Target::Triangles(_) | Target::Lone(_)) {
                             return Some(limit);
                         }
-                        if let (Target::Instance(instance), Some(inner_stack)) = (target, &mut inner_stack) {
+                        if let (Target::Lone(instance), Some(inner_stack)) = (target, &mut inner_stack) {
                             let mesh = &world.meshes[world.instances.mesh[instance] as usize];
                             let ray = world.instances.place(instance).ray(&ray);
-                            let probe = Probe::<F::Octet>::new(&ray, BOUNDS_ERROR);
+                            let probe = Probe::<F::Octet>::new(&ray, world.share_within);
                             visit::<_, false>(
                                 mesh,
                                 &probe,
@@ -400,13 +421,19 @@ impl Kernel for Any<'_> {
                                 inner_stack,
                                 #[inline(always)]
                                 |target, limit| {
-                                    meets =
-                                        meetings(mesh, target, &probe).0.t.lt(F::Octet::splat(limit)).any();
+                                    meets = match target {
+                                        Target::Lone(rare) => mesh.rare[rare].0.intersect(&ray) < limit,
+                                        target => {
+                                            let t = meetings::<_, false>(mesh, target, &probe).0.t;
+                                            t.lt(F::Octet::splat(limit)).any()
+                                        }
+                                    };
                                     (!meets).then_some(limit)
                                 },
                             );
                         } else {
-                            meets = meetings(tree, target, &probe).0.t.lt(F::Octet::splat(limit)).any();
+                            let t = meetings::<_, true>(tree, target, &probe).0.t;
+                            meets = t.lt(F::Octet::splat(limit)).any();
                         }
                         (!meets).then_some(limit)
                     },

@@ -1,27 +1,29 @@
 //! The trees of a world: their surfaces, and the contents of their boxes.
 
 use super::build::{Item, build, in_parts};
-use super::node::{Contents, INSTANCE, Nodes, QUAD, SPHERE, TRIANGLE, WIDTH};
+use super::node::{Contents, LONE, Nodes, QUAD, SPHERE, TRIANGLE, Things, WIDTH};
 use crate::math::Bounds;
 use crate::shape::{BOUNDS_ERROR, Shape};
-use crate::world::{Instances, Simple, Treed, pages};
+use crate::world::{Instances, Members, Simple, Treed, pages};
 use std::ops::Range;
 use std::sync::Arc;
 
 /// Coordinates as far out as this have squares that are not finite.
 const FARTHEST: f32 = 1e18;
 
-/// Bounded surfaces in a tree of boxes, eight at each node. Shared meshes have trees of their own, each in the
-/// space of its mesh, which the instances in the first tree lead to.
+/// Bounded surfaces in a tree of boxes, eight at each node. Groups and shared meshes have trees of their own, each in
+/// its own space, which the instances in the first tree lead to.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     /// `None` if there is nothing.
     pub(super) tree: Option<Nodes>,
-    /// The trees of the shared meshes.
+    /// The trees of the groups and of the shared meshes.
     pub(super) meshes: Vec<Nodes>,
     pub(super) instances: Arc<Instances>,
     /// By how much of its origin's largest coordinate a ray is moved beside the first tree's boxes.
     pub(super) share: f32,
+    /// The same in the trees of groups and shared meshes.
+    pub(super) share_within: f32,
     /// Whether nothing but meshes is in it.
     pub(super) is_of_meshes: bool,
 }
@@ -82,26 +84,46 @@ impl Bvh {
         };
         // The triangles of a mesh all fit: its reader and its transform have been checked.
         triangles(&mut items, 0..all.triangles.placed());
-        let tree_of = |mut items: Vec<Item>| {
+        let tree_of = |mut items: Vec<Item>, members: Option<&Members>| {
             let splits = build(&mut items, threads);
-            Nodes::new(&splits, &items, all, threads)
+            let things = match members {
+                None => {
+                    Things { spheres: &all.spheres, quads: &all.quads, rare: &[], triangles: &all.triangles }
+                }
+                Some(Members { spheres, quads, rare }) => {
+                    Things { spheres, quads, rare, triangles: &all.triangles }
+                }
+            };
+            Nodes::new(&splits, &items, &things, threads)
         };
         let is_of_meshes = items.len() == all.triangles.placed();
         let mut meshes = Vec::new();
-        for range in &all.instances.meshes {
+        for (thing, range) in all.instances.meshes.iter().enumerate() {
             let mut items = pages::with_capacity(range.len());
             triangles(&mut items, range.clone());
-            meshes.push(tree_of(items));
+            let members = all.instances.groups.get(thing);
+            if let Some(Members { spheres, quads, rare }) = members {
+                // All of them fit: a scene that is checked has no group that reaches farther.
+                let of_kind = |kind| {
+                    let change = &change;
+                    move |(i, bounds)| Item::new(&change(bounds), kind, i)
+                };
+                items.extend((0..).zip(spheres.iter().map(|(s, _)| s.bounds())).map(of_kind(SPHERE)));
+                items.extend((0..).zip(quads.iter().map(|(q, _)| q.bounds())).map(of_kind(QUAD)));
+                items.extend((0..).zip(rare.iter().map(|(r, _)| r.bounds())).map(of_kind(LONE)));
+            }
+            meshes.push(tree_of(items, members));
         }
         let mut share = BOUNDS_ERROR;
         for (instance, &mesh) in all.instances.mesh.iter().enumerate() {
             let (bounds, own) = all.instances.bounds(instance, &meshes[mesh as usize].boxes());
-            items.push(Item::new(&change(bounds), INSTANCE, instance as u32));
+            items.push(Item::new(&change(bounds), LONE, instance as u32));
             share = share.max(own);
         }
-        let tree = (!items.is_empty()).then(|| tree_of(items));
+        let tree = (!items.is_empty()).then(|| tree_of(items, None));
         let instances = Arc::clone(&all.instances);
-        (beside, Bvh { tree, meshes, instances, share, is_of_meshes })
+        let share_within = instances.share_within();
+        (beside, Bvh { tree, meshes, instances, share, share_within, is_of_meshes })
     }
 }
 
@@ -127,13 +149,13 @@ impl Bvh {
         self.tree.as_ref().map(Boxes)
     }
 
-    /// The trees of the shared meshes, each in its mesh's space.
+    /// The trees of the groups and of the shared meshes, each in its own space.
     pub fn shared(&self) -> impl Iterator<Item = Boxes<'_>> {
         self.meshes.iter().map(Boxes)
     }
 
     /// The share of a ray's origin by which it has to be moved beside the boxes of the tree in the world's own space:
-    /// at least [`BOUNDS_ERROR`], which is enough in those of shared meshes.
+    /// at least [`BOUNDS_ERROR`]. [`Instances::share_within`] is that in the others.
     pub fn share(&self) -> f32 {
         self.share
     }

@@ -1,7 +1,7 @@
 //! Areas of surfaces in uv, by which the levels of pictures are chosen.
 
 use super::{SurfacePoint, SurfaceTable};
-use crate::math::{Float, Uint, Vec3};
+use crate::math::{Float, Mask, Uint, Vec3};
 use crate::world::triangles::FIRST_TRIANGLE;
 use std::f32::consts::PI;
 
@@ -13,7 +13,7 @@ impl SurfaceTable {
     #[inline(always)]
     pub fn uv_per_area<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> F {
         match &self.triangles {
-            None => self.smooth_uv_per_area(point),
+            None => self.smooth_uv_per_area(point, instance),
             Some(triangles) => {
                 let on_mesh = !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
                 F::fork(
@@ -21,7 +21,7 @@ impl SurfaceTable {
                     #[inline(always)]
                     || triangles.uv_per_area(self.instances(), point.surface, instance, on_mesh),
                     #[inline(always)]
-                    || self.smooth_uv_per_area(point),
+                    || self.smooth_uv_per_area(point, instance),
                 )
             }
         }
@@ -29,8 +29,11 @@ impl SurfaceTable {
 
     /// The same on all but meshes.
     #[inline(always)]
-    fn smooth_uv_per_area<F: Float>(&self, point: &SurfacePoint<F>) -> F {
-        let row = point.row;
+    fn smooth_uv_per_area<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> F {
+        let (mut p, mut n, row) = (point.p, point.n, point.row);
+        if self.has_groups {
+            (p, n) = self.point_within(p, n, instance, F::Mask::splat(true));
+        }
         let across = Vec3::<F>::gather(&self.u_axis, row).cross(Vec3::gather(&self.v_axis, row));
         let mut area = across.length();
         let radius = F::gather(&self.radius, row);
@@ -41,7 +44,6 @@ impl SurfaceTable {
                 #[inline(always)]
                 || {
                     // Of φ/2π and θ/π: 1/(2π²·r²·sin θ).
-                    let n = point.n;
                     let sin = (n.x * n.x + n.y * n.y).sqrt().max(F::splat(LEAST_SINE));
                     F::splat(0.5 / (PI * PI)) / (radius * radius * sin)
                 },
@@ -54,9 +56,12 @@ impl SurfaceTable {
                 #[inline(always)]
                 || {
                     let (kind, form) = self.rare::<F>(row);
-                    form.uv_per_area(kind, point.p)
+                    form.uv_per_area(kind, p)
                 },
             );
+        }
+        if self.has_groups {
+            area = area * self.area_within(point.n, instance);
         }
         area
     }
@@ -131,7 +136,7 @@ mod tests {
                     let hit = world.intersect(&ray, true);
                     assert!(hit.is_some(), "{name} is not met");
                     let point = tables.surfaces.point(&ray, &hit);
-                    let uv = tables.surfaces.uv(&point, true);
+                    let uv = tables.surfaces.uv(&point, hit.instance, true);
                     (point.p, uv, tables.surfaces.uv_per_area(&point, hit.instance))
                 };
                 let step = 4e-3;

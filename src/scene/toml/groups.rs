@@ -1,0 +1,256 @@
+//! Groups of surfaces, and where they stand.
+//!
+//! ```toml
+//! [[groups.tree.entities]]
+//! shape = { type = "cylinder", from = [0, 0, 0], to = [0, 0, 2], radius = 0.2 }
+//! material = "bark"
+//! [[groups.tree.entities]]
+//! shape = { type = "sphere", center = [0, 0, 3], radius = 1.5 }
+//! material = "leaves"
+//!
+//! [[instances]]
+//! group = "tree"
+//! transform = { scale = [1, 1, 1.5], rotate = [0, 0, 40], translate = [5, 2, 0] }
+//!
+//! [[groups.forest.instances]]      # a group may hold other groups
+//! group = "tree"
+//! transform = { translate = [3, 0, 0] }
+//! ```
+//!
+//! A group has the tables of the scene that describe surfaces: entities, in its own space, and instances of other groups.
+//! It is kept once, however often it stands somewhere. What is unbounded, a plane, is in no group.
+
+use std::collections::HashMap;
+
+use glam::DAffine3;
+
+use super::entity::{ENTITY_TABLE, RawEntity, entity};
+use super::report::{Placed, Read, Reported, Reports};
+use super::shape::{TRANSFORM_TABLE, transform};
+use super::table::{At, Block, Fields, Key, ListOf, Named, Table};
+use super::value::Word;
+use crate::scene::description::{Group, Instance, Scene};
+use crate::scene::groups::{Broken, broken};
+use crate::scene::names::{self, Disorder, MAX_NESTING, Names};
+use crate::scene::spelling::quote;
+
+/// What a group holds.
+pub(super) struct RawGroup {
+    entities: Read<Vec<RawEntity>>,
+    instances: Read<Vec<RawInstance>>,
+}
+
+/// An instance whose group is still a name.
+pub(super) struct RawInstance {
+    name: Read<Option<Placed<String>>>,
+    group: Read<Placed<String>>,
+    transform: Read<DAffine3>,
+    /// Where the transform stands.
+    at: usize,
+}
+
+pub(super) static GROUP_TABLE: Table = Table::new("a group", &[&ENTITIES, &INSTANCES]);
+
+static ENTITIES: Key<ListOf<Block<RawEntity>>> = Key::default(
+    "entities",
+    ListOf(Block { table: &ENTITY_TABLE, build: entity }),
+    "[]",
+    "The surfaces of the group, in its own space. What emits is a light at each place of the group if it is a mesh, a quad or a box, or if each place only moves, turns, mirrors and scales it alike along all axes, and its material does not look at uv, or nothing turns it; the light of others paths find by chance.",
+);
+static INSTANCES: Key<ListOf<Block<RawInstance>>> = Key::default(
+    "instances",
+    ListOf(Block { table: &INSTANCE_TABLE, build: instance }),
+    "[]",
+    "Where other groups stand in this one, which may hold further groups, but not itself.",
+);
+
+pub(super) static INSTANCE_TABLE: Table = Table::new("an instance", &[&NAME, &GROUP, &TRANSFORM]);
+
+static NAME: Key<At<Word>> = Key::optional("name", At(Word), "What messages call the instance.");
+static GROUP: Key<At<Word>> = Key::required("group", At(Word), "The name of the group that stands there.");
+static TRANSFORM: Key<Block<DAffine3>> = Key::default(
+    "transform",
+    Block { table: &TRANSFORM_TABLE, build: transform },
+    "{}",
+    "From the group's space to that in which the instance stands: scale, then rotate, then translate; or a matrix.",
+);
+
+pub(super) fn group(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawGroup> {
+    Ok(RawGroup { entities: fields.get(&ENTITIES, reports), instances: fields.get(&INSTANCES, reports) })
+}
+
+pub(super) fn instance(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawInstance> {
+    Ok(RawInstance {
+        name: fields.find(&NAME, reports),
+        group: fields.get(&GROUP, reports),
+        transform: fields.get(&TRANSFORM, reports),
+        at: fields.place_of(&TRANSFORM),
+    })
+}
+
+/// Entities, each with the group that it is within, in the order of the file.
+type Entities = Vec<(Option<usize>, RawEntity)>;
+
+/// The groups of a file, whose instances name each other still.
+pub(super) struct Unlinked {
+    /// The names, and where they stand.
+    names: Vec<(String, usize)>,
+    instances: Vec<(Option<usize>, RawInstance)>,
+}
+
+/// The groups of a scene.
+pub(super) struct Linked {
+    pub(super) groups: Vec<Group>,
+    pub(super) instances: Vec<Instance>,
+    /// The final index of each group in the order of the file.
+    pub(super) index_of: Vec<usize>,
+    pub(super) places: Places,
+}
+
+/// Where groups and instances stand in the file.
+pub(super) struct Places {
+    groups: Vec<usize>,
+    /// The transforms of the instances.
+    instances: Vec<usize>,
+}
+
+/// The entities of the world and of all groups, and the groups without them.
+pub(super) fn split(
+    entities: Read<Vec<RawEntity>>,
+    groups: Read<Vec<Named<Read<RawGroup>>>>,
+    instances: Read<Vec<RawInstance>>,
+) -> Read<(Entities, Unlinked)> {
+    let mut all: Entities = entities?.into_iter().map(|entity| (None, entity)).collect();
+    let mut unlinked = Unlinked { names: Vec::new(), instances: Vec::new() };
+    unlinked.instances.extend(instances?.into_iter().map(|instance| (None, instance)));
+    for (index, Named { name, at, value }) in groups?.into_iter().enumerate() {
+        let RawGroup { entities, instances } = value?;
+        all.extend(entities?.into_iter().map(|entity| (Some(index), entity)));
+        unlinked.instances.extend(instances?.into_iter().map(|instance| (Some(index), instance)));
+        unlinked.names.push((name, at));
+    }
+    Ok((all, unlinked))
+}
+
+/// Puts groups in an order in which each comes after those that it holds, and resolves their names.
+pub(super) fn link(unlinked: Unlinked, reports: &mut Reports<'_>) -> Read<Linked> {
+    let Unlinked { names, instances } = unlinked;
+    let known = Names::of("groups", names.iter().map(|(name, _)| name.as_str()));
+    let mut edges = vec![Vec::new(); names.len()];
+    let mut edge_places = vec![Vec::new(); names.len()];
+    let mut outcome = Ok(());
+    let mut linked = Vec::new();
+    let mut places = Vec::new();
+    for (i, (within, raw)) in instances.into_iter().enumerate() {
+        let resolve = || {
+            let (group, name, transform) = (raw.group?, raw.name?, raw.transform?);
+            let index = find(&group, &known, reports)?;
+            if let Some(within) = within {
+                edges[within].push(index);
+                edge_places[within].push(group.at);
+            }
+            let name = name.map_or_else(|| format!("instance {}", i + 1), |name| name.value);
+            linked.push(Instance { name, group: index, transform, within });
+            places.push(raw.at);
+            Ok(())
+        };
+        outcome = resolve().and(outcome);
+    }
+    outcome?;
+    let order = names::order(&edges, |disorder| match disorder {
+        Disorder::Circle { nodes, last, edge } => {
+            let message = format!("group contains itself: {}", known.circle(&nodes));
+            reports.error(edge_places[last][edge], message)
+        }
+        Disorder::TooDeep(node) => {
+            let (name, at) = &names[node];
+            let message = format!("group {} is nested more than {MAX_NESTING} deep", quote(name));
+            reports.error(*at, message)
+        }
+    })?;
+    let mut index_of = vec![0; names.len()];
+    order.iter().enumerate().for_each(|(index, &i)| index_of[i] = index);
+    for instance in &mut linked {
+        instance.group = index_of[instance.group];
+        instance.within = instance.within.map(|group| index_of[group]);
+    }
+    let groups: Vec<_> = order.iter().map(|&i| Group { name: names[i].0.clone() }).collect();
+    let places = Places { groups: order.iter().map(|&i| names[i].1).collect(), instances: places };
+    warn_of_unused(&groups, &linked, &places, reports);
+    Ok(Linked { groups, instances: linked, index_of, places })
+}
+
+/// The index, in the order of the file, of the group that the file names.
+fn find(name: &Placed<String>, known: &Names<'_>, reports: &mut Reports<'_>) -> Result<usize, Reported> {
+    known.find(&name.value).ok_or_else(|| {
+        reports.error_with(name.at, format!("no group {}", quote(&name.value)), |_| {
+            let none = || "this file has no [groups.NAME]".into();
+            Some(known.instead(&name.value).unwrap_or_else(none))
+        })
+    })
+}
+
+/// Warns of groups that stand nowhere.
+fn warn_of_unused(groups: &[Group], instances: &[Instance], places: &Places, reports: &mut Reports<'_>) {
+    let mut used = vec![false; groups.len()];
+    let mut held: HashMap<usize, Vec<usize>> = HashMap::new();
+    for instance in instances {
+        match instance.within {
+            None => used[instance.group] = true,
+            Some(within) => held.entry(within).or_default().push(instance.group),
+        }
+    }
+    // Groups come after those that they hold, so going backwards meets every holder first.
+    for group in (0..groups.len()).rev().collect::<Vec<_>>() {
+        if used[group] {
+            held.remove(&group).into_iter().flatten().for_each(|held| used[held] = true);
+        }
+    }
+    let mut unused: Vec<usize> = (0..groups.len()).filter(|&group| !used[group]).collect();
+    unused.sort_unstable_by_key(|&group| places.groups[group]);
+    for group in unused {
+        let message = format!("group {} is not used", quote(&groups[group].name));
+        reports.warn(Some(places.groups[group]), message, "no instance places it");
+    }
+}
+
+/// Reports what is wrong with where groups stand. `entities` are the places of the entities in the file.
+pub(super) fn check(
+    scene: &Scene,
+    places: &Places,
+    entities: &[usize],
+    reports: &mut Reports<'_>,
+) -> Read<()> {
+    let mut outcome = Ok(());
+    for broken in broken(scene) {
+        let (at, message) = match broken {
+            Broken::Group(i, message) => {
+                (places.groups[i], format!("group {}: {message}", quote(&scene.groups[i].name)))
+            }
+            Broken::Instance(i, message) => (places.instances[i], message),
+            Broken::Entity(i, message) => (entities[i], message),
+        };
+        outcome = Err(reports.error(at, message));
+    }
+    outcome
+}
+
+/// Warns of entities in groups that emit and are no lights that are sampled.
+pub(super) fn warn_of_chance(scene: &Scene, places: &[usize], reports: &mut Reports<'_>) {
+    if scene.groups.is_empty() {
+        return;
+    }
+    let written = scene.written_out(&scene.group_places());
+    for (i, entity) in scene.entities.iter().enumerate() {
+        // Of those that emit a texture it has been said.
+        let emits = entity.emission.iter().any(|&channel| channel > 0.0);
+        if entity.within.is_some() && emits && !written[i] {
+            let message = format!(
+                "{} emits, and is turned with its pattern or squeezed where its group stands: it is not sampled \
+                 as a light",
+                quote(&entity.name)
+            );
+            reports.warn(Some(places[i]), message, "paths find its light by chance");
+        }
+    }
+}

@@ -46,6 +46,11 @@ fn place() -> DAffine3 {
     )
 }
 
+/// An entity of the only group, which stands at a place that squeezes and mirrors it.
+fn grouped(entity: Entity) -> Vec<Entity> {
+    vec![Entity { within: Some(0), ..entity }]
+}
+
 fn everything() -> Vec<(&'static str, Vec<Entity>)> {
     let placed = |turned| Entity {
         shape: Shape::Mesh { mesh: Arc::new(sheet(turned)), transform: place() },
@@ -69,6 +74,11 @@ fn everything() -> Vec<(&'static str, Vec<Entity>)> {
         ("mesh", vec![placed(false)]),
         ("mesh with uv turned round", vec![placed(true)]),
         ("instances", vec![copy(DVec3::ZERO), copy(v(50.0, 0.0, 0.0))]),
+        ("sphere in a group", grouped(sphere(v(0.2, 0.1, -0.3), 1.0, 0))),
+        ("quad in a group", grouped(quad(v(-0.9, -0.9, 0.2), v(1.8, 0.3, 0.1), v(0.6, 1.6, -0.2), 0))),
+        ("disk in a group", grouped(flipped(disk(v(0.1, 0.2, 0.0), v(0.6, 0.0, 0.8), 1.2, 0)))),
+        ("cylinder in a group", grouped(cylinder(v(-0.8, 0.2, -0.3), v(0.9, 0.1, 0.4), 0.8, 0))),
+        ("mesh in a group", grouped(mesh(sheet(false), 0))),
     ]
 }
 
@@ -77,7 +87,11 @@ fn everything() -> Vec<(&'static str, Vec<Entity>)> {
 fn along_a_tangent_u_grows_and_v_stays() {
     let stream = &mut Stream::new(1, 0, 0);
     for (name, entities) in everything() {
-        let scene = scene(vec![brushed()], entities);
+        let mut scene = scene(vec![brushed()], entities);
+        if scene.entities[0].within.is_some() {
+            let group = scene.add_group("group");
+            scene.add_instance("instance", group, place());
+        }
         let (tables, surfaces) = compile_sharing(&scene, 16, 16, 1).unwrap();
         let world = World::new(&surfaces, Finder::Simple);
         let (mut seen, mut wrong) = (0, 0);

@@ -64,7 +64,7 @@ pub fn moved(shape: &AnyShape, transform: &DAffine3, keeps_uv: bool) -> Option<(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::{Rare, Shape};
+    use crate::shape::Rare;
     use glam::DQuat;
 
     #[test]

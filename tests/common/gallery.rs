@@ -156,3 +156,54 @@ pub(super) fn interior_materials() -> Vec<Material> {
         plain(MatteParameters { reflectance: [0.0; 3], roughness: 0.0 }.into()),
     ]
 }
+
+/// Every bounded shape around the origin, about one large, of materials that follow each other.
+pub(super) fn bounded_shapes(first_material: usize) -> Vec<Entity> {
+    let v = DVec3::new;
+    let [a, b, c, d] = [[0.0, -1.6, -0.4], [0.5, -1.3, -0.4], [-0.4, -1.2, -0.3], [0.1, -1.4, 0.5]];
+    let tetrahedron = Mesh {
+        positions: vec![a, b, c, d],
+        uv: vec![[0.0, 0.0], [1.0, 0.2], [0.3, 1.1], [0.7, 0.6]],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+        ..Mesh::default()
+    };
+    let shapes: Vec<Shape> = vec![
+        SphereParameters { center: v(0.2, 0.1, 0.4), radius: 0.5 }.into(),
+        QuadParameters { corner: v(-1.2, -0.5, -0.6), u: v(0.8, 0.1, 0.2), v: v(0.1, 0.9, 0.3) }.into(),
+        BoxParameters { min: v(0.9, -0.4, -0.5), max: v(1.5, 0.3, 0.4) }.into(),
+        DiskParameters { center: v(0.0, 1.2, 0.1), normal: v(0.6, 0.0, 0.8), radius: 0.5 }.into(),
+        CylinderParameters { from: v(-0.9, 0.9, -0.8), to: v(-0.7, 1.3, 0.5), radius: 0.25 }.into(),
+        Shape::Mesh { mesh: Arc::new(tetrahedron), transform: DAffine3::IDENTITY },
+    ];
+    let entity = |(i, shape)| Entity { shape, material: first_material + i, ..Entity::default() };
+    shapes.into_iter().enumerate().map(entity).collect()
+}
+
+/// Adds to a scene of at least six materials a group of every bounded shape, and one that holds it twice; and places of
+/// both, squeezed, turned and mirrored. A quad of them is a lamp wherever it stands, and a sphere emits that is none.
+pub(super) fn add_groups(scene: &mut Scene) {
+    let (things, pair) = (scene.add_group("things"), scene.add_group("pair"));
+    let lamp = QuadParameters {
+        corner: DVec3::new(-0.2, -0.2, 1.6),
+        u: DVec3::new(0.0, 0.4, 0.0),
+        v: DVec3::new(0.4, 0.0, 0.0),
+    };
+    let ball = SphereParameters { center: DVec3::new(0.9, 1.0, -0.2), radius: 0.4 };
+    let lamp = Entity { shape: lamp.into(), emission: [6.0, 5.0, 4.0], ..Entity::default() };
+    let glow = Entity { shape: ball.into(), emission: [0.3, 0.4, 0.5], ..Entity::default() };
+    let all = bounded_shapes(0).into_iter().chain([lamp, glow]);
+    scene.entities.extend(all.map(|entity| Entity { within: Some(things), ..entity }));
+    let place = |scale: [f64; 3], angle: f64, at: [f64; 3]| {
+        let axis = DVec3::new(0.3, -0.4, 1.0).normalize();
+        DAffine3::from_translation(DVec3::from_array(at))
+            * DAffine3::from_axis_angle(axis, angle)
+            * DAffine3::from_scale(DVec3::from_array(scale))
+    };
+    for (scale, angle, at) in [([1.0, 0.8, 1.2], 0.4, [-0.9, -1.6, 0.0]), ([0.6, 0.6, -0.7], 2.0, [0.8, 1.7, 0.3])] {
+        let transform = place(scale, angle, at);
+        scene.instances.push(Instance { group: things, within: Some(pair), transform, ..Instance::default() });
+    }
+    scene.add_instance("one", things, place([0.9; 3], 1.0, [4.5, 0.2, -0.4]));
+    scene.add_instance("two", pair, place([1.0, 0.9, 0.8], 0.2, [6.5, 0.0, 0.3]));
+    scene.add_instance("two, mirrored", pair, place([-0.5, 0.5, 0.6], -0.7, [3.6, 0.4, 1.2]));
+}

@@ -371,6 +371,16 @@ pub fn dielectric(ior: f64, roughness: f64, priority: u32, absorption: [f64; 3])
     textured::dielectric(ior, roughness, priority, absorption)
 }
 
+/// Every bounded shape around the origin, each of its own material.
+pub fn shapes_of_all_kinds() -> Vec<Entity> {
+    textured::bounded_shapes(0)
+}
+
+/// Adds groups to a scene of at least six materials: see there.
+pub fn add_groups_to(scene: &mut Scene) {
+    textured::add_groups(scene);
+}
+
 mod textured {
     use std::sync::Arc;
     use stride::parameter::{ImageIndex, Varying};

@@ -13,6 +13,7 @@ macro_rules! broken {
 
 mod entities;
 mod environment;
+mod groups;
 mod keys;
 mod lights;
 mod materials;

@@ -78,11 +78,19 @@ mod tests {
     use glam::{DAffine3, DVec3};
     use std::sync::Arc;
 
-    fn seen(shape: Shape) -> (CompiledScene, World) {
+    /// A shape by itself, or in a group that is squeezed about a point that rays come to.
+    fn seen(shape: Shape, within: Option<usize>) -> (CompiledScene, World) {
         let matte = MatteParameters { reflectance: [0.5; 3], roughness: 0.0 };
         let material = Material { name: "matte".into(), kind: matte.into(), textures: Vec::new() };
-        let entities = vec![Entity { shape, ..Entity::default() }];
-        let scene = Scene { materials: vec![material], entities, ..Scene::default() };
+        let entities = vec![Entity { shape, within, ..Entity::default() }];
+        let mut scene = Scene { materials: vec![material], entities, ..Scene::default() };
+        if within.is_some() {
+            let group = scene.add_group("group");
+            let about = DAffine3::from_translation(DVec3::X * 4.0);
+            let squeezed = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.1)
+                * DAffine3::from_scale(DVec3::new(1.2, -0.8, 0.9));
+            scene.add_instance("instance", group, about * squeezed * about.inverse());
+        }
         let (tables, surfaces) = compile(&scene, 16, 16).expect("a scene");
         (tables, World::new(&surfaces, Finder::Simple))
     }
@@ -127,8 +135,11 @@ mod tests {
                 },
             ),
         ];
-        for (name, shape) in shapes {
-            let (tables, world) = seen(shape);
+        let both = shapes
+            .into_iter()
+            .flat_map(|(name, shape)| [(name, shape.clone(), None), (name, shape, Some(0))]);
+        for (name, shape, within) in both.filter(|(name, _, within)| *name != "plane" || within.is_none()) {
+            let (tables, world) = seen(shape, within);
             for [y, z] in [[0.0, 0.0], [0.05, 0.1], [-0.1, 0.07]] {
                 let at = |dy: f32, dz: f32| {
                     let d = Vec3::splat([1.0, y + dy, z + dz]).normalized();

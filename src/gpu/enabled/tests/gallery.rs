@@ -1,4 +1,4 @@
-//! A scene of textures, one under a picture, and one of dielectrics that overlap, which the digests have, too.
+//! Scenes of textures, under a picture, and of dielectrics that overlap, which the digests have too, and of groups.
 
 use super::scenes::{cylinder, disk, plane, quad, scene, sphere};
 use crate::scene::{
@@ -83,6 +83,17 @@ pub(super) fn interiors(width: u32, height: u32) -> Scene {
     scene.lights = vec![light.into()];
     scene.environment = [0.2, 0.3, 0.4];
     scene.render.max_depth = 8;
+    scene
+}
+
+/// Every bounded shape in groups, on materials that look at uv and others.
+pub(super) fn groups(width: u32, height: u32) -> Scene {
+    let (materials, textures, images) = textured::textured_materials();
+    let floor = plane([0.0, 0.0, 1.0], -1.8, 6);
+    let mut scene = Scene { textures, images, ..scene(width, height, materials, vec![floor]) };
+    textured::add_groups(&mut scene);
+    scene.environment = [0.2, 0.3, 0.4];
+    scene.render.max_depth = 5;
     scene
 }
 

@@ -3,7 +3,7 @@
 //! Verdicts fall as integrators' do among themselves, at the level stated in `tests/common/tiles.rs`, once for
 //! all comparisons of a test. As the seeds are fixed, a test that passes passes again on the same device.
 
-use super::gallery::{gallery, interiors, sunny};
+use super::gallery::{gallery, groups, interiors, sunny};
 use super::tiles::{Replicates, Verdict, welch};
 use super::{Device, GpuWorker, Prepared, Program, Shape, carry_out, device, scenes};
 
@@ -179,6 +179,14 @@ fn meshes_and_what_is_in_the_tree_are_the_same_picture() {
 }
 
 #[test]
+fn groups_are_the_same_picture() {
+    let scene = groups(48, 32);
+    // Five places of seven shapes, and at each of them a lamp.
+    assert!(Prepared::new(&scene, 0).scene.surfaces.instances().is_some_and(|all| all.of_groups() == 5));
+    hold_all(&[("groups".to_owned(), scene)], &[Integrator::Path], 6);
+}
+
+#[test]
 fn paths_without_a_limit_are_the_same_picture() {
     let Some(device) = device() else { return };
     let mut scene = scenes::with(scenes::lamps(48, 32), Integrator::Path, Sampler::Sobol);
@@ -212,6 +220,7 @@ fn one_changed_constant_is_noticed() {
     let (large, lamps) = (scenes::large_spheres(48, 32), scenes::lamps(48, 32));
     let (crowd, copies) = (scenes::crowd(48, 32), scenes::copies(48, 32));
     let (shop, of_triangles) = (scenes::shop(48, 32), scenes::lamps_of_triangles(48, 32));
+    let grouped = groups(48, 32);
     // Fewer samples where an error is large enough to be plain with them.
     for (scene, integrator, sampler, samples, right, wrong) in [
         (
@@ -256,6 +265,15 @@ fn one_changed_constant_is_noticed() {
         ),
         // Rays that come back from a mesh forget that they are in the world again.
         (&copies, PathNaive, Sobol, 4, "ray = world_ray;\n                probe", "probe"),
+        // Spheres take the directions of rays in groups for ones of length one.
+        (
+            &grouped,
+            PathNaive,
+            Sobol,
+            4,
+            "t = sphere_intersect_any_length(surface, ray);",
+            "t = sphere_intersect(surface, ray);",
+        ),
     ] {
         let scene = scenes::with(scene.clone(), integrator, sampler);
         let Some(verdict) = verdict_on(&scene, samples, right, wrong) else { return };

@@ -1,0 +1,162 @@
+//! Groups, and where they stand.
+
+use super::*;
+
+/// A grey ball in a group in lines 4 to 6, then `text` from line 7.
+fn with_group(text: &str) -> String {
+    with_grey(&format!(
+        "[[groups.tree.entities]]\nshape = {{ type = \"sphere\", center = [0, 0, 0], radius = 1 }}\nmaterial = \"grey\"\n{}",
+        text.trim_start_matches('\n')
+    ))
+}
+
+#[test]
+fn groups_and_groups_in_groups_are_fine() {
+    let text = with_group(
+        r#"
+[[instances]]
+group = "forest"
+transform = { scale = 2, translate = [1, 2, 3] }
+[[instances]]
+name = "one"
+group = "tree"
+[[groups.forest.instances]]
+group = "tree"
+transform = { rotate = [0, 0, 90], translate = [1, 0, 0] }
+"#,
+    );
+    let scene = parse(&text, "box.toml".as_ref()).expect("a scene").scene;
+    let names: Vec<_> = scene.groups.iter().map(|group| group.name.as_str()).collect();
+    assert_eq!(names, ["tree", "forest"]);
+    let instances: Vec<_> = scene.instances.iter().map(|i| (i.name.as_str(), i.group, i.within)).collect();
+    assert_eq!(instances, [("instance 1", 1, None), ("one", 0, None), ("instance 3", 0, Some(1))]);
+    assert_eq!((scene.entities[0].within, scene.place_counts()), (Some(0), vec![2, 1]));
+    let places = scene.group_places();
+    let origin = places[1].transform.transform_point3(glam::DVec3::ZERO);
+    assert!((origin - glam::DVec3::new(3.0, 2.0, 3.0)).length() < 1e-12, "{origin}");
+}
+
+broken!(
+    group_misspelt,
+    with_group("[[instances]]\ngroup = \"three\""),
+    [r#"8:9: no group "three"; did you mean "tree"?"#]
+);
+broken!(
+    group_where_there_is_none,
+    "[[instances]]\ngroup = \"tree\"",
+    [r#"2:9: no group "tree"; this file has no [groups.NAME]"#]
+);
+broken!(
+    instance_without_group,
+    with_group("[[instances]]\nname = \"a\""),
+    [r#"7:1: missing key "group" in an instance"#]
+);
+broken!(
+    plane_in_a_group,
+    with_grey(
+        "[[groups.a.entities]]\nshape = { type = \"plane\", normal = [0, 0, 1], distance = 0 }\nmaterial = \"grey\""
+    ),
+    ["5:9: a plane is unbounded, and can be in no group; a quad is a part of a plane"]
+);
+broken!(
+    power_in_a_group,
+    with_group("power = [1, 1, 1]"),
+    [
+        "7:9: power needs a surface that stands in one place, and a group may stand in many; give emission instead"
+    ]
+);
+broken!(
+    group_that_holds_itself,
+    with_group("[[groups.tree.instances]]\ngroup = \"tree\""),
+    [r#"8:9: group contains itself: tree → tree"#]
+);
+broken!(
+    groups_that_hold_each_other,
+    with_group(
+        "[[groups.a.instances]]\ngroup = \"b\"\n[[groups.b.instances]]\ngroup = \"tree\"\n[[groups.b.instances]]\ngroup = \"a\""
+    ),
+    [r#"12:9: group contains itself: a → b → a"#]
+);
+broken!(
+    group_made_flat,
+    with_group("[[instances]]\ngroup = \"tree\"\ntransform = { scale = [1, 0, 1] }"),
+    ["9:23: the transform makes everything flat"]
+);
+broken!(
+    group_sheared_too_much,
+    with_group(
+        "[[instances]]\ngroup = \"tree\"\ntransform = { matrix = [[1, 1e5, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] }"
+    ),
+    ["9:13: the transform shears or squeezes the group too much to follow rays in it"]
+);
+broken!(
+    group_too_far_out,
+    with_group("[[instances]]\ngroup = \"tree\"\ntransform = { scale = 1e9, translate = [1e18, 0, 0] }"),
+    ["9:13: the group, or the place to which the transform takes it, reaches farther than 1e18"]
+);
+broken!(
+    group_too_small,
+    with_group("[[instances]]\ngroup = \"tree\"\ntransform = { scale = 1e-16 }"),
+    [
+        "9:13: the group is smaller than 1e-15 where it stands: nothing of it would be seen; give the transform a larger scale"
+    ]
+);
+broken!(
+    keys_of_a_group,
+    with_grey("[groups.a]\nshapes = []"),
+    [r#"5:1: unknown key "shapes" in a group; valid here: "entities", "instances""#]
+);
+
+#[test]
+fn groups_that_multiply_beyond_the_limit_are_refused() {
+    let mut text = with_group("");
+    for level in 0..9 {
+        let held = if level == 0 { "tree".to_owned() } else { format!("g{}", level - 1) };
+        for _ in 0..8 {
+            text += &format!("\n[[groups.g{level}.instances]]\ngroup = \"{held}\"");
+        }
+    }
+    text += "\n[[instances]]\ngroup = \"g8\"\n";
+    let error = parse(&text, "box.toml".as_ref()).expect_err("a scene came of it").to_string();
+    assert!(error.contains("places of groups") && error.contains("16777216"), "{error}");
+}
+
+#[test]
+fn groups_are_nested_sixteen_deep_and_no_deeper() {
+    let nested = |depth: usize| {
+        let mut text = with_group("");
+        for level in 0..depth {
+            let held = if level == 0 { "tree".to_owned() } else { format!("g{}", level - 1) };
+            text += &format!("\n[[groups.g{level}.instances]]\ngroup = \"{held}\"");
+        }
+        text += &format!("\n[[instances]]\ngroup = \"g{}\"\n", depth - 1);
+        parse(&text, "box.toml".as_ref())
+    };
+    assert!(nested(16).is_ok());
+    let error = nested(17).expect_err("a scene came of it").to_string();
+    assert!(error.contains("\"g16\" is nested more than 16 deep"), "{error}");
+}
+
+#[test]
+fn groups_that_are_not_used_and_lamps_that_are_not_sampled_are_told() {
+    let text = with_group(
+        r#"
+emission = [1, 1, 1]
+[[groups.b.entities]]
+shape = { type = "sphere", center = [0, 0, 0], radius = 1 }
+material = "grey"
+[[instances]]
+group = "tree"
+transform = { scale = [1, 2, 1] }
+"#,
+    );
+    let warnings = parse(&text, "box.toml".as_ref()).expect("a scene").warnings;
+    let told: Vec<_> = warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(told.iter().any(|told| told.contains("group \"b\" is not used")), "{told:?}");
+    assert!(told.iter().any(|told| told.contains("\"entity 1\" emits, and is turned")), "{told:?}");
+    // Negative control: not squeezed.
+    let text = text.replace("scale = [1, 2, 1]", "scale = 2");
+    let warnings = parse(&text, "box.toml".as_ref()).expect("a scene").warnings;
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+}

@@ -160,3 +160,49 @@ transform = { scale = [1, 2, 1] }
     let warnings = parse(&text, "box.toml".as_ref()).expect("a scene").warnings;
     assert_eq!(warnings.len(), 1, "{warnings:?}");
 }
+
+#[test]
+fn a_shape_with_a_transform_is_a_group_of_one() {
+    let text = with_group(
+        r#"
+[[groups.tree.entities]]
+shape = { type = "box", min = [0, 0, 0], max = [1, 1, 1], transform = { rotate = [0, 0, 45] } }
+material = "grey"
+[[entities]]
+name = "egg"
+shape = { type = "sphere", center = [0, 0, 1], radius = 1, transform = { scale = [1, 1, 2] } }
+material = "grey"
+[[instances]]
+group = "tree"
+"#,
+    );
+    let scene = parse(&text, "box.toml".as_ref()).expect("a scene").scene;
+    let names: Vec<_> = scene.groups.iter().map(|group| group.name.as_str()).collect();
+    assert_eq!(names, ["egg", "entity 3", "tree"]);
+    let withins: Vec<_> = scene.entities.iter().map(|entity| entity.within).collect();
+    assert_eq!(withins, [Some(0), Some(2), Some(1)]);
+    let instances: Vec<_> = scene.instances.iter().map(|i| (i.group, i.within)).collect();
+    assert_eq!(instances, [(2, None), (0, None), (1, Some(2))]);
+    assert_eq!(scene.place_counts(), [1, 1, 1]);
+    let top = scene.instances[1].transform.transform_point3(glam::DVec3::Z);
+    assert!((top - glam::DVec3::Z * 2.0).length() < 1e-12, "{top}");
+}
+
+broken!(
+    transform_of_a_plane,
+    entity(r#"{ type = "plane", normal = [0, 0, 1], distance = 0, transform = { scale = 2 } }"#, ""),
+    [r#"5:61: unknown key "transform" in a plane; valid here: "type", "normal", "distance""#]
+);
+broken!(
+    power_with_a_transform,
+    entity(
+        r#"{ type = "sphere", center = [0, 0, 0], radius = 1, transform = { scale = [1, 2, 1] } }"#,
+        "power = [1, 1, 1]"
+    ),
+    ["7:9: power needs a shape without a transform, which may change its area; give emission instead"]
+);
+broken!(
+    shape_made_flat,
+    entity(r#"{ type = "sphere", center = [0, 0, 0], radius = 1, transform = { scale = [1, 0, 1] } }"#, ""),
+    ["5:82: the transform makes everything flat"]
+);

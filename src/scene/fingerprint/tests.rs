@@ -212,6 +212,20 @@ fn each_number_of_a_disk_a_cylinder_and_a_box_counts() {
 }
 
 #[test]
+fn groups_count_by_what_is_in_them_and_where_they_stand() {
+    let of = |ball: &str, place: &str| {
+        let instance = format!("[[instances]]\n name = \"it\"\n group = \"g\"\n {place}\n [render]");
+        of(&SCENE.replacen("[[entities]]", ball, 1).replace("[render]", &instance))
+    };
+    let told = |a: &Fingerprint, b: &Fingerprint| differing(&a.outline().unwrap(), &b.outline().unwrap());
+    let ours = of("[[groups.g.entities]]", "");
+    assert_eq!(of("[[groups.g.entities]]", "transform = { scale = [1, 1, 1] }").digits(), ours.digits());
+    let moved = of("[[groups.g.entities]]", "transform = { translate = [0, 0, 1] }");
+    assert_eq!(told(&ours, &moved), "the place of it");
+    assert_ne!(of("[groups.g]\n [[entities]]", "").digits(), ours.digits());
+}
+
+#[test]
 fn the_order_of_entities_counts_and_many_differences_are_counted() {
     let (ours, other) = (of(SCENE), with("ball", "a;b"));
     let mut turned = ours.clone();

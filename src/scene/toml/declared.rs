@@ -121,11 +121,16 @@ pub(super) fn names(declaration: &'static Declaration) -> impl Iterator<Item = &
     declaration.parameters.iter().map(|parameter| parameter.name)
 }
 
-/// The schema of a declared table, in a family whose numbers and colours may be textures.
-pub(super) fn schema(declaration: &Declaration, textured: bool) -> Json {
+/// The schema of a declared table, in a family whose numbers and colours may be textures; it may have more keys.
+pub(super) fn schema(
+    declaration: &Declaration,
+    textured: bool,
+    more: &'static [&'static dyn AnyKey],
+) -> Json {
     let textured = takes_textures(declaration, textured);
     let keys: Vec<_> = declaration.parameters.iter().map(|parameter| key(parameter, textured)).collect();
-    let mut schema = table::schema(keys.iter().map(|key| key as &dyn AnyKey), Some(declaration.name));
+    let keys = keys.iter().map(|key| key as &dyn AnyKey).chain(more.iter().copied());
+    let mut schema = table::schema(keys, Some(declaration.name));
     schema["description"] = declaration.about.into();
     table::add_rules(&mut schema, declaration.rules);
     schema

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::common::RADIANCE;
 use super::materials::find;
@@ -141,6 +141,8 @@ pub(super) struct Linked {
     pub(super) places: Vec<usize>,
     /// The materials that are named.
     pub(super) used: Vec<usize>,
+    /// The entities that a transform takes to their places.
+    pub(super) placed: Vec<Placed<(usize, DAffine3)>>,
 }
 
 /// The materials of mesh files, numbered after the scene's own.
@@ -177,7 +179,7 @@ pub(super) fn link_entities(
     reports: &mut Reports<'_>,
 ) -> Read<Linked> {
     let mut seen = HashMap::new();
-    let Linked { mut entities, mut places, mut used } = Linked::default();
+    let Linked { mut entities, mut places, mut used, mut placed } = Linked::default();
     let mut outcome = Ok(());
     for (i, (within, raw)) in raw.into_iter().enumerate() {
         let place = raw.material.as_ref().map_or(0, |name| name.at);
@@ -193,11 +195,12 @@ pub(super) fn link_entities(
             let (shape, material) = (raw.shape?, material?);
             let name = raw.name?.map_or_else(|| format!("entity {}", i + 1), |name| name.value);
             let (emission, flip_normal) = (raw.emission?, raw.flip_normal?);
-            let parts = match shape {
-                RawShape::One(shape) => {
-                    vec![RawPart { name: String::new(), shape, material: RawMaterial::Entity }]
+            let (parts, transform) = match shape {
+                RawShape::One(shape, transform) => {
+                    let part = RawPart { name: String::new(), shape, material: RawMaterial::Entity };
+                    (vec![part], transform)
                 }
-                RawShape::Parts(parts) => parts,
+                RawShape::Parts(parts) => (parts, None),
             };
             if within.is_some() && parts.iter().any(|part| matches!(part.shape, Shape::Plane(_))) {
                 let help = || "a quad is a part of a plane".to_owned();
@@ -217,6 +220,11 @@ pub(super) fn link_entities(
                     }
                     ([0.0; 3], Some(texture))
                 }
+                Emission::Power(power) if transform.is_some() => {
+                    let message = "power needs a shape without a transform, which may change its area";
+                    let help = "give emission instead".to_owned();
+                    return Err(reports.error_with(power.at, message, |_| Some(help)));
+                }
                 Emission::Power(power) if within.is_some() => {
                     let message =
                         "power needs a surface that stands in one place, and a group may stand in many";
@@ -233,6 +241,8 @@ pub(super) fn link_entities(
                 }
             };
             used.push(material);
+            placed
+                .extend(transform.map(|Placed { at, value }| Placed { at, value: (entities.len(), value) }));
             let mut linked = Ok(());
             for part in parts {
                 let mut emission_texture = emission_texture;
@@ -276,5 +286,5 @@ pub(super) fn link_entities(
             outcome = Err(reported);
         }
     }
-    outcome.map(|()| Linked { entities, places, used })
+    outcome.map(|()| Linked { entities, places, used, placed })
 }

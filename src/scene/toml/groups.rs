@@ -29,7 +29,7 @@ use super::report::{Placed, Read, Reported, Reports};
 use super::shape::{TRANSFORM_TABLE, transform};
 use super::table::{At, Block, Fields, Key, ListOf, Named, Table};
 use super::value::Word;
-use crate::scene::description::{Group, Instance, Scene};
+use crate::scene::description::{Entity, Group, Instance, Scene};
 use crate::scene::groups::{Broken, broken};
 use crate::scene::names::{self, Disorder, MAX_NESTING, Names};
 use crate::scene::spelling::quote;
@@ -180,6 +180,33 @@ pub(super) fn link(unlinked: Unlinked, reports: &mut Reports<'_>) -> Read<Linked
     Ok(Linked { groups, instances: linked, index_of, places })
 }
 
+/// Makes a group of one of every entity that a transform takes to its place, and an instance of it that stands where the
+/// entity was. Such groups come before those of the file.
+pub(super) fn place_alone(
+    entities: &mut [Entity],
+    placed: Vec<Placed<(usize, DAffine3)>>,
+    linked: &mut Linked,
+) {
+    let count = placed.len();
+    let Linked { groups, instances, places, index_of: _ } = linked;
+    for instance in instances.iter_mut() {
+        instance.group += count;
+    }
+    let withins = instances.iter_mut().map(|instance| &mut instance.within);
+    let withins = withins.chain(entities.iter_mut().map(|entity| &mut entity.within));
+    withins.flatten().for_each(|within| *within += count);
+    let mut alone = Vec::with_capacity(count);
+    places.groups.splice(0..0, placed.iter().map(|placed| placed.at));
+    for (group, Placed { at, value: (entity, transform) }) in placed.into_iter().enumerate() {
+        let entity = &mut entities[entity];
+        let within = entity.within.replace(group);
+        alone.push(Group { name: entity.name.clone() });
+        instances.push(Instance { name: entity.name.clone(), group, transform, within });
+        places.instances.push(at);
+    }
+    groups.splice(0..0, alone);
+}
+
 /// The index, in the order of the file, of the group that the file names.
 fn find(name: &Placed<String>, known: &Names<'_>, reports: &mut Reports<'_>) -> Result<usize, Reported> {
     known.find(&name.value).ok_or_else(|| {
@@ -201,7 +228,7 @@ fn warn_of_unused(groups: &[Group], instances: &[Instance], places: &Places, rep
         }
     }
     // Groups come after those that they hold, so going backwards meets every holder first.
-    for group in (0..groups.len()).rev().collect::<Vec<_>>() {
+    for group in (0..groups.len()).rev() {
         if used[group] {
             held.remove(&group).into_iter().flatten().for_each(|held| used[held] = true);
         }
@@ -246,8 +273,7 @@ pub(super) fn warn_of_chance(scene: &Scene, places: &[usize], reports: &mut Repo
         let emits = entity.emission.iter().any(|&channel| channel > 0.0);
         if entity.within.is_some() && emits && !written[i] {
             let message = format!(
-                "{} emits, and is turned with its pattern or squeezed where its group stands: it is not sampled \
-                 as a light",
+                "{} emits, and is turned with its pattern or squeezed where it stands: it is not sampled as a light",
                 quote(&entity.name)
             );
             reports.warn(Some(places[i]), message, "paths find its light by chance");

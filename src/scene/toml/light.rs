@@ -8,10 +8,15 @@ use crate::scene::description::Light;
 
 pub(super) const LIGHT: OneOf<Light> = OneOf {
     what: "light",
-    members: Some(Members { declarations: Light::DECLARATIONS, textured: false, build: light }),
+    members: Some(Members {
+        declarations: Light::DECLARATIONS,
+        textured: false,
+        more: |_| &[],
+        build: light,
+    }),
     variants: &[],
 };
 
-fn light(values: Values, reports: &mut Reports<'_>) -> Read<Light> {
+fn light(values: Values, _: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Light> {
     values.build_alone(reports)
 }

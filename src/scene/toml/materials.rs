@@ -19,7 +19,8 @@ pub(super) const MATERIAL: OneOf<Values> = OneOf {
     members: Some(Members {
         declarations: MaterialKind::DECLARATIONS,
         textured: true,
-        build: |values, _| Ok(values),
+        more: |_| &[],
+        build: |values, _, _| Ok(values),
     }),
     variants: &[],
 };

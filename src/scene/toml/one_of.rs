@@ -6,7 +6,7 @@ use serde_json::{Value as Json, json};
 use super::declared::{self, Values, names};
 use super::form::{Form, Value};
 use super::report::{Read, Reported, Reports};
-use super::table::{Build, Fields, Table, expect_table};
+use super::table::{AnyKey, Build, Fields, Table, expect_table};
 use super::value;
 use crate::parameter::Declaration;
 use crate::scene::spelling::{self, quote};
@@ -29,8 +29,10 @@ pub(super) struct Members<T: 'static> {
     pub(super) declarations: &'static [Declaration],
     /// Whether their numbers and colours may be textures.
     pub(super) textured: bool,
-    /// What becomes of the values.
-    pub(super) build: fn(Values, &mut Reports<'_>) -> Read<T>,
+    /// The keys that a member has beside its parameters.
+    pub(super) more: fn(&Declaration) -> &'static [&'static dyn AnyKey],
+    /// What becomes of the values, and of the table in which they stand.
+    pub(super) build: fn(Values, &Fields<'_, '_>, &mut Reports<'_>) -> Read<T>,
 }
 
 /// A table whose `type` says which keys it has.
@@ -50,6 +52,15 @@ impl<T> OneOf<T> {
     /// Those that lists and the schema show.
     fn shown(&self) -> impl Iterator<Item = &'static Declaration> + Clone {
         self.declarations().iter().filter(|declaration| !declaration.is_hidden)
+    }
+
+    /// The names of all keys of a member but its type.
+    fn keys_of(&self, declaration: &'static Declaration) -> impl Iterator<Item = &'static str> + Clone {
+        names(declaration).chain(self.more(declaration).iter().map(|key| key.name()))
+    }
+
+    fn more(&self, declaration: &Declaration) -> &'static [&'static dyn AnyKey] {
+        self.members.as_ref().map_or(&[], |members| (members.more)(declaration))
     }
 
     fn tags(&self) -> impl Iterator<Item = &'static str> + Clone {
@@ -92,12 +103,10 @@ impl<T> Form for OneOf<T> {
             && let Some(place) = members.declarations.iter().position(|declaration| declaration.name == word)
         {
             let declaration = &members.declarations[place];
-            let known = ["type"].into_iter().chain(names(declaration));
-            let fields = Fields::open(declaration.what, known, &[], key, value, reports)?;
-            return (members.build)(
-                Values::read(place, declaration, members.textured, &fields, reports),
-                reports,
-            );
+            let known = ["type"].into_iter().chain(self.keys_of(declaration));
+            let fields = Fields::open(declaration.what, known, self.more(declaration), key, value, reports)?;
+            let values = Values::read(place, declaration, members.textured, &fields, reports);
+            return (members.build)(values, &fields, reports);
         }
         let variant = self.pick(&word, tag.span().start, reports)?;
         let known = ["type"].into_iter().chain(variant.table.names());
@@ -106,7 +115,7 @@ impl<T> Form for OneOf<T> {
     }
 
     fn owners(&self, key: &str) -> Vec<&'static str> {
-        let declared = self.shown().filter(|declaration| names(declaration).any(|name| name == key));
+        let declared = self.shown().filter(|declaration| self.keys_of(declaration).any(|name| name == key));
         let variants = self.variants.iter().filter(|variant| variant.table.names().any(|name| name == key));
         declared.map(|declared| declared.what).chain(variants.map(|variant| variant.table.what)).collect()
     }
@@ -114,7 +123,7 @@ impl<T> Form for OneOf<T> {
     fn schema(&self) -> Json {
         let textured = self.members.as_ref().is_some_and(|members| members.textured);
         let variants = self.variants.iter().map(|variant| variant.table.schema(Some(variant.tag)));
-        json!({ "oneOf": self.shown().map(|shown| declared::schema(shown, textured)).chain(variants).collect::<Vec<_>>() })
+        json!({ "oneOf": self.shown().map(|shown| declared::schema(shown, textured, self.more(shown))).chain(variants).collect::<Vec<_>>() })
     }
 }
 

@@ -86,7 +86,6 @@ static HEADERS: &[(&str, &Table)] = &[
     ("[camera]", &camera::CAMERA_TABLE),
     ("[render]", &render::RENDER_TABLE),
     ("[[entities]]", &entity::ENTITY_TABLE),
-    ("[[instances]]", &groups::INSTANCE_TABLE),
     ("[environment]", &environment::ENVIRONMENT_TABLE),
 ];
 
@@ -123,8 +122,8 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
     };
     let textures = raw_textures.and_then(|raw| textures::resolve(raw, &texture_names, reports));
     let mut resolved = materials::resolve(&raw_materials, &names, &texture_names, reports)?;
-    let Linked { mut entities, places, mut used } = entities?;
-    let linked_groups = linked_groups?;
+    let Linked { mut entities, places, mut used, placed } = entities?;
+    let mut linked_groups = linked_groups?;
 
     for entity in &mut entities {
         entity.within = entity.within.map(|group| linked_groups.index_of[group]);
@@ -134,6 +133,7 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
             None => entity.material,
         };
     }
+    groups::place_alone(&mut entities, placed, &mut linked_groups);
     let mut used_in_order = vec![false; raw_materials.len()];
     used.drain(..).for_each(|material| used_in_order[resolved.index_of[material]] = true);
     materials::warn_of_unused(&raw_materials, &resolved, used_in_order, reports);

@@ -8,18 +8,18 @@ use super::common::POINT;
 use super::declared::Values;
 use super::one_of::{Members, OneOf, Variant};
 use super::report::{Placed, Read, Reports};
-use super::table::{At, Block, Fields, Key, Named, Table, WordOrMap};
+use super::table::{AnyKey, At, Block, Fields, Key, Named, Table, WordOrMap};
 use super::value::{Rows, Triple, Vector, Word};
 use crate::parameter::limits::COORDINATE;
-use crate::parameter::{Family, Number};
-use crate::scene::description::{Mesh, Shape};
+use crate::parameter::{Declaration, Declared, Family, Number};
+use crate::scene::description::{Mesh, PlaneParameters, Shape};
 use crate::scene::mesh::{FileMaterial, MeshFile, Split};
 use crate::scene::placement::{is_flat, misplaced};
 use crate::scene::spelling::{instead, quote};
 
-/// A shape, or the parts of a mesh, each of which becomes an entity.
+/// A shape and the transform that takes it to its place, or the parts of a mesh, each of which becomes an entity.
 pub(super) enum RawShape {
-    One(Shape),
+    One(Shape, Option<Placed<DAffine3>>),
     Parts(Vec<RawPart>),
 }
 
@@ -53,7 +53,7 @@ enum PartMaterials {
 const FACTOR: Number = Number::between(-1e9, 1e9);
 pub(super) const SHAPES: OneOf<RawShape> = OneOf {
     what: "shape",
-    members: Some(Members { declarations: Shape::DECLARATIONS, textured: false, build: one }),
+    members: Some(Members { declarations: Shape::DECLARATIONS, textured: false, more, build: one }),
     variants: &[Variant::new("mesh", &MESH_TABLE, mesh)],
 };
 
@@ -88,6 +88,11 @@ static TRANSFORM: Key<Block<DAffine3>> = Key::default(
     "{}",
     "From the file's space to the world: scale, then rotate, then translate; or a matrix.",
 );
+static PLACING: Key<Block<DAffine3>> = Key::optional(
+    "transform",
+    Block { table: &TRANSFORM_TABLE, build: transform },
+    "From the space of the parameters to the world, squeezed along the axes or not: scale, then rotate, then translate; or a matrix. The shape becomes a group of one, so that it emits as shapes in groups do.",
+);
 static SCALE: Key<Triple> =
     Key::default("scale", Triple(FACTOR), "1", "One number, or one for each axis; below zero it mirrors.");
 static ROTATE: Key<Vector> = Key::default(
@@ -103,8 +108,18 @@ static MATRIX: Key<Rows> = Key::optional(
     "Three rows of four numbers, instead: the first three columns are what x, y and z become, the fourth is the translation.",
 );
 
-fn one(values: Values, reports: &mut Reports<'_>) -> Read<RawShape> {
-    values.build_alone(reports).map(RawShape::One)
+/// What is bounded may be placed by a transform.
+fn more(declaration: &Declaration) -> &'static [&'static dyn AnyKey] {
+    if declaration.name == PlaneParameters::DECLARATION.name { &[] } else { &OF_BOUNDED }
+}
+
+static OF_BOUNDED: [&dyn AnyKey; 1] = [&PLACING];
+
+fn one(values: Values, fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {
+    let shape = values.build_alone(reports);
+    let transform = fields.find(&PLACING, reports)?;
+    let at = fields.place_of(&PLACING);
+    Ok(RawShape::One(shape?, transform.map(|value| Placed { at, value })))
 }
 
 fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {

@@ -17,7 +17,8 @@ pub(super) const TEXTURE: OneOf<Values> = OneOf {
     members: Some(Members {
         declarations: TextureKind::DECLARATIONS,
         textured: false,
-        build: |values, _| Ok(values),
+        more: |_| &[],
+        build: |values, _, _| Ok(values),
     }),
     variants: &[],
 };

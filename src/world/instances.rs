@@ -209,6 +209,7 @@ impl Instances {
     }
 
     /// Whether there are groups.
+    #[inline(always)]
     pub fn has_groups(&self) -> bool {
         !self.groups.is_empty()
     }

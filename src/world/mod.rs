@@ -207,6 +207,10 @@ impl World {
     }
 }
 
+/// Marks a branch as cold, so that registers are saved there and not on the common path.
+#[cold]
+fn rarely() {}
+
 /// [`World::intersect`].
 struct Intersect<'a>(&'a World);
 

@@ -1,6 +1,6 @@
 //! Surfaces that every ray is tested against.
 
-use super::{FIRST_TRIANGLE, Hit, Instances, Members, NO_INSTANCE, Triangles};
+use super::{FIRST_TRIANGLE, Hit, Instances, Members, NO_INSTANCE, Triangles, rarely};
 use crate::math::lanes::{Kernel, MAX_LANES};
 use crate::math::{LaneFloat, LaneMask, LaneUint, Mask, Ray, Uint, Vec3};
 use crate::shape::{Meeting, NOTHING, Plane, Quad, Rare, Shape, Shears, Sphere};
@@ -128,10 +128,6 @@ impl Kernel for AskAll<'_> {
         found
     }
 }
-
-/// Marks a branch as cold, so that registers are saved there and not on the common path.
-#[cold]
-fn rarely() {}
 
 /// Tests rays against some triangles, and calls `found` for each with its index.
 #[inline(always)]

@@ -4,12 +4,14 @@
 
 use super::SurfaceTable;
 use crate::math::{Float, Ray, Vec3};
+use crate::world::rarely;
 use crate::world::triangles::is_shared;
 
 impl SurfaceTable {
     /// Rays in the own spaces of their hits' groups, where they are in one.
     #[inline(always)]
     pub(super) fn ray_within<F: Float>(&self, ray: &Ray<F>, instance: F::Uint, lanes: F::Mask) -> Ray<F> {
+        rarely();
         let Some(instances) = self.instances() else { return *ray };
         F::branch(
             lanes & is_shared::<F>(instance),
@@ -32,6 +34,7 @@ impl SurfaceTable {
         instance: F::Uint,
         lanes: F::Mask,
     ) -> (Vec3<F>, Vec3<F>, F) {
+        rarely();
         let Some(instances) = self.instances() else { return (p, n, error) };
         F::branch(
             lanes & is_shared::<F>(instance),
@@ -60,6 +63,7 @@ impl SurfaceTable {
         instance: F::Uint,
         lanes: F::Mask,
     ) -> (Vec3<F>, Vec3<F>) {
+        rarely();
         let Some(instances) = self.instances() else { return (p, n) };
         F::branch(
             lanes & is_shared::<F>(instance),
@@ -80,6 +84,7 @@ impl SurfaceTable {
     /// Directions on surfaces in the world, of those in groups.
     #[inline(always)]
     pub(super) fn tangent_of_group<F: Float>(&self, tangent: Vec3<F>, instance: F::Uint) -> Vec3<F> {
+        rarely();
         let Some(instances) = self.instances() else { return tangent };
         F::branch(
             is_shared::<F>(instance),
@@ -92,6 +97,7 @@ impl SurfaceTable {
     /// The area in a group's space for each area in the world, on surfaces with normals `n` in the world; one elsewhere.
     #[inline(always)]
     pub(super) fn area_within<F: Float>(&self, n: Vec3<F>, instance: F::Uint) -> F {
+        rarely();
         let one = F::splat(1.0);
         let Some(instances) = self.instances() else { return one };
         F::branch(
@@ -108,6 +114,7 @@ impl SurfaceTable {
     /// Orientations of triangles, turned where their groups are mirrored, which turns the order of their corners.
     #[inline(always)]
     pub(super) fn side_of<F: Float>(&self, instance: F::Uint, lanes: F::Mask, orientation: F) -> F {
+        rarely();
         let Some(instances) = self.instances() else { return orientation };
         F::branch(
             lanes & is_shared::<F>(instance),

@@ -3,6 +3,7 @@
 use super::super::layout::{Instance, TreeNode};
 use super::super::tables::Tables;
 use super::super::tree;
+use super::gallery::groups;
 use super::probe::probe;
 use super::probes::{ULP, bits};
 use super::{Device, Prepared, device, scenes};
@@ -227,6 +228,25 @@ fn instances_are_met_as_on_the_cpu() {
         let higher = compare(&device, &scene, &tables, &rays);
         assert!(higher.differ > 20, "a higher number goes unnoticed: {higher:?}");
     }
+}
+
+#[test]
+fn groups_are_met_as_on_the_cpu() {
+    let Some(device) = device() else { return };
+    let stream = &mut Stream::new(57, 0, 0);
+    let scene = groups(16, 16);
+    let rays = rays(2.5, DVec3::X * 5.0, 20_000, stream);
+    let prepared = Prepared::new(&scene, 0);
+    let mut tables = Tables::new(&prepared.job()).unwrap();
+    assert!(tables.tree.has_groups && tables.tree.places.len() == 5);
+    let seen = compare(&device, &scene, &tables, &rays);
+    println!("{seen:?}");
+    assert!(seen.shared > 2_000 && seen.triangles < seen.shared, "{seen:?}");
+    assert!(seen.differ <= 40 && seen.limits <= 40 && seen.points <= 60, "{seen:?}");
+    // Negative control: hits are looked up in another place.
+    tables.tree.places.reverse();
+    let elsewhere = compare(&device, &scene, &tables, &rays);
+    assert!(elsewhere.points > 500, "another place goes unnoticed: {elsewhere:?}");
 }
 
 #[test]

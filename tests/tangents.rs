@@ -90,7 +90,12 @@ fn along_a_tangent_u_grows_and_v_stays() {
         let mut scene = scene(vec![brushed()], entities);
         if scene.entities[0].within.is_some() {
             let group = scene.add_group("group");
-            scene.add_instance("instance", group, place());
+            let mild = DAffine3::from_scale(v(1.2, -0.9, 1.1));
+            scene.add_instance(
+                "instance",
+                group,
+                place() * DAffine3::from_scale(v(1.5, -0.8, 1.1)).inverse() * mild,
+            );
         }
         let (tables, surfaces) = compile_sharing(&scene, 16, 16, 1).unwrap();
         let world = World::new(&surfaces, Finder::Simple);

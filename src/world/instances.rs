@@ -96,8 +96,8 @@ impl<F: Float> Place<F> {
         Vec3::new(x.dot(v), y.dot(v), z.dot(v))
     }
 
-    /// A normal in the mesh's own space, of any length: that of the world times the inverse of what
-    /// [`Self::normal_within`] divides by.
+    /// A normal of the world in the mesh's own space, Aᵀn. Of a normal of length one its length is one over that of
+    /// [`Self::long_normal`].
     #[inline(always)]
     pub(super) fn normal_within(&self, n: Vec3<F>) -> Vec3<F> {
         let [x, y, z] = self.to_world;
@@ -119,7 +119,7 @@ impl<F: Float> Place<F> {
         x.dot(y.cross(z)).abs()
     }
 
-    /// A normal of the mesh in the world, not of length one yet.
+    /// A normal of the mesh in the world, A⁻ᵀn, not of length one yet.
     #[inline(always)]
     pub(super) fn long_normal(&self, n: Vec3<F>) -> Vec3<F> {
         let [x, y, z] = self.to_mesh;

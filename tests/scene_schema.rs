@@ -135,6 +135,16 @@ direction = [0, 0, -1]
 irradiance = [3, 3, 3]
 [environment]
 radiance = [0, 0, 0]
+[[groups.pair.entities]]
+shape = { type = "disk", center = [0, 0, 0], normal = [0, 0, 1], radius = 1, transform = { rotate = [0, 0, 45] } }
+material = "grey"
+[[instances]]
+group = "pair"
+transform = { scale = 2 }
+[[groups.pairs.instances]]
+group = "pair"
+[[instances]]
+group = "pairs"
 "#;
 
 /// What to change in [`GOOD`] so that neither takes it.
@@ -202,6 +212,15 @@ const WRONG: &[(&str, &str)] = &[
     ("type = \"point\"", "type = \"spot\""),
     ("intensity = [1, 1, 1]", "intensity = [1, 1, -1]"),
     ("radiance = [0, 0, 0]", "radiance = [0, 0, 2e9]"),
+    ("[[groups.pair.entities]]", "[[groups.pair.things]]"),
+    ("[[groups.pairs.instances]]", "[groups.pairs.instances]"),
+    ("rotate = [0, 0, 45]", "rotate = 45"),
+    ("rotate = [0, 0, 45]", "turn = [0, 0, 45]"),
+    ("distance = 1 }", "distance = 1, transform = { scale = 2 } }"),
+    ("scale = 2", "scale = [1, 2]"),
+    ("group = \"pair\"", ""),
+    ("group = \"pair\"", "group = 3"),
+    ("group = \"pair\"", "group = \"pair\"\nmaterial = \"grey\""),
 ];
 
 #[test]

@@ -7,8 +7,8 @@ mod common;
 
 use common::blocks::compare;
 use common::scenes::{
-    checkerboard, cover, cuboid, cylinder, disk, emitting, flipped, gallery, glass, matte, mirror, plane,
-    point_light, quad, scene, sized, smallpt, sphere, v,
+    checkerboard, cover, cuboid, cylinder, disk, emitting, flipped, gallery, glass, matte, mirror, modified,
+    plane, point_light, quad, scene, sized, smallpt, sphere, v,
 };
 use common::{blocks::Estimate, blocks::Verdict, estimate, for_each_sample};
 use stride::light::Falloff;
@@ -110,7 +110,7 @@ fn with_disks_cylinders_and_boxes() {
 
 /// Rough metals, rough glass, a rough sheet and rough matte under a wide sun, a lamp and spots.
 fn rough_surfaces() -> Scene {
-    let material = |kind: MaterialKind| Material { name: "rough".into(), kind, textures: Vec::new() };
+    let material = |kind: MaterialKind| Material { name: "rough".into(), kind, ..Material::default() };
     let metal = |roughness| {
         let (eta, k) = (Some([0.2, 0.9, 1.1]), Some([3.9, 2.4, 2.2]));
         material(ConductorParameters { metal: None, eta, k, roughness }.into())
@@ -205,6 +205,11 @@ fn with_lights_that_are_textures() {
 #[test]
 fn among_textured_surfaces() {
     agree(gallery(64, 48), [4096, 512]);
+}
+
+#[test]
+fn among_mixes_holes_and_maps() {
+    agree(modified(64, 48), [768, 192]);
 }
 
 #[test]

@@ -50,6 +50,7 @@ fn scenes() -> Vec<(String, Scene)> {
         ("built: gallery", gallery(width, height)),
         ("built: interiors", interiors(width, height)),
         ("built: meshes", mesh_room(width, height)),
+        ("built: modified", modified(width, height)),
         ("built: sunny", sunny(width, height)),
     ];
     files.chain(built.map(|(name, scene)| (name.to_owned(), scene))).collect()
@@ -69,7 +70,7 @@ fn mesh_room(width: u32, height: u32) -> Scene {
     let red = Material {
         name: "red".into(),
         kind: MaterialKind::Matte(MatteParameters { reflectance: [0.8, 0.2, 0.1], roughness: 0.0 }),
-        textures: Vec::new(),
+        ..Material::default()
     };
     let materials =
         vec![matte([0.7, 0.6, 0.5]), mirror([0.9, 0.8, 0.7]), glass(1.5), red, checkerboard(0, 3, 2.0)];

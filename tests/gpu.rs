@@ -26,7 +26,7 @@ use stride::world::{Finder, World, compile};
 
 /// A mirror sphere and a light over a matte floor.
 fn scene(width: u32, height: u32) -> Scene {
-    let material = |kind| Material { name: "a material".to_owned(), kind, textures: Vec::new() };
+    let material = |kind| Material { name: "a material".to_owned(), kind, ..Material::default() };
     let entity =
         |shape, material, emission| Entity { shape, material, emission: [emission; 3], ..Entity::default() };
     let sphere = |x, y, z, radius| Shape::Sphere(SphereParameters { center: DVec3::new(x, y, z), radius });

@@ -7,13 +7,13 @@ use glam::{DAffine3, DQuat, DVec3};
 use std::sync::Arc;
 use stride::math::{Ray, Vec3};
 use stride::sampling::Stream;
-use stride::scene::{ConductorParameters, Entity, Material, MaterialKind, Mesh, Shape};
+use stride::scene::{ConductorParameters, Entity, Material, MaterialKind, Mesh, Scene, Shape};
 use stride::world::{Finder, World, compile_sharing};
 
 fn brushed() -> Material {
     let (eta, k) = (Some([0.2; 3]), Some([3.0; 3]));
     let parameters = ConductorParameters { metal: None, eta, k, roughness: [0.2, 0.6] };
-    Material { name: "brushed".into(), kind: MaterialKind::Conductor(parameters), textures: Vec::new() }
+    Material { name: "brushed".into(), kind: MaterialKind::Conductor(parameters), ..Material::default() }
 }
 
 /// A curved sheet of triangles, whose uv are skewed and run the other way round if it is turned.
@@ -82,21 +82,27 @@ fn everything() -> Vec<(&'static str, Vec<Entity>)> {
     ]
 }
 
+/// A scene of these, with the group that they may be in at a place of its own.
+fn seen(entities: Vec<Entity>) -> Scene {
+    let mut scene = scene(vec![brushed()], entities);
+    if scene.entities[0].within.is_some() {
+        let group = scene.add_group("group");
+        let mild = DAffine3::from_scale(v(1.2, -0.9, 1.1));
+        scene.add_instance(
+            "instance",
+            group,
+            place() * DAffine3::from_scale(v(1.5, -0.8, 1.1)).inverse() * mild,
+        );
+    }
+    scene
+}
+
 /// Of a surface and a point a little further along its tangent the uv differ along u alone.
 #[test]
 fn along_a_tangent_u_grows_and_v_stays() {
     let stream = &mut Stream::new(1, 0, 0);
     for (name, entities) in everything() {
-        let mut scene = scene(vec![brushed()], entities);
-        if scene.entities[0].within.is_some() {
-            let group = scene.add_group("group");
-            let mild = DAffine3::from_scale(v(1.2, -0.9, 1.1));
-            scene.add_instance(
-                "instance",
-                group,
-                place() * DAffine3::from_scale(v(1.5, -0.8, 1.1)).inverse() * mild,
-            );
-        }
+        let scene = seen(entities);
         let (tables, surfaces) = compile_sharing(&scene, 16, 16, 1).unwrap();
         let world = World::new(&surfaces, Finder::Simple);
         let (mut seen, mut wrong) = (0, 0);
@@ -137,6 +143,66 @@ fn along_a_tangent_u_grows_and_v_stays() {
         }
         assert!(seen > 150, "{name}: {seen}");
         assert!(wrong * 50 <= seen, "{name}: {wrong} of {seen} tangents");
+    }
+}
+
+/// Steps along ∂p/∂u and ∂p/∂v change uv as the gradients say, and one of the two alone.
+#[test]
+fn along_each_of_uv_the_other_stays() {
+    let stream = &mut Stream::new(2, 0, 0);
+    for (name, entities) in everything() {
+        let scene = seen(entities);
+        let (tables, surfaces) = compile_sharing(&scene, 16, 16, 1).unwrap();
+        let world = World::new(&surfaces, Finder::Simple);
+        let (mut seen, mut wrong) = (0, 0);
+        for _ in 0..2000 {
+            let o = direction(stream) * 4.0;
+            let d = (direction(stream) * 0.9 - o).normalize();
+            let ray = Ray::new(narrow(o), narrow(d));
+            let hit = world.intersect(&ray, true);
+            if !hit.is_some() {
+                continue;
+            }
+            let point = tables.surfaces.point(&ray, &hit);
+            let basis = tables.surfaces.uv_basis(&point, hit.instance);
+            let n = wide(point.n);
+            let [along_u, along_v] = [basis.along_u, basis.along_v].map(wide);
+            let gradients = [basis.gradient_u, basis.gradient_v].map(wide);
+            // Near the middle of a disk and the poles of a sphere u turns fast; along the surface a step is long.
+            if d.dot(n).abs() < 0.2 || gradients.iter().any(|gradient| gradient.length() > 2.0) {
+                continue;
+            }
+            let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-4, "{name}: {a} is not {b}");
+            for (i, along) in [along_u, along_v].into_iter().enumerate() {
+                close(along.dot(gradients[i]), 1.0);
+                close(along.normalize().dot(gradients[1 - i].normalize()), 0.0);
+                close(along.normalize().dot(n), 0.0);
+            }
+            let tangent = wide(tables.surfaces.tangent(&point, hit.instance));
+            close(tangent.normalize().dot(along_u.normalize()), 1.0);
+            let uv = |point| tables.surfaces.uv(&point, hit.instance, true).map(f64::from);
+            let own = uv(point);
+            for (i, along) in [along_u, along_v].into_iter().enumerate() {
+                let step = along.normalize() * 2e-3;
+                let moved = Ray::new(narrow(o + step), narrow(d));
+                let next = world.intersect(&moved, true);
+                if !(next.is_some() && next.surface == hit.surface && next.instance == hit.instance) {
+                    continue;
+                }
+                let after = uv(tables.surfaces.point(&moved, &next));
+                let changes = [after[0] - own[0], after[1] - own[1]];
+                // u may go round.
+                if changes[0].abs() > 0.5 {
+                    continue;
+                }
+                seen += 1;
+                let expected = step.dot(gradients[i]);
+                let (same, other) = (changes[i] - expected, changes[1 - i]);
+                wrong += u32::from(same.abs().max(other.abs()) > 0.03 * expected.max(1e-4));
+            }
+        }
+        assert!(seen > 150, "{name}: {seen}");
+        assert!(wrong * 50 <= seen, "{name}: {wrong} of {seen}");
     }
 }
 

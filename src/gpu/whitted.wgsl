@@ -50,7 +50,8 @@ fn pop_branch(progress: ptr<function, Progress>, lane: Lane) -> bool {
     (*progress).waiting--;
     let branch = branches[(*progress).waiting * lane.count + lane.index];
     let interiors = Interiors(vec2u(branch.interiors_x, branch.interiors_y));
-    let around = Around(interiors, interiors, 1.0, 0u);
+    // Holes are counted for all branches together.
+    let around = Around(interiors, interiors, 1.0, 0u, (*progress).around.holes);
     follow(progress, Ray(branch.o, branch.d, 0.0), around, branch.beta, branch.depth);
     return true;
 }
@@ -79,10 +80,10 @@ fn advance(progress: ptr<function, Progress>, lane: Lane) -> bool {
         (*progress).state.l += beta * escaped_radiance(ray.d);
         return pop_branch(progress, lane);
     }
-    let lit = lit_point(ray, hit, (*progress).around);
+    let lit = lit_point((*progress).state, (*progress).around, hit);
     let goes_on = depth < scene.max_depth;
     var l = lit.emitted;
-    if lit.is_none {
+    if lit.is_none || lit.is_hole {
         (*progress).state.l += beta * l;
         let beyond = pass_on(lit, ray);
         if !beyond.passes {
@@ -145,6 +146,8 @@ fn light_from_all(progress: ptr<function, Progress>, lit: Lit) -> vec3f {
             (*progress).rays++;
             if !occluded(asked.shadow, asked.end, true, false) {
                 l += asked.share;
+            } else {
+                l += light_through(asked, (*progress).state, (*progress).around);
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Which random numbers each decision of each integrator gets, beside those of the camera ray.
 //!
-//! `whitted` has no blocks: it draws from a [`Stream`](crate::sampling::Stream).
+//! `whitted` has no blocks: it draws from a [`Stream`](crate::sampling::Stream). What any of them meets of mixed materials
+//! and of surfaces with holes is decided by [`VertexBlock::MEETING`](crate::sampling::VertexBlock::MEETING).
 
 /// The blocks of `path` and `path-naive`.
 pub mod path {

@@ -1,14 +1,15 @@
 //! The first hits of camera rays, for the layers of a picture that compositors and denoisers read.
 
+use super::interiors::{self, Around};
 use super::paths::Paths;
 use super::queue::{Queue, Start};
-use super::vertex::View;
+use super::vertex::{State, View, meet};
 use crate::material::Bxdf;
-use crate::math::lanes::{Kernel, MAX_LANES};
+use crate::math::lanes::{Kernel, MAX_LANES, Value};
 use crate::math::{LaneFloat, LaneMask, LaneUint, Mask, Ray, Vec3};
-use crate::world::Uv;
+use crate::world::{Hit, Uv};
 
-/// The point where a camera ray met a surface; zeros if it met none.
+/// The point where a camera ray met a surface, or the rest of a sample's ray behind holes; zeros if it met none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FirstHit {
     /// Which of the [`Paths::pixels`] the ray was for.
@@ -17,7 +18,7 @@ pub struct FirstHit {
     pub met: bool,
     /// The fraction of light that the surface reflects, or transmits if it is transmissive.
     pub albedo: [f32; 3],
-    /// The outward normal in world space.
+    /// The outward normal in world space; that which light scatters around, in a scene with maps of normals or heights.
     pub normal: [f32; 3],
     /// The point in world space.
     pub position: [f32; 3],
@@ -54,18 +55,35 @@ impl Kernel for FirstHits<'_> {
             if !alive.any() {
                 return;
             }
-            let hit = view.world.intersect(&ray, alive);
-            let met = alive & hit.is_some();
+            let mut hit = view.world.intersect(&ray, alive);
+            let mut met = alive & hit.is_some();
+            let mut state = State::start(start.id, ray);
+            let mut around = Around::nothing();
+            if scene.materials.has_holes() {
+                // Those that the samples of a picture go through are no first hits.
+                let mut open = met;
+                while open.any() {
+                    let (at, holes) = meet(&view, &state, &around, &hit, open, Uv::WherePatterned);
+                    open = open & holes;
+                    (around, _) = interiors::straight_on(around, F::Mask::splat(false), open);
+                    state.ray = Ray::blend(open, at.straight_on(&state.ray), state.ray);
+                    hit = Hit::blend(open, view.world.intersect(&state.ray, open), hit);
+                    open = open & hit.is_some();
+                }
+                met = alive & hit.is_some();
+            }
             let mut slot = [0; MAX_LANES];
             start.slot.store(&mut slot);
             let mut values = [[0.0; MAX_LANES]; 12];
             let (mut rows, mut materials) = ([0; MAX_LANES], [0; MAX_LANES]);
             if met.any() {
-                let at = scene.interaction(&ray, &hit, met, Uv::Everywhere);
+                let (at, _) = meet(&view, &state, &around, &hit, met, Uv::Everywhere);
                 at.point.row.store(&mut rows);
-                at.entity_material.store(&mut materials);
+                scene.surfaces.material(&at.point).store(&mut materials);
                 let albedo = scene.bsdf(&at).albedo();
-                let (n, p, [u, v]) = (at.point.n, at.point.p, at.uv);
+                // Normals that a map tilts are those that one sees.
+                let n = if scene.materials.has_maps() { at.point.shading } else { at.point.n };
+                let (p, [u, v]) = (at.point.p, at.uv);
                 let depth = (p - eye).dot(forward);
                 let all = [albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, p.x, p.y, p.z, depth, u, v];
                 values.iter_mut().zip(all).for_each(|(to, value)| value.store(to));

@@ -1,4 +1,5 @@
-//! The dielectrics that a path is inside of, in scenes that have media (see [`Media`]).
+//! The dielectrics that a path is inside of, in scenes that have media (see [`Media`]), and surfaces that paths pass
+//! straight through.
 //!
 //! Light fades along a segment by the absorption of the medium that counts: that of the highest priority among all
 //! that the path is inside of, and of equal ones that which was entered last. Where any has a priority, a surface is an
@@ -11,8 +12,9 @@
 //!   on the lens or the film. What a path leaves without having entered it, it was inside of all the same.
 //! - [`MOST_INTERIORS`] dielectrics are kept. Inside of more, the one that would count last is forgotten: if all others
 //!   are left before it, the path goes on as if it were outside of it.
-//! - Rays to lights end at every surface. They fade by the medium on the side where they set out. What a path finds
-//!   behind a surface that it passed through no such ray could have found, so that it has all the weight.
+//! - Rays to lights end at every surface, but for its holes. They fade by the medium on the side where they set out. What
+//!   a path finds behind a surface that it passed through no such ray could have found, so that it has all the weight.
+//! - At a hole no medium changes, and what a path finds behind it a ray to a light could have found.
 //! - Two surfaces in the same place are one to a ray, which meets the first and sets out beyond both: dielectrics that
 //!   touch have to overlap a little, as water reaches into its glass.
 //! - A surface passed through is no bounce, and at most [`MOST_PASSED`] are passed in a row.
@@ -41,12 +43,14 @@ pub(crate) struct Around<F: Float> {
     pub(crate) beyond: Interiors<F>,
     /// The index of refraction around that surface's dielectric; 1 for other surfaces.
     pub(crate) outside: F,
-    /// Surfaces that were passed since the last bounce.
+    /// Surfaces that were passed since the last bounce, by no holes.
     pub(crate) passed: F::Uint,
+    /// Holes that the path has gone through so far; with `whitted`, all branches of the sample.
+    pub(crate) holes: F::Uint,
 }
 
 value!(Interiors { words });
-value!(Around { here, beyond, outside, passed });
+value!(Around { here, beyond, outside, passed, holes });
 
 impl<F: Float> Interiors<F> {
     #[inline(always)]
@@ -127,8 +131,8 @@ impl<F: Float> Around<F> {
     /// Those of a path that is inside of nothing.
     #[inline(always)]
     pub(crate) fn nothing() -> Self {
-        let outside = Interiors::outside_of_everything();
-        Around { here: outside, beyond: outside, outside: F::splat(1.0), passed: F::Uint::splat(0) }
+        let (nothing, zero) = (Interiors::outside_of_everything(), F::Uint::splat(0));
+        Around { here: nothing, beyond: nothing, outside: F::splat(1.0), passed: zero, holes: zero }
     }
 }
 
@@ -145,8 +149,8 @@ value!(Meeting { beyond, outside, passes });
 
 /// Where the surroundings of paths are kept: nowhere, in a value, or in a place of their own.
 ///
-/// Lanes keep them in memory, so that paths in scenes without media do not carry them along. A recorded program has them
-/// as a value, and nothing at all in scenes without media. What is done with them is done in functions of their own, to
+/// Lanes keep them in memory, so that paths in scenes in which they [are not kept](are_kept) do not carry them along. A
+/// recorded program has them as a value, and nothing at all in such scenes. What is done with them is done in functions of their own, to
 /// which closures take copies: a reference would keep the state of paths in memory everywhere.
 pub(crate) trait Surroundings<F: Float>: Value<F> {
     /// The media of the scene, if it has any and they are kept track of.
@@ -220,10 +224,16 @@ impl<F: Float> Surroundings<F> for Kept<'_, F> {
     }
 }
 
+/// Whether surroundings are kept in a scene: whether it has media or holes.
+#[inline(always)]
+pub(super) fn are_kept(scene: &CompiledScene) -> bool {
+    scene.materials.media().is_some() | scene.materials.has_holes()
+}
+
 /// The surroundings of paths some of which have just left the camera.
 #[inline(always)]
 pub(super) fn started<F: Float, S: Surroundings<F>>(scene: &CompiledScene, around: S, lanes: F::Mask) -> S {
-    if around.media(scene).is_none() {
+    if !are_kept(scene) {
         return around;
     }
     F::out_of_line(
@@ -354,13 +364,28 @@ pub(crate) fn after_bounce<F: Float, S: Surroundings<F>>(
     )
 }
 
-/// The surroundings of paths that pass straight through a surface, in some lanes, and those of the lanes that may.
+/// The most holes that a path goes through. Whatever has a hole behind as many is met, and hides lights, so that no path
+/// is without an end.
+pub(super) const MOST_HOLES: u32 = 1024;
+
+/// The surroundings of paths that go straight on: through surfaces that are none, in the lanes of `is_none`, and through
+/// holes; and the lanes of these that may.
 #[inline(always)]
-pub(crate) fn straight_on<F: Float, S: Surroundings<F>>(around: S, lanes: F::Mask) -> (S, F::Mask) {
-    let own = around.get();
-    let may = lanes & own.passed.lt(F::Uint::splat(MOST_PASSED));
-    let passed = Around { here: own.beyond, passed: own.passed + F::Uint::splat(1), ..own };
-    (around.set(lanes, passed), may)
+pub(crate) fn straight_on<F: Float, S: Surroundings<F>>(
+    around: S,
+    is_none: F::Mask,
+    holes: F::Mask,
+) -> (S, F::Mask) {
+    F::out_of_line(
+        #[inline(always)]
+        move || {
+            let (own, one) = (around.get(), F::Uint::splat(1));
+            let may = is_none & own.passed.lt(F::Uint::splat(MOST_PASSED));
+            let beyond = Around { here: own.beyond, passed: own.passed + one, ..own };
+            let around = around.set(is_none, beyond).set(holes, Around { holes: own.holes + one, ..own });
+            (around, may | holes)
+        },
+    )
 }
 
 #[cfg(test)]

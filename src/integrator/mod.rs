@@ -5,6 +5,7 @@
 //! | `path_tracer` | `path` and `path-naive`: the loop over lanes, and one step of a path |
 //! | `next_event` | the direct light of `path`, and the weights of multiple importance sampling |
 //! | `naive` | the direct light of `path-naive`: that of delta lights |
+//! | `holes` | the light that comes through holes of surfaces |
 //! | `roulette` | Russian roulette |
 //! | `interiors` | the dielectrics that a path is inside of |
 //! | `whitted` | `whitted` |
@@ -21,6 +22,7 @@
 pub mod blocks;
 mod build;
 mod first_hit;
+mod holes;
 mod interiors;
 mod naive;
 mod next_event;

@@ -2,6 +2,7 @@
 //! are found by chance; delta lights, which no path can hit, are sampled here.
 
 use super::blocks::path::LIGHT;
+use super::holes::seen_through;
 use super::interiors::{self, Surroundings};
 use super::next_event::DirectLight;
 use super::observe::{Event, Observer, rgb, vec3};
@@ -27,10 +28,21 @@ pub(super) fn delta_light<F: Float, S: Surroundings<F>>(
         let light = view.scene.lights.sample_delta(at.point.p, choice);
         let wi = scattering.frame.to_local(light.wi);
         let (shadow, length) = at.shadow(&light);
-        let visible = !view.world.occluded(&shadow, length, asks, F::Mask::splat(false));
+        let none = F::Mask::splat(false);
+        let visible = !view.world.occluded(&shadow, length, asks, none);
         let (bsdf, wo) = (scattering.bsdf(view.scene), scattering.wo);
-        let seen = visible & view.scene.passes(&at, light.wi, wi);
-        let added = (bsdf.eval(wo, wi, TransportMode::Radiance) * light.weight() * wi.z.abs()).only(seen);
+        let passes = view.scene.passes(&at, light.wi, wi);
+        let share = bsdf.eval(wo, wi, TransportMode::Radiance) * light.weight() * wi.z.abs();
+        let mut added = share.only(visible & passes);
+        if view.scene.materials.has_holes() {
+            let hidden = asks & passes & !visible;
+            added = F::branch(
+                hidden,
+                added,
+                #[inline(always)]
+                || share * seen_through(view, &state, &around, &shadow, length, hidden, none),
+            );
+        }
         let added = interiors::faded(view.scene, &around, &at, light.wi, length, added);
         observer.event::<F>(|| Event::Light { direction: vec3(light.wi), added: rgb(added) });
         DirectLight { added, traced: asks }

@@ -1,6 +1,7 @@
 //! Path tracing with next-event estimation.
 
 use super::blocks::path::LIGHT;
+use super::holes::seen_through;
 use super::interiors::{self, Surroundings};
 use super::observe::{Event, Observer, rgb, vec3};
 use super::vertex::{Departure, Scattering, State, Vertex, View};
@@ -62,8 +63,13 @@ pub(super) fn weight_of_met<F: Float>(view: &View<'_>, state: &State<F>, vertex:
                 let lights = &view.scene.lights;
                 // Lanes without a light look up the first one, in vain.
                 let light = F::Uint::select(contested, light, F::Uint::splat(0));
+                let mut distance = vertex.hit.t;
+                if view.scene.materials.has_holes() {
+                    // The ray may have started anew behind a hole.
+                    distance = (vertex.at.point.p - p).length();
+                }
                 let asked = lights.chance(p, n, light, contested)
-                    * lights.pdf(light, p, vertex.at.point.p, vertex.hit.t, vertex.at.cos_o);
+                    * lights.pdf(light, p, vertex.at.point.p, distance, vertex.at.cos_o);
                 F::select(contested, power_heuristic(pdf, asked), one)
             },
         )
@@ -118,8 +124,21 @@ pub(super) fn direct_light<F: Float, S: Surroundings<F>>(
                 let found = bsdf.pdf_non_delta(wo, wi).only(!sample.delta);
                 let (shadow, length) = at.shadow(&sample);
                 let past_triangles = lights.is_past_triangles::<F>(light);
-                let visible = possible & !view.world.occluded(&shadow, length, possible, past_triangles);
-                let added = (share * power_heuristic(pdf, found)).only(visible);
+                let hidden = view.world.occluded(&shadow, length, possible, past_triangles);
+                let weighted = share * power_heuristic(pdf, found);
+                let mut added = weighted.only(possible & !hidden);
+                if view.scene.materials.has_holes() {
+                    let asks = possible & hidden;
+                    added = F::branch(
+                        asks,
+                        added,
+                        #[inline(always)]
+                        || {
+                            weighted
+                                * seen_through(view, &state, &around, &shadow, length, asks, past_triangles)
+                        },
+                    );
+                }
                 let added = interiors::faded(view.scene, &around, &at, sample.wi, length, added);
                 observer.event::<F>(|| Event::Light { direction: vec3(sample.wi), added: rgb(added) });
                 added

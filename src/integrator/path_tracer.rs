@@ -177,7 +177,7 @@ pub(crate) fn step_with<F: Float>(
     alive: F::Mask,
 ) -> (Stepped<F>, Around<F>) {
     let observer = &mut Observer::none();
-    if around.media(view.scene).is_some() {
+    if interiors::are_kept(view.scene) {
         step(transport, view, state, around, alive, observer)
     } else {
         // Nothing of it is needed within.
@@ -218,13 +218,17 @@ fn step<F: Float, S: Surroundings<F>>(
         (Stepped { state, going: none, shadows: none }, around),
         #[inline(always)]
         || {
-            let vertex = Vertex::new(view, &state.ray, hit, met, observer);
-            let (around, passes) = interiors::at_surface(view.scene, around, &vertex.at, met);
+            let vertex = Vertex::new(view, &state, &around, hit, met, observer);
+            let mut solid = met;
+            if view.scene.materials.has_holes() {
+                solid = solid & !vertex.holes;
+            }
+            let (around, is_none) = interiors::at_surface(view.scene, around, &vertex.at, solid);
             let weight =
                 if transport.competes() { weight_of_met(view, &state, &vertex) } else { F::splat(1.0) };
             state.l = Rgb::select(met, state.l + state.beta * vertex.emitted * weight, state.l);
-            let going = met & !passes & state.depth.lt(F::Uint::given(&view.settings.max_depth));
-            if observer.listens::<F>() && !going.first() && !passes.first() {
+            let going = solid & !is_none & state.depth.lt(F::Uint::given(&view.settings.max_depth));
+            if observer.listens::<F>() && !(going | is_none).first() && solid.first() {
                 observer.event::<F>(|| Event::End { reason: "the depth limit", radiance: rgb(state.l) });
             }
             let left = F::guard(
@@ -233,34 +237,35 @@ fn step<F: Float, S: Surroundings<F>>(
                 #[inline(always)]
                 || leave(transport, view, state, &vertex.at, going, around, observer),
             );
-            pass_on(view, &state, &vertex.at, passes, left)
+            pass_on(view, &state, &vertex, is_none, left)
         },
     )
 }
 
-/// Takes paths straight on where the surface that they met is none. The others have left it.
+/// Takes paths straight on through holes, and where the surface that they met is none, in the lanes of `is_none`. The
+/// others have left it.
 #[inline(always)]
 fn pass_on<F: Float, S: Surroundings<F>>(
     view: &View<'_>,
     met: &State<F>,
-    at: &Interaction<F>,
-    passes: F::Mask,
+    vertex: &Vertex<F>,
+    is_none: F::Mask,
     (left, around): (Stepped<F>, S),
 ) -> (Stepped<F>, S) {
-    if around.media(view.scene).is_none() {
+    if !interiors::are_kept(view.scene) {
         return (left, around);
     }
-    // Rays to lights end at surfaces that are none, too: no such ray could have found what lies behind.
-    let departure = Departure { pdf: F::zero(), ..met.departure };
-    let passed = State { ray: at.straight_on(&met.ray), departure, ..*met };
-    F::out_of_line(
-        #[inline(always)]
-        move || {
-            let (around, goes) = interiors::straight_on(around, passes);
-            let state = State::blend(passes, passed, left.state);
-            (Stepped { state, going: left.going | goes, shadows: left.shadows }, around)
-        },
-    )
+    let mut holes = F::Mask::splat(false);
+    if view.scene.materials.has_holes() {
+        holes = vertex.holes;
+    }
+    let (around, goes) = interiors::straight_on(around, is_none, holes);
+    // Rays to lights go through holes, but end at surfaces that are none: no such ray could have found what lies behind.
+    let departure = Departure { pdf: met.departure.pdf.only(!is_none), ..met.departure };
+    let beyond = State { ray: vertex.at.straight_on(&met.ray), departure, ..*met };
+    // Blended here and not out of line: without any of this the state need not go through memory.
+    let state = State::blend(is_none | holes, beyond, left.state);
+    (Stepped { state, going: left.going | goes, shadows: left.shadows }, around)
 }
 
 /// The second half of a step: the direct light at an interaction, and the next ray.

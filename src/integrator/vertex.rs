@@ -1,11 +1,11 @@
 //! The vertices of paths, one path in each lane: the state of the path, the surface that it meets, and its next ray.
 
-use super::interiors::{self, Surroundings};
+use super::interiors::{self, MOST_HOLES, Surroundings};
 use super::observe::{Event, Observer, rgb, vec3};
 use super::paths::Settings;
 use crate::material::{Bsdf, BxdfSample, Local};
 use crate::math::{Float, Frame, Mask, Ray, Rgb, Uint, Vec3, value};
-use crate::sampling::PathId;
+use crate::sampling::{PathId, VertexBlock};
 use crate::world::{CompiledScene, Hit, Interaction, Uv, World};
 
 /// The scene and the settings, which all paths share.
@@ -71,23 +71,68 @@ pub(super) struct Vertex<F: Float> {
     pub at: Interaction<F>,
     /// Radiance emitted back along the ray.
     pub emitted: Rgb<F>,
+    /// The lanes that go through a hole there.
+    pub holes: F::Mask,
 }
 
-value!(Vertex { met, hit, at, emitted });
+value!(Vertex { met, hit, at, emitted, holes });
 value!(Scattering { local, frame, wo });
 
+/// The block of the numbers that decide what a path meets next.
+#[inline(always)]
+pub(super) fn meeting<F: Float>(state: &State<F>, around: &impl Surroundings<F>) -> F::Uint {
+    VertexBlock::MEETING.at::<F>(state.depth + around.get().holes)
+}
+
+/// The interactions of paths with the surfaces that they hit, in the lanes of `met`, and the lanes that go through a hole
+/// there instead.
+#[inline(always)]
+pub(super) fn meet<F: Float>(
+    view: &View<'_>,
+    state: &State<F>,
+    around: &impl Surroundings<F>,
+    hit: &Hit<F>,
+    met: F::Mask,
+    uv: Uv,
+) -> (Interaction<F>, F::Mask) {
+    let (scene, none) = (view.scene, F::Mask::splat(false));
+    let at = scene.interaction(&state.ray, hit, met, uv);
+    if !scene.materials.is_walked() {
+        return (at, none);
+    }
+    let mut numbers = [F::zero(); 2];
+    if scene.materials.takes_chances() {
+        let (path, block) = (state.id, meeting(state, around));
+        numbers = F::out_of_line(
+            #[inline(always)]
+            move || {
+                let [mix, hole, ..] = view.settings.sampler.draw(path, block);
+                [mix, hole]
+            },
+        );
+    }
+    let [mix, hole] = numbers;
+    let (at, opacity) = scene.modified(at, state.ray.d, met, mix);
+    if !scene.materials.has_holes() {
+        return (at, none);
+    }
+    let may = around.get().holes.lt(F::Uint::splat(MOST_HOLES));
+    (at, met & opacity.le(hole) & may)
+}
+
 impl<F: Float> Vertex<F> {
-    /// The vertices at the hits of rays, in the lanes of `met`.
+    /// The vertices at the hits of paths' rays, in the lanes of `met`.
     #[inline(always)]
     pub(super) fn new(
         view: &View<'_>,
-        ray: &Ray<F>,
+        state: &State<F>,
+        around: &impl Surroundings<F>,
         hit: Hit<F>,
         met: F::Mask,
         observer: &mut Observer<'_>,
     ) -> Self {
         let scene = view.scene;
-        let at = scene.interaction(ray, &hit, met, Uv::WherePatterned);
+        let (at, holes) = meet(view, state, around, &hit, met, Uv::WherePatterned);
         let emitted = scene.emitted(&at);
         observer.event::<F>(|| Event::Hit {
             distance: hit.t.first(),
@@ -97,7 +142,7 @@ impl<F: Float> Vertex<F> {
             material: at.material.first(),
             emitted: rgb(emitted),
         });
-        Vertex { met, hit, at, emitted }
+        Vertex { met, hit, at, emitted, holes }
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::Integrator;
 use super::first_hit::{FirstHit, FirstHits};
+use super::holes::seen_through;
 use super::interiors::{self, Around};
 use super::observe::{Event, Observer, ray_event, rgb, vec3};
 use super::paths::{Finished, Found, Paths, Settings, camera_ray};
-use super::vertex::View;
+use super::vertex::{State, View, meet};
 use crate::camera::Camera;
 use crate::material::{self, Bxdf, Local, TransportMode};
 use crate::math::lanes::scalar::Wrapping;
@@ -93,22 +94,29 @@ impl Whitted {
         let centre = [pixel.x as f32 + 0.5, pixel.y as f32 + 0.5];
         let (x, y, ray) = camera_ray(&self.settings, &self.scene.camera, id, centre);
         let mut stream = Stream::new(self.seed, pixel.index, sample);
-        let mut l = Rgb::black();
+        let (mut l, mut holes) = (Rgb::black(), 0);
         stack.push((ray, Rgb::splat([1.0; 3]), 0, Around::at_camera(&self.scene)));
         while let Some(branch) = stack.pop() {
             if stop() {
                 break;
             }
-            l = l + self.follow(branch, stack, &mut stream, rays, observer);
+            l = l + self.follow(id, branch, &mut holes, stack, &mut stream, rays, observer);
         }
         observer.event::<f32>(|| Event::End { reason: "no branch is left", radiance: rgb(l) });
         Sample { pixel: pixel.index, sample, x, y, radiance: [l.r, l.g, l.b] }
     }
 
-    /// The radiance that a branch adds to the sample; pushes the branches that it splits into.
+    /// The radiance that a branch adds to the sample; pushes the branches that it splits into. `holes` counts those that
+    /// the sample has gone through.
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "they are what a sample keeps while its branches are followed"
+    )]
     fn follow(
         &self,
+        id: PathId<f32>,
         (ray, beta, depth, around): Branch,
+        holes: &mut u32,
         stack: &mut Vec<Branch>,
         stream: &mut Stream,
         rays: &mut u64,
@@ -124,7 +132,10 @@ impl Whitted {
             observer.event::<f32>(|| Event::Escape { radiance: rgb(radiance) });
             return beta * radiance;
         }
-        let lit = Lit::new(scene, &ray, &hit, around);
+        let view = View { scene, world: &self.world, settings: &self.settings };
+        let state = State { depth: Wrapping(depth), ..State::start(id, ray) };
+        let around = Around { holes: Wrapping(*holes), ..around };
+        let lit = Lit::new(&view, &state, around, &hit);
         let Lit { at, emitted, local, wo, .. } = lit;
         let bsdf = scene.materials.bsdf_of(local);
         let point = &at.point;
@@ -137,8 +148,9 @@ impl Whitted {
             emitted: rgb(emitted),
         });
         let mut l = emitted;
-        if lit.is_none {
+        if lit.is_none || lit.is_hole {
             let beyond = lit.pass_on(&ray);
+            *holes = beyond.around.holes.0;
             if beyond.passes {
                 stack.push((beyond.ray, beta, depth, beyond.around));
             }
@@ -150,13 +162,13 @@ impl Whitted {
                 for lamp in scene.lights.lamps() {
                     let (light, chance) = lamp.choose(point.p, point.n, || stream.random());
                     let u = [stream.random(), stream.random()];
-                    let Asked { share, shadow, end, possible } =
-                        lit.share_of(scene, Wrapping(light), chance, u);
+                    let asked = lit.share_of(scene, Wrapping(light), chance, u);
+                    let Asked { share, shadow, end, possible } = asked;
                     if possible {
                         *rays += 1;
                         let past_triangles = scene.lights.is_past_triangles::<f32>(Wrapping(light));
                         let hidden = self.world.occluded(&shadow, end, true, past_triangles);
-                        let added = if hidden { Rgb::black() } else { share };
+                        let added = if hidden { asked.through(&view, &state, &lit.around) } else { share };
                         observer
                             .event::<f32>(|| Event::Light { direction: vec3(shadow.d), added: rgb(added) });
                         l = l + added;
@@ -205,10 +217,12 @@ pub(crate) struct Lit<F: Float> {
     transmits: F::Mask,
     /// Whether the surface is none: see `interiors.rs`.
     pub(crate) is_none: F::Mask,
+    /// Whether the ray goes through a hole there.
+    pub(crate) is_hole: F::Mask,
     around: Around<F>,
 }
 
-value!(Lit { at, emitted, local, frame, wo, has_non_delta, has_delta, transmits, is_none, around });
+value!(Lit { at, emitted, local, frame, wo, has_non_delta, has_delta, transmits, is_none, is_hole, around });
 
 /// The light of one lamp.
 #[derive(Clone, Copy)]
@@ -225,11 +239,22 @@ pub(crate) struct Asked<F: Float> {
 
 value!(Asked { share, shadow, end, possible });
 
+impl<F: Float> Asked<F> {
+    /// What comes through holes of the surfaces that hide the lamp.
+    pub(crate) fn through(&self, view: &View<'_>, state: &State<F>, around: &Around<F>) -> Rgb<F> {
+        if !view.scene.materials.has_holes() {
+            return Rgb::black();
+        }
+        let (all, none) = (F::Mask::splat(true), F::Mask::splat(false));
+        self.share * seen_through(view, state, around, &self.shadow, self.end, all, none)
+    }
+}
+
 /// A branch.
 #[derive(Clone, Copy)]
 pub(crate) struct Spawned<F: Float> {
     pub(crate) ray: Ray<F>,
-    /// See [`CompiledScene::passes`]; of a branch that goes straight on, whether it may.
+    /// See [`CompiledScene::passes`]; of a branch that goes straight on, whether it does.
     pub(crate) passes: F::Mask,
     pub(crate) around: Around<F>,
 }
@@ -237,11 +262,11 @@ pub(crate) struct Spawned<F: Float> {
 value!(Spawned { ray, passes, around });
 
 impl<F: Float> Lit<F> {
-    /// The point that a ray met in its surroundings.
-    pub(crate) fn new(scene: &CompiledScene, ray: &Ray<F>, hit: &Hit<F>, around: Around<F>) -> Self {
-        let all = F::Mask::splat(true);
-        let at = scene.interaction(ray, hit, all, Uv::WherePatterned);
-        let (around, is_none) = interiors::at_surface(scene, around, &at, all);
+    /// The point that the ray of a branch met in its surroundings.
+    pub(crate) fn new(view: &View<'_>, state: &State<F>, around: Around<F>, hit: &Hit<F>) -> Self {
+        let (scene, ray, all) = (view.scene, &state.ray, F::Mask::splat(true));
+        let (at, is_hole) = meet(view, state, &around, hit, all, Uv::WherePatterned);
+        let (around, is_none) = interiors::at_surface(scene, around, &at, !is_hole);
         let bsdf = interiors::bsdf(scene, &at, &around);
         let frame = scene.scattering_frame(&at, ray, &bsdf);
         Lit {
@@ -254,6 +279,7 @@ impl<F: Float> Lit<F> {
             has_delta: bsdf.has_delta(),
             transmits: bsdf.transmits(),
             is_none,
+            is_hole,
             around,
         }
     }
@@ -278,9 +304,9 @@ impl<F: Float> Lit<F> {
         Spawned { ray, passes: scene.passes(&self.at, ray.d, wi), around }
     }
 
-    /// The branch that the ray is beyond a surface that is none.
+    /// The branch that the ray is beyond a surface that is none, or beyond a hole.
     pub(crate) fn pass_on(&self, ray: &Ray<F>) -> Spawned<F> {
-        let (around, passes) = interiors::straight_on(self.around, F::Mask::splat(true));
+        let (around, passes) = interiors::straight_on(self.around, self.is_none, self.is_hole);
         Spawned { ray: self.at.straight_on(ray), passes, around }
     }
 }

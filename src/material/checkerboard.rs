@@ -36,6 +36,8 @@ impl MaterialParameters for CheckerboardParameters {
 }
 
 impl Chooser for Checkerboard {
+    const BY_UV: bool = true;
+
     /// A check inside a check takes the coordinates within it, scaled to 0…1.
     #[inline(always)]
     fn choose<F: Float>(columns: &Columns, row: F::Uint, [u, v]: [F; 2]) -> (F::Uint, [F; 2]) {
@@ -49,7 +51,7 @@ impl Chooser for Checkerboard {
     }
 
     #[inline(always)]
-    fn uv_area_scale<F: Float>(columns: &Columns, row: F::Uint) -> F {
-        columns.number::<F>(0, row) * columns.number::<F>(1, row)
+    fn uv_scale<F: Float>(columns: &Columns, row: F::Uint) -> [F; 2] {
+        [columns.number(0, row), columns.number(1, row)]
     }
 }

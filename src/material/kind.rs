@@ -27,6 +27,7 @@ macro_rules! materials {
             }
             choosers {
                 checkerboard::Checkerboard(CheckerboardParameters),
+                mix::Mix(MixParameters),
             }
         }
     };

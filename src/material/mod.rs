@@ -1,7 +1,9 @@
 //! Materials, and the scattering functions that they give a point.
 //!
 //! A material is a program with a file of its own. A [`Leaf`] makes a lobe of its row's numbers, a [`Chooser`] leads to
-//! another row. A new material is a new file, a `mod` line here, and a line in `kind.rs`, which lists all of them.
+//! another row. `modifiers.rs` has what every material may have besides, `walk.rs` follows rows to the one that light
+//! meets, and `maps.rs` tilts normals. A new material is a new file, a `mod` line here, and a line
+//! in `kind.rs`, which lists all of them.
 //! `lobes/` has a file for each scattering function. `bindings.rs` puts textures in the place of parameters, whatever the
 //! material. [`Bxdf`] is the interface that integrators use; [`MaterialTable`] finds the [`Bsdf`] of a hit.
 
@@ -17,13 +19,17 @@ mod glass;
 mod kind;
 pub(crate) mod list;
 mod lobes;
+mod maps;
 mod matte;
 mod media;
 mod metals;
 mod mirror;
+mod mix;
+mod modifiers;
 mod program;
 mod row;
 mod table;
+mod walk;
 
 pub use bindings::{Binding, Bindings, Place, Slot, with_stand_ins};
 pub use bsdf::{Bsdf, Local};
@@ -35,10 +41,13 @@ pub use lobes::{
     SmoothDielectric, SmoothMetal, SmoothSheet, SpecularReflection, Sum, fresnel_conductor,
     fresnel_dielectric,
 };
+pub use maps::UvBasis;
 pub use media::{MOST_INTERIORS, MOST_MEDIA, Media};
+pub use modifiers::{ModifierColumns, Modifiers, RowModifiers, stands_alone};
 pub use program::{Chooser, Leaf, MaterialParameters};
 pub use row::{CHOICES, Columns, Medium, NUMBERS, Numbers, Row, Site};
 pub use table::MaterialTable;
+pub use walk::Walked;
 
 macro_rules! export {
     (

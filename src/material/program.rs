@@ -31,11 +31,21 @@ pub trait Leaf {
     fn lobe<F: Float>(numbers: &Numbers<F>, site: &Site<F>) -> Self::Lobe<F>;
 }
 
-/// A material that stands for one of several others, by uv.
+/// A material that stands for one of several others. One that does not choose by uv overrides nothing, and is followed
+/// by name where materials are walked through (`walk.rs`).
 pub trait Chooser {
-    /// The row that a row of this kind chooses at uv, and the uv for the chosen one.
-    fn choose<F: Float>(columns: &Columns, row: F::Uint, uv: [F; 2]) -> (F::Uint, [F; 2]);
+    /// Whether it chooses by uv.
+    const BY_UV: bool = false;
 
-    /// The area of the chosen one's uv for each area of uv.
-    fn uv_area_scale<F: Float>(columns: &Columns, row: F::Uint) -> F;
+    /// The row that a row of this kind chooses at uv, and the uv for the chosen one.
+    #[inline(always)]
+    fn choose<F: Float>(_columns: &Columns, row: F::Uint, uv: [F; 2]) -> (F::Uint, [F; 2]) {
+        (row, uv)
+    }
+
+    /// The lengths of the chosen one's uv for each length of uv.
+    #[inline(always)]
+    fn uv_scale<F: Float>(_columns: &Columns, _row: F::Uint) -> [F; 2] {
+        [F::splat(1.0); 2]
+    }
 }

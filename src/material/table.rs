@@ -5,6 +5,7 @@ use super::bsdf::{Bsdf, Local};
 use super::bxdf::Bxdf;
 use super::kind::{Kind, Kinds, materials};
 use super::media::Media;
+use super::modifiers::{ModifierColumns, RowModifiers, longest_way};
 use super::program::{Chooser, Leaf};
 use super::row::{Columns, Row, Site};
 use crate::math::lanes::scalar::Wrapping;
@@ -15,23 +16,24 @@ use std::sync::Arc;
 /// All materials.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MaterialTable {
-    columns: Columns,
-    /// The greatest depth of choosers inside choosers.
-    nesting: u32,
+    pub(super) columns: Columns,
+    /// The greatest number of steps from a row to a leaf.
+    pub(super) nesting: u32,
     uses_uv: bool,
     is_anisotropic: bool,
     has_delta: bool,
     media: Media,
-    kinds: Kinds,
+    pub(super) kinds: Kinds,
     rows: Vec<Row>,
     bindings: Bindings,
-    textures: Arc<TextureTable>,
+    pub(super) modifiers: ModifierColumns,
+    pub(super) textures: Arc<TextureTable>,
 }
 
 /// The lanes whose kind is a chooser's.
 macro_rules! lanes_that_choose {
     (
-        { $kind:ident }
+        { $table:ident, $kind:ident }
         leaves $leaves:tt
         choosers { $($(#[$cfg:meta])* $module:ident::$Chooser:ident($parameters:ident),)* }
     ) => {{
@@ -39,7 +41,9 @@ macro_rules! lanes_that_choose {
         $(
             $(#[$cfg])*
             {
-                lanes = lanes | $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
+                if super::$module::$Chooser::BY_UV || $table.kinds.has(Kind::$Chooser) {
+                    lanes = lanes | $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
+                }
             }
         )*
         lanes
@@ -66,7 +70,7 @@ macro_rules! leaves_that_look {
     }};
 }
 
-/// Replaces the rows of choosers by the rows that they choose, and uv by the uv for these.
+/// Replaces the rows of choosers by uv by the rows that they choose, and uv by the uv for these.
 macro_rules! choose {
     (
         { $table:ident, $kind:ident, $row:ident, $uv:ident }
@@ -76,36 +80,40 @@ macro_rules! choose {
         $(
             $(#[$cfg])*
             {
-                let lanes = $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
-                ($row, $uv) = F::branch(
-                    lanes,
-                    ($row, $uv),
-                    #[inline(always)]
-                    || {
-                        let (row, uv) = ($row, $uv);
-                        function!(F, concat!(stringify!($Chooser), "_choose"), (row, uv), {
-                            super::$module::$Chooser::choose(&$table.columns, row, uv)
-                        })
-                    },
-                );
+                if super::$module::$Chooser::BY_UV {
+                    let lanes = $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
+                    ($row, $uv) = F::branch(
+                        lanes,
+                        ($row, $uv),
+                        #[inline(always)]
+                        || {
+                            let (row, uv) = ($row, $uv);
+                            function!(F, concat!(stringify!($Chooser), "_choose"), (row, uv), {
+                                super::$module::$Chooser::choose(&$table.columns, row, uv)
+                            })
+                        },
+                    );
+                }
             }
         )*
     };
 }
 
-/// Multiplies areas of uv by those within choosers.
+/// Multiplies lengths of uv by those within choosers.
 macro_rules! magnify {
     (
-        { $table:ident, $kind:ident, $row:ident, $area:ident }
+        { $table:ident, $kind:ident, $row:ident, $scale:ident }
         leaves $leaves:tt
         choosers { $($(#[$cfg:meta])* $module:ident::$Chooser:ident($parameters:ident),)* }
     ) => {
         $(
             $(#[$cfg])*
             {
-                let lanes = $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
-                let within = $area * super::$module::$Chooser::uv_area_scale::<F>(&$table.columns, $row);
-                $area = F::select(lanes, within, $area);
+                if super::$module::$Chooser::BY_UV {
+                    let lanes = $kind.eq(F::Uint::splat(Kind::$Chooser as u32));
+                    let [a, b] = super::$module::$Chooser::uv_scale::<F>(&$table.columns, $row);
+                    $scale = [F::select(lanes, a, $scale[0]), F::select(lanes, b, $scale[1])];
+                }
             }
         )*
     };
@@ -119,17 +127,20 @@ impl MaterialTable {
 
     /// The same with textures in the place of some parameters.
     pub fn with_textures(rows: Vec<Row>, bindings: &[Binding], textures: Arc<TextureTable>) -> MaterialTable {
+        let modifiers = vec![RowModifiers::default(); rows.len()];
+        MaterialTable::modified(rows, bindings, &modifiers, textures)
+    }
+
+    /// The same with modifiers, as many as rows: a row behind another one is before it.
+    pub fn modified(
+        rows: Vec<Row>,
+        bindings: &[Binding],
+        modifiers: &[RowModifiers],
+        textures: Arc<TextureTable>,
+    ) -> MaterialTable {
         let mut columns = Columns::default();
-        let mut depths = Vec::with_capacity(rows.len());
-        for row in &rows {
-            columns.push(row);
-            depths.push(if row.kind.is_chooser() {
-                1 + row.choices.map(|i| depths[i as usize]).into_iter().max().unwrap_or(0)
-            } else {
-                0
-            });
-        }
-        let nesting = depths.into_iter().max().unwrap_or(0);
+        rows.iter().for_each(|row| columns.push(row));
+        let nesting = longest_way(&rows, modifiers);
         let kinds = rows.iter().fold(Kinds::default(), |kinds, row| kinds.with(row.kind));
         let is_anisotropic = rows.iter().any(|row| row.is_anisotropic);
         let bindings = Bindings::new(rows.len(), bindings);
@@ -143,6 +154,7 @@ impl MaterialTable {
             kinds,
             rows,
             bindings,
+            modifiers: ModifierColumns::new(modifiers),
             textures,
         };
         let all = 0..table.rows.len() as u32;
@@ -163,6 +175,7 @@ impl MaterialTable {
     /// Gives the columns of all rows to a reader.
     pub fn columns<'a>(&'a self, reader: &mut impl ColumnReader<'a>) {
         self.columns.columns(reader);
+        self.modifiers.columns(reader);
     }
 
     /// The textures in the place of parameters.
@@ -208,18 +221,41 @@ impl MaterialTable {
     #[inline(always)]
     pub fn looks_at_uv<F: Float>(&self, material: F::Uint) -> F::Mask {
         let kind = self.columns.kind(material);
-        let look = materials!(lanes_that_choose kind) | materials!(leaves_that_look kind);
+        let mut look = materials!(lanes_that_choose self, kind) | materials!(leaves_that_look kind);
+        if self.modifiers.has_any() {
+            look = look | self.modifiers.lanes::<F>(material);
+        }
         if self.bindings.is_empty() { look } else { look | self.bindings.lanes::<F>(material) }
     }
 
-    /// The material at uv, a leaf, and the uv for it: choosers are followed until there is a leaf.
+    /// The material at uv, a leaf, and the uv for it: choosers are followed until there is a leaf. In a table that
+    /// [is walked](Self::is_walked) see [`Self::walk`].
     #[inline(always)]
     pub fn resolve<F: Float>(&self, mut material: F::Uint, mut uv: [F; 2]) -> (F::Uint, [F; 2]) {
         for _ in 0..self.nesting {
-            let kind = self.columns.kind(material);
-            materials!(choose self, kind, material, uv);
+            (material, uv) = self.choose_by_uv(self.columns.kind(material), material, uv);
         }
         (material, uv)
+    }
+
+    /// One step from rows of choosers by uv, of these kinds.
+    #[inline(always)]
+    pub(super) fn choose_by_uv<F: Float>(
+        &self,
+        kind: F::Uint,
+        mut row: F::Uint,
+        mut uv: [F; 2],
+    ) -> (F::Uint, [F; 2]) {
+        materials!(choose self, kind, row, uv);
+        (row, uv)
+    }
+
+    /// The lengths of uv after a step for each length of those before it.
+    #[inline(always)]
+    pub(super) fn uv_scale<F: Float>(&self, kind: F::Uint, row: F::Uint) -> [F; 2] {
+        let mut scale = [F::splat(1.0); 2];
+        materials!(magnify self, kind, row, scale);
+        scale
     }
 
     /// The area of the uv that [`Self::resolve`] gives for each area of those that it is given.
@@ -228,8 +264,9 @@ impl MaterialTable {
         let mut area = F::splat(1.0);
         for _ in 0..self.nesting {
             let kind = self.columns.kind(material);
-            materials!(magnify self, kind, material, area);
-            materials!(choose self, kind, material, uv);
+            let [a, b] = self.uv_scale::<F>(kind, material);
+            area = area * (a * b);
+            (material, uv) = self.choose_by_uv(kind, material, uv);
         }
         area
     }

@@ -118,12 +118,17 @@ pub enum ParameterKind {
     Integer(u32, u32),
     /// An image file, or the tiles that `<UDIM>` represents.
     Image,
+    /// A number, or the name of a texture, of which the red channel is used. Materials that name others may have it,
+    /// too.
+    Amount(Number),
+    /// The name of a texture.
+    Texture,
 }
 
 impl ParameterKind {
     /// A placeholder for a value that could not be read, so that the others can be checked: NaN, for which all
     /// comparisons except `!=` are false; `usize::MAX`, an invalid index, for a material, an image and a word; false
-    /// for a flag.
+    /// for a flag; a texture for the name of one.
     pub fn unknown(&self) -> Value {
         match self {
             ParameterKind::Number(_) => Value::Number(f64::NAN),
@@ -139,6 +144,8 @@ impl ParameterKind {
             ParameterKind::Integer(..) => Value::Number(f64::NAN),
             ParameterKind::Words(_) => Value::Words([usize::MAX; 2]),
             ParameterKind::Image => Value::Image(ImageIndex(usize::MAX)),
+            ParameterKind::Amount(_) => Value::Number(f64::NAN),
+            ParameterKind::Texture => Value::Flag(true),
         }
     }
 }
@@ -152,7 +159,8 @@ impl ParameterKind {
             f64::from(1.5_f32.clamp(least, most))
         };
         match self {
-            ParameterKind::Number(limits) => Some(Value::Number(one(limits))),
+            ParameterKind::Number(limits) | ParameterKind::Amount(limits) => Some(Value::Number(one(limits))),
+            ParameterKind::Texture => Some(Value::Flag(true)),
             ParameterKind::Pair(limits) => Some(Value::Pair([one(limits); 2])),
             ParameterKind::Colour(limits) => Some(Value::Colour([one(limits); 3])),
             _ => None,

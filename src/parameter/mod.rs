@@ -19,4 +19,4 @@ pub use declaration::{Absence, Declaration, Declared, Family, Parameter, Problem
 pub(crate) use declaration::{family, parameters};
 pub use kind::{Number, ParameterKind, unit};
 pub(crate) use value::words;
-pub use value::{Colour, Field, ImageIndex, Value, Varying, Word};
+pub use value::{Colour, Field, ImageIndex, Named, Value, Varying, Word};

@@ -49,6 +49,11 @@ pub enum Varying {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageIndex(pub usize);
 
+/// The value of a parameter that names a texture. The texture itself is stored beside the parameters, with those that
+/// replace numbers and colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Named;
+
 /// The type of a field that holds the value of a parameter.
 pub trait Field: Copy {
     /// The value of the field.
@@ -110,6 +115,19 @@ impl Field for Word {
     }
 }
 
+impl Field for Named {
+    fn value(self) -> Value {
+        Value::Flag(true)
+    }
+
+    fn of(value: Value) -> Self {
+        match value {
+            Value::Flag(_) => Named,
+            other => unreachable!("{other:?} for the name of a texture"),
+        }
+    }
+}
+
 /// For an optional parameter.
 impl<T: Field> Field for Option<T> {
     fn value(self) -> Value {
@@ -120,6 +138,12 @@ impl<T: Field> Field for Option<T> {
         match value {
             Value::Absent => None,
             given => Some(T::of(given)),
+        }
+    }
+
+    fn renumber(&mut self, new: &dyn Fn(usize) -> usize) {
+        if let Some(value) = self {
+            value.renumber(new);
         }
     }
 }

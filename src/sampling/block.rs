@@ -9,6 +9,7 @@
 //! | 0 | the camera ray's: [`Block::CAMERA`] |
 //! | 1 and on | the integrator's, as its [`Blocks`] allot them |
 //! | 2³¹ | the camera ray's: [`Block::TIME`] |
+//! | from 2³¹ + 1 up | those of what paths meet: [`VertexBlock::MEETING`] |
 //! | from 2³² − 1 down | those of a [`Stream`](super::Stream) |
 //!
 //! A decision that takes an unknown count of numbers, as a chain or a free flight does, draws them from the
@@ -54,6 +55,11 @@ pub struct VertexBlock {
 }
 
 impl VertexBlock {
+    /// Which of mixed materials a path meets (first number), and whether it meets the surface or goes through a hole
+    /// (second). The `depth` of it counts surfaces gone through besides. It is drawn in scenes alone that have mixes or
+    /// holes, so that it does not come among the blocks of integrators.
+    pub const MEETING: VertexBlock = VertexBlock { first: (1 << 31) + 1, step: 1 };
+
     /// The block's number at the vertex `depth`, counted from zero at the first.
     #[inline(always)]
     pub fn at<F: Float>(self, depth: F::Uint) -> F::Uint {
@@ -106,8 +112,9 @@ mod tests {
             let last = ((1 << 31) - 2 - once) / each.max(1);
             let own = (0..once).map(|i| blocks.once(i));
             let single = own.chain([Block::CAMERA, Block::TIME]).map(|block| block.number::<f32>().0);
+            let meeting = (0..1000).map(|depth| VertexBlock::MEETING.at::<f32>(Wrapping(depth)).0);
             let at = |depth| (0..each).map(move |i| blocks.each(i).at::<f32>(Wrapping(depth)).0);
-            let all: Vec<_> = single.chain((0..1000).chain([last - 1]).flat_map(at)).collect();
+            let all: Vec<_> = single.chain(meeting).chain((0..1000).chain([last - 1]).flat_map(at)).collect();
             assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), all.len(), "{once} once, {each} each");
         }
     }

@@ -14,7 +14,7 @@ impl Scene {
 
     /// Adds a material. Returns its index, by which entities and other materials name it.
     pub fn add_material(&mut self, name: impl Into<String>, kind: impl Into<MaterialKind>) -> usize {
-        self.materials.push(Material { name: name.into(), kind: kind.into(), textures: Vec::new() });
+        self.materials.push(Material { name: name.into(), kind: kind.into(), ..Material::default() });
         self.materials.len() - 1
     }
 

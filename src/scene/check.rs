@@ -215,7 +215,8 @@ fn check_materials(materials: &[Material], problems: &mut Vec<SceneProblem>) {
         let part = || Part::Material(i, material.name.clone());
         let mut found = Findings { part: &part, problems };
         check_parameters(&material.kind, &mut found);
-        for named in material.kind.materials() {
+        check_parameters(&material.modifiers, &mut found);
+        for named in material.named() {
             if named >= i {
                 found.add(format!("it names material {}, which is not before it", named + 1));
             } else {
@@ -253,7 +254,9 @@ fn check_parameters<F: Family>(member: &F, found: &mut Findings<'_>) {
     for (parameter, value) in declaration.parameters.iter().zip(&values) {
         let name = parameter.name;
         match (parameter.kind, *value) {
-            (ParameterKind::Number(limits), Value::Number(number)) => found.number(name, number, limits),
+            (ParameterKind::Number(limits) | ParameterKind::Amount(limits), Value::Number(number)) => {
+                found.number(name, number, limits);
+            }
             (ParameterKind::Pair(limits), Value::Pair(pair)) => found.numbers(name, &pair, limits),
             (ParameterKind::Colour(limits), Value::Colour(colour)) => found.numbers(name, &colour, limits),
             (ParameterKind::Varying(limits), Value::Varying(Varying::Colour(colour))) => {

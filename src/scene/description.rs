@@ -19,9 +19,10 @@ pub use self::render::{Integrator, MOST_BOUNCES, RenderSettings, Sampler, UNLIMI
 pub use crate::camera::CameraSettings;
 pub use crate::light::AnyLight as Light;
 pub use crate::light::list::*;
+pub use crate::material::Modifiers;
 pub use crate::material::list::*;
 use crate::material::with_stand_ins;
-pub use crate::parameter::Colour;
+pub use crate::parameter::{Colour, Named};
 use crate::parameter::{Family, Value};
 pub use crate::shape::list::*;
 pub use crate::shape::{AnyShape as Shape, Mesh};
@@ -80,11 +81,31 @@ pub struct Material {
     pub name: String,
     /// What it does with light.
     pub kind: MaterialKind,
-    /// The parameters that are textures. Their values in `kind` do not count.
+    /// The parameters that are textures, those of `modifiers` among them. Their values there and in `kind` do not count.
     pub textures: Vec<Textured>,
+    /// What every material may have besides: holes, another material behind, maps.
+    pub modifiers: Modifiers,
+}
+
+/// Matte, of half the light.
+impl Default for Material {
+    fn default() -> Self {
+        let matte = MatteParameters { reflectance: [0.5; 3], roughness: 0.0 };
+        Material {
+            name: "material".to_owned(),
+            kind: matte.into(),
+            textures: Vec::new(),
+            modifiers: Modifiers::default(),
+        }
+    }
 }
 
 impl Material {
+    /// The indices of the materials that it names.
+    pub fn named(&self) -> impl Iterator<Item = usize> {
+        self.kind.materials().chain(self.modifiers.back)
+    }
+
     /// What it does with light, with values of parameters that are textures which make it one that looks at them.
     pub fn textured_kind(&self) -> MaterialKind {
         with_stand_ins(&self.kind, self.textures.iter().map(|textured| textured.parameter))

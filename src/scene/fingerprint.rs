@@ -10,7 +10,8 @@ use std::sync::Arc;
 use sha2::{Digest as _, Sha256};
 
 use super::description::{
-    CameraSettings, Entity, EnvironmentPicture, ImageFile, Instance, Integrator, Material, Scene, Shape, Textured,
+    CameraSettings, Entity, EnvironmentPicture, ImageFile, Instance, Integrator, Material, Modifiers, Scene,
+    Shape, Textured,
 };
 use crate::parameter::{Family, ImageIndex, ParameterKind, Value, Varying};
 use crate::shape::Mesh;
@@ -271,13 +272,18 @@ impl Digest {
     /// that this ends. Images go by their place among those that are named.
     fn material(&mut self, index: usize, scene: &Scene, images: &mut Vec<usize>) {
         let material = &scene.materials[index];
-        let Material { name: _, kind, textures } = material;
+        let Material { name: _, kind, textures, modifiers } = material;
         self.declared(&material.textured_kind());
         for Textured { parameter, texture } in textures {
             self.tag(parameter);
             self.texture(*texture, scene, images);
         }
-        kind.materials().for_each(|named| self.material(named, scene, images));
+        if *modifiers != Modifiers::default() {
+            self.declared(modifiers);
+        }
+        for named in kind.materials().chain(modifiers.back) {
+            self.material(named, scene, images);
+        }
     }
 
     /// A texture likewise.

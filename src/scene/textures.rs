@@ -1,9 +1,9 @@
 //! The promises of a scene about its textures, and of its materials about those that they name.
 
-use super::description::Scene;
+use super::description::{Modifiers, Scene};
 use super::interfaces::{of_unknown_index, unknown_index};
 use super::names::MAX_NESTING;
-use crate::material::Place;
+use crate::material::{Place, stands_alone};
 use crate::parameter::{Family, Value};
 use crate::texture::{ImageFile, costs};
 
@@ -42,13 +42,21 @@ pub(super) fn broken(scene: &Scene) -> Vec<Broken> {
     }
     for (i, material) in scene.materials.iter().enumerate() {
         let kind = material.textured_kind();
+        let Modifiers { normal_map, bump_map, .. } = material.modifiers;
+        for (name, map) in [("normal_map", normal_map), ("bump_map", bump_map)] {
+            let has_texture = material.textures.iter().any(|textured| textured.parameter == name);
+            if map.is_some() != has_texture {
+                let message = format!("{name} must be there if a texture is named for it, and only then");
+                all.push(Broken::Material(i, message));
+            }
+        }
         for (place, textured) in material.textures.iter().enumerate() {
             let name = textured.parameter;
             if textured.texture >= scene.textures.len() {
                 let (number, count) = (textured.texture + 1, scene.textures.len());
                 all.push(Broken::Material(i, format!("there is no texture {number}, only {count}")));
             }
-            if Place::of(&kind, name).is_none() {
+            if !stands_alone(&kind, name) && Place::of(&kind, name).is_none() {
                 all.push(Broken::Material(i, format!("{name} can be no texture")));
             }
             if material.textures[..place].iter().any(|other| other.parameter == name) {

@@ -183,4 +183,10 @@ impl RareShape for Cylinder {
     fn uv_per_area<F: Float>(form: &RareForm<F>, _p: Vec3<F>) -> F {
         form.v_axis.length() / (form.constant * TAU)
     }
+
+    #[inline(always)]
+    fn uv_gradients<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> [Vec3<F>; 2] {
+        let around = form.axis.cross(p - form.anchor);
+        [around * (F::splat(1.0 / TAU) / around.dot(around)), form.v_axis]
+    }
 }

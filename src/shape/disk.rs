@@ -141,6 +141,15 @@ impl RareShape for Disk {
         let v = (x * x + y * y).sqrt().max(F::splat(LEAST_V));
         form.u_axis.dot(form.u_axis) * (1.0 / TAU) / v
     }
+
+    #[inline(always)]
+    fn uv_gradients<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> [Vec3<F>; 2] {
+        let x = p.dot(form.u_axis) + form.u_offset;
+        let y = p.dot(form.v_axis) + form.v_offset;
+        let v = (x * x + y * y).sqrt().max(F::splat(LEAST_V));
+        let (around, outwards) = (form.v_axis * x - form.u_axis * y, form.u_axis * x + form.v_axis * y);
+        [around * (F::splat(1.0 / TAU) / (v * v)), outwards * (F::splat(1.0) / v)]
+    }
 }
 
 /// The box around a point that reaches this far along each axis.

@@ -99,6 +99,9 @@ trait RareShape: Shape {
 
     /// The area of uv for each area of the surface at a point on it; large where it has no bound.
     fn uv_per_area<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> F;
+
+    /// The gradients of u and of v along the surface at a point on it.
+    fn uv_gradients<F: Float>(form: &RareForm<F>, p: Vec3<F>) -> [Vec3<F>; 2];
 }
 
 /// The formula for the normal and uv of a surface at a point.

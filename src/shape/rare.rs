@@ -160,6 +160,21 @@ macro_rules! rare {
                 )+
                 area
             }
+
+            /// The gradients of u and of v along the surface at a point.
+            #[inline(always)]
+            pub fn uv_gradients(&self, kind: F::Uint, p: Vec3<F>) -> [Vec3<F>; 2] {
+                let mut gradients = [Vec3::zero(); 2];
+                $(
+                    gradients = F::branch(
+                        kind.eq(F::Uint::splat(RareKind::$shape.number())),
+                        gradients,
+                        #[inline(always)]
+                        || $shape::uv_gradients(self, p),
+                    );
+                )+
+                gradients
+            }
         }
     };
 }

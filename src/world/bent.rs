@@ -1,9 +1,13 @@
-//! The normals that smooth surfaces of meshes scatter around.
+//! Normals that are bent, so that light is scattered to the right side of a surface.
 //!
-//! Around an interpolated normal a mirror may reflect, and glass may reflect or refract, to the wrong side of the
-//! triangle. Nothing may pass there, as it would leak through the surface, and what is dropped darkens the rims of coarse
-//! meshes. A delta lobe has one direction for each way that light takes: where that is on the wrong side, the normal is
-//! bent until it is on the right one, so that no energy is lost.
+//! Around a normal other than the true one a mirror may reflect, and glass may reflect or refract, to the wrong side of the
+//! surface. Nothing may pass there, as it would leak through, and what is dropped darkens. A normal may be bent twice:
+//!
+//! 1. One that a map tilts, whatever the material, until a mirror of that normal would reflect to the right side. The map
+//!    may even have turned it away from the viewer.
+//! 2. Any of these and the interpolated ones of meshes, where the material has a delta lobe. Such a lobe has one direction
+//!    for each way that light takes: the normal is bent until all of them are on the right side, so that no energy is lost,
+//!    and the rims of coarse meshes are not dark.
 
 use super::{CompiledScene, Interaction};
 use crate::material::{Bsdf, Bxdf};
@@ -18,7 +22,8 @@ impl CompiledScene {
     /// would send light to the wrong side of the surface.
     #[inline(always)]
     pub fn scattering_frame<F: Float>(&self, at: &Interaction<F>, ray: &Ray<F>, bsdf: &Bsdf<F>) -> Frame<F> {
-        if !(self.surfaces.has_shading_normals() && self.materials.has_delta()) {
+        let tilts = self.surfaces.has_shading_normals() | self.materials.has_maps();
+        if !(tilts && self.materials.has_delta()) {
             return self.frame(at);
         }
         let normal = F::branch(
@@ -31,12 +36,38 @@ impl CompiledScene {
     }
 }
 
+/// The normal halfway between `wo` and a reflected direction that is moved up.
+#[inline(always)]
+fn halfway<F: Float>(wo: Vec3<F>, reflected: Vec3<F>, up: Vec3<F>) -> Vec3<F> {
+    (wo + (reflected + up).normalized()).normalized()
+}
+
+/// A normal that a map makes, bent as little as needed for a mirror of that normal to reflect light along `wo` to its side
+/// of the surface and not into it, where it would be black; `n` is the true normal. Both normals are outward and all three
+/// of length one. A true normal is never bent.
+///
+/// The mirrored direction is moved along the true normal up to the surface, and the normal is halfway between it and
+/// `wo` (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", appendix A.3).
+#[inline(always)]
+pub(super) fn bent_mapped<F: Float>(mapped: Vec3<F>, n: Vec3<F>, wo: Vec3<F>) -> Vec3<F> {
+    let cos = n.dot(wo);
+    let side = F::splat(1.0).copysign(cos);
+    let (m, up) = (mapped * side, n * side);
+    let facing = m.dot(wo);
+    let mirrored = m * (facing * 2.0) - wo;
+    let height = mirrored.dot(up);
+    // Of the true normal the height is the cosine itself.
+    let least = (cos.abs() * 0.9).min(F::splat(0.01));
+    let is_bent = height.lt(least) | facing.le(F::zero());
+    let bent = halfway(wo, mirrored, up * (least - height).max(F::zero()));
+    Vec3::select(is_bent, bent * side, mapped)
+}
+
 /// The normal nearest to a shading normal around which directions stay on their side of a surface with the normal `n`:
 /// what is reflected on that of `wo`, what is refracted on the other. `wo` is on the same side by both normals; `index` is
 /// the index of refraction on the side where `n` does not point over that where it does.
 ///
-/// A reflected direction below the surface is lifted to the horizon, and the normal is halfway between that and `wo`
-/// (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System"). Only light that leaves the denser
+/// A reflected direction below the surface is lifted to the horizon, as that of [`bent_mapped`] is. Only light that leaves the denser
 /// medium can be refracted to the wrong side; then the normal is `n`, and so it is where `wo` grazes the surface.
 #[inline(always)]
 fn bent_normal<F: Float>(n: Vec3<F>, shading: Vec3<F>, wo: Vec3<F>, index: F) -> Vec3<F> {
@@ -47,8 +78,7 @@ fn bent_normal<F: Float>(n: Vec3<F>, shading: Vec3<F>, wo: Vec3<F>, index: F) ->
         let least = F::splat(LEAST_COSINE);
         let reflected = smooth * (wo.dot(smooth) * 2.0) - wo;
         let missing = least - reflected.dot(up);
-        let lifted = (reflected + up * missing).normalized();
-        let bent = Vec3::select(missing.gt(zero), (wo + lifted).normalized(), smooth);
+        let bent = Vec3::select(missing.gt(zero), halfway(wo, reflected, up * missing), smooth);
 
         let eta = F::select(side.gt(zero), index, one / index);
         let cos = wo.dot(bent);
@@ -99,6 +129,33 @@ mod tests {
             }
         }
         (wrong, changed)
+    }
+
+    #[test]
+    fn mapped_normals_reflect_to_the_side_of_the_surface() {
+        let mut stream = Stream::new(81, 0, 0);
+        let mut direction = || warp::uniform_sphere([stream.random::<f32>(), stream.random()]);
+        let (mut bends, mut keeps) = (0, 0);
+        for _ in 0..100_000 {
+            let (g, n, wo) = (direction(), direction(), direction());
+            let cos = g.dot(wo);
+            if cos.abs() < 1e-2 {
+                continue;
+            }
+            let found = bent_mapped(n, g, wo);
+            assert!((found.length() - 1.0).abs() < 1e-5, "{found:?}");
+            let (facing, reflected) = (found.dot(wo), found * (2.0 * found.dot(wo)) - wo);
+            assert!(facing * cos > 0.0, "{n:?} on {g:?} along {wo:?}: {found:?} looks away");
+            assert!(reflected.dot(g) * cos > 0.0, "{n:?} on {g:?} along {wo:?}: {found:?} reflects inwards");
+            assert_eq!(bent_mapped(g, g, wo), g);
+            let is_fine = n.dot(wo) * cos > 0.0 && (n * (2.0 * n.dot(wo)) - wo).dot(g) * cos.signum() > 0.01;
+            if is_fine {
+                assert_eq!(found, n);
+                keeps += 1;
+            }
+            bends += u32::from(found != n);
+        }
+        assert!(bends > 30_000 && keeps > 10_000, "{bends} and {keeps}");
     }
 
     #[test]

@@ -10,9 +10,9 @@ use super::surfaces::SurfaceTable;
 use super::{Finder, Instances, Simple, World};
 use crate::camera::Camera;
 use crate::light::{Environment, LightTable, NO_LIGHT, Surroundings};
-use crate::material::{Binding, MaterialKind, MaterialTable, Place};
+use crate::material::{Binding, MaterialKind, MaterialTable, Place, RowModifiers};
 use crate::math::narrow;
-use crate::scene::{self, Material, Scene};
+use crate::scene::{self, Material, Modifiers, Scene};
 use crate::texture::{Compiler, NO_TEXTURE};
 use std::sync::Arc;
 
@@ -155,18 +155,34 @@ fn textures(scene: &Scene) -> Textures {
         is_contested: scene.render.integrator != scene::Integrator::Whitted,
     });
     let kinds: Vec<MaterialKind> = scene.materials.iter().map(Material::textured_kind).collect();
-    let rows = kinds.iter().map(MaterialKind::row).collect();
+    let rows: Vec<_> = kinds.iter().map(MaterialKind::row).collect();
+    let mut modifiers = vec![RowModifiers::default(); rows.len()];
     let mut bindings = Vec::new();
     for (row, material) in scene.materials.iter().enumerate() {
+        let own = &mut modifiers[row];
+        let Modifiers { opacity, back, normal_scale, bump_scale, normal_map: _, bump_map: _ } =
+            material.modifiers;
+        let [opacity, normal_scale, bump_scale] = narrow([opacity, normal_scale, bump_scale]);
+        let back = back.map(|back| back as u32);
+        *own = RowModifiers { opacity, back, normal_scale, bump_scale, ..*own };
         for textured in &material.textures {
-            // What can be no texture is refused when a scene is checked.
-            if let Some(place) = Place::of(&kinds[row], textured.parameter) {
+            let alone = match textured.parameter {
+                "opacity" => Some(&mut own.opacity_texture),
+                "normal_map" => Some(&mut own.normal_map),
+                "bump_map" => Some(&mut own.bump_map),
+                "amount" => Some(&mut own.amount_texture),
+                _ => None,
+            };
+            if let Some(texture) = alone {
+                *texture = compiler.root(textured.texture);
+            } else if let Some(place) = Place::of(&kinds[row], textured.parameter) {
+                // What can be no texture is refused when a scene is checked.
                 bindings.push(Binding { row, place, texture: compiler.root(textured.texture) });
             }
         }
     }
     Textures {
-        materials: MaterialTable::with_textures(rows, &bindings, Arc::new(compiler.finish())),
+        materials: MaterialTable::modified(rows, &bindings, &modifiers, Arc::new(compiler.finish())),
         emitted,
         surroundings,
     }

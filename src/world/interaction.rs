@@ -29,21 +29,22 @@ pub struct Interaction<F: Float> {
     pub material_uv: [F; 2],
     /// [`NO_INSTANCE`](super::NO_INSTANCE), or one more than the index in [`Instances`](super::Instances).
     pub instance: F::Uint,
-    /// The entity's own row in the material table.
-    pub entity_material: F::Uint,
     /// The row that the entity has at this point: that of the check where the entity's own is a checkerboard.
     pub material: F::Uint,
+    /// The area of `material_uv` for each area of `uv`, in a scene with mipmaps.
+    pub uv_area: F,
     /// cos θ between the outward normal and the way back along the ray.
     pub cos_o: F,
     /// The ray's time, which rays from here inherit.
     pub time: F,
 }
 
-value!(Interaction { point, uv, material_uv, instance, entity_material, material, cos_o, time });
+value!(Interaction { point, uv, material_uv, instance, material, uv_area, cos_o, time });
 
 impl CompiledScene {
     /// The interactions of rays at their hits, in the lanes of `met`; other lanes are unspecified. The scene must have
-    /// a surface.
+    /// a surface. In a scene whose materials [are walked](crate::material::MaterialTable::is_walked) the material is the
+    /// entity's own until [`Self::modified`] has followed it.
     #[inline(always)]
     pub fn interaction<F: Float>(&self, ray: &Ray<F>, hit: &Hit<F>, met: F::Mask, uv: Uv) -> Interaction<F> {
         let (ray, hit) = (*ray, *hit);
@@ -70,17 +71,24 @@ impl CompiledScene {
                         if uv == Uv::WherePatterned {
                             own = self.surfaces.uv(&point, hit.instance, looks);
                         }
+                        if self.materials.is_walked() {
+                            return (own, material, own);
+                        }
                         let (material, material_uv) = self.materials.resolve(material, own);
                         (own, material, material_uv)
                     },
                 );
             }
+            let mut uv_area = F::splat(1.0);
+            if self.materials.textures().has_mipmaps() && !self.materials.is_walked() {
+                uv_area = self.materials.uv_area_scale(entity_material, own);
+            }
             Interaction {
                 uv: own,
                 material_uv,
                 instance: hit.instance,
-                entity_material,
                 material,
+                uv_area,
                 cos_o: -ray.d.dot(point.n),
                 time: ray.time,
                 point,
@@ -93,7 +101,7 @@ impl CompiledScene {
     pub fn bsdf<F: Float>(&self, at: &Interaction<F>) -> Bsdf<F> {
         let mut footprint = F::zero();
         if self.materials.textures().has_mipmaps() {
-            footprint = self.footprint(at) * self.materials.uv_area_scale(at.entity_material, at.uv);
+            footprint = self.footprint(at.point, at.instance) * at.uv_area;
         }
         self.materials.bsdf(at.material, Site { p: at.point.p, uv: at.material_uv, footprint })
     }
@@ -101,8 +109,7 @@ impl CompiledScene {
     /// The area in the surface's uv of what a pixel covers, in lanes that have uv. It depends on the point and the camera
     /// alone.
     #[inline(always)]
-    fn footprint<F: Float>(&self, at: &Interaction<F>) -> F {
-        let (point, instance) = (at.point, at.instance);
+    pub(super) fn footprint<F: Float>(&self, point: SurfacePoint<F>, instance: F::Uint) -> F {
         function!(F, footprint(point, instance), {
             F::out_of_line(
                 #[inline(always)]
@@ -140,7 +147,7 @@ impl CompiledScene {
     /// by the shading normal. No light passes where they differ: it would leak through the surface.
     #[inline(always)]
     pub fn passes<F: Float>(&self, at: &Interaction<F>, d: Vec3<F>, wi: Vec3<F>) -> F::Mask {
-        if !self.surfaces.has_shading_normals() {
+        if !self.surfaces.has_shading_normals() && !self.materials.has_maps() {
             return F::Mask::splat(true);
         }
         at.is_on_one_side(d, wi)
@@ -232,8 +239,8 @@ mod tests {
             uv: [0.0; 2],
             material_uv: [0.0; 2],
             instance: hit.instance,
-            entity_material: Wrapping(0),
             material: Wrapping(0),
+            uv_area: 1.0,
             cos_o: 1.0,
             time: ray.time,
         };

@@ -18,8 +18,9 @@
 //! | `surfaces` | the rows that hits look up: material, emission, normals, tangents, uv |
 //! | `look` | what such a row says besides the form |
 //! | `rare` | normals, tangents and uv of hits on shapes of which most scenes have none |
+//! | `modified` | the material of a hit where it is one of several, has holes or has a map |
 //! | `interaction` | a hit with all that scattering depends on, and the rays that leave it |
-//! | `bent` | the normals that smooth surfaces of meshes scatter around |
+//! | `bent` | normals that are bent, so that light is scattered to the right side of a surface |
 //! | `submerged` | the dielectrics that a camera is inside of |
 //! | `pages` | memory in large pages, and prefetching |
 
@@ -32,6 +33,7 @@ mod instances;
 mod interaction;
 mod listing;
 mod look;
+mod modified;
 mod pages;
 mod rare;
 mod sharing;

@@ -8,6 +8,9 @@ use std::cmp::Reverse;
 /// The most surfaces that are looked at.
 const MOST_SURFACES: u32 = 4096;
 
+/// The number by which mixes choose there; what is less opaque than this is a hole.
+const HALF: f32 = 0.5;
+
 impl CompiledScene {
     /// With the media that the camera is inside of: those that a ray from its eye upwards leaves without having entered
     /// them.
@@ -21,7 +24,16 @@ impl CompiledScene {
             if !hit.is_some() {
                 break;
             }
-            let at = self.interaction(&ray, &hit, true, Uv::WherePatterned);
+            let mut at = self.interaction(&ray, &hit, true, Uv::WherePatterned);
+            let mut opacity = 1.0;
+            if self.materials.is_walked() {
+                (at, opacity) = self.modified(at, ray.d, true, HALF);
+            }
+            if opacity < HALF {
+                // It goes through a hole.
+                ray = at.straight_on(&ray);
+                continue;
+            }
             let medium = media.medium(at.material);
             if at.cos_o > 0.0 {
                 entered.push(medium);

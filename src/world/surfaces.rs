@@ -11,6 +11,7 @@ use crate::texture::NO_TEXTURE;
 use std::sync::Arc;
 
 mod emission;
+mod gradients;
 mod groups;
 mod rare;
 mod uv_area;

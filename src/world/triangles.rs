@@ -315,6 +315,27 @@ impl Triangles {
         ((ub * vc - uc * vb).abs() / area).only(area.gt(F::zero()))
     }
 
+    /// The gradients of u and of v along triangles in the world. Lanes outside `on_mesh` are unspecified.
+    #[inline(always)]
+    pub(super) fn uv_gradients<F: Float>(
+        &self,
+        instances: Option<&Instances>,
+        surface: F::Uint,
+        instance: F::Uint,
+        on_mesh: F::Mask,
+    ) -> [Vec3<F>; 2] {
+        let UvSides { ab, ac, u: [ub, uc], v: [vb, vc] } =
+            self.uv_sides::<F>(instances, surface, instance, on_mesh);
+        // Scaled first: the fourth power of a side may not fit.
+        let inverse = F::splat(1.0) / ab.max_abs().max(ac.max_abs()).max(F::splat(f32::MIN_POSITIVE));
+        let (ab, ac) = (ab * inverse, ac * inverse);
+        let across = ab.cross(ac);
+        let per_area = inverse / across.dot(across);
+        // Of a gradient g, g·ab and g·ac are the differences.
+        let (of_b, of_c) = (ac.cross(across) * per_area, across.cross(ab) * per_area);
+        [of_b * ub + of_c * uc, of_b * vb + of_c * vc]
+    }
+
     /// Sides of triangles in the world and in uv. Lanes outside `on_mesh` are unspecified.
     #[inline(always)]
     fn uv_sides<F: Float>(

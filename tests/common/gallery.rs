@@ -95,6 +95,7 @@ pub(super) fn textured_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFil
         name: "a material".into(),
         kind,
         textures: textures.iter().map(|&(parameter, texture)| Textured { parameter, texture }).collect(),
+        ..Material::default()
     };
     let reflectance = [0.5; 3];
     let materials = vec![
@@ -141,12 +142,12 @@ pub(super) fn dielectric(ior: f64, roughness: f64, priority: u32, absorption: [f
         reflectance: [1.0; 3],
         transmittance: [1.0; 3],
     };
-    Material { name: "a dielectric".into(), kind: parameters.into(), textures: Vec::new() }
+    Material { name: "a dielectric".into(), kind: parameters.into(), ..Material::default() }
 }
 
 /// Grey, a green glass, water, clear ice, which is smooth glass, frosted glass, and black.
 pub(super) fn interior_materials() -> Vec<Material> {
-    let plain = |kind: MaterialKind| Material { name: "a material".into(), kind, textures: Vec::new() };
+    let plain = |kind: MaterialKind| Material { name: "a material".into(), kind, ..Material::default() };
     vec![
         plain(MatteParameters { reflectance: [0.6; 3], roughness: 0.0 }.into()),
         dielectric(1.5, 0.0, 2, [0.6, 0.1, 0.4]),
@@ -206,4 +207,65 @@ pub(super) fn add_groups(scene: &mut Scene) {
     scene.add_instance("one", things, place([0.9; 3], 1.0, [4.5, 0.2, -0.4]));
     scene.add_instance("two", pair, place([1.0, 0.9, 0.8], 0.2, [6.5, 0.0, 0.3]));
     scene.add_instance("two, mirrored", pair, place([-0.5, 0.5, 0.6], -0.7, [3.6, 0.4, 1.2]));
+}
+
+/// Adds to a scene of these materials a group of shapes with maps and holes, at a place that squeezes and mirrors it.
+pub(super) fn add_mapped_group(scene: &mut Scene) {
+    let group = scene.add_group("mapped");
+    let v = DVec3::new;
+    let shapes: [(Shape, usize); 4] = [
+        (SphereParameters { center: v(0.1, 0.0, 0.5), radius: 0.3 }.into(), 13),
+        (QuadParameters { corner: v(0.4, -0.5, -0.3), u: v(-0.1, 1.0, 0.1), v: v(0.0, 0.1, 0.9) }.into(), 16),
+        (DiskParameters { center: v(-0.2, 0.6, 0.0), normal: v(-0.8, 0.0, 0.6), radius: 0.3 }.into(), 14),
+        (CylinderParameters { from: v(0.0, -0.6, -0.4), to: v(0.1, -0.5, 0.4), radius: 0.2 }.into(), 14),
+    ];
+    let member = |(shape, material)| Entity { shape, material, within: Some(group), ..Entity::default() };
+    scene.entities.extend(shapes.map(member));
+    let place = DAffine3::from_translation(v(3.2, -0.2, 0.9))
+        * DAffine3::from_axis_angle(v(0.3, -0.4, 1.0).normalize(), 0.5)
+        * DAffine3::from_scale(v(0.8, -0.7, 0.6));
+    scene.add_instance("mapped", group, place);
+}
+
+/// [`textured_materials`], and behind them mixes, holes, other materials behind, and maps of normals and heights.
+pub(super) fn modified_materials() -> (Vec<Material>, Vec<Texture>, Vec<ImageFile>) {
+    let (mut materials, mut textures, images) = textured_materials();
+    let (normals, heights) = (textures.len(), textures.len() + 1);
+    let kinds: [TextureKind; 2] = [
+        ImageTexture { color_space: ColorSpace::Data, ..image(0) }.into(),
+        ImageTexture { color_space: ColorSpace::Data, mipmap: true, uv_scale: [0.5; 2], ..image(4) }.into(),
+    ];
+    textures.extend(kinds.map(|kind| Texture { name: "a map".into(), kind }));
+    let none = Modifiers::default();
+    let with = |kind: MaterialKind, modifiers: Modifiers, textures: &[(&'static str, usize)]| Material {
+        name: "a modified material".into(),
+        kind,
+        textures: textures.iter().map(|&(parameter, texture)| Textured { parameter, texture }).collect(),
+        modifiers,
+    };
+    let matte: MaterialKind = MatteParameters { reflectance: [0.6, 0.7, 0.4], roughness: 0.0 }.into();
+    let (eta, k) = (Some([0.2, 0.9, 1.1]), Some([3.9, 2.4, 2.2]));
+    let metal: MaterialKind = ConductorParameters { metal: None, eta, k, roughness: [0.4, 0.6] }.into();
+    let glass: MaterialKind =
+        GlassParameters { ior: 1.5, reflectance: [1.0; 3], transmittance: [0.9; 3] }.into();
+    let first = materials.len();
+    let maps = Modifiers { normal_map: Some(Named), normal_scale: 0.4, bump_map: Some(Named), bump_scale: 0.05, ..none };
+    materials.extend([
+        // 10: by a texture; 11: holes by a texture; 12: another one behind, and few holes.
+        with(MixParameters { a: 5, b: 2, amount: 0.5 }.into(), none, &[("amount", 8)]),
+        with(matte.clone(), none, &[("opacity", 3)]),
+        with(matte.clone(), Modifiers { opacity: 0.7, back: Some(first), ..none }, &[]),
+        // 13: normals on heights; 14: heights alone; 15: glass with normals.
+        with(metal, maps, &[("normal_map", normals), ("bump_map", heights)]),
+        with(matte, Modifiers { bump_map: Some(Named), bump_scale: -0.1, ..none }, &[("bump_map", 5), ("reflectance", 0)]),
+        with(glass, Modifiers { normal_map: Some(Named), normal_scale: 0.2, ..none }, &[("normal_map", normals)]),
+        // 16: all that on checks; 17: in a mix of mixes.
+        with(
+            CheckerboardParameters { even: first + 1, odd: first + 4, checks_per_unit: [2.0, 1.5] }.into(),
+            Modifiers { opacity: 0.8, ..maps },
+            &[("normal_map", normals), ("bump_map", heights)],
+        ),
+        with(MixParameters { a: first + 6, b: first + 2, amount: 0.4 }.into(), none, &[]),
+    ]);
+    (materials, textures, images)
 }

@@ -38,7 +38,7 @@ pub fn matte(reflectance: [f64; 3]) -> Material {
     Material {
         name: "matte".into(),
         kind: MaterialKind::Matte(MatteParameters { reflectance, roughness: 0.0 }),
-        textures: Vec::new(),
+        ..Material::default()
     }
 }
 
@@ -46,7 +46,7 @@ pub fn mirror(reflectance: [f64; 3]) -> Material {
     Material {
         name: "mirror".into(),
         kind: MaterialKind::Mirror(MirrorParameters { reflectance }),
-        textures: Vec::new(),
+        ..Material::default()
     }
 }
 
@@ -55,13 +55,13 @@ pub fn glass(ior: f64) -> Material {
     Material {
         name: "glass".into(),
         kind: MaterialKind::Glass(GlassParameters { ior, reflectance, transmittance }),
-        textures: Vec::new(),
+        ..Material::default()
     }
 }
 
 pub fn checkerboard(even: usize, odd: usize, checks: f64) -> Material {
     let kind = MaterialKind::Checkerboard(CheckerboardParameters { even, odd, checks_per_unit: [checks; 2] });
-    Material { name: "checkerboard".into(), kind, textures: Vec::new() }
+    Material { name: "checkerboard".into(), kind, ..Material::default() }
 }
 
 /// A dark entity of the given material.
@@ -214,7 +214,7 @@ pub fn smallpt(width: u32, height: u32) -> Scene {
                 reflectance: [0.999; 3],
                 transmittance: [0.999; 3],
             }),
-            textures: Vec::new(),
+            ..Material::default()
         },
     ];
     let wall = |x, y, z, material| flipped(sphere(v(x, y, z), 1e5, material));
@@ -379,6 +379,33 @@ pub fn shapes_of_all_kinds() -> Vec<Entity> {
 /// Adds groups to a scene of at least six materials: see there.
 pub fn add_groups_to(scene: &mut Scene) {
     textured::add_groups(scene);
+}
+
+/// Materials that are mixed, have holes, other materials behind, and maps, on shapes of every kind.
+pub fn modified(width: u32, height: u32) -> Scene {
+    let (materials, textures, images) = textured::modified_materials();
+    let entities = vec![
+        plane(DVec3::Z, -1.5, 16),
+        quad(v(7.0, 3.0, -1.5), v(0.0, -6.0, 0.0), v(0.5, 0.0, 4.5), 10),
+        sphere(v(5.0, 1.8, -0.6), 0.9, 13),
+        sphere(v(4.0, 0.0, -0.7), 0.7, 15),
+        sphere(v(5.0, -1.8, -0.6), 0.9, 17),
+        flipped(sphere(v(3.6, 1.1, -1.1), 0.4, 12)),
+        // A curtain before all of it, and another one behind that.
+        quad(v(2.0, 1.0, -1.4), v(0.2, -2.5, 0.0), v(0.0, 0.0, 1.2), 11),
+        quad(v(2.4, 0.6, -1.4), v(0.0, -2.5, 0.3), v(0.0, 0.2, 1.4), 12),
+        disk(v(5.5, 0.0, 1.2), v(-1.0, 0.0, 0.0), 0.6, 14),
+        cylinder(v(4.5, 2.4, -1.5), v(4.5, 2.4, 0.5), 0.3, 14),
+        mesh(icosphere(v(3.4, -1.0, -1.0), 0.4, 3, true), 13),
+        emitting(sphere(v(4.5, 0.0, 2.5), 0.5, 6), 6.0),
+        emitting(quad(v(3.0, 2.8, 0.0), v(2.0, 0.0, 0.0), v(0.0, 0.0, 2.0), 11), 1.0),
+    ];
+    let mut all = Scene { textures, images, ..scene(materials, entities) };
+    textured::add_mapped_group(&mut all);
+    all.lights = vec![point_light(v(1.0, 0.5, 1.5), 4.0)];
+    all.environment = [0.2, 0.3, 0.4];
+    all.render.max_depth = 6;
+    sized(all, width, height)
 }
 
 mod textured {

@@ -364,7 +364,7 @@ fn a_group_is_kept_once() {
     assert_eq!((surfaces.triangles.len(), surfaces.triangles.placed()), (4, 0));
     // A sphere, a quad, six sides, a disk, a cylinder and a mesh.
     assert_eq!((tables.surfaces.len(), surfaces.instances.len()), (11, 1000));
-    let Size { primitives, vertices } = Size::of(&scene);
+    let Size { primitives, vertices, media: _ } = Size::of(&scene);
     assert_eq!((primitives, vertices), (10 + 4 + 1000, 4));
 }
 

@@ -227,14 +227,15 @@ pub(super) fn record(source: &Source<'_>, checks: bool) -> Result<super::record:
                 step_with(transport, &view, state, around, RecordedMask::splat(true))
             }
         ),
-        None => whitted(&mut recording, scene),
+        None => whitted(&mut recording, &view),
     }
     recording.finish().map_err(|error| GpuError::Unsupported(error.to_string()))
 }
 
 /// The functions that `whitted` calls: its branches wait in memory, so that it is written by hand.
-fn whitted(recording: &mut Recording<'_>, scene: &CompiledScene) {
+fn whitted(recording: &mut Recording<'_>, view: &View<'_>) {
     const MODE: TransportMode = TransportMode::Radiance;
+    let scene = view.scene;
     let bsdf = |local| scene.materials.bsdf_of::<F>(local);
     record!(recording.function, escaped_radiance(d: Vec3<F>) -> Rgb<F> {
         scene.lights.escaped(d, |_| F::splat(1.0))
@@ -242,8 +243,11 @@ fn whitted(recording: &mut Recording<'_>, scene: &CompiledScene) {
     record!(recording.function, absorbed_along(around: Around<F>, beta: Rgb<F>, t: F) -> Rgb<F> {
         absorbed(scene, &around, beta, t)
     });
-    record!(recording.function, lit_point(ray: Ray<F>, hit: Hit<F>, around: Around<F>) -> Lit<F> {
-        Lit::new(scene, &ray, &hit, around)
+    record!(recording.function, lit_point(state: State<F>, around: Around<F>, hit: Hit<F>) -> Lit<F> {
+        Lit::new(view, &state, around, &hit)
+    });
+    record!(recording.function, light_through(asked: Asked<F>, state: State<F>, around: Around<F>) -> Rgb<F> {
+        asked.through(view, &state, &around)
     });
     record!(recording.function, pass_on(lit: Lit<F>, ray: Ray<F>) -> Spawned<F> { lit.pass_on(&ray) });
     record!(recording.callees, calls_bsdf_albedo(local: Local<F>) -> Rgb<F> { bsdf(local).albedo() });

@@ -2,7 +2,7 @@ use super::*;
 use crate::parameter::ImageIndex;
 use crate::scene::{
     CheckerboardParameters, ConstantTexture, FilmMode, ImageFile, Integrator, MaterialKind, MatteParameters,
-    PlaneParameters, PointLightParameters, QuadParameters, SphereParameters, Texture, Textured,
+    Named, PlaneParameters, PointLightParameters, QuadParameters, SphereParameters, Texture, Textured,
 };
 use crate::texture::Picture;
 use glam::DMat3;
@@ -18,7 +18,7 @@ fn good() -> Scene {
     let shape = Shape::Mesh { mesh: Arc::new(mesh), transform: DAffine3::IDENTITY };
     Scene {
         materials: vec![
-            Material { name: "white".into(), kind: matte, textures: Vec::new() },
+            Material { name: "white".into(), kind: matte, ..Material::default() },
             board("board", 0, 0),
         ],
         entities: vec![Entity::default(), Entity { name: "ramp".into(), shape, ..Entity::default() }],
@@ -36,7 +36,7 @@ fn surround(scene: &mut Scene, change: fn(&mut EnvironmentPicture)) {
 
 fn board(name: &str, even: usize, odd: usize) -> Material {
     let parameters = CheckerboardParameters { even, odd, checks_per_unit: [1.0; 2] };
-    Material { name: name.into(), kind: parameters.into(), textures: Vec::new() }
+    Material { name: name.into(), kind: parameters.into(), ..Material::default() }
 }
 
 fn texture(value: Varying) -> Texture {
@@ -65,6 +65,18 @@ fn what_keeps_its_promises_is_passed_on() {
 fn every_kind_of_problem_is_found_alone() {
     type Break = fn(&mut Scene);
     let cases: &[(Break, &str)] = &[
+        (
+            |s| s.materials[0].modifiers.opacity = 1.5,
+            "material 1 (\"white\"): opacity must be from 0 to 1, not 1.5",
+        ),
+        (
+            |s| s.materials[0].modifiers.back = Some(1),
+            "material 1 (\"white\"): it names material 2, which is not before it",
+        ),
+        (
+            |s| s.materials[0].modifiers.bump_map = Some(Named),
+            "material 1 (\"white\"): bump_map must be there if a texture is named for it",
+        ),
         (|s| s.film.width = 0, "the film: width must be from 1 to 65536, not 0"),
         (|s| s.film.height = 65_537, "the film: height must be from 1 to 65536, not 65537"),
         (|s| s.film.exposure = f64::NAN, "the film: exposure must be"),

@@ -49,11 +49,41 @@ fn what_changes_no_sample_changes_no_fingerprint() {
         ("center = [0, 0.5, 1], radius = 1", "radius = 1e0, center = [0.0, 5e-1, 1]"),
         ("odd = \"red\"", "odd = \"red\", checks_per_unit = [1, 1]"),
         ("name = \"ball\"", "name = \"bowl\"\n flip_normal = false"),
+        ("red = {", "red = { opacity = 1.0, normal_scale = 1, bump_scale = 1,"),
         ("white = {", "unused = { type = \"mirror\", reflectance = [1, 1, 1] }\n white = {"),
     ] {
         let text = SCENE.replacen(from, to, 1).replace("seed = 7.0", "seed = 7");
         assert_eq!(of(&text).digits(), of(SCENE).digits(), "{to}");
     }
+}
+
+#[test]
+fn what_every_material_may_have_counts() {
+    let textures =
+        "[textures.t]\n type = \"constant\"\n value = 0.5\n [textures.u]\n type = \"constant\"\n value = 1";
+    let texts = [
+        "",
+        "opacity = 0.5,",
+        "opacity = 0,",
+        "opacity = \"t\",",
+        "opacity = \"u\",",
+        "back = \"white\",",
+        "back = \"other\",",
+        "normal_map = \"t\",",
+        "normal_map = \"t\", normal_scale = 0.5,",
+        "bump_map = \"t\",",
+        "bump_map = \"t\", bump_scale = 0.5,",
+        "bump_map = \"t\", normal_map = \"t\",",
+    ];
+    let other = "other = { type = \"mirror\", reflectance = [1, 1, 1] }";
+    let all = texts.map(|text| {
+        let scene = SCENE.replacen("red = {", &format!("{other}\n red = {{ {text}"), 1);
+        of(&format!("{textures}\n{scene}")).digits()
+    });
+    for (i, one) in all.iter().enumerate() {
+        assert!(!all[..i].contains(one), "{:?} counts as another one does", texts[i]);
+    }
+    assert_eq!(all[0], of(SCENE).digits());
 }
 
 #[test]

@@ -6,7 +6,7 @@ use serde_json::{Value as Json, json};
 use super::form::{Form, Value};
 use super::report::{Placed, Read, Reports};
 use super::table::{self, AnyKey, Fields, Key};
-use super::value::{Colour, Direction, Flag, Integer, NonZero, OneWord, Pair, Vector, Word};
+use super::value::{Colour, Direction, Flag, Integer, NonZero, OneWord, Pair, Vector, Word, wrong_type};
 use super::varying::{GreyOr, TwoWords};
 use crate::parameter::{self, Absence, Declaration, Family, ImageIndex, Parameter, ParameterKind, Varying};
 use crate::scene::description::Textured;
@@ -37,7 +37,11 @@ struct Slot {
 impl Slot {
     /// Whether a value may be the name of a texture.
     fn takes_names(&self) -> bool {
-        matches!(self.kind, ParameterKind::Varying(_)) || self.textured && self.kind.stand_in().is_some()
+        let always = matches!(
+            self.kind,
+            ParameterKind::Varying(_) | ParameterKind::Amount(_) | ParameterKind::Texture
+        );
+        always || self.textured && self.kind.stand_in().is_some()
     }
 }
 
@@ -49,12 +53,15 @@ impl Form for Slot {
         // A number in quotes is a mistake.
         if let DeValue::String(word) = value.get_ref()
             && self.takes_names()
-            && word.trim().parse::<f64>().is_err()
+            && (self.kind == ParameterKind::Texture || word.trim().parse::<f64>().is_err())
         {
             return Word.read(key, value, reports).map(Given::Texture);
         }
         let value = match self.kind {
-            ParameterKind::Number(number) => Value::Number(number.read(key, value, reports)?),
+            ParameterKind::Number(number) | ParameterKind::Amount(number) => {
+                Value::Number(number.read(key, value, reports)?)
+            }
+            ParameterKind::Texture => return Err(wrong_type(key, "the name of a texture", value, reports)),
             ParameterKind::Pair(each) => Value::Pair(Pair(each).read(key, value, reports)?),
             ParameterKind::Colour(each) => Value::Colour(Colour(each).read(key, value, reports)?),
             ParameterKind::Vector(each) => Value::Vector(Vector(each).read(key, value, reports)?),
@@ -83,7 +90,8 @@ impl Form for Slot {
 
     fn schema(&self) -> Json {
         let schema = match self.kind {
-            ParameterKind::Number(number) => number.schema(),
+            ParameterKind::Number(number) | ParameterKind::Amount(number) => number.schema(),
+            ParameterKind::Texture => return Word.schema(),
             ParameterKind::Pair(each) => Pair(each).schema(),
             ParameterKind::Colour(each) => Colour(each).schema(),
             ParameterKind::Vector(each) => Vector(each).schema(),
@@ -122,13 +130,19 @@ pub(super) fn names(declaration: &'static Declaration) -> impl Iterator<Item = &
 }
 
 /// The schema of a declared table, in a family whose numbers and colours may be textures; it may have more keys.
+/// `common` declares the parameters that every member of the family has besides.
 pub(super) fn schema(
     declaration: &Declaration,
+    common: Option<&Declaration>,
     textured: bool,
     more: &'static [&'static dyn AnyKey],
 ) -> Json {
-    let textured = takes_textures(declaration, textured);
-    let keys: Vec<_> = declaration.parameters.iter().map(|parameter| key(parameter, textured)).collect();
+    let keys_of = |declaration: &Declaration| {
+        let textured = takes_textures(declaration, textured);
+        declaration.parameters.iter().map(|parameter| key(parameter, textured)).collect::<Vec<_>>()
+    };
+    let mut keys = keys_of(declaration);
+    keys.extend(common.map(keys_of).into_iter().flatten());
     let keys = keys.iter().map(|key| key as &dyn AnyKey).chain(more.iter().copied());
     let mut schema = table::schema(keys, Some(declaration.name));
     schema["description"] = declaration.about.into();
@@ -144,6 +158,8 @@ pub(super) struct Values {
     pub(super) declaration: &'static Declaration,
     /// Each with the byte where it stands.
     given: Vec<(usize, Read<Given>)>,
+    /// What every member of the family has besides.
+    pub(super) common: Option<Box<Values>>,
 }
 
 impl Values {
@@ -167,7 +183,7 @@ impl Values {
             };
             (fields.place_of(&key), given)
         };
-        Values { place, declaration, given: declaration.parameters.iter().map(read).collect() }
+        Values { place, declaration, given: declaration.parameters.iter().map(read).collect(), common: None }
     }
 
     /// What the values describe, and the parameters of it that are textures. `find` gives the index of what is wanted.
@@ -226,7 +242,9 @@ impl Values {
 
     /// Where the value of a parameter stands.
     pub(super) fn place_of(&self, parameter: &str) -> usize {
-        let mut places = names(self.declaration).zip(&self.given);
+        let common = self.common.as_deref();
+        let all = [Some(self), common].into_iter().flatten();
+        let mut places = all.flat_map(|values| names(values.declaration).zip(&values.given));
         let named = places.find(|(name, _)| *name == parameter);
         let (_, (at, _)) =
             named.unwrap_or_else(|| unreachable!("{} has no {parameter}", self.declaration.what));
@@ -245,7 +263,7 @@ impl Values {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::description::{Light, MaterialKind, Shape, SphereParameters, TextureKind};
+    use crate::scene::description::{Light, MaterialKind, Modifiers, Shape, SphereParameters, TextureKind};
     use glam::DVec3;
     use std::collections::HashSet;
 
@@ -285,7 +303,10 @@ mod tests {
         };
         let vectors = [DVec3::X, DVec3::Y, DVec3::X * 2.0, DVec3::ONE].map(Value::Vector);
         match kind {
-            ParameterKind::Number(limits) => numbers(limits).map(Value::Number).collect(),
+            ParameterKind::Number(limits) | ParameterKind::Amount(limits) => {
+                numbers(limits).map(Value::Number).collect()
+            }
+            ParameterKind::Texture => vec![Value::Flag(true)],
             ParameterKind::Pair(limits) => numbers(limits).map(|number| Value::Pair([number; 2])).collect(),
             ParameterKind::Colour(limits) => {
                 numbers(limits).map(|number| Value::Colour([number; 3])).collect()
@@ -366,9 +387,15 @@ mod tests {
         checks_are_sound::<MaterialKind>(&mut found);
         checks_are_sound::<Light>(&mut found);
         checks_are_sound::<TextureKind>(&mut found);
-        for known in
-            [("plane", "distance"), ("quad", "v"), ("cylinder", "to"), ("box", "max"), ("image", "uv_set")]
-        {
+        checks_are_sound::<Modifiers>(&mut found);
+        for known in [
+            ("plane", "distance"),
+            ("quad", "v"),
+            ("cylinder", "to"),
+            ("box", "max"),
+            ("image", "uv_set"),
+            ("modifiers", "normal_scale"),
+        ] {
             assert!(found.contains(&known), "nothing was found about {known:?}");
         }
     }
@@ -387,5 +414,6 @@ mod tests {
         is_sound::<MaterialKind>();
         is_sound::<Light>();
         is_sound::<TextureKind>();
+        is_sound::<Modifiers>();
     }
 }

@@ -163,7 +163,8 @@ impl OfFiles {
         let next = self.first + self.materials.len();
         let FileMaterial { name, kind, .. } = material;
         *self.seen.entry((path, name)).or_insert_with_key(|(path, name)| {
-            self.materials.push(Material { name: format!("{path}: {name}"), kind, textures: Vec::new() });
+            let name = format!("{path}: {name}");
+            self.materials.push(Material { name, kind, ..Material::default() });
             next
         })
     }

@@ -3,6 +3,7 @@
 use super::declared::Values;
 use super::one_of::{Members, OneOf};
 use super::report::{Read, Reports};
+use super::table::Fields;
 use crate::parameter::Family;
 use crate::scene::description::Light;
 
@@ -11,6 +12,7 @@ pub(super) const LIGHT: OneOf<Light> = OneOf {
     members: Some(Members {
         declarations: Light::DECLARATIONS,
         textured: false,
+        common: None,
         more: |_| &[],
         build: light,
     }),

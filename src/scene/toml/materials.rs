@@ -7,18 +7,22 @@ use super::order::order;
 use super::report::{Placed, Read, Reported, Reports};
 use super::table::Named;
 use super::textures::TextureNames;
-use crate::material::Place;
-use crate::parameter::Family;
-use crate::scene::description::{Material, MaterialKind, Textured};
+use crate::material::{Place, stands_alone};
+use crate::parameter::{Declared, Family};
+use crate::scene::description::{
+    ImageFile, Material, MaterialKind, Modifiers, Texture, TextureKind, Textured,
+};
 use crate::scene::interfaces::{of_unknown_index, unknown_index};
 use crate::scene::names::Names;
 use crate::scene::spelling::quote;
+use crate::texture::{ColorSpace, Depth, Tile};
 
 pub(super) const MATERIAL: OneOf<Values> = OneOf {
     what: "material",
     members: Some(Members {
         declarations: MaterialKind::DECLARATIONS,
         textured: true,
+        common: Some(&<Modifiers as Declared>::DECLARATION),
         more: |_| &[],
         build: |values, _, _| Ok(values),
     }),
@@ -76,9 +80,10 @@ pub(super) fn resolve(
     let materials: Result<Vec<Material>, _> = order
         .into_iter()
         .map(|i| {
-            let (mut kind, textures) = kinds[i].clone()?;
+            let Linked { mut kind, textures, mut modifiers } = kinds[i].clone()?;
             kind.renumber(&|index| index_of[index]);
-            Ok(Material { name: raw[i].name.clone(), kind, textures })
+            Family::renumber(&mut modifiers, &|index| index_of[index]);
+            Ok(Material { name: raw[i].name.clone(), kind, textures, modifiers })
         })
         .collect();
     let materials = materials?;
@@ -92,6 +97,14 @@ pub(super) fn resolve(
     outcome.map(|()| Resolved { materials, index_of })
 }
 
+/// A material whose names are indices.
+#[derive(Clone)]
+struct Linked {
+    kind: MaterialKind,
+    textures: Vec<Textured>,
+    modifiers: Modifiers,
+}
+
 /// Resolves a material's names to indices in the order of the file, and lists them as `edges`.
 fn link(
     material: &Named<Read<Values>>,
@@ -99,8 +112,8 @@ fn link(
     names: &Names<'_>,
     textures: &TextureNames<'_>,
     reports: &mut Reports<'_>,
-) -> Result<(MaterialKind, Vec<Textured>), Reported> {
-    let find = |wanted, name: &Placed<String>, reports: &mut Reports<'_>| {
+) -> Result<Linked, Reported> {
+    let mut find = |wanted, name: &Placed<String>, reports: &mut Reports<'_>| {
         if wanted == Wanted::Texture {
             return textures.find(name, reports);
         }
@@ -109,15 +122,59 @@ fn link(
         Ok(index)
     };
     let values = material.value.as_ref().map_err(|reported| *reported)?;
-    let (kind, textured): (MaterialKind, _) = values.build(find, reports)?;
+    let built = values.build(&mut find, reports);
+    let common = values.common.as_ref().map(|common| common.build::<Modifiers>(&mut find, reports));
+    let (kind, mut textures): (MaterialKind, _) = built?;
     let mut outcome = Ok(());
-    for Textured { parameter, .. } in &textured {
-        if Place::of(&kind, parameter).is_none() {
+    for Textured { parameter, .. } in &textures {
+        if !stands_alone(&kind, parameter) && Place::of(&kind, parameter).is_none() {
             let message = format!("{parameter} of {} can be no texture", values.declaration.what);
             outcome = Err(reports.error(values.place_of(parameter), message));
         }
     }
-    outcome.map(|()| (kind, textured))
+    let (modifiers, of_all) = common.transpose()?.unwrap_or_default();
+    textures.extend(of_all);
+    outcome.map(|()| Linked { kind, textures, modifiers })
+}
+
+/// Warns of pictures that are decoded as colours where they are none.
+pub(super) fn warn_of_encoded(
+    raw: &RawMaterials,
+    resolved: &Resolved,
+    textures: &[Texture],
+    images: &[ImageFile],
+    reports: &mut Reports<'_>,
+) {
+    for (material, &index) in raw.iter().zip(&resolved.index_of) {
+        let Ok(values) = &material.value else { continue };
+        let kind = &resolved.materials[index].kind;
+        for Textured { parameter, texture } in &resolved.materials[index].textures {
+            if stands_alone(kind, parameter) && is_encoded(*texture, textures, images) {
+                let message = format!(
+                    "{parameter} is no colour, but texture {} has a picture that is decoded from sRGB",
+                    quote(&textures[*texture].name)
+                );
+                let help = "give the image color_space = \"data\"";
+                reports.warn(Some(values.place_of(parameter)), message, help);
+            }
+        }
+    }
+}
+
+/// Whether a texture shows a picture that is decoded from sRGB, itself or by way of others.
+fn is_encoded(index: usize, textures: &[Texture], images: &[ImageFile]) -> bool {
+    match &textures[index].kind {
+        TextureKind::Image(image) => match image.color_space {
+            ColorSpace::Srgb => true,
+            ColorSpace::Auto => images.get(image.file.0).is_some_and(|file| {
+                let depth = |tile: &Tile| matches!(tile.picture.depth(), Depth::Bits8 | Depth::Bits16);
+                file.tiles.iter().any(depth)
+            }),
+            ColorSpace::Linear | ColorSpace::Data => false,
+        },
+        // What a texture names comes before it, so that this ends.
+        other => other.textures().any(|named| is_encoded(named, textures, images)),
+    }
 }
 
 /// Warns of materials that no entity shows.
@@ -130,7 +187,7 @@ pub(super) fn warn_of_unused(
     // What a material names comes before it, so going backwards meets every user first.
     for (i, material) in resolved.materials.iter().enumerate().rev() {
         if used[i] {
-            material.kind.materials().for_each(|named| used[named] = true);
+            material.named().for_each(|named| used[named] = true);
         }
     }
     for (material, &index) in raw.iter().zip(&resolved.index_of) {

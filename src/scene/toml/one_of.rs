@@ -29,6 +29,8 @@ pub(super) struct Members<T: 'static> {
     pub(super) declarations: &'static [Declaration],
     /// Whether their numbers and colours may be textures.
     pub(super) textured: bool,
+    /// What every member has besides its own parameters.
+    pub(super) common: Option<&'static Declaration>,
     /// The keys that a member has beside its parameters.
     pub(super) more: fn(&Declaration) -> &'static [&'static dyn AnyKey],
     /// What becomes of the values, and of the table in which they stand.
@@ -54,7 +56,7 @@ impl<T> OneOf<T> {
         self.declarations().iter().filter(|declaration| !declaration.is_hidden)
     }
 
-    /// The names of all keys of a member but its type.
+    /// The names of all keys of a member but its type and those that all members have.
     fn keys_of(&self, declaration: &'static Declaration) -> impl Iterator<Item = &'static str> + Clone {
         names(declaration).chain(self.more(declaration).iter().map(|key| key.name()))
     }
@@ -103,9 +105,13 @@ impl<T> Form for OneOf<T> {
             && let Some(place) = members.declarations.iter().position(|declaration| declaration.name == word)
         {
             let declaration = &members.declarations[place];
-            let known = ["type"].into_iter().chain(self.keys_of(declaration));
+            let common = members.common.into_iter().flat_map(names);
+            let known = ["type"].into_iter().chain(self.keys_of(declaration)).chain(common);
             let fields = Fields::open(declaration.what, known, self.more(declaration), key, value, reports)?;
-            let values = Values::read(place, declaration, members.textured, &fields, reports);
+            let mut values = Values::read(place, declaration, members.textured, &fields, reports);
+            let common =
+                members.common.map(|common| Values::read(0, common, members.textured, &fields, reports));
+            values.common = common.map(Box::new);
             return (members.build)(values, &fields, reports);
         }
         let variant = self.pick(&word, tag.span().start, reports)?;
@@ -122,8 +128,10 @@ impl<T> Form for OneOf<T> {
 
     fn schema(&self) -> Json {
         let textured = self.members.as_ref().is_some_and(|members| members.textured);
+        let common = self.members.as_ref().and_then(|members| members.common);
         let variants = self.variants.iter().map(|variant| variant.table.schema(Some(variant.tag)));
-        json!({ "oneOf": self.shown().map(|shown| declared::schema(shown, textured, self.more(shown))).chain(variants).collect::<Vec<_>>() })
+        let schema_of = |shown| declared::schema(shown, common, textured, self.more(shown));
+        json!({ "oneOf": self.shown().map(schema_of).chain(variants).collect::<Vec<_>>() })
     }
 }
 

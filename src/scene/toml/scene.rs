@@ -145,6 +145,8 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
         entity.emission_texture = entity.emission_texture.map(|texture| textures.index_of[texture]);
     }
     textures::warn_of_unused(raw_textures, &textures, &resolved.materials, &entities, reports);
+    let images = reports.take_images();
+    materials::warn_of_encoded(&raw_materials, &resolved, &textures.textures, &images, reports);
     resolved.materials.extend(of_files.materials);
     let Surroundings { radiance, picture } = environment?;
 
@@ -154,7 +156,7 @@ fn scene(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<Scene> {
         render: render?,
         materials: resolved.materials,
         textures: textures.textures,
-        images: reports.take_images(),
+        images,
         entities,
         groups: linked_groups.groups,
         instances: linked_groups.instances,

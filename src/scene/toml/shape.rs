@@ -53,7 +53,13 @@ enum PartMaterials {
 const FACTOR: Number = Number::between(-1e9, 1e9);
 pub(super) const SHAPES: OneOf<RawShape> = OneOf {
     what: "shape",
-    members: Some(Members { declarations: Shape::DECLARATIONS, textured: false, more, build: one }),
+    members: Some(Members {
+        declarations: Shape::DECLARATIONS,
+        textured: false,
+        common: None,
+        more,
+        build: one,
+    }),
     variants: &[Variant::new("mesh", &MESH_TABLE, mesh)],
 };
 

@@ -17,6 +17,7 @@ pub(super) const TEXTURE: OneOf<Values> = OneOf {
     members: Some(Members {
         declarations: TextureKind::DECLARATIONS,
         textured: false,
+        common: None,
         more: |_| &[],
         build: |values, _, _| Ok(values),
     }),

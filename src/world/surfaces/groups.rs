@@ -94,6 +94,35 @@ impl SurfaceTable {
         )
     }
 
+    /// Gradients of u and of v in the world along surfaces with normals `n` in the world, of those in groups' spaces: what
+    /// they are of changes as much along an image as along what it is the image of, so that they go as normals do. Squeezed,
+    /// they may leave the surface, along which there is only a part of them.
+    #[inline(always)]
+    pub(super) fn gradients_of_group<F: Float>(
+        &self,
+        gradients: [Vec3<F>; 2],
+        n: Vec3<F>,
+        instance: F::Uint,
+    ) -> [Vec3<F>; 2] {
+        rarely();
+        let Some(instances) = self.instances() else { return gradients };
+        F::branch(
+            is_shared::<F>(instance),
+            gradients,
+            #[inline(always)]
+            || {
+                let place = instances.gather::<F>(instance);
+                gradients.map(
+                    #[inline(always)]
+                    |gradient| {
+                        let gradient = place.long_normal(gradient);
+                        gradient - n * n.dot(gradient)
+                    },
+                )
+            },
+        )
+    }
+
     /// The area in a group's space for each area in the world, on surfaces with normals `n` in the world; one elsewhere.
     #[inline(always)]
     pub(super) fn area_within<F: Float>(&self, n: Vec3<F>, instance: F::Uint) -> F {

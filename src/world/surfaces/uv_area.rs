@@ -81,7 +81,7 @@ mod tests {
     /// A shape by itself, or in a group that is squeezed about a point that rays come to.
     fn seen(shape: Shape, within: Option<usize>) -> (CompiledScene, World) {
         let matte = MatteParameters { reflectance: [0.5; 3], roughness: 0.0 };
-        let material = Material { name: "matte".into(), kind: matte.into(), textures: Vec::new() };
+        let material = Material { name: "matte".into(), kind: matte.into(), ..Material::default() };
         let entities = vec![Entity { shape, within, ..Entity::default() }];
         let mut scene = Scene { materials: vec![material], entities, ..Scene::default() };
         if within.is_some() {

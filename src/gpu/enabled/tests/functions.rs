@@ -10,7 +10,7 @@ mod compare;
 use super::super::record::{Program, Signature};
 use super::super::recorded::{self, Source};
 use super::super::tables::Tables;
-use super::gallery::{gallery, interiors, sunny};
+use super::gallery::{gallery, groups, interiors, modified, sunny};
 use super::pictures::shipped;
 use super::probe::library_for;
 use super::watched::Calls;
@@ -49,6 +49,9 @@ fn runs() -> Vec<Scene> {
         scenes::with(sunny(48, 32), Integrator::Whitted, Sampler::Independent),
         scenes::with(interiors(24, 16), Integrator::Path, Sampler::Sobol),
         scenes::with(interiors(24, 16), Integrator::Whitted, Sampler::Sobol),
+        scenes::with(groups(24, 16), Integrator::Path, Sampler::Sobol),
+        scenes::with(modified(24, 16), Integrator::Path, Sampler::Sobol),
+        scenes::with(modified(24, 16), Integrator::Whitted, Sampler::Independent),
     ]
 }
 

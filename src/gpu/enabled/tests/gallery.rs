@@ -35,7 +35,7 @@ pub(super) fn gallery(width: u32, height: u32) -> Scene {
 
 /// Rough metal, glass and matte balls on a floor, under a picture with a sun, beside a lamp.
 pub(super) fn sunny(width: u32, height: u32) -> Scene {
-    let of = |kind| Material { name: "a material".into(), kind, textures: Vec::new() };
+    let of = |kind| Material { name: "a material".into(), kind, ..Material::default() };
     let matte = MatteParameters { reflectance: [0.6, 0.5, 0.4], roughness: 0.0 };
     let metal = ConductorParameters {
         metal: None,
@@ -94,6 +94,31 @@ pub(super) fn groups(width: u32, height: u32) -> Scene {
     textured::add_groups(&mut scene);
     scene.environment = [0.2, 0.3, 0.4];
     scene.render.max_depth = 5;
+    scene
+}
+
+/// Materials that are mixed, have holes, other materials behind, and maps, on shapes of every kind.
+pub(super) fn modified(width: u32, height: u32) -> Scene {
+    let (materials, textures, images) = textured::modified_materials();
+    let up = [0.0, 0.0, 4.5];
+    let emitting = |entity, emission| Entity { emission: [emission; 3], ..entity };
+    let entities = vec![
+        plane([0.0, 0.0, 1.0], -1.5, 16),
+        quad([7.0, 3.0, -1.5], [0.0, -6.0, 0.0], up, 10),
+        sphere([5.0, 1.8, -0.6], 0.9, 13),
+        sphere([4.0, 0.0, -0.7], 0.7, 15),
+        sphere([5.0, -1.8, -0.6], 0.9, 17),
+        Entity { flip_normal: true, ..sphere([3.6, 1.1, -1.1], 0.4, 12) },
+        quad([2.0, 1.0, -1.4], [0.2, -2.5, 0.0], [0.0, 0.0, 1.2], 11),
+        quad([2.4, 0.6, -1.4], [0.0, -2.5, 0.3], [0.0, 0.2, 1.4], 12),
+        disk([5.5, 0.0, 1.2], [-1.0, 0.0, 0.0], 0.6, 14),
+        cylinder([4.5, 2.4, -1.5], [4.5, 2.4, 0.5], 0.3, 14),
+        emitting(quad([4.0, -1.0, 3.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], 11), 4.0),
+    ];
+    let mut scene = Scene { textures, images, ..scene(width, height, materials, entities) };
+    textured::add_mapped_group(&mut scene);
+    scene.environment = [0.2, 0.3, 0.4];
+    scene.render.max_depth = 6;
     scene
 }
 

@@ -3,7 +3,7 @@
 //! Verdicts fall as integrators' do among themselves, at the level stated in `tests/common/tiles.rs`, once for
 //! all comparisons of a test. As the seeds are fixed, a test that passes passes again on the same device.
 
-use super::gallery::{gallery, groups, interiors, sunny};
+use super::gallery::{gallery, groups, interiors, modified, sunny};
 use super::tiles::{Replicates, Verdict, welch};
 use super::{Device, GpuWorker, Prepared, Program, Shape, carry_out, device, scenes};
 
@@ -158,6 +158,8 @@ fn what_no_scene_has_is_the_same_picture() {
     hold_all(&[("gallery".to_owned(), gallery(48, 32))], &INTEGRATORS, 6);
     hold_all(&[("sunny".to_owned(), sunny(48, 32))], &INTEGRATORS, 8);
     hold_all(&[("interiors".to_owned(), interiors(48, 32))], &INTEGRATORS, 6);
+    let modified = ("modified".to_owned(), modified(48, 32));
+    hold_all(&[modified], &[Integrator::Path, Integrator::Whitted], 6);
     // Of lamps that stand on the floor and shades around lamps, `whitted` has a variance that may be infinite.
     let mut shop = scenes::shop(48, 32);
     hold_all(&[("shop".to_owned(), shop.clone())], &[Integrator::Path, Integrator::PathNaive], 16);

@@ -5,7 +5,7 @@ use super::super::program;
 use super::super::recorded::{self, Source};
 use super::super::tables::Tables;
 use super::super::variant::Plan;
-use super::gallery::{interiors, sunny};
+use super::gallery::{gallery, groups, interiors, modified, sunny};
 use super::pictures::shipped;
 use super::{Prepared, scenes};
 use crate::integrator::Settings;
@@ -46,8 +46,11 @@ fn every_scene_has_a_valid_program_without_two_functions_of_one_name() {
         scenes::lamps_of_triangles(16, 12),
         scenes::beacon([1.0; 3]),
         scenes::everything(16, 12),
+        gallery(16, 12),
         sunny(16, 12),
         interiors(16, 12),
+        groups(16, 12),
+        modified(16, 12),
     ];
     for scene in shipped().into_iter().map(|(_, scene)| scene).chain(others) {
         for integrator in INTEGRATORS {

@@ -11,7 +11,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use std::sync::Arc;
 
 fn material(kind: MaterialKind) -> Material {
-    Material { name: "a material".to_owned(), kind, textures: Vec::new() }
+    Material { name: "a material".to_owned(), kind, ..Material::default() }
 }
 
 pub(super) fn matte(reflectance: [f64; 3]) -> Material {

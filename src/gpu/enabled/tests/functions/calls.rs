@@ -79,12 +79,14 @@ fn follow_path(source: &Source<'_>, transport: Transport, mut state: State<F>, m
 }
 
 /// Asks some lights at each point, and goes on in one direction.
-fn follow_branch(source: &Source<'_>, state: State<F>, mut around: Around<F>) {
+fn follow_branch(source: &Source<'_>, mut state: State<F>, mut around: Around<F>) {
     const MODE: TransportMode = TransportMode::Radiance;
     let scene = source.scene;
     let lights = &scene.lights;
-    let mut ray = state.ray;
+    let view = View { scene, world: source.world, settings: source.settings };
     for depth in 0..6 {
+        let ray = state.ray;
+        state.depth = uint(depth);
         let hit = source.world.intersect(&ray, WatchedMask(true));
         let (beta, t) = (state.beta, hit.t);
         root!(absorbed_along(around, beta, t) { absorbed(scene, &around, beta, t) });
@@ -93,10 +95,10 @@ fn follow_branch(source: &Source<'_>, state: State<F>, mut around: Around<F>) {
             root!(escaped_radiance(d) { lights.escaped(d, |_| F::splat(1.0)) });
             return;
         }
-        let lit = root!(lit_point(ray, hit, around) { Lit::new(scene, &ray, &hit, around) });
+        let lit = root!(lit_point(state, around, hit) { Lit::new(&view, &state, around, &hit) });
         let beyond = root!(pass_on(lit, ray) { lit.pass_on(&ray) });
-        if lit.is_none.0 {
-            (ray, around) = (beyond.ray, beyond.around);
+        if lit.is_none.0 | lit.is_hole.0 {
+            (state.ray, around) = (beyond.ray, beyond.around);
             continue;
         }
         let Lit { local, wo, .. } = lit;
@@ -108,12 +110,13 @@ fn follow_branch(source: &Source<'_>, state: State<F>, mut around: Around<F>) {
         let some = (0..lights.len() as u32).filter(|i| *i < 30 || i % 30 == state.id.pixel.first() % 30);
         for light in some {
             let (light, chance) = (uint(light), Watched(0.5));
-            root!(light_share(lit, light, chance, u) { lit.share_of(scene, light, chance, u) });
+            let asked = root!(light_share(lit, light, chance, u) { lit.share_of(scene, light, chance, u) });
+            root!(light_through(asked, state, around) { asked.through(&view, &state, &around) });
         }
         bsdf.branches(wo, MODE);
         let wi = bsdf.sample(wo, u, choice, MODE).wi;
         let branch = root!(spawn(lit, wi) { lit.spawn(scene, wi) });
-        (ray, around) = (branch.ray, branch.around);
+        (state.ray, around) = (branch.ray, branch.around);
     }
 }
 

@@ -1,0 +1,109 @@
+//! The materials of hits in scenes in which these are mixed, have holes, another one behind, or maps.
+
+use super::bent::bent_mapped;
+use super::{CompiledScene, Interaction, SurfacePoint};
+use crate::material::Site;
+use crate::math::{Float, Vec3, function, value};
+
+/// What a hit has there.
+#[derive(Clone, Copy)]
+struct Modified<F: Float> {
+    /// The row of the material, a leaf.
+    material: F::Uint,
+    /// The coordinates for it.
+    uv: [F; 2],
+    /// The area of these for each area of the surface's own.
+    uv_area: F,
+    /// The share of light that the surface meets.
+    opacity: F,
+    /// The normal that light scatters around.
+    shading: Vec3<F>,
+}
+
+value!(Modified { material, uv, uv_area, opacity, shading });
+
+impl CompiledScene {
+    /// Interactions of rays along `ray_d` with the materials that the entities' own lead to, in the lanes of `met`, and the
+    /// share of light that the surface meets; the rest goes straight through. Mixes choose by `number`, uniform in [0, 1).
+    ///
+    /// It is asked for in scenes whose materials [are walked](crate::material::MaterialTable::is_walked).
+    #[inline(always)]
+    pub fn modified<F: Float>(
+        &self,
+        at: Interaction<F>,
+        ray_d: Vec3<F>,
+        met: F::Mask,
+        number: F,
+    ) -> (Interaction<F>, F) {
+        let Interaction { mut point, uv, instance, material, .. } = at;
+        let own = Modified {
+            material,
+            uv: at.material_uv,
+            uv_area: at.uv_area,
+            opacity: F::splat(1.0),
+            shading: point.shading,
+        };
+        // Blended: see `MaterialTable::bsdf`.
+        let found = F::branch(
+            met,
+            own,
+            #[inline(always)]
+            || {
+                function!(F, modified_surface(point, instance, material, uv, ray_d, met, number), {
+                    F::out_of_line(
+                        #[inline(always)]
+                        move || self.followed(point, instance, material, uv, ray_d, met, number),
+                    )
+                })
+            },
+        );
+        point.shading = found.shading;
+        let Modified { material, uv: material_uv, uv_area, opacity, .. } = found;
+        (Interaction { point, material, material_uv, uv_area, ..at }, opacity)
+    }
+
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "they are what a hit is known by before its material is followed"
+    )]
+    #[inline(always)]
+    fn followed<F: Float>(
+        &self,
+        point: SurfacePoint<F>,
+        instance: F::Uint,
+        material: F::Uint,
+        uv: [F; 2],
+        ray_d: Vec3<F>,
+        met: F::Mask,
+        number: F,
+    ) -> Modified<F> {
+        let mut footprint = F::zero();
+        if self.materials.textures().has_mipmaps() {
+            footprint = self.footprint(point, instance);
+        }
+        let site = Site { p: point.p, uv, footprint };
+        let behind = ray_d.dot(point.n).gt(F::zero());
+        let walked = self.materials.walk(material, site, behind, number);
+        let mut shading = point.shading;
+        if self.materials.has_maps() {
+            shading = F::branch(
+                met & walked.has_map(),
+                shading,
+                #[inline(always)]
+                || {
+                    let basis = self.surfaces.uv_basis(&point, instance);
+                    let mapped = self.materials.mapped(&walked, site, point.shading, &basis);
+                    bent_mapped(mapped, point.n, -ray_d)
+                },
+            );
+        }
+        let [a, b] = walked.scale;
+        Modified {
+            material: walked.material,
+            uv: walked.uv,
+            uv_area: a * b,
+            opacity: walked.opacity,
+            shading,
+        }
+    }
+}

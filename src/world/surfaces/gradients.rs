@@ -1,0 +1,103 @@
+//! How uv grow along surfaces, for maps of normals and heights.
+
+use super::{SurfacePoint, SurfaceTable};
+use crate::material::UvBasis;
+use crate::math::{Float, Mask, Uint, Vec3, function};
+use crate::world::triangles::FIRST_TRIANGLE;
+use std::f32::consts::PI;
+
+/// Nearer to the poles of a sphere u grows as it does here.
+const LEAST_SINE: f32 = 1e-3;
+
+impl SurfaceTable {
+    /// How uv lie on surfaces at points. Where they do not grow in two directions, ∂p/∂u and ∂p/∂v are zero.
+    #[inline(always)]
+    pub fn uv_basis<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> UvBasis<F> {
+        let point = *point;
+        function!(F, uv_basis(point, instance), {
+            let [gradient_u, gradient_v] = self.uv_gradients(&point, instance);
+            // Of unit vectors, as lengths of gradients differ by many orders of magnitude.
+            let (of_u, of_v) = (unit_length(gradient_u), unit_length(gradient_v));
+            let (u, v) = (gradient_u * of_u, gradient_v * of_v);
+            let turn = u.cross(v).dot(point.n);
+            // Parallel gradients, and gradients that are none.
+            let is_sound = turn.abs().gt(F::splat(1e-6));
+            let per_turn = (F::splat(1.0) / turn).only(is_sound);
+            UvBasis {
+                gradient_u,
+                gradient_v,
+                along_u: v.cross(point.n) * (per_turn * of_u),
+                along_v: point.n.cross(u) * (per_turn * of_v),
+            }
+        })
+    }
+
+    /// The gradients of u and of v along surfaces at points.
+    #[inline(always)]
+    fn uv_gradients<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> [Vec3<F>; 2] {
+        match &self.triangles {
+            None => self.smooth_uv_gradients(point, instance),
+            Some(triangles) => {
+                let on_mesh = !point.surface.lt(F::Uint::splat(FIRST_TRIANGLE));
+                F::fork(
+                    on_mesh,
+                    #[inline(always)]
+                    || triangles.uv_gradients(self.instances(), point.surface, instance, on_mesh),
+                    #[inline(always)]
+                    || self.smooth_uv_gradients(point, instance),
+                )
+            }
+        }
+    }
+
+    /// The same on all but meshes.
+    #[inline(always)]
+    fn smooth_uv_gradients<F: Float>(&self, point: &SurfacePoint<F>, instance: F::Uint) -> [Vec3<F>; 2] {
+        let (mut p, mut n, row) = (point.p, point.n, point.row);
+        if self.has_groups {
+            (p, n) = self.point_within(p, n, instance, F::Mask::splat(true));
+        }
+        let mut gradients = [Vec3::gather(&self.u_axis, row), Vec3::gather(&self.v_axis, row)];
+        let radius = F::gather(&self.radius, row);
+        if self.has_round {
+            gradients = F::branch(
+                radius.gt(F::zero()),
+                gradients,
+                #[inline(always)]
+                || {
+                    // Of φ/2π and θ/π, where d is the direction from the centre and sin θ its part across the poles.
+                    let d = n * F::gather(&self.orientation, row);
+                    let sin2 = (d.x * d.x + d.y * d.y).max(F::splat(LEAST_SINE * LEAST_SINE));
+                    let (of_u, of_v) =
+                        (F::splat(0.5 / PI) / (radius * sin2), F::splat(1.0 / PI) / (radius * sin2.sqrt()));
+                    [Vec3::new(-d.y, d.x, F::zero()) * of_u, Vec3::new(d.x * d.z, d.y * d.z, -sin2) * of_v]
+                },
+            );
+        }
+        if self.has_rare {
+            gradients = F::branch(
+                radius.lt(F::zero()),
+                gradients,
+                #[inline(always)]
+                || {
+                    let (kind, form) = self.rare::<F>(row);
+                    form.uv_gradients(kind, p)
+                },
+            );
+        }
+        if self.has_groups {
+            gradients = self.gradients_of_group(gradients, point.n, instance);
+        }
+        gradients
+    }
+}
+
+/// One over the length of a vector; zero of none.
+#[inline(always)]
+fn unit_length<F: Float>(v: Vec3<F>) -> F {
+    let most = v.max_abs();
+    let has_one = most.gt(F::zero()) & most.lt(F::splat(f32::INFINITY));
+    let scale = F::splat(1.0) / F::select(has_one, most, F::splat(1.0));
+    let length = (v * scale).length();
+    (scale / length.max(F::splat(1.0))).only(has_one)
+}

@@ -17,6 +17,7 @@ mod groups;
 mod keys;
 mod lights;
 mod materials;
+mod modifiers;
 mod syntax;
 mod textures;
 mod view;

@@ -6,7 +6,7 @@ broken!(
     material_without_type,
     "[materials.a]\nreflectance = [1, 1, 1]\n",
     [
-        r#"1:1: missing key "type" in materials.a; a material is one of "matte", "mirror", "glass", "conductor", "dielectric", "checkerboard""#
+        r#"1:1: missing key "type" in materials.a; a material is one of "matte", "mirror", "glass", "conductor", "dielectric", "checkerboard", "mix""#
     ]
 );
 broken!(
@@ -16,7 +16,7 @@ broken!(
 type = "plastic"
 "#,
     [
-        r#"2:8: unknown material type "plastic"; valid here: "matte", "mirror", "glass", "conductor", "dielectric", "checkerboard""#
+        r#"2:8: unknown material type "plastic"; valid here: "matte", "mirror", "glass", "conductor", "dielectric", "checkerboard", "mix""#
     ]
 );
 broken!(
@@ -279,7 +279,7 @@ metal = "gold"
 reflectance = [1, 1, 1]
 "#,
     [
-        r#"4:1: unknown key "reflectance" in a conductor; valid here: "type", "metal", "eta", "k", "roughness""#
+        r#"4:1: unknown key "reflectance" in a conductor; valid here: "type", "metal", "eta", "k", "roughness", "opacity", "back", "normal_map", "normal_scale", "bump_map", "bump_scale""#
     ]
 );
 broken!(
@@ -404,7 +404,7 @@ ior = 1.5
 absorption = [1, 1, 1]
 "#,
     [
-        r#"4:1: unknown key "absorption" in a glass; valid here: "type", "ior", "reflectance", "transmittance""#
+        r#"4:1: unknown key "absorption" in a glass; valid here: "type", "ior", "reflectance", "transmittance", "opacity", "back", "normal_map", "normal_scale", "bump_map", "bump_scale""#
     ]
 );
 broken!(

@@ -77,7 +77,7 @@ reflectance = [0.5, 0.5, 0.5]
 filter = { "é" = 1, type = "box" }
 "#,
     [
-        r#"3:1: unknown key "ß☃" in a matte material; valid here: "type", "reflectance", "roughness""#,
+        r#"3:1: unknown key "ß☃" in a matte material; valid here: "type", "reflectance", "roughness", "opacity", "back", "normal_map", "normal_scale", "bump_map", "bump_scale""#,
         r#"6:12: unknown key "é" in filter "box"; valid here: "type", "radius""#
     ]
 );

@@ -175,6 +175,26 @@ fn pictures_in_every_wrap_mode_are_the_independent_renderers() {
 }
 
 #[test]
+fn normal_maps_mixes_cut_outs_and_backs_are_the_independent_renderers() {
+    let theirs = reference("maps-120x90", AS_MANY_OF_FOUR_LIGHTS);
+    must_be_with(&described("maps", 512), &theirs, OF_ONE_METHOD);
+    each_is_told_apart(
+        "maps",
+        &theirs,
+        &[
+            ("maps-normals.png", "maps-normals-down.png"),
+            ("normal_scale = 0.4", "normal_scale = 0.6"),
+            ("a = \"gold\", b = \"paint\"", "a = \"paint\", b = \"gold\""),
+            ("amount = 0.3", "amount = 0.4"),
+            (", opacity = \"holes\"", ""),
+            ("opacity = 0.6", "opacity = 0.75"),
+            (", back = \"paper\"", ""),
+            ("falloff = \"squared\"", "falloff = \"smoothstep\""),
+        ],
+    );
+}
+
+#[test]
 fn the_block_test_knows_two_seeds_for_the_same_and_swapped_mirrors_for_another() {
     let (a, b) = (cover_with(64, |_| {}), cover_with(64, |scene| scene.render.seed = 1));
     let (a, b) = (estimate(&a), estimate(&b));

@@ -136,6 +136,9 @@ const AS_MANY_OF_OURS: u32 = 4800;
 /// The same where there are four lights: it has 2.7 times the variance.
 const AS_MANY_OF_FOUR_LIGHTS: u32 = 3000;
 
+/// The same where there is but an environment.
+const AS_MANY_OF_ONE_LIGHT: u32 = 8192;
+
 /// The limit where both sample lights: an rms of one is expected, of some two hundred independent z.
 const OF_ONE_METHOD: f64 = 1.15;
 
@@ -190,6 +193,23 @@ fn normal_maps_mixes_cut_outs_and_backs_are_the_independent_renderers() {
             ("opacity = 0.6", "opacity = 0.75"),
             (", back = \"paper\"", ""),
             ("falloff = \"squared\"", "falloff = \"smoothstep\""),
+        ],
+    );
+}
+
+#[test]
+fn what_a_picture_of_a_sky_lights_is_the_independent_renderers() {
+    let theirs = reference("sky-120x90", AS_MANY_OF_ONE_LIGHT);
+    must_be_with(&described("sky", 512), &theirs, OF_ONE_METHOD);
+    each_is_told_apart(
+        "sky",
+        &theirs,
+        &[
+            ("rotate = 40", "rotate = 38"),
+            ("rotate = 40", "rotate = -40"),
+            ("scale = [1, 0.9, 0.8]", "scale = [1, 0.9, 0.82]"),
+            // A ball under the sky, not the sky itself.
+            ("roughness = 0.35", "roughness = 0.5"),
         ],
     );
 }

@@ -2,9 +2,11 @@
 
 mod common;
 
-use common::scenes::{cuboid, dielectric, emitting, glass, interiors, matte, quad, scene, sphere, v};
+use common::scenes::{
+    cuboid, dielectric, emitting, glass, interiors, matte, point_light, quad, scene, sphere, v,
+};
 use common::{blocks::compare, estimate, for_each_sample};
-use stride::scene::{Entity, Integrator, Material, Scene};
+use stride::scene::{Entity, Integrator, Material, Modifiers, Scene};
 
 /// Absorption of the red, the green and the blue channel.
 const SIGMA: [f64; 3] = [0.0, 0.3, 1.5];
@@ -235,4 +237,57 @@ fn rays_to_lights_fade_as_paths_do() {
     other.materials[2] = dielectric(1.33, 0.0, 1, [0.8, 0.33, 0.07]);
     let verdict = compare(&naive.blocks(), &estimate(&other).blocks());
     assert!(!verdict.agrees(), "{verdict}");
+}
+
+/// A black sheet across the view, of the last material.
+fn add_sheet(scene: &mut Scene, x: f64, opacity: f64) {
+    let modifiers = Modifiers { opacity, ..Modifiers::default() };
+    scene.materials.push(Material { modifiers, ..matte([0.0; 3]) });
+    let sheet = quad(v(x, -40.0, -40.0), v(0.0, 80.0, 0.0), v(0.0, 0.0, 80.0), scene.materials.len() - 1);
+    scene.entities.push(sheet);
+}
+
+#[test]
+fn at_a_hole_no_medium_changes() {
+    // In the glass, in the overlap, in the water and behind all of it; no sheet is a bounce.
+    let open = along_the_axis(overlapping(2, 1));
+    let mut sheets = open.clone();
+    [2.5, 2.95, 3.7, 6.0].into_iter().for_each(|x| add_sheet(&mut sheets, x, 0.0));
+    (sheets.render.max_depth, sheets.render.samples) = (4, 1);
+    let of = |scene: &Scene, integrator| means(scene, integrator, 1);
+    for integrator in [Integrator::Whitted, Integrator::Path, Integrator::PathNaive] {
+        let open = Scene { render: sheets.render.clone(), ..open.clone() };
+        for ((found, _), (expected, _)) in of(&sheets, integrator).into_iter().zip(of(&open, integrator)) {
+            assert!((found - expected).abs() < 1e-4 * expected, "{integrator:?}: {found}, not {expected}");
+        }
+    }
+}
+
+#[test]
+fn light_fades_on_its_whole_way_through_holes() {
+    // A wall, a point light and the camera within one dielectric, with two sheets between the wall and both others.
+    let lit = |sheets: usize, sigma| {
+        let wall = quad(v(2.0, -9.0, -9.0), v(0.0, 0.0, 18.0), v(0.0, 18.0, 0.0), 1);
+        let body = cuboid(v(-9.0, -30.0, -30.0), v(9.0, 30.0, 30.0), 0);
+        let materials = vec![dielectric(1.5, 0.0, 0, sigma), matte([0.5; 3])];
+        let mut scene = along_the_axis(scene(materials, vec![body, wall]));
+        [0.7, 1.1].into_iter().take(sheets).for_each(|x| add_sheet(&mut scene, x, 0.5));
+        scene.lights = vec![point_light(v(0.2, 0.5, 0.5), 5.0)];
+        scene.render.max_depth = 1;
+        scene
+    };
+    for integrator in [Integrator::Whitted, Integrator::Path, Integrator::PathNaive] {
+        let (open, clear) = (means(&lit(0, SIGMA), integrator, 1), means(&lit(0, [0.0; 3]), integrator, 1));
+        let length = 2.0 + f64::sqrt(1.8 * 1.8 + 0.5);
+        for (i, ((mean, error), (full, _))) in
+            means(&lit(2, SIGMA), integrator, 64).into_iter().zip(open).enumerate()
+        {
+            let expected = clear[i].0 * (-SIGMA[i] * length).exp();
+            assert!((full / expected - 1.0).abs() < 1e-3, "{integrator:?}: {full}, not {expected}");
+            let off = |share: f64| (mean - full * share).abs() / error;
+            assert!(off(1.0 / 16.0) < 5.0, "{integrator:?}: {mean} ± {error} of {full}");
+            // Negative control.
+            assert!(off(1.0 / 14.0) > 5.0, "{integrator:?}: {mean} ± {error} of {full}");
+        }
+    }
 }

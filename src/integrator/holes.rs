@@ -42,7 +42,7 @@ pub(super) fn seen_through<F: Float>(
     function!(F, seen_through(path, block, shadow, end, asks, past_triangles), {
         F::out_of_line(
             #[inline(always)]
-            || {
+            move || {
                 let (scene, one) = (view.scene, F::splat(1.0));
                 let stream = view.settings.sampler.endless(path, block);
                 let start = Shadow {

@@ -28,6 +28,10 @@ use std::cell::Cell;
 /// The most surfaces in a row that paths pass straight through: a bound on the work, which no scene should reach.
 pub(crate) const MOST_PASSED: u32 = 1024;
 
+/// The most holes that paths go through. A surface behind as many is met whatever its opacity, and hides lights, so that no
+/// path is without an end.
+pub(super) const MOST_HOLES: u32 = 1024;
+
 /// The media that a path is inside of: see [`Media::packed`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interiors<F: Float> {
@@ -363,10 +367,6 @@ pub(crate) fn after_bounce<F: Float, S: Surroundings<F>>(
         },
     )
 }
-
-/// The most holes that a path goes through. Whatever has a hole behind as many is met, and hides lights, so that no path
-/// is without an end.
-pub(super) const MOST_HOLES: u32 = 1024;
 
 /// The surroundings of paths that go straight on: through surfaces that are none, in the lanes of `is_none`, and through
 /// holes; and the lanes of these that may.

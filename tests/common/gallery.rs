@@ -1,4 +1,5 @@
-// Textures of every kind and pictures of every depth, on materials of every kind; and dielectrics that absorb and overlap.
+// Textures of every kind and pictures of every depth, on materials of every kind; dielectrics that absorb and overlap;
+// shapes in groups; and materials with modifiers.
 // This file is included where there are
 // `ColorSpace`, `Depth`, `ImageFile`, `ImageIndex`, `Picture`, `TexelFilter`, `Tile`, `Varying`, `Wrap`, all of `scene`,
 // and `Arc`.

@@ -45,7 +45,7 @@ static TEXTURES: Key<MapOf<OneOf<Values>>> = Key::default(
     "textures",
     MapOf(textures::TEXTURE),
     "{}",
-    "Numbers and colours that differ from point to point, each under its name. Numbers and colours of materials may be textures, but for those of a checkerboard of materials and the scales of maps: a colour takes its channels, a number its red one, each within the limits of the parameter.",
+    "Numbers and colours that differ from point to point, each under its name. Numbers and colours of materials may be textures, but for those of a checkerboard of materials and the scales of maps. A colour takes its channels, a number its red one, each within the limits of the parameter.",
 );
 static MATERIALS: Key<MapOf<OneOf<Values>>> = Key::default(
     "materials",

@@ -112,13 +112,9 @@ impl SurfaceTable {
             #[inline(always)]
             || {
                 let place = instances.gather::<F>(instance);
-                gradients.map(
-                    #[inline(always)]
-                    |gradient| {
-                        let gradient = place.long_normal(gradient);
-                        gradient - n * n.dot(gradient)
-                    },
-                )
+                let [u, v] = gradients;
+                let [u, v] = [place.long_normal(u), place.long_normal(v)];
+                [u - n * n.dot(u), v - n * n.dot(v)]
             },
         )
     }

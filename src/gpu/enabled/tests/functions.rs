@@ -50,8 +50,8 @@ fn runs() -> Vec<Scene> {
         scenes::with(interiors(24, 16), Integrator::Path, Sampler::Sobol),
         scenes::with(interiors(24, 16), Integrator::Whitted, Sampler::Sobol),
         scenes::with(groups(24, 16), Integrator::Path, Sampler::Sobol),
-        scenes::with(modified(24, 16), Integrator::Path, Sampler::Sobol),
-        scenes::with(modified(24, 16), Integrator::Whitted, Sampler::Independent),
+        scenes::with(modified(48, 32), Integrator::Path, Sampler::Sobol),
+        scenes::with(modified(48, 32), Integrator::Whitted, Sampler::Independent),
     ]
 }
 

@@ -1,4 +1,5 @@
-//! Scenes of textures, under a picture, and of dielectrics that overlap, which the digests have too, and of groups.
+//! Scenes of textures, under a picture, of dielectrics that overlap, and of modified materials, which the digests have too,
+//! and of groups.
 
 use super::scenes::{cylinder, disk, plane, quad, scene, sphere};
 use crate::scene::{

@@ -272,7 +272,7 @@ impl Digest {
     /// that this ends. Images go by their place among those that are named.
     fn material(&mut self, index: usize, scene: &Scene, images: &mut Vec<usize>) {
         let material = &scene.materials[index];
-        let Material { name: _, kind, textures, modifiers } = material;
+        let Material { name: _, kind: _, textures, modifiers } = material;
         self.declared(&material.textured_kind());
         for Textured { parameter, texture } in textures {
             self.tag(parameter);
@@ -281,9 +281,7 @@ impl Digest {
         if *modifiers != Modifiers::default() {
             self.declared(modifiers);
         }
-        for named in kind.materials().chain(modifiers.back) {
-            self.material(named, scene, images);
-        }
+        material.named().for_each(|named| self.material(named, scene, images));
     }
 
     /// A texture likewise.

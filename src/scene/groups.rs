@@ -1,10 +1,9 @@
 //! Where the groups of a scene stand, and the promises of a scene about them.
 
-use super::description::{Entity, Material, Scene, Shape};
+use super::description::{Entity, Scene, Shape};
 use super::names::MAX_NESTING;
 use super::placement::{is_flat, is_placeable, misplaced_box};
 use crate::math::Bounds;
-use crate::parameter::Family;
 use crate::shape::moved;
 use glam::{DAffine3, DVec3};
 
@@ -113,8 +112,10 @@ impl Scene {
 
     /// Whether a material may look at the uv of a surface, or at their directions.
     fn looks_at_uv(&self, material: usize) -> bool {
-        let Material { kind, textures, .. } = &self.materials[material];
-        !textures.is_empty() || kind.materials().next().is_some() || kind.row().is_anisotropic
+        let material = &self.materials[material];
+        !material.textures.is_empty()
+            || material.named().next().is_some()
+            || material.kind.row().is_anisotropic
     }
 }
 

@@ -13,7 +13,6 @@ use super::description::{
     QuadParameters, Scene, Shape,
 };
 use crate::math::narrow;
-use crate::parameter::Family;
 
 /// How far the direction of a disk's normal may be from a cylinder's axis, as one minus the cosine, for the disk to
 /// close the cylinder.
@@ -125,7 +124,7 @@ fn glass(materials: &[Material]) -> Vec<bool> {
             MaterialKind::Dielectric(DielectricParameters { thin_walled, .. }) => !thin_walled,
             _ => false,
         };
-        glass.push(is_glass || material.kind.materials().any(|named| glass[named]));
+        glass.push(is_glass || material.named().any(|named| glass[named]));
     }
     glass
 }

@@ -256,9 +256,10 @@ pub(crate) fn absorbed<F: Float, S: Surroundings<F>>(
 ) -> Rgb<F> {
     let Some(media) = around.media(scene) else { return beta };
     let around = *around;
-    F::out_of_line(
+    // Only the factor comes from out of line: see `MaterialTable::bsdf`.
+    beta * F::out_of_line(
         #[inline(always)]
-        move || beta * media.transmittance(around.get().here.first(), length),
+        move || media.transmittance(around.get().here.first(), length),
     )
 }
 
@@ -274,14 +275,15 @@ pub(super) fn faded<F: Float, S: Surroundings<F>>(
 ) -> Rgb<F> {
     let Some(media) = around.media(scene) else { return light };
     let (around, crosses) = (*around, crosses(at, wi));
-    F::out_of_line(
-        #[inline(always)]
-        move || {
-            let Around { here, beyond, .. } = around.get();
-            let medium = F::Uint::select(crosses, beyond.first(), here.first());
-            light * media.transmittance(medium, length)
-        },
-    )
+    light
+        * F::out_of_line(
+            #[inline(always)]
+            move || {
+                let Around { here, beyond, .. } = around.get();
+                let medium = F::Uint::select(crosses, beyond.first(), here.first());
+                media.transmittance(medium, length)
+            },
+        )
 }
 
 /// The lanes in which a direction leads to the other side of the surface than the one that the ray came from.

@@ -24,6 +24,44 @@ pub struct Bsdf<F: Float> {
     pub(super) kinds: Kinds,
 }
 
+macro_rules! frequent {
+    (
+        {}
+        leaves { $($(#[$cfg:meta])* $module:ident::$Leaf:ident $(($parameters:ident))?,)* }
+        choosers $choosers:tt
+    ) => {
+        /// How many kinds are frequent ([`Leaf::IS_FREQUENT`]): the first ones.
+        const FREQUENT: u32 = {
+            let mut frequent = 0;
+            $(
+                $(#[$cfg])*
+                {
+                    if super::$module::$Leaf::IS_FREQUENT {
+                        assert!(frequent == Kind::$Leaf as u32, "a frequent kind comes after one that is not");
+                        frequent += 1;
+                    }
+                }
+            )*
+            frequent
+        };
+
+        /// The leaves that are not frequent.
+        const INFREQUENT: Kinds = {
+            let mut infrequent = Kinds::NONE;
+            $(
+                $(#[$cfg])*
+                {
+                    if !super::$module::$Leaf::IS_FREQUENT {
+                        infrequent = infrequent.with(Kind::$Leaf);
+                    }
+                }
+            )*
+            infrequent
+        };
+    };
+}
+materials!(frequent);
+
 /// Whether the lobe of a leaf has a flag of [`Bxdf`]; every lobe is in `ALL`.
 macro_rules! has {
     (ALL, $Leaf:ty) => {
@@ -66,7 +104,7 @@ macro_rules! answer {
                 );
             }
         )*
-        if $kinds.has_infrequent() {
+        if $kinds.has_any(INFREQUENT) {
             answer = F::branch(
                 $local.is_infrequent(),
                 answer,
@@ -137,7 +175,7 @@ macro_rules! lanes_with {
                 }
             }
         )*
-        if $bsdf.kinds.has_infrequent() {
+        if $bsdf.kinds.has_any(INFREQUENT) {
             $(
                 $(#[$cfg])*
                 {
@@ -164,7 +202,7 @@ impl<F: Float> Local<F> {
     /// The lanes whose material is of a kind that is not frequent.
     #[inline(always)]
     fn is_infrequent(&self) -> F::Mask {
-        !self.kind.lt(F::Uint::splat(Kinds::FREQUENT))
+        !self.kind.lt(F::Uint::splat(FREQUENT))
     }
 
     /// The lobe of a kind, valid in lanes of that kind.

@@ -1,7 +1,5 @@
 //! The list of materials, and the kinds that it makes.
 
-use super::program::Leaf;
-
 /// The list of materials, each by its file, its program and its parameters: calls a macro with it, behind tokens for that macro.
 ///
 /// A program without parameters in the list is a further one of a material that has another: its parameters choose.
@@ -39,6 +37,9 @@ pub(super) use materials;
 pub struct Kinds(u32);
 
 impl Kinds {
+    /// No kind.
+    pub(super) const NONE: Kinds = Kinds(0);
+
     /// The set with one more.
     pub(super) const fn with(self, kind: Kind) -> Kinds {
         Kinds(self.0 | 1 << kind as u32)
@@ -50,10 +51,10 @@ impl Kinds {
         self.0 >> kind as u32 & 1 != 0
     }
 
-    /// Whether a leaf is in it that is not frequent: see [`Leaf::IS_FREQUENT`].
+    /// Whether a kind of another set is in it.
     #[inline(always)]
-    pub(super) const fn has_infrequent(self) -> bool {
-        self.0 & Kinds::INFREQUENT.0 != 0
+    pub(super) const fn has_any(self, other: Kinds) -> bool {
+        self.0 & other.0 != 0
     }
 }
 
@@ -80,35 +81,6 @@ macro_rules! kinds {
         }
 
         impl Kinds {
-            /// How many kinds are frequent: the first ones.
-            pub(super) const FREQUENT: u32 = {
-                let mut frequent = 0;
-                $(
-                    $(#[$leaf_cfg])*
-                    {
-                        if super::$leaf_module::$Leaf::IS_FREQUENT {
-                            assert!(frequent == Kind::$Leaf as u32, "a frequent kind comes after one that is not");
-                            frequent += 1;
-                        }
-                    }
-                )*
-                frequent
-            };
-
-            /// The leaves that are not frequent.
-            const INFREQUENT: Kinds = {
-                let mut infrequent = Kinds(0);
-                $(
-                    $(#[$leaf_cfg])*
-                    {
-                        if !super::$leaf_module::$Leaf::IS_FREQUENT {
-                            infrequent = infrequent.with(Kind::$Leaf);
-                        }
-                    }
-                )*
-                infrequent
-            };
-
             /// Every kind.
             pub const ALL: Kinds = {
                 let mut all = Kinds(0);

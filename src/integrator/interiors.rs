@@ -142,14 +142,14 @@ impl<F: Float> Around<F> {
 
 /// What becomes of the interiors at a surface.
 #[derive(Clone, Copy)]
-struct Meeting<F: Float> {
+struct Crossing<F: Float> {
     beyond: Interiors<F>,
     outside: F,
     /// The lanes in which the medium that counts is the same on both sides, though there is one within the surface.
     passes: F::Mask,
 }
 
-value!(Meeting { beyond, outside, passes });
+value!(Crossing { beyond, outside, passes });
 
 /// Where the surroundings of paths are kept: nowhere, in a value, or in a place of their own.
 ///
@@ -308,7 +308,7 @@ pub(crate) fn at_surface<F: Float, S: Surroundings<F>>(
         move || {
             let own = around.get();
             let here = own.here;
-            let Meeting { beyond, outside, passes } =
+            let Crossing { beyond, outside, passes } =
                 function!(F, meet_interface(here, material, enters), { meet(media, here, material, enters) });
             (around.set(met, Around { beyond, outside, ..own }), met & passes)
         },
@@ -317,7 +317,7 @@ pub(crate) fn at_surface<F: Float, S: Surroundings<F>>(
 
 /// What becomes of interiors at a surface of a material, from outside where it is entered.
 #[inline(always)]
-fn meet<F: Float>(media: &Media, here: Interiors<F>, material: F::Uint, enters: F::Mask) -> Meeting<F> {
+fn meet<F: Float>(media: &Media, here: Interiors<F>, material: F::Uint, enters: F::Mask) -> Crossing<F> {
     let medium = media.medium(material);
     let (entered, left) = (here.with(media, medium), here.without(medium));
     // Where a dielectric is left that was never entered, the path was inside of it all the same.
@@ -325,11 +325,11 @@ fn meet<F: Float>(media: &Media, here: Interiors<F>, material: F::Uint, enters: 
     let outer = Interiors::blend(enters, here, left);
     let beyond = Interiors::blend(enters, inner, outer);
     if !media.nests() {
-        return Meeting { beyond, outside: F::splat(1.0), passes: F::Mask::splat(false) };
+        return Crossing { beyond, outside: F::splat(1.0), passes: F::Mask::splat(false) };
     }
     let is_bounded = F::Uint::splat(0).lt(medium);
     let around = outer.first();
-    Meeting {
+    Crossing {
         beyond,
         outside: F::select(is_bounded, media.index(around), F::splat(1.0)),
         passes: is_bounded & around.eq(inner.first()),
@@ -424,7 +424,7 @@ mod tests {
         let mut here = Interiors::<f32>::outside_of_everything();
         let mut indices = Vec::new();
         for &(row, enters) in surfaces {
-            let Meeting { beyond, outside, passes } = meet(media, here, Wrapping(row), enters);
+            let Crossing { beyond, outside, passes } = meet(media, here, Wrapping(row), enters);
             indices.push((!passes).then_some(outside));
             here = beyond;
         }

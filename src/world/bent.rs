@@ -68,7 +68,9 @@ pub(super) fn bent_mapped<F: Float>(mapped: Vec3<F>, n: Vec3<F>, wo: Vec3<F>) ->
 /// the index of refraction on the side where `n` does not point over that where it does.
 ///
 /// A reflected direction below the surface is lifted to the horizon, as that of [`bent_mapped`] is. Only light that leaves the denser
-/// medium can be refracted to the wrong side; then the normal is `n`, and so it is where `wo` grazes the surface.
+/// medium can be refracted to the wrong side; then the normal is `n`. So it is where `wo` grazes the surface, and where light
+/// is reflected totally around the shading normal and not around `n`: a coarse ball of glass would keep one path in a hundred
+/// for ever.
 #[inline(always)]
 fn bent_normal<F: Float>(n: Vec3<F>, shading: Vec3<F>, wo: Vec3<F>, index: F) -> Vec3<F> {
     function!(F, bent_normal(n, shading, wo, index), {
@@ -86,9 +88,12 @@ fn bent_normal<F: Float>(n: Vec3<F>, shading: Vec3<F>, wo: Vec3<F>, index: F) ->
         let cos_t = (-sin2_t + 1.0).max(zero).sqrt();
         let refracted = bent * (cos / eta - cos_t) - wo * (one / eta);
         let leaks = sin2_t.lt(one) & !refracted.dot(up).lt(zero);
+        // Around bent normals light does not go back the way that it came, so that some would be reflected inside for ever.
+        let sin2_of_true = (one - wo.dot(up) * wo.dot(up)) / (eta * eta);
+        let is_kept_in = !sin2_t.lt(one) & sin2_of_true.lt(one);
         // Halfway between two grazing directions there would be rounding errors.
         let grazes = wo.dot(up).lt(least);
-        Vec3::select(leaks | grazes, up, bent) * side
+        Vec3::select(leaks | is_kept_in | grazes, up, bent) * side
     })
 }
 

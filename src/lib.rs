@@ -32,22 +32,22 @@
 //! |---|---|
 //! | [`math`] | vectors, lanes, rays, frames |
 //! | [`sampling`] | pixels, regions and samples; random streams; warps, each beside its density |
-//! | [`parameter`] | how shapes, textures, materials and lights are declared |
+//! | [`parameter`] | the declaration of shapes, textures, materials and lights |
 //! | [`shape`] | plane, sphere, quad, disk, cylinder, box, triangle mesh |
-//! | [`texture`] | textures, pictures |
 //! | [`texture`] | textures and images |
-//! | [`light`] | the interface of lights, area and point lights, and the choice among them |
+//! | [`material`] | materials, and the lobes that they are made of |
 //! | [`light`] | the interface of lights, area and point lights, and light sampling |
-//! | [`scene`] | the description: names, units, source lines; the readers of scene and mesh files |
+//! | [`camera`] | camera rays |
 //! | [`scene`] | the scene description: names, units, source lines; the readers of scene and mesh files |
+//! | [`world`] | the compiled scene: surfaces, and the search for what a ray hits |
 //! | [`integrator`] | whitted, path, path-naive |
 //! | [`film`] | exact sums, reconstruction filters, tone mapping |
 //! | [`render`] | strides, batches, workers, the accumulator |
-//! | [`render`] | strides, batches, workers, the accumulator |
+//! | [`gpu`] | the GPU worker |
 //! | [`output`] | one sink per file |
 //! | [`session`] | the processes of a render, and the channels between them |
-//! | [`api`] | the interface for programs: what is above, and the rules of settings |
 //! | [`api`] | the interface for programs: render settings and their rules |
+//! | [`cli`] | the command line |
 
 pub mod api;
 pub mod camera;

@@ -182,7 +182,7 @@ fn files_that_cannot_be_read_fail_and_are_named() {
     refused(&[&jpeg, &good], 1, &["a.jpg", ".png, .exr or .hdr"]);
     let text = folder.path("text.exr");
     fs::write(&text, "this is no picture").unwrap();
-    refused(&[&good, &text], 1, &["text.exr", "no whole .exr file"]);
+    refused(&[&good, &text], 1, &["text.exr", "not a complete .exr file"]);
     let directory = folder.path("directory.hdr");
     fs::create_dir(&directory).unwrap();
     refused(&[&directory, &good], 1, &["directory.hdr", "folder"]);

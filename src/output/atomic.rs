@@ -372,7 +372,7 @@ mod tests {
             symlink("b", folder.path().join("a")).unwrap();
             symlink("a", folder.path().join("b")).unwrap();
             let error = check_place(&folder.path().join("a")).unwrap_err();
-            assert!(error.to_string().contains("circle"), "{error}");
+            assert!(error.to_string().contains("circular"), "{error}");
         }
 
         #[test]

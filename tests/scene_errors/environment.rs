@@ -11,7 +11,7 @@ fn environment(keys: &str) -> String {
 
 broken!(
     a_picture_and_a_radiance,
-    environment("radiance = [1, 1, 1]\nfile = \"docs/cover.png\""),
+    environment("radiance = [1, 1, 1]\nfile = \"docs/pictures/cover.png\""),
     ["2:12: the environment has both radiance and file; keep one of them"]
 );
 broken!(
@@ -38,32 +38,32 @@ broken!(a_picture_without_a_name, environment("file = \"\""), ["2:8: file must n
 broken!(a_picture_that_is_a_number, environment("file = 7"), ["2:8: file must be a string, not an integer"]);
 broken!(
     up_of_no_length,
-    environment("file = \"docs/cover.png\"\nup = [0, 0, 0]"),
+    environment("file = \"docs/pictures/cover.png\"\nup = [0, 0, 0]"),
     ["3:6: up must not be zero in all of x, y, z"]
 );
 broken!(
     a_negative_scale,
-    environment("file = \"docs/cover.png\"\nscale = -1"),
+    environment("file = \"docs/pictures/cover.png\"\nscale = -1"),
     ["3:9: scale must be from 0 to 1073741824, not -1"]
 );
 broken!(
     a_negative_channel_of_a_scale,
-    environment("file = \"docs/cover.png\"\nscale = [1, -2, 1]"),
+    environment("file = \"docs/pictures/cover.png\"\nscale = [1, -2, 1]"),
     ["3:13: green of scale must be from 0 to 1073741824, not -2"]
 );
 broken!(
     a_scale_that_is_too_large,
-    environment("file = \"docs/cover.png\"\nscale = 2e9"),
+    environment("file = \"docs/pictures/cover.png\"\nscale = 2e9"),
     ["3:9: scale must be from 0 to 1073741824, not 2e9"]
 );
 broken!(
     a_scale_that_is_a_word,
-    environment("file = \"docs/cover.png\"\nscale = \"bright\""),
+    environment("file = \"docs/pictures/cover.png\"\nscale = \"bright\""),
     ["3:9: scale must be a number, or an array of 3 numbers (red, green, blue), not a string"]
 );
 broken!(
     a_turn_that_is_none,
-    environment("file = \"docs/cover.png\"\nrotate = nan"),
+    environment("file = \"docs/pictures/cover.png\"\nrotate = nan"),
     ["3:10: rotate must be a finite number, not nan"]
 );
 broken!(
@@ -77,12 +77,12 @@ broken!(
 );
 broken!(
     a_misspelt_picture,
-    environment("fil = \"docs/cover.png\"\nscale = 2"),
+    environment("fil = \"docs/pictures/cover.png\"\nscale = 2"),
     [r#"2:1: unknown key "fil" in the environment; did you mean "file"?"#]
 );
 broken!(
     a_misspelt_turn,
-    environment("file = \"docs/cover.png\"\nrotat = 90"),
+    environment("file = \"docs/pictures/cover.png\"\nrotat = 90"),
     [r#"3:1: unknown key "rotat" in the environment; did you mean "rotate"?"#]
 );
 
@@ -95,7 +95,7 @@ fn broken_pictures_are_told_where_the_environment_names_them() {
         fs::write(&path, environment(&format!("file = \"{name}\""))).expect("written");
         load(&path).expect_err("a scene came of it").to_string()
     };
-    let png = fs::read("docs/cover.png").expect("a picture");
+    let png = fs::read("docs/pictures/cover.png").expect("a picture");
     let half = told("half.png", &png[..png.len() / 2]);
     assert!(half.contains("box.toml:2:8: ") && half.contains("this is no whole PNG file"), "{half}");
     let whole = folder.path().join("whole.exr");
@@ -118,7 +118,7 @@ fn pictures_of_any_form_are_fine_and_odd_numbers_are_counted() {
         let text = environment(keys);
         parse(&text, "box.toml".as_ref()).unwrap_or_else(|errors| panic!("{errors}"))
     };
-    let loaded = read("file = \"docs/cover.png\"\nscale = [1, 2, 3]\nrotate = -90\nup = [0, 2, 0]");
+    let loaded = read("file = \"docs/pictures/cover.png\"\nscale = [1, 2, 3]\nrotate = -90\nup = [0, 2, 0]");
     let picture = loaded.scene.environment_picture.expect("a picture");
     assert_eq!((picture.scale, picture.up.to_array()), ([1.0, 2.0, 3.0], [0.0, 1.0, 0.0]));
     assert!((picture.rotate + std::f64::consts::FRAC_PI_2).abs() < 1e-12);

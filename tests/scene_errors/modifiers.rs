@@ -150,7 +150,7 @@ opacity = "twice"
 bump_scale = 2
 [textures.n]
 type = "image"
-file = "docs/cover.png"
+file = "docs/pictures/cover.png"
 [textures.twice]
 type = "scale"
 texture = "n"

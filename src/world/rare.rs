@@ -46,7 +46,8 @@ impl<'a> Rares<'a> {
             let lane = lanes.trailing_zeros() as usize & (MAX_LANES - 1);
             lanes &= lanes - 1;
             let [x, y, z] = &self.p;
-            let (surface, _) = &self.rows[self.row[lane] as usize];
+            // Lanes without a hit have no row, but may be asked for with the last one's numbers.
+            let Some((surface, _)) = self.rows.get(self.row[lane] as usize) else { continue };
             let Form::Rare(kind) = surface.form else { continue };
             let kind = Wrapping(kind.number());
             f(lane, kind, surface.rare_form(), Vec3::new(x[lane], y[lane], z[lane]));

@@ -5,7 +5,7 @@ use super::kind::Kind;
 use super::mix::Mix;
 use super::row::Site;
 use super::table::MaterialTable;
-use crate::math::{Float, Uint, function, value};
+use crate::math::{Float, Mask, Uint, function, value};
 
 /// The row of no map.
 const NO_ROW: u32 = u32::MAX;
@@ -21,6 +21,8 @@ pub struct Walked<F: Float> {
     pub scale: [F; 2],
     /// The product of the opacities on the way.
     pub opacity: F,
+    /// Whether the row's own opacity is yet to be multiplied: steps from a leaf stay there.
+    is_new: F::Mask,
     /// The number by which the next mix chooses: uniform in [0, 1).
     number: F,
     /// The last row with a map, or [`NO_ROW`], and the coordinates for it.
@@ -29,7 +31,7 @@ pub struct Walked<F: Float> {
     pub(super) map_scale: [F; 2],
 }
 
-value!(Walked { material, uv, scale, opacity, number, map, map_uv, map_scale });
+value!(Walked { material, uv, scale, opacity, is_new, number, map, map_uv, map_scale });
 
 impl<F: Float> Walked<F> {
     /// The lanes that have come by a map.
@@ -75,6 +77,7 @@ impl MaterialTable {
             uv: site.uv,
             scale: [one; 2],
             opacity: one,
+            is_new: F::Mask::splat(true),
             number,
             map: F::Uint::splat(NO_ROW),
             map_uv: site.uv,
@@ -95,7 +98,8 @@ impl MaterialTable {
             let here = Site { uv, footprint: site.footprint * (scale[0] * scale[1]), ..site };
             let mut next = walked;
             if own.has_holes {
-                next.opacity = walked.opacity * own.opacity(&self.textures, row, here);
+                let opacity = own.opacity(&self.textures, row, here);
+                next.opacity = F::select(walked.is_new, walked.opacity * opacity, walked.opacity);
             }
             if own.has_maps() {
                 let has = own.with_map::<F>(row);
@@ -132,6 +136,7 @@ impl MaterialTable {
                 next.scale = select2(turns, scale, next.scale);
                 next.number = F::select(turns, number, next.number);
             }
+            next.is_new = !next.material.eq(row);
             next
         })
     }

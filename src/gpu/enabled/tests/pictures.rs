@@ -272,7 +272,7 @@ fn one_changed_constant_is_noticed() {
             &grouped,
             PathNaive,
             Sobol,
-            4,
+            24,
             "t = sphere_intersect_any_length(surface, ray);",
             "t = sphere_intersect(surface, ray);",
         ),

@@ -173,14 +173,20 @@ fn a_scene_past_the_limits_of_the_adapter_is_refused_with_figures() {
     let prepared = Prepared::new(&scenes::cover(8, 6), 0);
     let name = device.description().name.clone();
     let needed = (Tables::new(&prepared.job()).unwrap().words() * 16) as u64;
-    // Pages of which the scene takes three.
-    let page = needed.div_ceil(3).next_multiple_of(256);
-    assert!((2 * page + 1..=3 * page).contains(&needed), "{needed} bytes do not take three pages of {page}");
+    // Pages of which the scene takes three or four; they are powers of two.
+    let page = needed.next_power_of_two() / 4;
+    let pages = needed.div_ceil(page) as u32;
+    assert!((3..=4).contains(&pages), "{needed} bytes take {pages} pages of {page}");
     let fits = |device: Device| GpuWorker::new(&device, &prepared.job()).map(|_| ());
     assert_eq!(fits(device.clone().with_limits(needed, 1)), Ok(()));
-    assert_eq!(fits(device.clone().with_limits(page, 3)), Ok(()));
-    let result = fits(device.with_limits(page, 2));
-    let error = GpuError::TooLarge { what: "the scene's tables", needed, adapter: name, limit: 2 * page };
+    assert_eq!(fits(device.clone().with_limits(page, pages)), Ok(()));
+    let result = fits(device.with_limits(page, pages - 1));
+    let error = GpuError::TooLarge {
+        what: "the scene's tables",
+        needed,
+        adapter: name,
+        limit: u64::from(pages - 1) * page,
+    };
     assert_eq!(result, Err(error.clone()));
     assert!(
         error.to_string().contains(&format!("{needed} bytes")) && error.to_string().contains("`device` cpu"),

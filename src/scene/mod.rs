@@ -18,6 +18,7 @@
 //! | `textures` | the promises of a scene about its textures |
 //! | [`toml`] | the reader of TOML scene files, and their JSON Schema |
 //! | [`viewpoint`] | a camera by the point that it looks at |
+//! | [`writing`] | scenes as TOML, with meshes and pictures beside them |
 //!
 //! A [`Scene`] is what a file says, checked: every name is resolved to an index, every number is finite and
 //! possible. [`crate::world`] compiles it into what rays meet.
@@ -48,6 +49,7 @@ mod spelling;
 mod textures;
 pub mod toml;
 pub mod viewpoint;
+pub mod writing;
 
 pub use check::SceneProblem;
 pub use description::*;

@@ -1,10 +1,10 @@
 //! Arguments that several commands share, and their parsers.
 
 use super::failure::Failure;
-use super::loading::Loading;
+use super::reading::ReadingArguments;
 use crate::api::check_film;
 use crate::scene::{
-    self, Choice, FilmMode, Filter, Integrator, LONGEST_SIDE, MOST_BOUNCES, Sampler, Scene, Sources,
+    self, Choice, FilmMode, Filter, Integrator, LONGEST_SIDE, Loaded, MOST_BOUNCES, Sampler, Scene,
 };
 use std::io::Write;
 use std::ops::Range;
@@ -19,8 +19,10 @@ pub(super) fn named<C: Choice>(about: &str) -> String {
 /// The scene file, and changes to the scene.
 #[derive(Debug, Default, clap::Args)]
 pub(super) struct SceneArguments {
-    /// Scene file (TOML)
+    /// Scene file (TOML, or Mitsuba's XML)
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub reading: ReadingArguments,
     /// Seed of all random numbers, instead of the scene's
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = seed)]
     pub seed: Option<u32>,
@@ -45,20 +47,21 @@ pub(super) struct SceneArguments {
 impl SceneArguments {
     /// Reads the scene, prints its warnings, and applies the changes.
     pub(super) fn load(&self, quiet: bool) -> Result<Scene, Failure> {
-        Ok(self.load_with_sources(quiet)?.0)
+        Ok(self.load_whole(quiet)?.scene)
     }
 
-    /// The same, also returning the files that the scene was read from.
-    pub(super) fn load_with_sources(&self, quiet: bool) -> Result<(Scene, Sources), Failure> {
-        let loaded = scene::load_watched(&self.scene, &mut Loading::stderr(quiet).watch())?;
+    /// The same, also returning the files that the scene was read from and its crop of the film.
+    pub(super) fn load_whole(&self, quiet: bool) -> Result<Loaded, Failure> {
+        let mut loaded = self.reading.load(&self.scene, quiet)?;
         if !quiet {
             for warning in &loaded.warnings {
                 let _ = writeln!(std::io::stderr(), "warning: {warning}");
             }
         }
-        let mut scene = loaded.scene;
+        let scene = &mut loaded.scene;
         if let Some((width, height)) = self.size {
             (scene.film.width, scene.film.height) = (width, height);
+            loaded.crop = None;
         }
         if let Some(filter) = self.filter {
             scene.film.filter = filter;
@@ -78,8 +81,8 @@ impl SceneArguments {
         if let Some(max_depth) = self.max_depth {
             scene.render.max_depth = max_depth;
         }
-        check_film(&scene)?;
-        Ok((scene, loaded.sources))
+        check_film(scene)?;
+        Ok(loaded)
     }
 
     /// The name of the scene: the file's name.

@@ -3,18 +3,20 @@
 use super::arguments::shown;
 use super::failure::Failure;
 use super::print::print;
-use crate::scene;
+use super::reading::ReadingArguments;
 use crate::world::Size;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct CheckArguments {
-    /// Scene file (TOML)
+    /// Scene file (TOML, or Mitsuba's XML)
     scene: PathBuf,
+    #[command(flatten)]
+    reading: ReadingArguments,
 }
 
 pub(super) fn run(arguments: &CheckArguments) -> Result<(), Failure> {
-    let loaded = scene::load(&arguments.scene)?;
+    let loaded = arguments.reading.load(&arguments.scene, true)?;
     Size::of(&loaded.scene).check()?;
     let mut text = String::new();
     for warning in &loaded.warnings {

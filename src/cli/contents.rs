@@ -2,10 +2,11 @@
 
 use super::failure::Failure;
 use super::loading::Loading;
+use super::reading::ReadingArguments;
 use crate::math::Bounds;
 use crate::parameter::Family;
 use crate::scene::mesh::{self, MeshFile, Split};
-use crate::scene::{self, MaterialKind, Scene, Texture};
+use crate::scene::{MaterialKind, Scene, Texture};
 use crate::texture::Tile;
 use crate::world::{CompiledScene, Finder, Simple, Triangles, World, compile, extent};
 use glam::{DAffine3, DVec3};
@@ -60,8 +61,8 @@ fn count(n: usize, one: &str, many: &str) -> String {
 }
 
 /// The contents of a scene, compiled as for a render.
-pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
-    let loaded = scene::load_watched(path, &mut Loading::stderr(false).watch())?;
+pub(super) fn of_scene(path: &Path, reading: &ReadingArguments) -> Result<String, Failure> {
+    let loaded = reading.load(path, false)?;
     let scene = &loaded.scene;
     let (compiled, surfaces) = compile(scene, scene.film.width, scene.film.height)?;
     let mut facts = Facts::default();

@@ -3,6 +3,7 @@
 use super::arguments::range;
 use super::failure::{Failure, usage};
 use super::print::print;
+use super::reading::{ReadingArguments, is_scene};
 use super::{contents, devices, program};
 use crate::film::cryptomatte::Names;
 use crate::film::{Identity, Ranges};
@@ -13,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct InfoArguments {
-    /// Film, picture, sample dump, scene or mesh: .film, .png, .exr, .hdr, .npy, .toml, .ply, .obj, .glb or .gltf
+    /// Film, picture, sample dump, scene or mesh: .film, .png, .exr, .hdr, .npy, .toml, .xml (Mitsuba), .ply, .obj, .glb or .gltf
     #[arg(conflicts_with = "devices")]
     file: Option<PathBuf>,
     /// List the devices that can render, and their limits
@@ -22,6 +23,8 @@ pub(super) struct InfoArguments {
     /// Print the WGSL program that a GPU runs for a scene
     #[arg(long, conflicts_with = "devices")]
     wgsl: bool,
+    #[command(flatten)]
+    reading: ReadingArguments,
 }
 
 pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
@@ -34,23 +37,26 @@ pub(super) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
     };
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let text = if arguments.wgsl {
-        if extension != "toml" {
-            return Err(usage(format!("--wgsl: {} is not a scene; name a .toml file", path.display())));
+        if !is_scene(&extension) {
+            return Err(usage(format!(
+                "--wgsl: {} is not a scene; name a .toml or an .xml file",
+                path.display()
+            )));
         }
-        program::of_scene(path)?
+        program::of_scene(path, &arguments.reading)?
     } else if extension == "film" {
         film(path)?
     } else if extension == "npy" {
         samples(path)?
-    } else if extension == "toml" {
-        contents::of_scene(path)?
+    } else if is_scene(&extension) {
+        contents::of_scene(path, &arguments.reading)?
     } else if ["ply", "obj", "glb", "gltf"].contains(&extension.as_str()) {
         contents::of_mesh(path)?
     } else if Format::of(path).is_ok() {
         picture(path)?
     } else {
         return Err(usage(format!(
-            "{} does not end in .film, .png, .exr, .hdr, .npy, .toml, .ply, .obj, .glb or .gltf",
+            "{} does not end in .film, .png, .exr, .hdr, .npy, .toml, .xml, .ply, .obj, .glb or .gltf",
             path.display()
         )));
     };

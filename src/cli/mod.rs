@@ -14,6 +14,7 @@ mod loading;
 mod merge;
 mod print;
 mod program;
+mod reading;
 mod render;
 mod reporter;
 mod stats;

@@ -1,17 +1,16 @@
 //! `stride info --wgsl`: the program that a GPU runs for a scene.
 
 use super::failure::Failure;
-use super::loading::Loading;
+use super::reading::ReadingArguments;
 use crate::film::{Splatter, Weights, film_offset};
 use crate::gpu;
 use crate::sampling::Region;
-use crate::scene;
 use crate::world::{Finder, World, compile};
 use std::path::Path;
 
 /// The WGSL for a scene with its own integrator, filter and sampler.
-pub(super) fn of_scene(path: &Path) -> Result<String, Failure> {
-    let scene = scene::load_watched(path, &mut Loading::stderr(false).watch())?.scene;
+pub(super) fn of_scene(path: &Path, reading: &ReadingArguments) -> Result<String, Failure> {
+    let scene = reading.load(path, false)?.scene;
     let (width, height) = (scene.film.width, scene.film.height);
     let (compiled, surfaces) = compile(&scene, width, height)?;
     let world = World::new(&surfaces, Finder::Fastest);

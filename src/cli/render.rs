@@ -9,7 +9,7 @@ use crate::api::Render;
 use crate::film::{LAYER_SAMPLES, Layer};
 use crate::math::lanes::Level;
 use crate::output::atomic;
-use crate::scene::{EXPOSURES, Scene, Sources, Tone};
+use crate::scene::{EXPOSURES, Loaded, Scene, Sources, Tone};
 use crate::session::{self, DeviceChoice, MOST_THREADS, Report, ViewerSettings, WindowChoice};
 use crate::world::Finder;
 use clap::ValueEnum;
@@ -173,9 +173,9 @@ pub(super) fn exposure(text: &str) -> Result<f64, String> {
 pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
     let level = Level::from_environment().map_err(usage)?;
     let load_start = Instant::now();
-    let (scene, sources) = arguments.scene.load_with_sources(arguments.quiet)?;
+    let Loaded { scene, sources, crop, .. } = arguments.scene.load_whole(arguments.quiet)?;
     let load = load_start.elapsed();
-    let settings = asked(&arguments, &scene, sources, level)?.settings()?;
+    let settings = asked(&arguments, &scene, sources, crop, level)?.settings()?;
     if let Some(film) = &settings.outputs.film
         && arguments.resume.is_none()
         && film.exists()
@@ -219,6 +219,7 @@ fn asked(
     arguments: &RenderArguments,
     scene: &Scene,
     sources: Sources,
+    crop: Option<[u32; 4]>,
     level: Level,
 ) -> Result<Render, Failure> {
     let layers = layers(&arguments.layers);
@@ -237,7 +238,7 @@ fn asked(
         .sources(sources)
         .exposure(arguments.exposure)
         .tone(arguments.tone)
-        .crop(arguments.crop)
+        .crop(arguments.crop.or(crop))
         .samples(arguments.spp)
         .range(arguments.range.clone())
         .time(arguments.time)

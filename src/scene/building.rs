@@ -1,17 +1,9 @@
-//! Scenes from files and from code.
+//! Scenes from code.
 
 use super::description::{Entity, Group, Instance, Light, Material, MaterialKind, Scene, Shape};
-use super::diagnostic::SceneErrors;
-use super::toml::load;
 use glam::DAffine3;
-use std::path::Path;
 
 impl Scene {
-    /// Reads a scene file. [`load()`] tells besides what is legal but surely unmeant, and which files its meshes come from.
-    pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneErrors> {
-        load(path.as_ref()).map(|loaded| loaded.scene)
-    }
-
     /// Adds a material. Returns its index, by which entities and other materials name it.
     pub fn add_material(&mut self, name: impl Into<String>, kind: impl Into<MaterialKind>) -> usize {
         self.materials.push(Material { name: name.into(), kind: kind.into(), ..Material::default() });
@@ -61,6 +53,7 @@ mod tests {
     use crate::scene::{
         CameraSettings, MatteParameters, MirrorParameters, PointLightParameters, SphereParameters, parse,
     };
+    use std::path::Path;
 
     #[test]
     fn a_scene_in_code_is_that_of_its_file() {

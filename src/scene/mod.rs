@@ -2,11 +2,12 @@
 //!
 //! | file | what is in it |
 //! |---|---|
-//! | `building` | scenes from files and from code |
+//! | `building` | scenes from code |
 //! | [`check`] | the promises of a scene, and what breaks them |
 //! | [`description`] | the scene as plain data |
 //! | [`diagnostic`] | errors and warnings with their places |
 //! | [`fingerprint`] | whether two scenes are the same, and what differs |
+//! | [`formats`] | the readers of scene files by their extensions, and those of other programs' formats |
 //! | [`groups`] | where groups of surfaces stand, and the promises of a scene about them |
 //! | `images` | the image files of a scene, each read once |
 //! | `interfaces` | the promise of a scene about dielectrics that overlap |
@@ -38,6 +39,7 @@ pub mod check;
 pub mod description;
 pub mod diagnostic;
 pub mod fingerprint;
+pub mod formats;
 pub mod groups;
 mod images;
 mod interfaces;
@@ -55,9 +57,10 @@ pub use check::SceneProblem;
 pub use description::*;
 pub use diagnostic::{Diagnostic, Position, SceneErrors};
 pub use fingerprint::{Fingerprint, Sources};
+pub use formats::{LoadOptions, load, load_watched, load_with};
 #[doc(no_inline)]
 pub use glam::{DAffine3, DVec3};
 pub use groups::{GroupPlace, MOST_PLACES};
 pub use mesh::cache::Watch;
-pub use toml::{Loaded, load, load_watched, parse};
+pub use toml::{Loaded, parse};
 pub use viewpoint::Viewpoint;

@@ -72,11 +72,9 @@ pub struct Loaded {
     pub warnings: Vec<Diagnostic>,
     /// The mesh files that it was read from.
     pub sources: Sources,
-}
-
-/// Reads the scene file at `path`.
-pub fn load(path: &Path) -> Result<Loaded, SceneErrors> {
-    load_watched(path, &mut |_, _, _| {})
+    /// The part of the film that is rendered if nothing else is asked for, as column, row, width and height: other formats
+    /// have it in their files.
+    pub crop: Option<[u32; 4]>,
 }
 
 /// Reads the scene file at `path`, and tells how far the files have been read that it names.
@@ -109,7 +107,7 @@ fn parse_watched<'a>(
     let loaded = match scene {
         Ok(scene) if !reports.has_errors() => {
             let sources = reports.sources();
-            Ok(Loaded { scene, warnings: reports.into_warnings(file_name), sources })
+            Ok(Loaded { scene, warnings: reports.into_warnings(file_name), sources, crop: None })
         }
         _ => Err(reports.into_errors(file_name)),
     };

@@ -1,0 +1,138 @@
+//! Lights that are not surfaces, and the environment.
+
+use super::builder::Builder;
+use super::object::Object;
+use super::report::Read;
+use super::spectrum::Of;
+use super::transform::affine;
+use crate::light::Falloff;
+use crate::scene::description::{
+    DirectionalLightParameters, Light, PointLightParameters, SpotLightParameters,
+};
+use glam::{DAffine3, DVec3};
+
+impl Builder<'_, '_> {
+    /// Adds what an emitter that is not inside of a shape is.
+    pub(super) fn emitter(&mut self, index: usize) -> Read<()> {
+        let object = self.object(index);
+        object.ignore(&["sampling_weight"]);
+        match object.plugin.as_str() {
+            "point" => self.point(object),
+            "spot" => self.spot(object),
+            "directional" => self.directional(object),
+            "constant" => self.constant(object),
+            "envmap" => self.environment_map(object),
+            // Those with ids are named inside of shapes.
+            "area" => {
+                object.read.set(false);
+                if object.id.is_empty() {
+                    return Err(self.reports.error(object.place, "an area light stands inside of a shape"));
+                }
+                Ok(())
+            }
+            _ => {
+                self.reports.lacks(object.place, object.what(), "it is left out");
+                object.ignore_all();
+                Ok(())
+            }
+        }
+    }
+
+    fn add_light(&mut self, object: &Object, light: impl Into<Light>) {
+        self.scene.lights.push(light.into());
+        self.places.lights.push(object.place);
+    }
+
+    /// From a light's space to the world.
+    fn to_world(&mut self, object: &Object) -> Read<DAffine3> {
+        match object.transform("to_world", self.reports)? {
+            None => Ok(DAffine3::IDENTITY),
+            Some((transform, place)) => affine(&transform)
+                .ok_or_else(|| self.reports.error(place, "the last row of this transform is not 0 0 0 1")),
+        }
+    }
+
+    /// A direction of the world, of length one.
+    fn direction(&mut self, object: &Object, direction: DVec3) -> Read<DVec3> {
+        let unit = crate::parameter::unit(direction);
+        if unit.is_finite() {
+            return Ok(unit);
+        }
+        Err(self.reports.error(object.place, format!("{} has no direction", object.what())))
+    }
+
+    fn point(&mut self, object: &Object) -> Read<()> {
+        let position = match object.triple("position", self.reports)? {
+            Some(position) => DVec3::from(position),
+            None => self.to_world(object)?.translation,
+        };
+        let intensity = Some(self.colour(object, "intensity", 1.0, Of::Light)?);
+        self.add_light(object, PointLightParameters { position, intensity, power: None });
+        Ok(())
+    }
+
+    fn spot(&mut self, object: &Object) -> Read<()> {
+        let to_world = self.to_world(object)?;
+        let direction = self.direction(object, to_world.transform_vector3(DVec3::Z))?;
+        let intensity = self.colour(object, "intensity", 1.0, Of::Light)?;
+        let cone_angle = object.number("cutoff_angle", 20.0, self.reports)?;
+        let beam = object.number("beam_width", cone_angle * 0.75, self.reports)?;
+        if let Some(texture) = object.find("texture") {
+            self.reports.lacks(
+                texture.place,
+                "texture of emitter \"spot\"",
+                "the light is the same all over its cone",
+            );
+        }
+        let light = SpotLightParameters {
+            position: to_world.translation,
+            direction,
+            intensity: Some(intensity),
+            power: None,
+            cone_angle,
+            penumbra_angle: Some((cone_angle - beam).max(0.0)),
+            falloff: Falloff::Angle,
+        };
+        self.add_light(object, light);
+        Ok(())
+    }
+
+    fn directional(&mut self, object: &Object) -> Read<()> {
+        let direction = match object.triple("direction", self.reports)? {
+            Some(direction) => DVec3::from(direction),
+            None => self.to_world(object)?.transform_vector3(DVec3::Z),
+        };
+        let direction = self.direction(object, direction)?;
+        let irradiance = self.colour(object, "irradiance", 1.0, Of::Light)?;
+        self.add_light(object, DirectionalLightParameters { direction, irradiance, angular_diameter: 0.0 });
+        Ok(())
+    }
+
+    /// Whether an environment is there already.
+    fn has_environment(&mut self, object: &Object) -> bool {
+        let is_second = self.places.has_environment;
+        if is_second {
+            self.reports.lacks(object.place, "a second environment", "the first one counts");
+        }
+        self.places.has_environment = true;
+        self.places.environment = object.place;
+        is_second
+    }
+
+    fn constant(&mut self, object: &Object) -> Read<()> {
+        // It is the same all around.
+        object.ignore(&["to_world"]);
+        let radiance = self.colour(object, "radiance", 1.0, Of::Light)?;
+        if !self.has_environment(object) {
+            self.scene.environment = radiance;
+        }
+        Ok(())
+    }
+
+    /// An environment that is a picture.
+    fn environment_map(&mut self, object: &Object) -> Read<()> {
+        object.ignore(&["mis_compensation", "filename", "scale", "to_world"]);
+        self.reports.lacks(object.place, object.what(), "the environment is black");
+        Ok(())
+    }
+}

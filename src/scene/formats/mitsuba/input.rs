@@ -1,0 +1,47 @@
+//! Files of text, and what the parser of XML says about them.
+
+use super::limits::MOST_ELEMENTS;
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The text of a file of at most so many bytes.
+pub(super) fn limited(path: &Path, most: u64) -> Result<Arc<str>, String> {
+    if !path.is_file() {
+        return Err("this is not a file".into());
+    }
+    let mut text = String::new();
+    let read = File::open(path).and_then(|file| file.take(most + 1).read_to_string(&mut text));
+    match read {
+        Err(error) => Err(format!("cannot be read: {error}")),
+        Ok(_) if text.len() as u64 > most => Err(format!("this file is larger than {most} bytes")),
+        Ok(_) => Ok(text.into()),
+    }
+}
+
+/// The byte of a place that the parser of XML tells.
+pub(super) fn offset(text: &str, at: roxmltree::TextPos) -> usize {
+    let line_start = match at.row.saturating_sub(2) {
+        _ if at.row < 2 => 0,
+        before => text.match_indices('\n').nth(before as usize).map_or(text.len(), |(i, _)| i + 1),
+    };
+    let line = &text[line_start..];
+    let column = at.col.saturating_sub(1) as usize;
+    line_start + line.char_indices().nth(column).map_or(line.len(), |(i, _)| i)
+}
+
+/// What the parser of XML has to say, without its place.
+pub(super) fn explained(error: &roxmltree::Error) -> String {
+    match error {
+        roxmltree::Error::DtdDetected => "a document type declaration is not read".into(),
+        roxmltree::Error::NodesLimitReached => {
+            format!("the scene has more than {MOST_ELEMENTS} elements")
+        }
+        other => {
+            let text = other.to_string();
+            let text = text.rsplit_once(" at ").map_or(text.as_str(), |(message, _)| message);
+            format!("this is not XML: {text}")
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Integrators: how far paths go.
+
+use super::builder::Builder;
+use super::object::{Object, Tag};
+use super::report::Read;
+use crate::scene::description::{Integrator, MOST_BOUNCES, UNLIMITED};
+
+impl Builder<'_, '_> {
+    /// Reads the integrator of the scene; without one it is the path tracer.
+    pub(super) fn integrator(&mut self) -> Read<()> {
+        self.scene.render.integrator = Integrator::Path;
+        self.scene.render.max_depth = UNLIMITED;
+        let scene = self.object(0);
+        match self.child(scene, Tag::Integrator) {
+            Some(object) => self.depth_of(object),
+            None => Ok(()),
+        }
+    }
+
+    fn depth_of(&mut self, object: &Object) -> Read<()> {
+        self.places.render = object.place;
+        object.ignore(&["block_size", "samples_per_pass", "timeout", "rr_depth"]);
+        if object.flag("hide_emitters", false, self.reports)? {
+            self.reports.lacks(object.place, "hide_emitters of an integrator", "emitters are seen");
+        }
+        match object.plugin.as_str() {
+            "path" => self.bounces(object, -1),
+            // Light that arrives by one bounce.
+            "direct" => {
+                object.ignore(&["shading_samples", "emitter_samples", "bsdf_samples"]);
+                self.scene.render.max_depth = 1;
+                Ok(())
+            }
+            // What they say besides colour stands in layers here.
+            "moment" | "aov" => {
+                object.ignore(&["aovs"]);
+                if object.plugin == "aov" {
+                    self.reports.lacks(object.place, object.what(), "--layers asks for further layers");
+                }
+                match self.child(object, Tag::Integrator) {
+                    Some(inner) => self.depth_of(inner),
+                    None => Err(self
+                        .reports
+                        .error(object.place, format!("{} has no integrator in it", object.what()))),
+                }
+            }
+            // The same picture by other ways; media are reported where they stand.
+            "ptracer" | "volpath" | "volpathmis" | "prb" | "prb_basic" => self.bounces(object, -1),
+            _ => {
+                self.reports.lacks(object.place, object.what(), "a path tracer is used instead");
+                self.bounces(object, -1)
+            }
+        }
+    }
+
+    /// The largest number of bounces: Mitsuba counts segments of a path, of which there is one more.
+    fn bounces(&mut self, object: &Object, default: i64) -> Read<()> {
+        let depth = object.whole("max_depth", default, self.reports)?;
+        self.scene.render.max_depth = match depth {
+            -1 => UNLIMITED,
+            0 => {
+                let what = "max_depth 0, by which a picture is black";
+                self.reports.lacks(object.place, what, "emitters are seen");
+                0
+            }
+            depth => match u32::try_from(depth - 1).ok().filter(|bounces| *bounces <= MOST_BOUNCES) {
+                Some(bounces) => bounces,
+                None => {
+                    let message = format!("max_depth must be from −1 to {}, not {depth}", MOST_BOUNCES + 1);
+                    return Err(self.reports.error(object.place, message));
+                }
+            },
+        };
+        Ok(())
+    }
+}

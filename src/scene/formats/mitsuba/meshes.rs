@@ -1,0 +1,216 @@
+//! Meshes of files.
+//!
+//! A texture's v runs down in Mitsuba, and in a mesh here it is Mitsuba's: of OBJ files, in which it runs up, it becomes
+//! 1 − v as there. Where a file has no normals they are computed, weighted by the angles of triangles (Thürmer and Wüthrich
+//! 1998), unless `face_normals` says otherwise.
+
+use super::builder::{Builder, MeshKey};
+use super::formed::Formed;
+use super::object::Object;
+use super::report::Read;
+use super::serialized;
+use super::transform::uniform_scale;
+use crate::scene::description::Mesh;
+use crate::scene::mesh::Split;
+use crate::scene::mesh::cache::{Found, Unreadable};
+use glam::{DAffine3, DMat3, DVec3};
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The most edges that are compared to find out whether a mesh has a border; larger meshes are taken to have none.
+const MOST_EDGES: usize = 1 << 22;
+
+impl Builder<'_, '_> {
+    /// The mesh of a file, in its own space.
+    pub(super) fn mesh(&mut self, object: &Object, transform: DAffine3) -> Read<Formed> {
+        let path = self.file(object, "filename")?;
+        let place = object.find("filename").map_or(object.place, |property| property.place);
+        let is_obj = object.plugin == "obj";
+        let turned_uv = object.flag("flip_tex_coords", is_obj, self.reports)?;
+        let face_normals = object.flag("face_normals", false, self.reports)?;
+        let number = match object.plugin.as_str() {
+            "serialized" => object.whole("shape_index", 0, self.reports)?,
+            _ => 0,
+        };
+        let Ok(number) = usize::try_from(number) else {
+            return Err(self.reports.error(place, "shape_index must not be below 0"));
+        };
+        let key = MeshKey::File(path.clone(), number, turned_uv, face_normals);
+        if let Some(mesh) = self.made.get(&key) {
+            let mesh = Arc::clone(mesh);
+            let is_open = self.is_open(&mesh);
+            return self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), is_open);
+        }
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+        let mesh = if object.plugin == "serialized" {
+            let read = serialized::read(&path, number);
+            Arc::new(read.map_err(|error| self.reports.error(place, format!("{}: {error}", path.display())))?)
+        } else if !extension.eq_ignore_ascii_case(&object.plugin) {
+            let message = format!("the file of {} must end in .{}", object.what(), object.plugin);
+            return Err(self.reports.error(place, message));
+        } else {
+            self.mesh_of_cache(&path, place)?
+        };
+        let needs_change = turned_uv && !mesh.uv.is_empty() || face_normals && !mesh.normals.is_empty();
+        let mesh = if needs_change {
+            let mut changed = (*mesh).clone();
+            if turned_uv {
+                changed.uv.iter_mut().for_each(|[_, v]| *v = 1.0 - *v);
+            }
+            if face_normals {
+                changed.normals = Vec::new();
+            }
+            Arc::new(changed)
+        } else {
+            mesh
+        };
+        self.made.insert(key, Arc::clone(&mesh));
+        let is_open = self.is_open(&mesh);
+        self.with_normals(mesh, transform, face_normals, (path, number, turned_uv), is_open)
+    }
+
+    /// Whether a mesh that is kept has a border.
+    fn is_open(&mut self, mesh: &Arc<Mesh>) -> bool {
+        *self.borders.entry(Arc::as_ptr(mesh).addr()).or_insert_with(|| has_border(mesh))
+    }
+
+    fn mesh_of_cache(&mut self, path: &Path, place: super::report::Place) -> Read<Arc<Mesh>> {
+        let Some(name) = path.to_str() else {
+            return Err(self.reports.error(place, "the path of this file is not UTF-8"));
+        };
+        match self.meshes.get(name, Split::Whole) {
+            Ok(Found { file, notes }) => {
+                notes.into_iter().for_each(|note| self.reports.warn(place, note, None));
+                match file.parts.first() {
+                    Some((_, mesh)) => Ok(Arc::clone(mesh)),
+                    None => Err(self.reports.error(place, "there is nothing in this file")),
+                }
+            }
+            Err(Unreadable::First(error)) => Err(self.reports.error(place, error.to_string())),
+            Err(Unreadable::Again) => Err(self.reports.error(place, "this file cannot be read either")),
+        }
+    }
+
+    /// The mesh with normals, if it has none and should have some. They are those of where it stands: a transform that does
+    /// not keep angles needs a mesh of its own.
+    fn with_normals(
+        &mut self,
+        mesh: Arc<Mesh>,
+        transform: DAffine3,
+        face_normals: bool,
+        (path, number, turned_uv): (std::path::PathBuf, usize, bool),
+        is_open: bool,
+    ) -> Read<Formed> {
+        if face_normals || !mesh.normals.is_empty() {
+            return Ok(Formed::mesh(mesh, transform, is_open));
+        }
+        let keeps_angles = uniform_scale(&transform.matrix3).is_some();
+        let linear = if keeps_angles { DMat3::IDENTITY } else { transform.matrix3 };
+        let bits = linear.to_cols_array().map(f64::to_bits);
+        let key = MeshKey::Placed(path, number, turned_uv, bits);
+        let shaded = self.made.entry(key).or_insert_with(|| {
+            let normals = normals(&mesh, &linear);
+            Arc::new(Mesh { normals, ..(*mesh).clone() })
+        });
+        Ok(Formed::mesh(Arc::clone(shaded), transform, is_open))
+    }
+}
+
+/// Normals of vertices, in the mesh's own space, of triangles as a transform leaves them.
+fn normals(mesh: &Mesh, linear: &DMat3) -> Vec<[f32; 3]> {
+    let placed = |i: u32| *linear * DVec3::from(mesh.positions[i as usize].map(f64::from));
+    let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
+    for &corners in &mesh.triangles {
+        let [a, b, c] = corners.map(placed);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        for (i, [own, next, last]) in [[a, b, c], [b, c, a], [c, a, b]].into_iter().enumerate() {
+            let (to_next, to_last) = ((next - own).normalize_or_zero(), (last - own).normalize_or_zero());
+            // As Kahan has it: exact for small angles.
+            let angle = 2.0 * libm::atan2((to_next - to_last).length(), (to_next + to_last).length());
+            sums[corners[i] as usize] += normal * angle;
+        }
+    }
+    // What a transform does to normals, undone: n is M⁻ᵀn₀ in the world, and n₀ is Mᵀn. A mirror turns triangles about.
+    let turned = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+    let back = |sum: DVec3| (linear.transpose() * sum * turned).normalize_or_zero().as_vec3().to_array();
+    sums.into_iter().map(back).collect()
+}
+
+/// Whether some edge of a mesh belongs to one triangle only.
+fn has_border(mesh: &Mesh) -> bool {
+    if mesh.triangles.len() > MOST_EDGES / 3 {
+        return false;
+    }
+    // Vertices in one place are one: uv and normals part them.
+    let mut places = HashMap::new();
+    let place_of: Vec<usize> = mesh
+        .positions
+        .iter()
+        .map(|position| {
+            let next = places.len();
+            *places.entry(position.map(|x| (x + 0.0).to_bits())).or_insert(next)
+        })
+        .collect();
+    let mut edges: HashMap<[usize; 2], i32> = HashMap::new();
+    for &[a, b, c] in &mesh.triangles {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let (from, to) = (place_of[from as usize], place_of[to as usize]);
+            let (edge, way) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
+            if from != to {
+                *edges.entry(edge).or_default() += way;
+            }
+        }
+    }
+    edges.values().any(|&ways| ways != 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron() -> Mesh {
+        Mesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+            ..Mesh::default()
+        }
+    }
+
+    #[test]
+    fn borders_are_found() {
+        let closed = tetrahedron();
+        assert!(!has_border(&closed));
+        let mut open = closed.clone();
+        open.triangles.pop();
+        assert!(has_border(&open));
+        // Its vertices are parted, in their places.
+        let mut parted = closed.clone();
+        parted.positions.push([0.0, -0.0, 1.0]);
+        parted.triangles[3][2] = 4;
+        assert!(!has_border(&parted));
+        let mut turned = closed;
+        turned.triangles[0].swap(0, 1);
+        assert!(has_border(&turned));
+    }
+
+    #[test]
+    fn normals_are_weighted_by_angles_and_those_of_where_a_mesh_stands() {
+        let mesh = tetrahedron();
+        let own = normals(&mesh, &DMat3::IDENTITY);
+        let at_origin = DVec3::from(own[0].map(f64::from));
+        assert!((at_origin - DVec3::splat(-1.0).normalize()).length() < 1e-6, "{at_origin}");
+        // Of a placed mesh they become, in the world, what they are of its triangles there.
+        let linear = DMat3::from_diagonal(DVec3::new(1.0, 2.0, -3.0));
+        let mut placed = mesh.clone();
+        for position in &mut placed.positions {
+            *position = (linear * DVec3::from(position.map(f64::from))).as_vec3().to_array();
+        }
+        placed.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        let there = normals(&placed, &DMat3::IDENTITY);
+        for (own, there) in normals(&mesh, &linear).into_iter().zip(there) {
+            let taken = super::super::transform::normal(&linear, DVec3::from(own.map(f64::from)));
+            assert!((taken - DVec3::from(there.map(f64::from))).length() < 1e-5, "{taken} {there:?}");
+        }
+    }
+}

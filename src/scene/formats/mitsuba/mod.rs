@@ -1,0 +1,127 @@
+//! The reader of Mitsuba's scene files: those of versions 2 and 3, in XML.
+//!
+//! `docs/mitsuba.md` says what becomes of each plugin, and where conventions differ.
+//!
+//! | file | what is in it |
+//! |---|---|
+//! | `limits` | what a file may ask for at most |
+//! | `report` | errors, warnings, and what has no counterpart, with their places |
+//! | `text`, `variables`, `files` | numbers in attributes; `$name`; where files are looked for |
+//! | `spectrum`, `cie`, `indices` | spectra as colours; tables |
+//! | `transform` | transforms |
+//! | `object` | objects and their properties |
+//! | `nesting`, `input`, `xml` | from files to objects |
+//! | `builder` | what a scene is made in |
+//! | `textures`, `materials` | what surfaces look like |
+//! | [`serialized`], `formed`, `meshes`, `shapes` | surfaces |
+//! | `emitters`, `camera`, `integrators` | the rest of a scene |
+//!
+//! Reading goes on after an error, so that all errors of a scene are shown at once. Whatever has no counterpart is reported
+//! once, with the number of its occurrences and the first place, and the scene is rendered without it.
+
+mod builder;
+mod camera;
+mod cie;
+mod emitters;
+mod files;
+mod formed;
+mod indices;
+mod input;
+mod integrators;
+mod limits;
+mod materials;
+mod meshes;
+mod nesting;
+mod object;
+mod report;
+pub mod serialized;
+mod shapes;
+mod spectrum;
+#[cfg(test)]
+mod tests;
+mod text;
+mod textures;
+mod transform;
+mod variables;
+mod xml;
+
+use self::builder::Builder;
+use self::files::Files;
+use self::object::{Document, Tag};
+use self::report::{Place, Read, Reports};
+use super::options::LoadOptions;
+use crate::scene::description::Scene;
+use crate::scene::diagnostic::SceneErrors;
+use crate::scene::fingerprint::Sources;
+use crate::scene::mesh::cache::{MeshCache, Watch};
+use crate::scene::toml::Loaded;
+use glam::DAffine3;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Reads the scene file at `path`, and the files that it names.
+pub fn load(path: &Path, options: &LoadOptions, watch: Watch<'_>) -> Result<Loaded, SceneErrors> {
+    let text = input::limited(path, limits::MOST_BYTES)
+        .map_err(|message| SceneErrors::one(path, None, message, None))?;
+    parse_watched(text, path, options, Some(watch))
+}
+
+/// Reads a scene from the text of a file. `path` is what errors call it; other files are looked for beside it.
+pub fn parse(text: &str, path: &Path, options: &LoadOptions) -> Result<Loaded, SceneErrors> {
+    parse_watched(text.into(), path, options, None)
+}
+
+fn parse_watched(
+    text: Arc<str>,
+    path: &Path,
+    options: &LoadOptions,
+    watch: Option<Watch<'_>>,
+) -> Result<Loaded, SceneErrors> {
+    let files = Files::of(path, options.allow_outside);
+    let mut reports = Reports::default();
+    let read = xml::parse(path, text, &options.defines, &files, &mut reports);
+    let built = read.and_then(|document| {
+        // Paths that the cache is given are whole.
+        let meshes = MeshCache::new(Path::new(""), watch);
+        build(&document, options, Builder::new(&document, &mut reports, &files, meshes))
+    });
+    match built {
+        Ok((scene, sources, crop)) => {
+            if !scene.has_light() {
+                let help = "the picture will be black";
+                reports.warn(Place::default(), "nothing in the scene shines", Some(help.into()));
+            }
+            Ok(Loaded { scene, warnings: reports.finish(options.strict)?, sources, crop })
+        }
+        Err(_) => match reports.finish(options.strict) {
+            Err(errors) => Err(errors),
+            Ok(_) => Err(SceneErrors::one(path, None, "no scene came of this file".into(), None)),
+        },
+    }
+}
+
+/// Makes a scene of its objects.
+fn build(
+    document: &Document,
+    options: &LoadOptions,
+    mut builder: Builder<'_, '_>,
+) -> Read<(Scene, Sources, camera::Crop)> {
+    let crop = builder.sensor(options.camera.as_deref());
+    let mut outcome = builder.integrator();
+    let scene = builder.object(0);
+    for shape in document.children(scene, Tag::Shape) {
+        outcome = builder.shape(shape, DAffine3::IDENTITY).and(outcome);
+    }
+    for emitter in document.children(scene, Tag::Emitter) {
+        outcome = builder.emitter(emitter).and(outcome);
+    }
+    // Others are read where they are named.
+    for tag in [Tag::Bsdf, Tag::Texture, Tag::Medium, Tag::Sensor] {
+        document.children(scene, tag);
+    }
+    let crop = crop?;
+    outcome?;
+    builder.report_unused();
+    let (scene, sources) = builder.finish()?;
+    Ok((scene, sources, crop))
+}

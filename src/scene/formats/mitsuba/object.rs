@@ -1,0 +1,254 @@
+//! The objects of a scene and their properties, as its XML files have them.
+
+use super::report::{Place, Read, Reports};
+use super::spectrum::Spectrum;
+use crate::scene::spelling::quote;
+use glam::DMat4;
+use std::cell::Cell;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What an object is, which is the name of its element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Tag {
+    Scene,
+    Bsdf,
+    Emitter,
+    Film,
+    Integrator,
+    Medium,
+    Phase,
+    Filter,
+    Sampler,
+    Sensor,
+    Shape,
+    Texture,
+    Volume,
+}
+
+impl Tag {
+    /// Each with the name of its element.
+    pub(super) const ALL: [(&'static str, Tag); 13] = [
+        ("scene", Tag::Scene),
+        ("bsdf", Tag::Bsdf),
+        ("emitter", Tag::Emitter),
+        ("film", Tag::Film),
+        ("integrator", Tag::Integrator),
+        ("medium", Tag::Medium),
+        ("phase", Tag::Phase),
+        ("rfilter", Tag::Filter),
+        ("sampler", Tag::Sampler),
+        ("sensor", Tag::Sensor),
+        ("shape", Tag::Shape),
+        ("texture", Tag::Texture),
+        ("volume", Tag::Volume),
+    ];
+
+    pub(super) fn of(element: &str) -> Option<Tag> {
+        Tag::ALL.iter().find(|(name, _)| *name == element).map(|(_, tag)| *tag)
+    }
+
+    pub(super) fn word(self) -> &'static str {
+        Tag::ALL.iter().find(|(_, tag)| *tag == self).map_or("?", |(name, _)| name)
+    }
+}
+
+/// The value of a property.
+#[derive(Clone, Debug)]
+pub(super) enum Value {
+    Number(f64),
+    Whole(i64),
+    Flag(bool),
+    Text(String),
+    /// A point or a vector.
+    Triple([f64; 3]),
+    Rgb([f64; 3]),
+    Spectrum(Spectrum),
+    Transform(DMat4),
+    /// The index of an object.
+    Object(usize),
+}
+
+impl Value {
+    /// The element that gives such a value.
+    fn element(&self) -> &'static str {
+        match self {
+            Value::Number(_) => "float",
+            Value::Whole(_) => "integer",
+            Value::Flag(_) => "boolean",
+            Value::Text(_) => "string",
+            Value::Triple(_) => "vector",
+            Value::Rgb(_) => "rgb",
+            Value::Spectrum(_) => "spectrum",
+            Value::Transform(_) => "transform",
+            Value::Object(_) => "object",
+        }
+    }
+}
+
+/// A property of an object.
+#[derive(Clone, Debug)]
+pub(super) struct Property {
+    /// Its name; empty for an object without one.
+    pub(super) name: String,
+    pub(super) value: Value,
+    pub(super) place: Place,
+    /// Whether somebody has looked at it.
+    pub(super) used: Cell<bool>,
+}
+
+/// An object of a scene.
+#[derive(Clone, Debug)]
+pub(super) struct Object {
+    pub(super) tag: Tag,
+    /// The type that its element names.
+    pub(super) plugin: String,
+    pub(super) id: String,
+    pub(super) place: Place,
+    pub(super) properties: Vec<Property>,
+    /// The folders in which its files are looked for.
+    pub(super) folders: Arc<Vec<PathBuf>>,
+    /// Whether something was made of it.
+    pub(super) read: Cell<bool>,
+}
+
+/// All objects of a scene. The first is the scene itself; none contains itself, be it by way of others.
+#[derive(Debug)]
+pub(super) struct Document {
+    pub(super) objects: Vec<Object>,
+}
+
+impl Document {
+    /// The objects of a tag that an object has, without regard to their names.
+    pub(super) fn children(&self, object: &Object, tag: Tag) -> Vec<usize> {
+        let of_tag = |property: &Property| match property.value {
+            Value::Object(index) if self.objects[index].tag == tag => {
+                property.used.set(true);
+                Some(index)
+            }
+            _ => None,
+        };
+        object.properties.iter().filter_map(of_tag).collect()
+    }
+}
+
+impl Object {
+    /// The property of this name, which counts as looked at.
+    pub(super) fn find(&self, name: &str) -> Option<&Property> {
+        let found = self.properties.iter().find(|property| property.name == name)?;
+        found.used.set(true);
+        Some(found)
+    }
+
+    /// Passes over properties that change no picture here.
+    pub(super) fn ignore(&self, names: &[&str]) {
+        names.iter().for_each(|name| {
+            self.find(name);
+        });
+    }
+
+    /// Passes over all properties.
+    pub(super) fn ignore_all(&self) {
+        self.properties.iter().for_each(|property| property.used.set(true));
+    }
+
+    /// What messages call it: `bsdf "diffuse"`.
+    pub(super) fn what(&self) -> String {
+        format!("{} {}", self.tag.word(), quote(&self.plugin))
+    }
+
+    fn wrong<T>(&self, property: &Property, expected: &str, reports: &mut Reports) -> Read<T> {
+        let message = format!(
+            "{} of {} must be {expected}, not a {}",
+            property.name,
+            self.what(),
+            property.value.element()
+        );
+        Err(reports.error(property.place, message))
+    }
+
+    /// A number, or what its absence means.
+    pub(super) fn number(&self, name: &str, default: f64, reports: &mut Reports) -> Read<f64> {
+        match self.find(name) {
+            None => Ok(default),
+            Some(property) => match property.value {
+                Value::Number(number) => Ok(number),
+                Value::Whole(number) => Ok(number as f64),
+                _ => self.wrong(property, "a float", reports),
+            },
+        }
+    }
+
+    /// A whole number, or what its absence means.
+    pub(super) fn whole(&self, name: &str, default: i64, reports: &mut Reports) -> Read<i64> {
+        match self.find(name) {
+            None => Ok(default),
+            Some(property) => match property.value {
+                Value::Whole(number) => Ok(number),
+                _ => self.wrong(property, "an integer", reports),
+            },
+        }
+    }
+
+    /// Yes or no, or what its absence means.
+    pub(super) fn flag(&self, name: &str, default: bool, reports: &mut Reports) -> Read<bool> {
+        match self.find(name) {
+            None => Ok(default),
+            Some(property) => match property.value {
+                Value::Flag(flag) => Ok(flag),
+                _ => self.wrong(property, "a boolean", reports),
+            },
+        }
+    }
+
+    /// A text, if it is there, and where.
+    pub(super) fn text(&self, name: &str, reports: &mut Reports) -> Read<Option<(&str, Place)>> {
+        match self.find(name) {
+            None => Ok(None),
+            Some(property) => match &property.value {
+                Value::Text(text) => Ok(Some((text, property.place))),
+                _ => self.wrong(property, "a string", reports),
+            },
+        }
+    }
+
+    /// A point or a vector, if it is there.
+    pub(super) fn triple(&self, name: &str, reports: &mut Reports) -> Read<Option<[f64; 3]>> {
+        match self.find(name) {
+            None => Ok(None),
+            Some(property) => match property.value {
+                Value::Triple(triple) => Ok(Some(triple)),
+                _ => self.wrong(property, "a point or a vector", reports),
+            },
+        }
+    }
+
+    /// A transform, if it is there, and where.
+    pub(super) fn transform(&self, name: &str, reports: &mut Reports) -> Read<Option<(DMat4, Place)>> {
+        match self.find(name) {
+            None => Ok(None),
+            Some(property) => match property.value {
+                Value::Transform(transform) => Ok(Some((transform, property.place))),
+                _ => self.wrong(property, "a transform", reports),
+            },
+        }
+    }
+
+    /// One of several words, or the first of them if there is none.
+    pub(super) fn word<T: Copy>(
+        &self,
+        name: &str,
+        words: &[(&'static str, T)],
+        reports: &mut Reports,
+    ) -> Read<T> {
+        let Some((text, place)) = self.text(name, reports)? else { return Ok(words[0].1) };
+        let lower = text.to_ascii_lowercase();
+        if let Some((_, meant)) = words.iter().find(|(known, _)| *known == lower) {
+            return Ok(*meant);
+        }
+        let known: Vec<_> = words.iter().map(|(word, _)| *word).collect();
+        let message =
+            format!("{name} of {} must be {}, not {}", self.what(), known.join(" or "), quote(text));
+        Err(reports.error(place, message))
+    }
+}

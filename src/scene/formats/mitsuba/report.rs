@@ -1,0 +1,145 @@
+//! Errors, warnings, and what has no counterpart, with their places in several files.
+
+use crate::scene::diagnostic::{Cursor, Diagnostic, SceneErrors};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Errors that are described one by one.
+const MOST_ERRORS: usize = 100;
+
+/// A byte of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Place {
+    /// The index of the file, in the order in which they were read.
+    pub(super) file: usize,
+    pub(super) at: usize,
+}
+
+/// Proof that an error has been reported: only [`Reports`] makes one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reported(());
+
+/// What is read, or that an error has been reported.
+pub(super) type Read<T> = Result<T, Reported>;
+
+/// A message about a place.
+struct Report {
+    place: Place,
+    message: String,
+    help: Option<String>,
+}
+
+/// Something without a counterpart, the first place of it, and how many there are.
+struct Lack {
+    first: Report,
+    count: usize,
+}
+
+/// All that has been said about the files of a scene so far.
+#[derive(Default)]
+pub(super) struct Reports {
+    files: Vec<(PathBuf, Arc<str>)>,
+    /// The file that includes each.
+    includers: HashMap<usize, usize>,
+    errors: Vec<Report>,
+    unlisted: usize,
+    warnings: Vec<Report>,
+    lacks: Vec<Lack>,
+    lack_of: HashMap<String, usize>,
+}
+
+impl Reports {
+    /// Adds a file, and returns its index.
+    pub(super) fn add_file(&mut self, path: &Path, text: Arc<str>) -> usize {
+        self.files.push((path.into(), text));
+        self.files.len() - 1
+    }
+
+    /// The path of a file.
+    pub(super) fn path(&self, file: usize) -> &Path {
+        &self.files[file].0
+    }
+
+    /// Notes that a file is included by another.
+    pub(super) fn included_by(&mut self, file: usize, by: usize) {
+        self.includers.insert(file, by);
+    }
+
+    /// The file that includes a file.
+    pub(super) fn includer(&self, file: usize) -> Option<usize> {
+        self.includers.get(&file).copied()
+    }
+
+    pub(super) fn error(&mut self, place: Place, message: impl Into<String>) -> Reported {
+        self.error_with(place, message, None)
+    }
+
+    pub(super) fn error_with(
+        &mut self,
+        place: Place,
+        message: impl Into<String>,
+        help: Option<String>,
+    ) -> Reported {
+        if self.errors.len() < MOST_ERRORS {
+            self.errors.push(Report { place, message: message.into(), help });
+        } else {
+            self.unlisted += 1;
+        }
+        Reported(())
+    }
+
+    pub(super) fn warn(&mut self, place: Place, message: impl Into<String>, help: Option<String>) {
+        if self.warnings.len() < MOST_ERRORS {
+            self.warnings.push(Report { place, message: message.into(), help });
+        }
+    }
+
+    /// Notes that something has no counterpart, and what is rendered instead.
+    pub(super) fn lacks(&mut self, place: Place, what: impl Into<String>, instead: &str) {
+        let what = what.into();
+        if let Some(&known) = self.lack_of.get(&what) {
+            self.lacks[known].count += 1;
+            return;
+        }
+        self.lack_of.insert(what.clone(), self.lacks.len());
+        let first = Report { place, message: what, help: Some(instead.to_owned()) };
+        self.lacks.push(Lack { first, count: 1 });
+    }
+
+    /// The warnings, in the order of the files; or the errors, to which belongs what has no counterpart if `strict`.
+    pub(super) fn finish(self, strict: bool) -> Result<Vec<Diagnostic>, SceneErrors> {
+        let Reports { files, mut errors, unlisted, mut warnings, lacks, .. } = self;
+        let told = lacks.into_iter().map(|Lack { first, count }| {
+            let all =
+                if count > 1 { format!(" ({count} in all, the first one here)") } else { String::new() };
+            Report { message: format!("{} has no counterpart{all}", first.message), ..first }
+        });
+        if strict {
+            errors.extend(told);
+        } else {
+            warnings.extend(told);
+        }
+        if errors.is_empty() {
+            return Ok(located(&files, warnings));
+        }
+        Err(SceneErrors::new(located(&files, errors), unlisted))
+    }
+}
+
+/// Sorts reports by place.
+fn located(files: &[(PathBuf, Arc<str>)], mut reports: Vec<Report>) -> Vec<Diagnostic> {
+    reports.sort_by_key(|report| report.place);
+    let mut all = Vec::with_capacity(reports.len());
+    for of_file in reports.chunk_by(|a, b| a.place.file == b.place.file) {
+        let Some((path, text)) = files.get(of_file[0].place.file) else { continue };
+        let (file, mut cursor): (Arc<Path>, _) = (path.as_path().into(), Cursor::new(text));
+        all.extend(of_file.iter().map(|report| Diagnostic {
+            file: Arc::clone(&file),
+            position: Some(cursor.advance(report.place.at)),
+            message: report.message.clone(),
+            help: report.help.clone(),
+        }));
+    }
+    all
+}

@@ -1,0 +1,202 @@
+//! Spectra, and the colours that they become.
+//!
+//! A picture is in linear Rec. 709, and so is everything in a scene: a spectrum becomes a colour as soon as it is read, as in
+//! Mitsuba's `rgb` variants. X = Σ S(λ)·x̄(λ)·Δλ / Σ ȳ(λ)·Δλ, and Y and Z likewise; of reflectances under D65 that is
+//! scaled to Y = 1, of emitters and of indices of refraction as they are. What is outside of Rec. 709's gamut is
+//! clipped.
+
+use super::cie::{D65, OBSERVER, WAVELENGTHS};
+use super::text::{number, words};
+
+/// A spectrum.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Spectrum {
+    /// The same at all wavelengths.
+    Uniform(f64),
+    /// Wavelengths in nm, in increasing order, and values; straight between them, and zero beyond them.
+    Samples(Vec<[f64; 2]>),
+}
+
+/// What a spectrum is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Of {
+    /// The fraction of light that is reflected or let through.
+    Reflectance,
+    /// Emitted light.
+    Light,
+    /// Anything else: an index of refraction, a roughness.
+    Number,
+}
+
+/// From XYZ to linear Rec. 709 (IEC 61966-2-1).
+const FROM_XYZ: [[f64; 3]; 3] =
+    [[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]];
+
+/// ∫ ȳ dλ as Mitsuba takes it.
+const Y_INTEGRAL: f64 = 106.750_259_399_414_06;
+
+/// The mean of D65, weighted by ȳ.
+const D65_MEAN: f64 = 98.997_417_518_762_55;
+
+/// Wavelengths at which a spectrum is looked at.
+const STEPS: usize = 1000;
+
+impl Spectrum {
+    /// From one number, or from pairs `wavelength:value`.
+    pub(super) fn parse(text: &str) -> Result<Spectrum, String> {
+        if !text.contains(':') {
+            let mut words = words(text);
+            let value = words.next().and_then(number).filter(|_| words.next().is_none());
+            let message = "a spectrum is one number, or pairs of a wavelength and a value: 400:0.2, 700:0.5";
+            return value.map(Spectrum::Uniform).ok_or_else(|| message.into());
+        }
+        let pair = |word: &str| {
+            let (wavelength, value) = word.split_once(':')?;
+            Some([number(wavelength)?, number(value)?])
+        };
+        let samples: Option<Vec<_>> = words(text).map(pair).collect();
+        samples.ok_or_else(|| "a pair of a spectrum is written 400:0.2".into()).and_then(Self::of)
+    }
+
+    /// From the text of a file: a wavelength and a value on each line.
+    pub(super) fn of_file(text: &str) -> Result<Spectrum, String> {
+        let mut samples = Vec::new();
+        for (line, given) in text.lines().enumerate() {
+            let given = given.split('#').next().unwrap_or_default().trim();
+            if given.is_empty() {
+                continue;
+            }
+            let mut words = words(given);
+            match (words.next().and_then(number), words.next().and_then(number), words.next()) {
+                (Some(wavelength), Some(value), None) => samples.push([wavelength, value]),
+                _ => return Err(format!("line {} is not a wavelength and a value", line + 1)),
+            }
+        }
+        Self::of(samples)
+    }
+
+    /// Of samples, which must be two or more in increasing order.
+    pub(super) fn of(samples: Vec<[f64; 2]>) -> Result<Spectrum, String> {
+        if samples.len() < 2 {
+            return Err("a spectrum needs two wavelengths or more".into());
+        }
+        if samples.windows(2).any(|pair| pair[0][0] >= pair[1][0]) {
+            return Err("the wavelengths of a spectrum must increase".into());
+        }
+        Ok(Spectrum::Samples(samples))
+    }
+
+    /// That of a black body of a temperature in K, in W/(m² sr nm): Planck's law, between two wavelengths in nm.
+    pub(super) fn black_body(temperature: f64, [low, high]: [f64; 2]) -> Result<Spectrum, String> {
+        const H: f64 = 6.626_070_15e-34;
+        const C: f64 = 299_792_458.0;
+        const K: f64 = 1.380_649e-23;
+        if !(temperature > 0.0 && temperature <= 1e6) {
+            return Err("a temperature must be above 0 and at most 1e6 K".into());
+        }
+        let at = |nanometres: f64| {
+            let wavelength = nanometres * 1e-9;
+            let exponent = H * C / (K * wavelength * temperature);
+            2e-9 * H * C * C / (wavelength.powi(5) * (libm::exp(exponent) - 1.0))
+        };
+        let (low, high) = (low.max(WAVELENGTHS[0]), high.min(WAVELENGTHS[1]));
+        if low.partial_cmp(&high) != Some(std::cmp::Ordering::Less) {
+            return Err("a black body needs some wavelengths between 360 and 830 nm".into());
+        }
+        Self::of((0..=94).map(|i| low + (high - low) * f64::from(i) / 94.0).map(|w| [w, at(w)]).collect())
+    }
+
+    /// The colour that it becomes.
+    pub(super) fn colour(&self, of: Of) -> [f64; 3] {
+        let samples = match self {
+            // White light is not grey: Rec. 709's white is D65.
+            Spectrum::Uniform(value) if of == Of::Light => {
+                return FROM_XYZ.map(|row| row.iter().sum::<f64>() * value);
+            }
+            Spectrum::Uniform(value) => return [*value; 3],
+            Spectrum::Samples(samples) => samples,
+        };
+        let mut xyz = [0.0; 3];
+        for i in 0..STEPS {
+            let [low, high] = WAVELENGTHS;
+            let wavelength = low + i as f64 / (STEPS - 1) as f64 * (high - low);
+            let value = at(samples, wavelength);
+            let light = if of == Of::Reflectance { table(&D65, wavelength, |x| *x) / D65_MEAN } else { 1.0 };
+            for (channel, sum) in xyz.iter_mut().enumerate() {
+                *sum += value * light * table(&OBSERVER, wavelength, |row| row[channel]);
+            }
+        }
+        let step = (WAVELENGTHS[1] - WAVELENGTHS[0]) / STEPS as f64 / Y_INTEGRAL;
+        let most = if of == Of::Reflectance { 1.0 } else { f64::INFINITY };
+        FROM_XYZ.map(|row| (0..3).map(|i| row[i] * xyz[i] * step).sum::<f64>().clamp(0.0, most))
+    }
+}
+
+/// The value of samples at a wavelength.
+fn at(samples: &[[f64; 2]], wavelength: f64) -> f64 {
+    let next = samples.partition_point(|sample| sample[0] <= wavelength);
+    match (next.checked_sub(1).map(|before| samples[before]), samples.get(next)) {
+        (Some([w0, v0]), Some(&[w1, v1])) => v0 + (v1 - v0) * (wavelength - w0) / (w1 - w0),
+        (Some([w0, v0]), None) if w0 == wavelength => v0,
+        _ => 0.0,
+    }
+}
+
+/// The value of a table at a wavelength within it.
+fn table<T>(rows: &[T; 95], wavelength: f64, value: impl Fn(&T) -> f64) -> f64 {
+    let place = (wavelength - WAVELENGTHS[0]) / (WAVELENGTHS[1] - WAVELENGTHS[0]) * 94.0;
+    let row = (place.max(0.0) as usize).min(93);
+    let share = place - row as f64;
+    value(&rows[row]) * (1.0 - share) + value(&rows[row + 1]) * share
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: [f64; 3], b: [f64; 3], by: f64) -> bool {
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() <= by)
+    }
+
+    #[test]
+    fn spectra_are_read() {
+        assert_eq!(Spectrum::parse(" 0.5 "), Ok(Spectrum::Uniform(0.5)));
+        let pairs = Spectrum::Samples(vec![[400.0, 0.0], [700.0, 2.0]]);
+        assert_eq!(Spectrum::parse("400:0, 700:2"), Ok(pairs.clone()));
+        assert_eq!(Spectrum::of_file("# nm value\n400 0\n\n700 2 # red\n"), Ok(pairs));
+        for wrong in ["", "1 2", "400:1", "400:1 300:2", "400:1 400:2", "400:x 500:1", "400:1 500"] {
+            assert!(Spectrum::parse(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(Spectrum::of_file("400 1\nx\n"), Err("line 2 is not a wavelength and a value".into()));
+    }
+
+    #[test]
+    fn a_flat_reflectance_is_grey_and_a_flat_light_is_not() {
+        let flat = Spectrum::Samples(vec![[300.0, 0.5], [900.0, 0.5]]);
+        assert!(near(flat.colour(Of::Reflectance), [0.5; 3], 1e-3), "{:?}", flat.colour(Of::Reflectance));
+        // Equal energy is more red than D65 (x = y = 1/3).
+        let light = flat.colour(Of::Light);
+        assert!(near(light, [0.602, 0.474, 0.455], 2e-3), "{light:?}");
+        assert!(near(Spectrum::Uniform(0.5).colour(Of::Light), [0.602, 0.474, 0.454], 1e-3));
+        assert_eq!(Spectrum::Uniform(0.5).colour(Of::Number), [0.5; 3]);
+        // Narrow light at 520 nm is out of gamut, and clipped.
+        let green = Spectrum::Samples(vec![[515.0, 0.0], [520.0, 100.0], [525.0, 0.0]]);
+        let [red, g, _] = green.colour(Of::Light);
+        assert!(red == 0.0 && g > 1.0);
+    }
+
+    #[test]
+    fn a_black_body_of_6504_kelvin_is_nearly_white_and_one_of_2000_is_red() {
+        let chromaticity = |kelvin| {
+            let [r, g, b] = Spectrum::black_body(kelvin, WAVELENGTHS).unwrap().colour(Of::Light);
+            [r / g, b / g]
+        };
+        let [red, blue] = chromaticity(6504.0);
+        assert!((red - 1.0).abs() < 0.08 && (blue - 1.0).abs() < 0.08, "{red} {blue}");
+        let [red, blue] = chromaticity(2000.0);
+        assert!(red > 2.0 && blue < 0.2, "{red} {blue}");
+        assert!(Spectrum::black_body(0.0, WAVELENGTHS).is_err());
+        assert!(Spectrum::black_body(f64::NAN, WAVELENGTHS).is_err());
+        assert!(Spectrum::black_body(5000.0, [500.0, 400.0]).is_err());
+    }
+}

@@ -1,0 +1,134 @@
+//! Files that a scene names.
+
+use super::super::load;
+use crate::scene::description::{Shape, TextureKind};
+use crate::scene::formats::LoadOptions;
+use crate::scene::toml::Loaded;
+use crate::scene::{Scene, SceneErrors};
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A folder with these files.
+fn folder(files: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+        fs::write(path, text).expect("written");
+    }
+    folder
+}
+
+fn load_with(folder: &Path, options: &LoadOptions) -> Result<Loaded, SceneErrors> {
+    load(&folder.join("scene/a.xml"), options, &mut |_, _, _| {})
+}
+
+fn scene(folder: &Path) -> Scene {
+    load_with(folder, &LoadOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).scene
+}
+
+/// The errors without the path of the folder.
+fn errors(folder: &Path) -> String {
+    let errors = load_with(folder, &LoadOptions::default()).expect_err("a scene came of it").to_string();
+    errors.replace(&format!("{}/", folder.display()), "")
+}
+
+const START: &str = "<scene version=\"3.0.0\">\n<sensor type=\"perspective\"/>\n";
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0.25\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+
+#[test]
+fn files_are_included_with_their_names_variables_and_folders() {
+    let main = format!(
+        "{START}<default name=\"r\" value=\"3\"/><include filename=\"parts/b.xml\"/>\n<shape type=\"sphere\"><ref id=\"late\"/><include filename=\"parts/light.xml\"/></shape></scene>"
+    );
+    let part = "<scene version=\"3.0.0\"><bsdf type=\"diffuse\" id=\"late\"/>\n<shape type=\"sphere\" id=\"big\"><float name=\"radius\" value=\"$r\"/></shape>\n<shape type=\"obj\"><string name=\"filename\" value=\"c.obj\"/></shape></scene>";
+    let light = "<emitter type=\"area\"/>";
+    let files = [
+        ("scene/a.xml", main.as_str()),
+        ("scene/parts/b.xml", part),
+        ("scene/parts/light.xml", light),
+        ("scene/parts/c.obj", OBJ),
+    ];
+    let scene = scene(folder(&files).path());
+    assert_eq!(scene.entities.len(), 3);
+    assert!(matches!(scene.entities[0].shape, Shape::Sphere(sphere) if sphere.radius == 3.0));
+    assert_eq!(scene.entities[2].emission, [1.0; 3]);
+    assert_eq!(scene.materials[scene.entities[2].material].name, "late");
+}
+
+#[test]
+fn errors_of_files_that_are_included_are_told_where_they_are() {
+    let main = format!("{START}<include filename=\"b.xml\"/></scene>");
+    let part = "<scene version=\"3.0.0\">\n  <shap/>\n</scene>";
+    let folder = folder(&[("scene/a.xml", &main), ("scene/b.xml", part)]);
+    assert_eq!(errors(folder.path()), "scene/b.xml:2:3: unknown element <shap>; did you mean \"shape\"?");
+}
+
+#[test]
+fn a_file_that_includes_itself_is_an_error() {
+    let main = format!("{START}<include filename=\"a.xml\"/></scene>");
+    let folder = folder(&[("scene/a.xml", &main)]);
+    assert!(errors(folder.path()).contains("files include each other more than 16 deep"));
+}
+
+#[test]
+fn files_outside_are_read_only_if_that_is_allowed() {
+    let main = format!(
+        "{START}<path value=\"../common\"/>\n<shape type=\"obj\"><string name=\"filename\" value=\"c.obj\"/></shape></scene>"
+    );
+    let folder = folder(&[("scene/a.xml", &main), ("common/c.obj", OBJ)]);
+    let message =
+        "scene/a.xml:4:19: \"c.obj\" is outside of the scene's folder; --allow-outside lets it be read";
+    assert_eq!(errors(folder.path()), message);
+    let options = LoadOptions { allow_outside: true, ..LoadOptions::default() };
+    assert_eq!(load_with(folder.path(), &options).expect("a scene").scene.entities.len(), 1);
+}
+
+#[test]
+fn uv_of_obj_run_down_and_normals_are_computed_or_left_out() {
+    let shape = |more: &str| {
+        format!("<shape type=\"obj\"><string name=\"filename\" value=\"c.obj\"/>{more}</shape>\n")
+    };
+    let main = format!(
+        "{START}{}{}{}{}</scene>",
+        shape(""),
+        shape("<boolean name=\"flip_tex_coords\" value=\"false\"/>"),
+        shape("<boolean name=\"face_normals\" value=\"true\"/>"),
+        shape("")
+    );
+    let scene = scene(folder(&[("scene/a.xml", &main), ("scene/c.obj", OBJ)]).path());
+    let mesh = |i: usize| match &scene.entities[i].shape {
+        Shape::Mesh { mesh, .. } => mesh.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!((mesh(0).uv[0], mesh(1).uv[0]), ([0.0, 0.75], [0.0, 0.25]));
+    assert_eq!((mesh(0).normals[0], mesh(2).normals.len()), ([0.0, 0.0, 1.0], 0));
+    assert!(std::sync::Arc::ptr_eq(&mesh(0), &mesh(3)));
+}
+
+#[test]
+fn meshes_are_read_by_the_plugin_that_names_them() {
+    let main =
+        format!("{START}<shape type=\"ply\"><string name=\"filename\" value=\"c.obj\"/></shape></scene>");
+    let folder = folder(&[("scene/a.xml", &main), ("scene/c.obj", OBJ)]);
+    assert_eq!(errors(folder.path()), "scene/a.xml:3:19: the file of shape \"ply\" must end in .ply");
+}
+
+#[test]
+fn bitmaps_are_turned_over() {
+    let main = format!(
+        "{START}<shape type=\"rectangle\"><bsdf type=\"twosided\"><bsdf type=\"diffuse\"><texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"p.png\"/><string name=\"wrap_mode\" value=\"clamp\"/></texture></bsdf></bsdf></shape></scene>"
+    );
+    let folder = folder(&[("scene/a.xml", &main)]);
+    image::RgbImage::new(2, 1).save(folder.path().join("scene/p.png")).expect("written");
+    let scene = scene(folder.path());
+    assert_eq!((scene.images.len(), scene.materials[0].textures.len()), (1, 1));
+    match scene.textures[0].kind {
+        TextureKind::Image(image) => {
+            assert_eq!((image.uv_scale, image.uv_offset, image.uv_rotate), ([1.0, -1.0], [0.0, 1.0], 0.0));
+            assert!(!image.mipmap);
+        }
+        ref other => panic!("{other:?}"),
+    }
+}

@@ -1,0 +1,80 @@
+//! What a file may ask for at most.
+
+use super::super::limits::{MOST_ELEMENTS, MOST_NESTING};
+use super::{errors, whole};
+
+#[test]
+fn elements_nest_only_so_deep() {
+    let nested = |depth: usize| {
+        let (open, close) = ("<bsdf type=\"twosided\">".repeat(depth), "</bsdf>".repeat(depth));
+        whole(&format!("<shape type=\"sphere\">{open}{close}</shape>"))
+    };
+    let message = errors(&nested(MOST_NESTING));
+    assert!(message[0].ends_with("elements are nested more than 64 deep"), "{message:?}");
+    let message = errors(&nested(MOST_NESTING - 1));
+    assert!(message[0].ends_with("has no bsdf in it"), "{message:?}");
+    // So many that a recursion would end the stack.
+    let message = errors(&nested(100_000));
+    assert!(message[0].ends_with("elements are nested more than 64 deep"), "{message:?}");
+}
+
+#[test]
+fn references_nest_only_so_deep() {
+    let chain = |length: usize| {
+        let link =
+            |i: usize| format!("<bsdf type=\"twosided\" id=\"b{i}\"><ref id=\"b{}\"/></bsdf>\n", i + 1);
+        let links: String = (0..length).map(link).collect();
+        whole(&format!(
+            "{links}<bsdf type=\"diffuse\" id=\"b{length}\"/><shape type=\"sphere\"><ref id=\"b0\"/></shape>"
+        ))
+    };
+    assert_eq!(super::read(&chain(MOST_NESTING - 3)).scene.materials.len(), 1);
+    let message = errors(&chain(100_000));
+    assert!(message[0].ends_with("objects are nested more than 64 deep"), "{message:?}");
+}
+
+#[test]
+fn references_that_double_at_each_step_take_no_time() {
+    let link = |i: usize| {
+        format!(
+            "<bsdf type=\"blendbsdf\" id=\"b{i}\"><float name=\"weight\" value=\"0.5\"/><ref id=\"b{0}\"/><ref id=\"b{0}\"/></bsdf>\n",
+            i + 1
+        )
+    };
+    let links: String = (0..14).map(link).collect();
+    let scene = super::scene(&format!(
+        "{links}<bsdf type=\"diffuse\" id=\"b14\"/><shape type=\"sphere\"><ref id=\"b0\"/></shape>"
+    ));
+    assert!(scene.materials.len() <= 15);
+}
+
+#[test]
+fn there_are_only_so_many_elements() {
+    let message = errors(&whole(&"<default name=\"a\" value=\"1\"/>".repeat(MOST_ELEMENTS + 1)));
+    assert!(message[0].ends_with("the scene has more than 1048576 elements"), "{}", message[0]);
+}
+
+#[test]
+fn files_are_looked_for_in_so_many_folders_only() {
+    let message = errors(&whole(&"<path value=\"a\"/>\n".repeat(100_000)));
+    assert!(message[0].contains("files are looked for in more than 64 folders"), "{}", message[0]);
+}
+
+#[test]
+fn variables_do_not_grow_without_end() {
+    let mut body = format!("<default name=\"a0\" value=\"{}\"/>\n", "x".repeat(1000));
+    for i in 0..30 {
+        body += &format!("<default name=\"a{}\" value=\"{}\"/>\n", i + 1, format!("$a{i}").repeat(10));
+    }
+    let message = errors(&whole(&body));
+    assert!(message[0].ends_with("with its variables value is too long"), "{message:?}");
+}
+
+#[test]
+fn groups_are_multiplied_only_so_often() {
+    let group =
+        format!("<shape type=\"shapegroup\" id=\"g\">{}</shape>\n", "<shape type=\"sphere\"/>".repeat(2000));
+    let instances = "<shape type=\"instance\"><ref id=\"g\"/></shape>\n".repeat(200);
+    let message = errors(&whole(&(group + &instances)));
+    assert!(message[0].ends_with("the scene has more than 262144 shapes"), "{}", message[0]);
+}

@@ -1,0 +1,308 @@
+//! What becomes of plugins and their defaults.
+
+use super::super::super::LoadOptions;
+use super::{read, read_with, scene, whole};
+use crate::light::Falloff;
+use crate::parameter::Varying;
+use crate::scene::description::{
+    Filter, Integrator, Light, MaterialKind, Sampler, Shape, TextureKind, UNLIMITED,
+};
+use glam::DVec3;
+
+fn near(a: DVec3, b: [f64; 3]) -> bool {
+    (a - DVec3::from(b)).length() < 1e-12
+}
+
+#[test]
+fn defaults_are_those_of_mitsuba() {
+    let loaded =
+        read("<scene version=\"3.0.0\"><sensor type=\"perspective\"/><emitter type=\"constant\"/></scene>");
+    let scene = &loaded.scene;
+    assert_eq!((scene.film.width, scene.film.height), (768, 576));
+    assert_eq!(scene.film.filter, Filter::Gaussian { radius: 2.0, sigma: 0.5 });
+    assert_eq!((scene.render.integrator, scene.render.max_depth), (Integrator::Path, UNLIMITED));
+    assert_eq!((scene.camera.forward, scene.camera.up, scene.camera.near), (DVec3::Z, DVec3::Y, 0.01));
+    assert_eq!(scene.environment, [1.0; 3]);
+    // 50 mm in front of 36 mm by 24 mm, of which the diagonal counts.
+    let diagonal = 2.0 * libm::atan(libm::sqrt(36.0_f64.powi(2) + 24.0_f64.powi(2)) / 100.0);
+    let half = libm::tan(diagonal / 2.0) * 0.6;
+    assert!((libm::tan(scene.camera.vertical_fov / 2.0) - half).abs() < 1e-12);
+    assert_eq!((loaded.crop, loaded.warnings.len()), (None, 0));
+}
+
+#[test]
+fn cameras_films_and_samplers_are_read() {
+    let text = r#"<scene version="3.0.0">
+        <default name="spp" value="16"/>
+        <integrator type="moment"><integrator type="path"><integer name="max_depth" value="3"/></integrator></integrator>
+        <sensor type="thinlens" id="near">
+            <float name="fov" value="90"/> <string name="fov_axis" value="x"/>
+            <float name="aperture_radius" value="0.1"/> <float name="focus_distance" value="7"/>
+            <transform name="to_world"><lookat origin="0 -5 0" target="0 0 0" up="0 0 1"/></transform>
+            <film type="hdrfilm">
+                <integer name="width" value="40"/> <integer name="height" value="20"/>
+                <integer name="crop_offset_x" value="10"/> <integer name="crop_width" value="20"/>
+                <rfilter type="catmullrom"/>
+            </film>
+            <sampler type="multijitter"><integer name="sample_count" value="$spp"/><integer name="seed" value="7"/></sampler>
+        </sensor>
+        <sensor type="orthographic" id="far">
+            <transform name="to_world"><scale x="3" y="3"/><lookat origin="0 0 9" target="0 0 0" up="0 1 0"/></transform>
+            <film type="hdrfilm"><integer name="width" value="40"/><integer name="height" value="20"/><rfilter type="box"/></film>
+            <sampler type="independent"/>
+        </sensor>
+        <emitter type="constant"/>
+    </scene>"#;
+    let options = LoadOptions { defines: vec![("spp".into(), "64".into())], ..LoadOptions::default() };
+    let loaded = read_with(text, &options).expect("a scene");
+    let scene = loaded.scene;
+    assert_eq!(
+        (scene.camera.eye, scene.camera.forward, scene.camera.up),
+        (DVec3::new(0.0, -5.0, 0.0), DVec3::Y, DVec3::Z)
+    );
+    assert!((libm::tan(scene.camera.vertical_fov / 2.0) - 0.5).abs() < 1e-12);
+    assert_eq!((scene.camera.aperture_radius, scene.camera.focus_distance), (0.1, 7.0));
+    assert_eq!(scene.film.filter, Filter::Mitchell { radius: 2.0, b: 0.0, c: 0.5 });
+    assert_eq!((scene.render.samples, scene.render.seed, scene.render.max_depth), (64, 7, 2));
+    assert_eq!((scene.render.sampler, loaded.crop), (Sampler::Sobol, Some([10, 0, 20, 20])));
+
+    let options = LoadOptions { camera: Some("far".into()), ..LoadOptions::default() };
+    let scene = read_with(text, &options).expect("a scene").scene;
+    assert_eq!((scene.camera.orthographic_height, scene.camera.forward), (Some(3.0), DVec3::NEG_Z));
+    assert_eq!((scene.render.sampler, scene.render.samples), (Sampler::Independent, 4));
+    let options = LoadOptions { camera: Some("fa".into()), ..LoadOptions::default() };
+    let errors = read_with(text, &options).unwrap_err().to_string();
+    assert_eq!(errors, "a.xml:1:1: no sensor has the id \"fa\"; did you mean \"far\"?");
+}
+
+#[test]
+fn shapes_stand_where_their_transforms_put_them() {
+    let moved = r#"<transform name="to_world"><scale value="2"/><rotate z="1" angle="90"/><translate x="10"/></transform>"#;
+    let of = |shape: &str| {
+        let scene = scene(&format!("<shape {shape}</shape>"));
+        (scene.entities[0].shape.clone(), scene.entities[0].flip_normal)
+    };
+    match of(&format!("type=\"rectangle\">{moved}")) {
+        (Shape::Quad(quad), false) => {
+            assert!(
+                near(quad.corner, [12.0, -2.0, 0.0])
+                    && near(quad.u, [0.0, 4.0, 0.0])
+                    && near(quad.v, [-4.0, 0.0, 0.0])
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    match of(&format!(
+        "type=\"sphere\"><point name=\"center\" x=\"1\"/><float name=\"radius\" value=\"3\"/>{moved}"
+    )) {
+        (Shape::Sphere(sphere), false) => {
+            assert!(near(sphere.center, [10.0, 2.0, 0.0]) && (sphere.radius - 6.0).abs() < 1e-12);
+        }
+        other => panic!("{other:?}"),
+    }
+    match of(&format!("type=\"disk\">{moved}<boolean name=\"flip_normals\" value=\"true\"/>")) {
+        (Shape::Disk(disk), true) => assert!(
+            near(disk.center, [10.0, 0.0, 0.0]) && near(disk.normal, [0.0, 0.0, 1.0]) && disk.radius == 2.0
+        ),
+        other => panic!("{other:?}"),
+    }
+    match of(&format!(
+        "type=\"cylinder\"><point name=\"p1\" x=\"1\"/><float name=\"radius\" value=\"0.5\"/>{moved}"
+    )) {
+        (Shape::Cylinder(tube), false) => {
+            assert!(
+                near(tube.from, [10.0, 0.0, 0.0])
+                    && near(tube.to, [10.0, 2.0, 0.0])
+                    && (tube.radius - 1.0).abs() < 1e-12
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    match of(&format!("type=\"cube\">{moved}")) {
+        (Shape::Mesh { mesh, transform }, false) => {
+            assert_eq!(mesh.triangles.len(), 12);
+            assert!(near(transform.transform_point3(DVec3::X), [10.0, 2.0, 0.0]));
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn mirrored_shapes_face_where_their_normals_go() {
+    let mirrored = r#"<transform name="to_world"><scale x="-1"/></transform>"#;
+    // The normal of a rectangle stays (0, 0, 1), where u × v does not; that of a sphere turns inward.
+    for (shape, flips) in [("rectangle", true), ("sphere", true), ("disk", false), ("cube", false)] {
+        let scene = scene(&format!("<shape type=\"{shape}\">{mirrored}</shape>"));
+        assert_eq!(scene.entities[0].flip_normal, flips, "{shape}");
+    }
+}
+
+#[test]
+fn instances_multiply_groups() {
+    let scene = scene(
+        r#"<shape type="shapegroup" id="g"><shape type="sphere"/><shape type="sphere"><transform name="to_world"><translate x="1"/></transform></shape></shape>
+        <shape type="instance"><ref id="g"/></shape>
+        <shape type="instance"><ref id="g"/><transform name="to_world"><scale value="2"/><translate y="5"/></transform></shape>"#,
+    );
+    let sphere = |shape: &Shape| match shape {
+        Shape::Sphere(sphere) => (sphere.center.to_array(), sphere.radius),
+        other => panic!("{other:?}"),
+    };
+    let all: Vec<_> = scene.entities.iter().map(|entity| sphere(&entity.shape)).collect();
+    let expected = [([0.0; 3], 1.0), ([1.0, 0.0, 0.0], 1.0), ([0.0, 5.0, 0.0], 2.0), ([2.0, 5.0, 0.0], 2.0)];
+    assert_eq!(all, expected);
+}
+
+#[test]
+fn materials_have_the_counterparts_of_their_plugins() {
+    let of = |bsdf: &str| {
+        let scene = scene(&format!("<shape type=\"sphere\"><bsdf {bsdf}</bsdf></shape>"));
+        scene.materials[scene.entities[0].material].kind.clone()
+    };
+    assert!(matches!(of("type=\"diffuse\">"), MaterialKind::Matte(matte) if matte.reflectance == [0.5; 3]));
+    assert!(
+        matches!(of("type=\"conductor\">"), MaterialKind::Mirror(mirror) if mirror.reflectance == [1.0; 3])
+    );
+    match of(
+        "type=\"roughconductor\"><string name=\"material\" value=\"Au\"/><float name=\"alpha\" value=\"0.25\"/><string name=\"distribution\" value=\"ggx\"/>",
+    ) {
+        MaterialKind::Conductor(gold) => {
+            assert_eq!((gold.roughness, gold.metal), ([0.5; 2], None));
+            let [red, _, blue] = gold.eta.expect("eta");
+            assert!(red < 0.5 && blue > 1.0, "{red} {blue}");
+        }
+        other => panic!("{other:?}"),
+    }
+    match of(
+        "type=\"roughconductor\"><string name=\"distribution\" value=\"ggx\"/><float name=\"alpha_u\" value=\"0.04\"/><float name=\"alpha_v\" value=\"0.01\"/><spectrum name=\"eta\" value=\"2\"/><rgb name=\"k\" value=\"1 2 3\"/>",
+    ) {
+        MaterialKind::Conductor(metal) => {
+            assert_eq!(
+                (metal.roughness, metal.eta, metal.k),
+                ([0.2, 0.1], Some([2.0; 3]), Some([1.0, 2.0, 3.0]))
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    match of("type=\"dielectric\">") {
+        MaterialKind::Glass(glass) => assert!((glass.ior - 1.5046 / 1.000277).abs() < 1e-12),
+        other => panic!("{other:?}"),
+    }
+    match of(
+        "type=\"roughdielectric\"><string name=\"distribution\" value=\"ggx\"/><string name=\"int_ior\" value=\"Water\"/><float name=\"ext_ior\" value=\"1\"/>",
+    ) {
+        MaterialKind::Dielectric(water) => {
+            assert_eq!((water.ior, water.thin_walled), (1.333, false));
+            assert!((water.roughness[0].powi(2) - 0.1).abs() < 1e-12);
+        }
+        other => panic!("{other:?}"),
+    }
+    match of("type=\"thindielectric\"><rgb name=\"specular_transmittance\" value=\"0.5\"/>") {
+        MaterialKind::Dielectric(sheet) => assert!(sheet.thin_walled && sheet.transmittance == [0.5; 3]),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_light_without_a_bsdf_reflects_nothing() {
+    let scene = scene(
+        "<shape type=\"sphere\"><emitter type=\"area\"><rgb name=\"radiance\" value=\"1 2 3\"/></emitter></shape>",
+    );
+    assert_eq!(scene.entities[0].emission, [1.0, 2.0, 3.0]);
+    assert!(matches!(scene.materials[0].kind, MaterialKind::Matte(matte) if matte.reflectance == [0.0; 3]));
+}
+
+#[test]
+fn named_objects_are_made_once() {
+    let body = "<texture type=\"checkerboard\" id=\"t\"/><bsdf type=\"diffuse\" id=\"m\"><ref id=\"t\" name=\"reflectance\"/></bsdf><emitter type=\"area\" id=\"e\"/>";
+    let shape = "<shape type=\"cube\"><ref id=\"m\"/><ref id=\"e\"/></shape>";
+    let scene = scene(&format!("{body}{shape}{shape}"));
+    assert_eq!((scene.materials.len(), scene.textures.len(), scene.entities.len()), (1, 1, 2));
+    assert!(scene.entities.iter().all(|entity| entity.emission == [1.0; 3]));
+    match scene.textures[0].kind {
+        TextureKind::Checkerboard(board) => {
+            assert_eq!((board.even, board.odd), (Varying::Colour([0.4; 3]), Varying::Colour([0.2; 3])));
+            assert_eq!(board.checks_per_unit, [2.0; 2]);
+        }
+        ref other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_texture_of_widths_has_their_square_roots() {
+    let scene = scene(
+        "<shape type=\"sphere\"><bsdf type=\"roughconductor\"><string name=\"distribution\" value=\"ggx\"/><texture name=\"alpha\" type=\"checkerboard\"><float name=\"color0\" value=\"0.04\"/><float name=\"color1\" value=\"0.25\"/></texture></bsdf></shape>",
+    );
+    assert_eq!(scene.materials[0].textures[0].parameter, "roughness");
+    match scene.textures[0].kind {
+        TextureKind::Checkerboard(board) => {
+            assert_eq!((board.even, board.odd), (Varying::Colour([0.2; 3]), Varying::Colour([0.5; 3])));
+        }
+        ref other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn lights_are_read() {
+    let scene = scene(
+        r#"<emitter type="point"><point name="position" x="1" y="2" z="3"/><float name="intensity" value="2"/></emitter>
+        <emitter type="spot"><transform name="to_world"><lookat origin="0 0 4" target="0 0 0" up="0 1 0"/></transform></emitter>
+        <emitter type="directional"><vector name="direction" value="0, 0, -2"/><rgb name="irradiance" value="3"/></emitter>
+        <emitter type="constant"><spectrum name="radiance" value="1"/></emitter>"#,
+    );
+    match &scene.lights[..] {
+        [Light::Point(point), Light::Spot(spot), Light::Directional(sun)] => {
+            assert_eq!((point.position, point.intensity), (DVec3::new(1.0, 2.0, 3.0), Some([2.0; 3])));
+            assert_eq!(
+                (spot.direction, spot.cone_angle, spot.penumbra_angle),
+                (DVec3::NEG_Z, 20.0, Some(5.0))
+            );
+            assert_eq!((spot.intensity, spot.falloff), (Some([1.0; 3]), Falloff::Angle));
+            assert_eq!((sun.direction, sun.irradiance), (DVec3::NEG_Z, [3.0; 3]));
+        }
+        other => panic!("{other:?}"),
+    }
+    // White of equal energy is not that of Rec. 709.
+    let [red, green, blue] = scene.environment;
+    assert!(red > 1.2 && green < 0.96 && blue < 0.92, "{red} {green} {blue}");
+}
+
+#[test]
+fn integrators_say_how_far_paths_go() {
+    let depth = |integrator: &str| {
+        let render = scene(&format!("<integrator {integrator}</integrator>")).render;
+        render.max_depth
+    };
+    let path = |depth: i64| format!("type=\"path\"><integer name=\"max_depth\" value=\"{depth}\"/>");
+    assert_eq!((depth(&path(-1)), depth(&path(1)), depth(&path(6))), (UNLIMITED, 0, 5));
+    assert_eq!(depth("type=\"direct\"><integer name=\"emitter_samples\" value=\"4\"/>"), 1);
+}
+
+#[test]
+fn a_whole_scene_is_the_same_in_toml() {
+    let body = r#"<emitter type="constant"/><shape type="cube" id="box"><transform name="to_world"><scale x="0.3" y="1.7"/><rotate x="1" y="2" angle="33"/></transform>
+        <bsdf type="diffuse"><texture type="checkerboard" name="reflectance"/></bsdf></shape>
+        <shape type="disk"><bsdf type="roughconductor" id="metal"><string name="material" value="Cu"/></bsdf></shape>"#;
+    let text = whole(body);
+    let scene = read(&text).scene;
+    let written = crate::scene::writing::write(&scene, std::path::Path::new(""), std::path::Path::new("f"));
+    let written = written.expect("a scene that can be written");
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join("f")).expect("made");
+    for (path, contents) in &written.files {
+        let file = std::fs::File::create(folder.path().join(path)).expect("a file");
+        contents.write(file).expect("written");
+    }
+    let path = folder.path().join("a.toml");
+    std::fs::write(&path, written.text).expect("written");
+    let again = crate::scene::load(&path).expect("a scene").scene;
+    assert_eq!((&again.camera, &again.film, &again.render), (&scene.camera, &scene.film, &scene.render));
+    for (a, b) in again.entities.iter().zip(&scene.entities) {
+        assert_eq!((&a.shape, a.flip_normal), (&b.shape, b.flip_normal));
+        let (a, b) = (&again.materials[a.material], &scene.materials[b.material]);
+        assert_eq!(
+            (&a.name, a.textured_kind(), a.textures.len()),
+            (&b.name, b.textured_kind(), b.textures.len())
+        );
+    }
+}

@@ -1,0 +1,495 @@
+//! From XML files to objects: elements, variables, files that are included, names of objects.
+
+use super::files::Files;
+use super::input::{explained, limited, offset};
+use super::limits::{
+    LONGEST_SPECTRUM, LONGEST_SUBSTITUTED, MOST_BYTES, MOST_ELEMENTS, MOST_FOLDERS, MOST_INCLUDES,
+    MOST_NESTING,
+};
+use super::nesting;
+use super::object::{Document, Object, Property, Tag, Value};
+use super::report::{Place, Read, Reports};
+use super::spectrum::Spectrum;
+use super::text::{number, triple};
+use super::transform;
+use super::variables::Variables;
+use crate::scene::spelling::{instead, quote};
+use glam::DMat4;
+use roxmltree::{Node, ParsingOptions};
+use std::borrow::Cow;
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Elements that are not objects.
+const OTHERS: [&str; 14] = [
+    "alias",
+    "boolean",
+    "default",
+    "float",
+    "include",
+    "integer",
+    "path",
+    "point",
+    "ref",
+    "rgb",
+    "spectrum",
+    "string",
+    "transform",
+    "vector",
+];
+
+/// A reference to an object that may come later.
+struct Reference {
+    object: usize,
+    property: usize,
+    id: String,
+    place: Place,
+}
+
+/// What is known while files are read.
+pub(super) struct Parser<'a> {
+    pub(super) reports: &'a mut Reports,
+    files: &'a Files,
+    variables: Variables,
+    objects: Vec<Object>,
+    ids: HashMap<String, usize>,
+    references: Vec<Reference>,
+    folders: Arc<Vec<PathBuf>>,
+    elements: usize,
+    bytes: u64,
+}
+
+/// An element, its attributes with the values of variables in them, and the file that it is in.
+struct Element<'a> {
+    name: &'a str,
+    attributes: Vec<(&'a str, Cow<'a, str>)>,
+    place: Place,
+}
+
+impl Element<'_> {
+    fn get(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(known, _)| *known == name).map(|(_, value)| value.as_ref())
+    }
+}
+
+/// Reads the text of a scene file and the files that it includes.
+pub(super) fn parse(
+    path: &Path,
+    text: Arc<str>,
+    defines: &[(String, String)],
+    files: &Files,
+    reports: &mut Reports,
+) -> Read<Document> {
+    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let mut parser = Parser {
+        reports,
+        files,
+        variables: Variables::given(defines),
+        objects: Vec::new(),
+        ids: HashMap::new(),
+        references: Vec::new(),
+        folders: Arc::new(vec![folder]),
+        elements: 0,
+        bytes: 0,
+    };
+    let file = parser.reports.add_file(path, Arc::clone(&text));
+    let whole = Place { file, at: 0 };
+    parser.file(text, whole, None, 0)?;
+    for name in parser.variables.unused() {
+        let message = format!("the scene has no variable {}", quote(&format!("${name}")));
+        parser.reports.warn(whole, message, None);
+    }
+    parser.resolve()?;
+    Ok(Document { objects: parser.objects })
+}
+
+impl Parser<'_> {
+    /// Reads the text of a file, which may be included by an object.
+    fn file(
+        &mut self,
+        text: Arc<str>,
+        whole: Place,
+        parent: Option<(usize, &str)>,
+        depth: usize,
+    ) -> Read<()> {
+        let file = whole.file;
+        self.bytes += text.len() as u64;
+        if self.bytes > MOST_BYTES {
+            let message = format!("the XML files of this scene are larger than {} MiB", MOST_BYTES >> 20);
+            return Err(self.reports.error(whole, message));
+        }
+        let left = MOST_ELEMENTS - self.elements.min(MOST_ELEMENTS);
+        // Beside elements there are texts between them, and comments.
+        let options = ParsingOptions { nodes_limit: (4 * left + 1024) as u32, ..ParsingOptions::default() };
+        let tree = match roxmltree::Document::parse_with_options(&text, options) {
+            Ok(tree) => tree,
+            Err(error) => {
+                let at = offset(&text, error.pos());
+                let place = Place { file, at };
+                return Err(self.reports.error(place, explained(&error)));
+            }
+        };
+        let root = tree.root_element();
+        let element = self.element(root, file)?;
+        match parent {
+            None => {
+                if element.name != "scene" {
+                    let message = format!("the outermost element is {}, not \"scene\"", quote(element.name));
+                    return Err(self.reports.error(element.place, message));
+                }
+                self.version(&element)?;
+                let scene = self.object(Tag::Scene, &element)?;
+                self.inside(root, scene, file, depth)
+            }
+            Some((object, _)) if element.name == "scene" => self.inside(root, object, file, depth),
+            Some((object, name)) => self.child(root, object, file, depth, Some(name)),
+        }
+    }
+
+    /// That a scene is of a version that is read here.
+    fn version(&mut self, element: &Element<'_>) -> Read<()> {
+        let Some(version) = element.get("version") else {
+            return Err(self.reports.error(element.place, "<scene> has no version"));
+        };
+        let major = version.trim().split('.').next().and_then(|major| major.parse::<u32>().ok());
+        match major {
+            Some(2..) => Ok(()),
+            Some(_) => {
+                let message = format!("this file is of Mitsuba {}", quote(version));
+                let help = "files of Mitsuba 2 and 3 are read; Mitsuba 3 itself converts older ones";
+                Err(self.reports.error_with(element.place, message, Some(help.into())))
+            }
+            None => {
+                let message = format!("version {} is none", quote(version));
+                Err(self.reports.error(element.place, message))
+            }
+        }
+    }
+
+    /// An element with the values of variables put in.
+    fn element<'n>(&mut self, node: Node<'n, '_>, file: usize) -> Read<Element<'n>> {
+        let place = Place { file, at: node.range().start };
+        self.elements += 1;
+        if self.elements > MOST_ELEMENTS {
+            let message = format!("the scene has more than {MOST_ELEMENTS} elements");
+            return Err(self.reports.error(place, message));
+        }
+        let mut attributes = Vec::new();
+        for attribute in node.attributes() {
+            let value = match attribute.value() {
+                plain if !plain.contains('$') => Cow::Borrowed(plain),
+                text => match self.variables.put_into(text) {
+                    Ok(value) if value.len() <= LONGEST_SUBSTITUTED => Cow::Owned(value),
+                    Ok(_) => {
+                        let message = format!("with its variables {} is too long", attribute.name());
+                        return Err(self.reports.error(place, message));
+                    }
+                    Err(name) => {
+                        let message = format!("there is no variable {}", quote(&format!("${name}")));
+                        let help = format!("-D {name}=VALUE gives it a value, or <default>");
+                        return Err(self.reports.error_with(place, message, Some(help)));
+                    }
+                },
+            };
+            attributes.push((attribute.name(), value));
+        }
+        Ok(Element { name: node.tag_name().name(), attributes, place })
+    }
+
+    /// Refuses attributes that an element has not.
+    fn only(&mut self, element: &Element<'_>, known: &[&'static str]) -> Read<()> {
+        match element.attributes.iter().find(|(name, _)| !known.contains(name)) {
+            None => Ok(()),
+            Some((name, _)) => {
+                let message = format!("<{}> has no attribute {}", element.name, quote(name));
+                let help = instead(name, known.iter().copied());
+                Err(self.reports.error_with(element.place, message, help))
+            }
+        }
+    }
+
+    /// An attribute that must be there.
+    fn needed<'e>(&mut self, element: &'e Element<'_>, name: &str) -> Read<&'e str> {
+        element
+            .get(name)
+            .ok_or_else(|| self.reports.error(element.place, format!("<{}> has no {name}", element.name)))
+    }
+
+    /// Adds an object without properties.
+    fn object(&mut self, tag: Tag, element: &Element<'_>) -> Read<usize> {
+        let plugin = match tag {
+            Tag::Scene => "scene",
+            _ => {
+                self.only(element, &["type", "id", "name"])?;
+                self.needed(element, "type")?
+            }
+        };
+        let index = self.objects.len();
+        let id = element.get("id").unwrap_or_default();
+        if !id.is_empty() && self.ids.insert(id.to_owned(), index).is_some() {
+            return Err(self.reports.error(element.place, format!("two objects have the id {}", quote(id))));
+        }
+        self.objects.push(Object {
+            tag,
+            plugin: plugin.to_owned(),
+            id: id.to_owned(),
+            place: element.place,
+            properties: Vec::new(),
+            folders: Arc::clone(&self.folders),
+            read: Cell::new(false),
+        });
+        Ok(index)
+    }
+
+    /// Reads what is inside of an object's element.
+    fn inside(&mut self, node: Node<'_, '_>, object: usize, file: usize, depth: usize) -> Read<()> {
+        let mut outcome = Ok(());
+        for child in node.children().filter(Node::is_element) {
+            // All errors of a file are told, each once.
+            if let Err(reported) = self.child(child, object, file, depth + 1, None) {
+                outcome = Err(reported);
+            }
+        }
+        outcome
+    }
+
+    /// Reads an element inside of an object, under another name than its own if it was included under one.
+    fn child(
+        &mut self,
+        node: Node<'_, '_>,
+        parent: usize,
+        file: usize,
+        depth: usize,
+        name: Option<&str>,
+    ) -> Read<()> {
+        let element = self.element(node, file)?;
+        if depth > MOST_NESTING {
+            let message = format!("elements are nested more than {MOST_NESTING} deep");
+            return Err(self.reports.error(element.place, message));
+        }
+        let name =
+            name.filter(|name| !name.is_empty()).or(element.get("name")).unwrap_or_default().to_owned();
+        let is_plugin = element.name == "spectrum" && element.get("type").is_some();
+        let tag = if is_plugin { Some(Tag::Texture) } else { Tag::of(element.name) };
+        if let Some(tag) = tag.filter(|&tag| tag != Tag::Scene) {
+            let object = self.object(tag, &element)?;
+            self.property(parent, name, Value::Object(object), element.place)?;
+            return self.inside(node, object, file, depth);
+        }
+        let value = match element.name {
+            "include" => return self.include(&element, parent, &name, depth),
+            "path" => return self.path(&element, parent),
+            "default" => {
+                self.only(&element, &["name", "value"])?;
+                let (name, value) = (self.needed(&element, "name")?, self.needed(&element, "value")?);
+                self.variables.fall_back(name, value);
+                return Ok(());
+            }
+            "alias" => return self.alias(&element),
+            "ref" => {
+                self.only(&element, &["id", "name"])?;
+                let id = self.needed(&element, "id")?.to_owned();
+                let (object, place) = (parent, element.place);
+                let property = self.objects[parent].properties.len();
+                self.references.push(Reference { object, property, id, place });
+                Value::Object(usize::MAX)
+            }
+            "transform" => Value::Transform(self.transform(node, &element, file)?),
+            other if OTHERS.contains(&other) => self.value(&element)?,
+            other => {
+                let message = format!("unknown element <{}>", quote(other).trim_matches('"'));
+                let known = Tag::ALL.iter().skip(1).map(|(name, _)| *name).chain(OTHERS);
+                return Err(self.reports.error_with(element.place, message, instead(other, known)));
+            }
+        };
+        if name.is_empty() && !matches!(value, Value::Object(_)) {
+            return Err(self.reports.error(element.place, format!("<{}> has no name", element.name)));
+        }
+        self.property(parent, name, value, element.place)
+    }
+
+    /// Adds a property, whose name must be new.
+    fn property(&mut self, object: usize, name: String, value: Value, place: Place) -> Read<()> {
+        let owner = &mut self.objects[object];
+        // A scene has hundreds of thousands of objects, whose names say nothing.
+        let counts = !name.is_empty() && owner.tag != Tag::Scene;
+        if counts && owner.properties.iter().any(|property| property.name == name) {
+            let message = format!("{} is given twice", quote(&name));
+            return Err(self.reports.error(place, message));
+        }
+        owner.properties.push(Property { name, value, place, used: Cell::new(false) });
+        Ok(())
+    }
+
+    /// The value of an element that has one.
+    fn value(&mut self, element: &Element<'_>) -> Read<Value> {
+        let place = element.place;
+        if matches!(element.name, "point" | "vector") {
+            self.only(element, &["name", "value", "x", "y", "z"])?;
+            let vector = transform::vector(&|name| element.get(name), 0.0);
+            return vector.map(|v| Value::Triple(v.to_array())).map_err(|e| self.reports.error(place, e));
+        }
+        if element.name == "spectrum" {
+            self.only(element, &["name", "value", "filename"])?;
+            return self.spectrum(element).map(Value::Spectrum);
+        }
+        self.only(element, &["name", "value"])?;
+        let text = self.needed(element, "value")?;
+        let value = match element.name {
+            "float" => number(text).map(Value::Number),
+            "integer" => text.trim().parse().ok().map(Value::Whole),
+            "boolean" => match text.trim().to_ascii_lowercase().as_str() {
+                "true" => Some(Value::Flag(true)),
+                "false" => Some(Value::Flag(false)),
+                _ => None,
+            },
+            "rgb" => triple(text).map(Value::Rgb),
+            _ => Some(Value::Text(text.to_owned())),
+        };
+        value.ok_or_else(|| {
+            let expected = match element.name {
+                "float" => "a number",
+                "integer" => "a whole number",
+                "boolean" => "true or false",
+                _ => "one number or three",
+            };
+            self.reports.error(place, format!("{} is not {expected}", quote(text)))
+        })
+    }
+
+    fn spectrum(&mut self, element: &Element<'_>) -> Read<Spectrum> {
+        let place = element.place;
+        let read = match (element.get("value"), element.get("filename")) {
+            (Some(value), None) => Spectrum::parse(value),
+            (None, Some(name)) => {
+                let path = self.find(name, place)?;
+                match limited(&path, LONGEST_SPECTRUM) {
+                    Ok(text) => Spectrum::of_file(&text).map_err(|error| format!("{}: {error}", quote(name))),
+                    Err(error) => Err(format!("{}: {error}", quote(name))),
+                }
+            }
+            _ => Err("<spectrum> has either a value or a filename".into()),
+        };
+        read.map_err(|message| self.reports.error(place, message))
+    }
+
+    fn transform(&mut self, node: Node<'_, '_>, element: &Element<'_>, file: usize) -> Read<DMat4> {
+        self.only(element, &["name"])?;
+        let mut all = DMat4::IDENTITY;
+        for child in node.children().filter(Node::is_element) {
+            let step = self.element(child, file)?;
+            let attribute = |name: &str| step.get(name);
+            match transform::step(step.name, &attribute) {
+                Some(matrix) => {
+                    self.only(&step, transform::attributes(step.name))?;
+                    all = matrix.map_err(|message| self.reports.error(step.place, message))? * all;
+                }
+                None => {
+                    let message = format!("<{}> is no step of a transform", step.name);
+                    let known = ["translate", "scale", "rotate", "lookat", "matrix"];
+                    let help = instead(step.name, known.into_iter());
+                    return Err(self.reports.error_with(step.place, message, help));
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    fn alias(&mut self, element: &Element<'_>) -> Read<()> {
+        self.only(element, &["id", "as"])?;
+        let (id, other) = (self.needed(element, "id")?, self.needed(element, "as")?);
+        let Some(&object) = self.ids.get(id) else {
+            return Err(self
+                .reports
+                .error(element.place, format!("nothing before has the id {}", quote(id))));
+        };
+        match self.ids.insert(other.to_owned(), object) {
+            None => Ok(()),
+            Some(_) => {
+                let message = format!("two objects have the id {}", quote(other));
+                Err(self.reports.error(element.place, message))
+            }
+        }
+    }
+
+    fn path(&mut self, element: &Element<'_>, parent: usize) -> Read<()> {
+        self.only(element, &["value"])?;
+        let value = self.needed(element, "value")?;
+        if parent != 0 {
+            return Err(self.reports.error(element.place, "<path> stands directly inside of <scene>"));
+        }
+        let own = self.reports.path(element.place.file).parent().unwrap_or(Path::new("")).join(value);
+        self.look_first_in(own, element.place)?;
+        Ok(())
+    }
+
+    fn include(&mut self, element: &Element<'_>, parent: usize, name: &str, depth: usize) -> Read<()> {
+        self.only(element, &["filename", "name"])?;
+        let file = self.needed(element, "filename")?;
+        let path = self.find(file, element.place)?;
+        let text = match limited(&path, MOST_BYTES) {
+            Ok(text) => text,
+            Err(error) => return Err(self.reports.error(element.place, format!("{}: {error}", quote(file)))),
+        };
+        let index = self.reports.add_file(&path, Arc::clone(&text));
+        // A file that includes itself does so until here.
+        if self.includes(element.place.file) >= MOST_INCLUDES {
+            let message = format!("files include each other more than {MOST_INCLUDES} deep");
+            return Err(self.reports.error(element.place, message));
+        }
+        self.reports.included_by(index, element.place.file);
+        let before = Arc::clone(&self.folders);
+        self.look_first_in(path.parent().unwrap_or(Path::new("")).to_path_buf(), element.place)?;
+        let outcome = self.file(text, Place { file: index, at: 0 }, Some((parent, name)), depth);
+        self.folders = before;
+        outcome
+    }
+
+    /// Adds a folder before those in which files are looked for.
+    fn look_first_in(&mut self, folder: PathBuf, place: Place) -> Read<()> {
+        if self.folders.len() >= MOST_FOLDERS {
+            let message = format!("files are looked for in more than {MOST_FOLDERS} folders");
+            return Err(self.reports.error(place, message));
+        }
+        let mut folders = vec![folder];
+        folders.extend(self.folders.iter().cloned());
+        self.folders = Arc::new(folders);
+        Ok(())
+    }
+
+    /// How many files include each other to get to a file.
+    fn includes(&self, file: usize) -> usize {
+        std::iter::successors(Some(file), |&file| self.reports.includer(file)).count()
+    }
+
+    fn find(&mut self, name: &str, place: Place) -> Read<PathBuf> {
+        let found = self.files.find(name, &self.folders);
+        found.map_err(|(message, help)| self.reports.error_with(place, message, help))
+    }
+
+    /// Puts objects in place of references, and makes sure that none contains itself and that they are not nested too
+    /// deep.
+    fn resolve(&mut self) -> Read<()> {
+        let mut outcome = Ok(());
+        for Reference { object, property, id, place } in std::mem::take(&mut self.references) {
+            match self.ids.get(&id) {
+                Some(&named) => {
+                    // A reference whose element was refused is not there.
+                    if let Some(property) = self.objects[object].properties.get_mut(property) {
+                        property.value = Value::Object(named);
+                    }
+                }
+                None => {
+                    let message = format!("no object has the id {}", quote(&id));
+                    let help = instead(&id, self.ids.keys().map(String::as_str));
+                    outcome = Err(self.reports.error_with(place, message, help));
+                }
+            }
+        }
+        outcome?;
+        let wrong = nesting::problem(&self.objects);
+        wrong.map_or(Ok(()), |(place, message)| Err(self.reports.error(place, message)))
+    }
+}

@@ -6,7 +6,7 @@ use super::reading::ReadingArguments;
 use crate::math::Bounds;
 use crate::parameter::Family;
 use crate::scene::mesh::{self, MeshFile, Split};
-use crate::scene::{MaterialKind, Scene, Texture};
+use crate::scene::{self, MaterialKind, Scene, Texture};
 use crate::texture::Tile;
 use crate::world::{CompiledScene, Finder, Simple, Triangles, World, compile, extent};
 use glam::{DAffine3, DVec3};

@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod compare;
 mod contents;
+mod convert;
 mod develop;
 mod devices;
 mod events;
@@ -40,6 +41,8 @@ enum Command {
     Render(Box<render::RenderArguments>),
     /// Check a scene file for errors without rendering
     Check(check::CheckArguments),
+    /// Write a scene file as TOML, with its meshes and pictures beside it
+    Convert(convert::ConvertArguments),
     /// Trace one path again and describe it bounce by bounce
     Trace(trace::TraceArguments),
     /// Measure time against threads, time against depth, or error against samples
@@ -61,6 +64,7 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Render(arguments) => render::run(*arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Trace(arguments) => trace::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),

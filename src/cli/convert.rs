@@ -1,0 +1,67 @@
+//! `stride convert`: a scene file of any format as one in TOML.
+
+use super::arguments::shown;
+use super::failure::{Failure, usage};
+use super::print::print;
+use super::reading::ReadingArguments;
+use crate::output::atomic::write_atomically;
+use crate::scene::writing;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct ConvertArguments {
+    /// Scene file (TOML, or Mitsuba's XML)
+    scene: PathBuf,
+    /// Scene file to write, in TOML; its meshes and pictures come into a folder of its name beside it
+    #[arg(short, long = "output", value_name = "FILE.toml")]
+    output: PathBuf,
+    #[command(flatten)]
+    reading: ReadingArguments,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+pub(super) fn run(arguments: &ConvertArguments) -> Result<(), Failure> {
+    let output = &arguments.output;
+    if output.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
+        return Err(usage(format!("{} does not end in .toml", output.display())));
+    }
+    let loaded = arguments.reading.load(&arguments.scene, arguments.quiet)?;
+    if !arguments.quiet {
+        for warning in &loaded.warnings {
+            let _ = writeln!(std::io::stderr(), "warning: {warning}");
+        }
+        if let Some([x, y, width, height]) = loaded.crop {
+            let _ = writeln!(
+                std::io::stderr(),
+                "warning: a scene file in TOML has no crop: render it with --crop {x},{y},{width},{height}"
+            );
+        }
+    }
+    let folder = arguments.scene.parent().unwrap_or(Path::new(""));
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+    let beside = PathBuf::from(format!("{stem}-files"));
+    let written =
+        writing::write(&loaded.scene, folder, &beside).map_err(|message| anyhow::anyhow!("{message}"))?;
+    let into = output.parent().unwrap_or(Path::new(""));
+    if !written.files.is_empty() {
+        let made = fs::create_dir_all(into.join(&beside));
+        made.map_err(|error| anyhow::anyhow!("{}: cannot be made: {error}", into.join(&beside).display()))?;
+    }
+    for (path, contents) in &written.files {
+        write_atomically(&into.join(path), |out| contents.write(out))?;
+    }
+    write_atomically(output, |out| out.write_all(written.text.as_bytes()))?;
+    if arguments.quiet {
+        return Ok(());
+    }
+    let files = match written.files.len() {
+        0 => String::new(),
+        1 => format!(" and a file in {}", shown(&into.join(&beside))),
+        n => format!(" and {n} files in {}", shown(&into.join(&beside))),
+    };
+    Ok(print(&format!("{}{files}\n", shown(output)))?)
+}

@@ -11,6 +11,8 @@ use stride::film::file::FilmReader;
 use stride::math::{Bounds, Ray, Vec3};
 use stride::output::npy::read::DumpReader;
 use stride::output::read_picture;
+use stride::scene::LoadOptions;
+use stride::scene::formats::mitsuba::{self, serialized};
 use stride::scene::mesh::{self, Mesh, Split};
 use stride::world::{Simple, Treed, Triangles, World, compile};
 
@@ -36,9 +38,12 @@ const PLAIN: [usize; 2] = [8 << 20, 256];
 /// held twice.
 const PACKED: [usize; 2] = [16 << 20, 1032 * 8 * 12 * 2];
 
+/// Instances multiply shapes, of which there are 2¹⁸ at most.
+const MULTIPLIED: [usize; 2] = [256 << 20, 512];
+
 /// The names of all readers.
-pub const NAMES: [&str; 11] =
-    ["ply", "obj", "mtl", "gltf", "glb", "toml", "film", "npy", "exr", "png", "hdr"];
+pub const NAMES: [&str; 13] =
+    ["ply", "obj", "mtl", "gltf", "glb", "toml", "xml", "serialized", "film", "npy", "exr", "png", "hdr"];
 
 /// The reader of this name.
 pub fn target(name: &str) -> Option<Target> {
@@ -59,6 +64,15 @@ pub fn target(name: &str) -> Option<Target> {
             seeds.extend(files(&of_this_crate("../scenes"), "toml"));
             Target { read: parse_scene, words: TOML, seeds, ..target }
         }
+        "xml" => Target { read: parse_mitsuba, words: XML, memory: MULTIPLIED, ..target },
+        "serialized" => Target {
+            read: |bytes| {
+                [0, 1].map(|i| serialized::parse(bytes, i).map(|mesh| trust(&mesh))).iter().any(Result::is_ok)
+            },
+            seeds: serialized_meshes(),
+            memory: PACKED,
+            ..target
+        },
         "film" => {
             let read =
                 |bytes: &[u8]| FilmReader::open(Cursor::new(bytes)).is_ok_and(|reader| reader.read().is_ok());
@@ -170,6 +184,25 @@ const TOML: &[&str] = &[
     "max = [1, 1, 1]\n",
 ];
 
+const XML: &[&str] = &[
+    "<shape type=\"sphere\"/>",
+    "<shape type=\"shapegroup\" id=\"g\">",
+    "<shape type=\"instance\"><ref id=\"g\"/></shape>",
+    "<ref id=\"a\"/>",
+    "<include filename=\"all.xml\"/>",
+    "<path value=\"..\"/>",
+    "<default name=\"a\" value=\"$a$b\"/>",
+    "$a",
+    "&amp;",
+    "&#0;",
+    "<!DOCTYPE a [<!ENTITY b \"c\">]>",
+    "<![CDATA[",
+    "<transform name=\"to_world\"><scale value=\"0\"/></transform>",
+    "<bsdf type=\"twosided\">",
+    "<spectrum name=\"eta\" value=\"400:1, 500:2\"/>",
+    "</scene>",
+];
+
 const FILM: &[&str] = &["\n\n", "asked: 1..2\n", "adaptive: 1\n", "scene: \n"];
 
 const NPY: &[&str] = &["'shape': (", "99999999999999999999", "'descr': ", "{", "}", ",)", "# [[\"\",\"\"]]"];
@@ -272,6 +305,58 @@ fn parse_scene(bytes: &[u8]) -> bool {
     let Ok((_, surfaces)) = compile(&loaded.scene, 4, 3) else { return false };
     look_at(&surfaces, Bounds { low: [-1.0; 3], high: [1.0; 3] });
     true
+}
+
+/// A scene file of Mitsuba's.
+fn parse_mitsuba(bytes: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(bytes) else { return false };
+    let options = LoadOptions::default();
+    let Ok(loaded) = mitsuba::parse(text, &beside_seeds("a.xml"), &options) else { return false };
+    let Ok((_, surfaces)) = compile(&loaded.scene, 4, 3) else { return false };
+    look_at(&surfaces, Bounds { low: [-1.0; 3], high: [1.0; 3] });
+    true
+}
+
+/// Serialized meshes whose data is not compressed, so that what is spoiled is the mesh: two in one file.
+fn serialized_meshes() -> Vec<Vec<u8>> {
+    [(3_u16, 0_u32), (4, 0), (4, 0x2000)]
+        .map(|(version, precision)| serialized_mesh(version, precision))
+        .into()
+}
+
+fn serialized_mesh(version: u16, precision: u32) -> Vec<u8> {
+    let mut mesh = (precision | 2).to_le_bytes().to_vec();
+    if version == 4 {
+        mesh.extend(b"name\0");
+    }
+    mesh.extend([3_u64.to_le_bytes(), 1_u64.to_le_bytes()].concat());
+    for x in [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0] {
+        match precision {
+            0 => mesh.extend(x.to_le_bytes()),
+            _ => mesh.extend(f64::from(x).to_le_bytes()),
+        }
+    }
+    mesh.extend([0_u32, 1, 2].map(u32::to_le_bytes).concat());
+    // A header of zlib, one stored block, and the checksum.
+    let length = mesh.len() as u16;
+    let stored = [&[0x78, 0x01, 0x01][..], &length.to_le_bytes(), &(!length).to_le_bytes(), &mesh].concat();
+    let sum = mesh.iter().fold((1_u32, 0_u32), |(a, b), &byte| {
+        let a = (a + u32::from(byte)) % 65521;
+        (a, (b + a) % 65521)
+    });
+    let one = [
+        &0x041c_u16.to_le_bytes()[..],
+        &version.to_le_bytes(),
+        &stored,
+        &(sum.1 << 16 | sum.0).to_be_bytes(),
+    ]
+    .concat();
+    let places = [0, one.len()];
+    let list: Vec<u8> = match version {
+        3 => places.iter().flat_map(|&place| (place as u32).to_le_bytes()).collect(),
+        _ => places.iter().flat_map(|&place| (place as u64).to_le_bytes()).collect(),
+    };
+    [&one[..], &one, &list, &2_u32.to_le_bytes()].concat()
 }
 
 fn parse_dump(bytes: &[u8]) -> bool {

@@ -45,9 +45,7 @@ MODELS = {
     "beckmann": "GGX in place of Beckmann: longer tails",
     "plastic": "matte in place of plastic: no highlight",
     "principled": "matte in place of principled",
-    "bumpmap": "no bump map",
-    "normalmap": "no normal map",
-    "a surface with a border": "the back of a one-sided surface is not black",
+    "the shadowing function": "grazing light on tilted normals is not weakened",
 }
 
 TO_XYZ = np.array(

@@ -4,7 +4,8 @@ use super::sought;
 use super::words::{different, list, number, quoted};
 use crate::parameter::{Family, ParameterKind, Value, Varying};
 use crate::scene::description::{
-    CameraSettings, Choice, FilmMode, FilmSettings, Filter, RenderSettings, Scene, Shape, Textured, UNLIMITED,
+    CameraSettings, Choice, EnvironmentPicture, FilmMode, FilmSettings, Filter, Modifiers, RenderSettings,
+    Scene, Shape, Textured, UNLIMITED,
 };
 use glam::DVec3;
 use std::fmt::Write;
@@ -36,13 +37,18 @@ pub(super) fn scene(scene: &Scene, pictures: &[String], meshes: &[Option<String>
         text += "\n[environment]\n";
         line(&mut text, "radiance", list(&scene.environment));
     }
+    if let Some(picture) = &scene.environment_picture {
+        environment(picture, &names, &mut text)?;
+    }
     for (texture, name) in scene.textures.iter().zip(&names.textures) {
         let _ = writeln!(text, "\n[textures.{}]", quoted(name));
         text += &(parameters(&texture.kind, &[], &names)?.join("\n") + "\n");
     }
     for (material, name) in scene.materials.iter().zip(&names.materials) {
         let _ = writeln!(text, "\n[materials.{}]", quoted(name));
-        text += &(parameters(&material.kind, &material.textures, &names)?.join("\n") + "\n");
+        let own = parameters(&material.kind, &material.textures, &names)?;
+        let common = modifiers(&material.modifiers, &material.textures, &names)?;
+        text += &(own.into_iter().chain(common).collect::<Vec<_>>().join("\n") + "\n");
     }
     for light in &scene.lights {
         text += "\n[[lights]]\n";
@@ -76,6 +82,28 @@ pub(super) fn scene(scene: &Scene, pictures: &[String], meshes: &[Option<String>
         }
     }
     Ok(text)
+}
+
+fn environment(picture: &EnvironmentPicture, names: &Names<'_>, text: &mut String) -> Result<(), String> {
+    *text += "\n[environment]\n";
+    line(text, "file", quoted(&names.pictures[picture.file.0]));
+    line(text, "scale", list(&picture.scale));
+    let degrees = sought::degrees(picture.rotate);
+    let degrees =
+        degrees.ok_or("the turn of the environment can be written in no way that is read as it is")?;
+    line(text, "rotate", number(degrees));
+    let up = sought::direction(picture.up);
+    let up = up.ok_or("up of the environment can be written in no way that is read as it is")?;
+    line(text, "up", list(&up.to_array()));
+    Ok(())
+}
+
+/// What a material has besides its own parameters, where that is not what every material has.
+fn modifiers(own: &Modifiers, textured: &[Textured], names: &Names<'_>) -> Result<Vec<String>, String> {
+    let usual = parameters(&Modifiers::default(), &[], names)?;
+    let all = parameters(own, textured, names)?;
+    // The first is the type, which they have not.
+    Ok(all.into_iter().skip(1).filter(|line| !usual.contains(line)).collect())
 }
 
 fn film(film: &FilmSettings, text: &mut String) {

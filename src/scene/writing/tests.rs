@@ -24,7 +24,10 @@ fn in_order(mut scene: Scene) -> Scene {
     names.sort();
     let old: Vec<_> = scene.materials.iter().map(|material| material.name.clone()).collect();
     let new = |index: usize| names.iter().position(|name| *name == old[index]).expect("a name");
-    scene.materials.iter_mut().for_each(|material| material.kind.renumber(&new));
+    for material in &mut scene.materials {
+        material.kind.renumber(&new);
+        material.modifiers.renumber(&new);
+    }
     scene.entities.iter_mut().for_each(|entity| entity.material = new(entity.material));
     scene.materials.sort_by(|a, b| a.name.cmp(&b.name));
     for image in &mut scene.images {

@@ -27,6 +27,8 @@ pub(super) struct Builder<'a, 'w> {
     images: ImageCache,
     /// The materials that were made of objects.
     pub(super) materials: HashMap<usize, Read<usize>>,
+    /// The same materials with nothing to be seen from behind.
+    pub(super) one_sided: HashMap<usize, usize>,
     /// The textures that were made of objects, by whether square roots of their values are meant.
     pub(super) textures: HashMap<(usize, bool), usize>,
     /// Where things come from, in their order.
@@ -75,6 +77,7 @@ impl<'a, 'w> Builder<'a, 'w> {
             borders: HashMap::new(),
             images: ImageCache::new(std::path::Path::new("")),
             materials: HashMap::new(),
+            one_sided: HashMap::new(),
             textures: HashMap::new(),
             places: Places::default(),
         }
@@ -136,8 +139,27 @@ impl<'a, 'w> Builder<'a, 'w> {
             Some(object) => format!("{} {number}", object.plugin),
             None => format!("default {number}"),
         };
-        self.scene.materials.push(Material { name, kind: kind.into(), textures });
+        self.scene.materials.push(Material { name, kind: kind.into(), textures, ..Material::default() });
         self.places.materials.push(place);
+        self.scene.materials.len() - 1
+    }
+
+    /// Adds a material that is another one but for a change, and returns its index.
+    pub(super) fn add_changed(
+        &mut self,
+        object: &Object,
+        inner: usize,
+        change: impl FnOnce(&mut Material),
+    ) -> usize {
+        let mut material = self.scene.materials[inner].clone();
+        let number = self.scene.materials.len() + 1;
+        material.name = match object.id.as_str() {
+            "" => format!("{} {number}", object.plugin),
+            id => id.to_owned(),
+        };
+        change(&mut material);
+        self.scene.materials.push(material);
+        self.places.materials.push(object.place);
         self.scene.materials.len() - 1
     }
 

@@ -6,8 +6,10 @@ use super::report::Read;
 use super::spectrum::Of;
 use super::transform::affine;
 use crate::light::Falloff;
+use crate::math::{Frame, Vec3, narrow};
+use crate::parameter::ImageIndex;
 use crate::scene::description::{
-    DirectionalLightParameters, Light, PointLightParameters, SpotLightParameters,
+    DirectionalLightParameters, EnvironmentPicture, Light, PointLightParameters, SpotLightParameters,
 };
 use glam::{DAffine3, DVec3};
 
@@ -129,10 +131,35 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// An environment that is a picture.
+    /// An environment that is a picture: in its space up is y, its middle column is seen along z and the quarter left of it
+    /// along x.
     fn environment_map(&mut self, object: &Object) -> Read<()> {
-        object.ignore(&["mis_compensation", "filename", "scale", "to_world"]);
-        self.reports.lacks(object.place, object.what(), "the environment is black");
+        object.ignore(&["mis_compensation"]);
+        let linear = self.to_world(object)?.matrix3;
+        let file = ImageIndex(self.image(object, "filename")?);
+        let scale = object.number("scale", 1.0, self.reports)?;
+        if self.has_environment(object) {
+            return Ok(());
+        }
+        let up = self.direction(object, linear * DVec3::Y)?;
+        let ahead = self.direction(object, linear * DVec3::Z)?;
+        let left = self.direction(object, linear * DVec3::X)?;
+        if up.cross(ahead).dot(left) < 0.999 {
+            let what = "a to_world of emitter \"envmap\" that mirrors or shears";
+            self.reports.lacks(object.place, what, "up and the middle column are right");
+        }
+        let rotate = turn(up, ahead);
+        let mut picture = EnvironmentPicture::of(file);
+        (picture.scale, picture.rotate, picture.up) = ([scale; 3], rotate, up);
+        self.scene.environment_picture = Some(picture);
         Ok(())
     }
+}
+
+/// Radians about `up` from where an environment's middle column is seen without a rotation to `ahead`.
+fn turn(up: DVec3, ahead: DVec3) -> f64 {
+    let up: [f32; 3] = narrow((up + DVec3::ZERO).to_array());
+    let frame = Frame::<f32>::around(Vec3::splat(up));
+    let along = |v: Vec3<f32>| ahead.dot(DVec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z)));
+    libm::atan2(along(frame.t), along(frame.s))
 }

@@ -1,19 +1,20 @@
 //! Materials of the plugins of the tag `bsdf`.
 //!
-//! What wraps a bsdf and has a counterpart in what every material may have (`mask`, `bumpmap`, `normalmap`, `twosided` with
-//! two sides) or in a mix of materials (`blendbsdf`) is a function each.
+//! What wraps a bsdf is a function each: `mask`, `bumpmap`, `normalmap` and `twosided` with two sides make another material of
+//! the inner one, by what every material may have, and `blendbsdf` a mix.
 
 use super::builder::Builder;
 use super::indices;
 use super::object::{Object, Tag, Value};
-use super::report::{Place, Read};
+use super::report::Read;
 use super::spectrum::Of;
 use super::textures::Shade;
 use crate::scene::description::{
     ConductorParameters, DielectricParameters, GlassParameters, MaterialKind, MatteParameters,
-    MirrorParameters, Textured,
+    MirrorParameters, MixParameters, Modifiers, Named, Textured,
 };
 use crate::scene::spelling::{instead, quote};
+use std::collections::HashSet;
 
 /// Parameters that become textures of a material while its numbers are read.
 #[derive(Default)]
@@ -216,41 +217,98 @@ impl Builder<'_, '_> {
         Ok(inside / outside)
     }
 
-    /// Two sides that are the same, as all materials have here that let no light through.
+    /// Two sides that are the same, as all materials have here that let no light through; or two materials.
     fn two_sided(&mut self, object: &Object) -> Read<usize> {
         object.ignore(&["allow_transmission"]);
-        if self.document.children(object, Tag::Bsdf).len() > 1 {
-            let what = "a second bsdf in bsdf \"twosided\"";
-            self.reports.lacks(object.place, what, "the first one is on both sides");
+        match self.document.children(object, Tag::Bsdf)[..] {
+            [front, back] => {
+                let (front, back) = (self.bsdf(front)?, self.bsdf(back)?);
+                Ok(self.add_changed(object, front, |material| material.modifiers.back = Some(back)))
+            }
+            _ => self.inner(object),
         }
-        self.inner(object)
     }
 
+    /// Holes. To pass through one is no bounce here, where it is one in Mitsuba.
     fn mask(&mut self, object: &Object) -> Read<usize> {
-        self.without(object, &["opacity"], "what it masks is opaque")
+        let opacity = self.shade(object, "opacity", 0.5, Of::Number)?;
+        let inner = self.inner(object)?;
+        let has_holes = self.scene.materials[inner].modifiers.opacity < 1.0
+            || self.scene.materials[inner].textures.iter().any(|textured| textured.parameter == "opacity");
+        if has_holes {
+            self.reports.lacks(object.place, "a mask in a mask", "the outer one is left out");
+            return Ok(inner);
+        }
+        Ok(self.add_changed(object, inner, |material| match opacity {
+            Shade::Colour([opacity, ..]) => material.modifiers.opacity = opacity,
+            Shade::Texture(texture) => material.textures.push(Textured { parameter: "opacity", texture }),
+        }))
     }
 
     fn bump_map(&mut self, object: &Object) -> Read<usize> {
-        object.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
-        self.document.children(object, Tag::Texture);
-        self.without(object, &["scale"], "the surface is smooth")
+        self.note_shadowing(object)?;
+        let scale = object.number("scale", 1.0, self.reports)?;
+        let Some(&map) = self.document.children(object, Tag::Texture).first() else {
+            return Err(self.reports.error(object.place, "bsdf \"bumpmap\" has no texture in it"));
+        };
+        let map = self.map(map)?;
+        self.with_map(object, "bump_map", map, |modifiers| {
+            modifiers.bump_map = Some(Named);
+            modifiers.bump_scale = scale;
+        })
     }
 
     fn normal_map(&mut self, object: &Object) -> Read<usize> {
-        object.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
-        self.without(object, &["normalmap"], "the surface is smooth")
+        self.note_shadowing(object)?;
+        let map = match object.find("normalmap").map(|property| &property.value) {
+            Some(&Value::Object(map)) => self.map(map)?,
+            _ => {
+                return Err(self.reports.error(object.place, "bsdf \"normalmap\" has no texture normalmap"));
+            }
+        };
+        self.with_map(object, "normal_map", map, |modifiers| modifiers.normal_map = Some(Named))
     }
 
+    /// Mitsuba weakens grazing light on a tilted normal by the shadowing of microfacets (Estevez et al. 2019), unless it is
+    /// told not to.
+    fn note_shadowing(&mut self, object: &Object) -> Read<()> {
+        object.ignore(&["flip_invalid_normals"]);
+        if object.flag("use_shadowing_function", true, self.reports)? {
+            let what = format!("the shadowing function of {}", object.what());
+            self.reports.lacks(object.place, what, "grazing light is not weakened");
+        }
+        Ok(())
+    }
+
+    /// A bsdf with a map of normals or heights.
+    fn with_map(
+        &mut self,
+        object: &Object,
+        parameter: &'static str,
+        texture: usize,
+        set: impl FnOnce(&mut Modifiers),
+    ) -> Read<usize> {
+        let inner = self.inner(object)?;
+        if self.scene.materials[inner].textures.iter().any(|textured| textured.parameter == parameter) {
+            self.reports.lacks(object.place, format!("{} in itself", object.what()), "the inner one counts");
+            return Ok(inner);
+        }
+        Ok(self.add_changed(object, inner, |material| {
+            set(&mut material.modifiers);
+            material.textures.push(Textured { parameter, texture });
+        }))
+    }
+
+    /// A mix of two materials: a weight of 0 is the first.
     fn blend(&mut self, object: &Object) -> Read<usize> {
-        self.without(object, &["weight"], "its first bsdf is rendered instead")
-    }
-
-    /// What is inside of a bsdf that has no counterpart.
-    fn without(&mut self, object: &Object, known: &[&str], instead: &str) -> Read<usize> {
-        object.ignore(known);
-        self.document.children(object, Tag::Bsdf);
-        self.reports.lacks(object.place, object.what(), instead);
-        self.inner(object)
+        let amount = self.shade(object, "weight", 0.5, Of::Number)?;
+        let [a, b] = self.document.children(object, Tag::Bsdf)[..] else {
+            return Err(self.reports.error(object.place, "bsdf \"blendbsdf\" needs two bsdfs in it"));
+        };
+        let (a, b) = (self.bsdf(a)?, self.bsdf(b)?);
+        let mut bound = Bound::default();
+        let [amount, ..] = bound.colour("amount", amount, 0.5);
+        Ok(self.add_material(Some(object), object.place, MixParameters { a, b, amount }, bound.0))
     }
 
     /// A bsdf without a counterpart: a matte one of the colour that comes nearest to it.
@@ -273,41 +331,60 @@ impl Builder<'_, '_> {
     /// Whether a bsdf that stands on a surface with two sides to be seen shows nothing on its back in Mitsuba, but the same
     /// as on its front here.
     pub(super) fn is_one_sided(&self, shape: &Object) -> bool {
-        let children = self.document.children(shape, Tag::Bsdf);
-        let mut object = match children.first() {
-            Some(&first) => &self.document.objects[first],
-            None => return true,
-        };
-        loop {
+        let mut open = self.document.children(shape, Tag::Bsdf);
+        open.truncate(1);
+        // What is named twice is looked at once: blends may double at each step.
+        let mut seen = HashSet::new();
+        while let Some(index) = open.pop() {
+            if !seen.insert(index) {
+                continue;
+            }
+            let object = &self.document.objects[index];
             match object.plugin.as_str() {
                 "mask" | "bumpmap" | "normalmap" | "blendbsdf" => {
-                    match self.document.children(object, Tag::Bsdf).first() {
-                        Some(&inner) => object = &self.document.objects[inner],
-                        None => return false,
-                    }
+                    open.extend(self.document.children(object, Tag::Bsdf));
                 }
-                plugin => {
-                    let one_sided = ["diffuse", "conductor", "roughconductor", "plastic", "roughplastic"];
-                    return one_sided.contains(&plugin);
-                }
+                "diffuse" | "conductor" | "roughconductor" | "plastic" | "roughplastic" => {}
+                _ => return false,
             }
         }
+        true
     }
 
-    /// Notes that a surface with a border has one side.
-    pub(super) fn note_one_sided(&mut self, place: Place) {
-        let what = "a surface with a border whose bsdf is not twosided";
-        self.reports.lacks(place, what, "its back looks like its front, where Mitsuba's is black");
+    /// The material that is the same from the front, and black from behind.
+    pub(super) fn one_sided(&mut self, object: &Object, material: usize) -> usize {
+        if let Some(&known) = self.one_sided.get(&material) {
+            return known;
+        }
+        let black = MatteParameters { reflectance: [0.0; 3], roughness: 0.0 };
+        let black = self.add_material(None, object.place, black, Vec::new());
+        let name = format!("{}, one-sided", self.scene.materials[material].name);
+        let own = self.add_changed(object, material, |material| {
+            material.modifiers.back = Some(black);
+            material.name = name;
+        });
+        self.one_sided.insert(material, own);
+        own
     }
 
-    /// Whether a material looks at uv.
+    /// Whether a material looks at uv, or one that it names.
     pub(super) fn looks_at_uv(&self, material: usize) -> bool {
-        let Some(material) = self.scene.materials.get(material) else { return false };
-        let anisotropic = match material.kind {
-            MaterialKind::Conductor(ConductorParameters { roughness: [u, v], .. }) => u != v,
-            MaterialKind::Dielectric(DielectricParameters { roughness: [u, v], .. }) => u != v,
-            _ => false,
-        };
-        anisotropic || !material.textures.is_empty()
+        let mut open = vec![material];
+        let mut seen = HashSet::new();
+        while let Some(index) = open.pop() {
+            let Some(material) = self.scene.materials.get(index).filter(|_| seen.insert(index)) else {
+                continue;
+            };
+            let anisotropic = match material.kind {
+                MaterialKind::Conductor(ConductorParameters { roughness: [u, v], .. }) => u != v,
+                MaterialKind::Dielectric(DielectricParameters { roughness: [u, v], .. }) => u != v,
+                _ => false,
+            };
+            if anisotropic || !material.textures.is_empty() {
+                return true;
+            }
+            open.extend(material.named());
+        }
+        false
     }
 }

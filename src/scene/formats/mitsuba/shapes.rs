@@ -91,9 +91,10 @@ impl Builder<'_, '_> {
             Some(emitter) => self.area_light(emitter)?,
             None => ([0.0; 3], None),
         };
-        let material = material?;
+        let mut material = material?;
+        // The inside of a closed surface is seen by nobody who is not in it.
         if formed.is_open && self.is_one_sided(object) && self.shows(material) {
-            self.note_one_sided(object.place);
+            material = self.one_sided(object, material);
         }
         if let Some(uv) = formed.uv
             && (self.looks_at_uv(material) || emission_texture.is_some())

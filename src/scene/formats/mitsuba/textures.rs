@@ -6,7 +6,7 @@ use super::report::Read;
 use super::spectrum::{Of, Spectrum};
 use super::text::numbers;
 use crate::parameter::{ImageIndex, Varying};
-use crate::scene::description::{CheckerboardTexture, ImageTexture};
+use crate::scene::description::{CheckerboardTexture, ConstantTexture, ImageTexture};
 use crate::scene::spelling::quote;
 use crate::texture::{ColorSpace, TexelFilter, Wrap};
 use glam::{DMat2, DMat4, DVec2};
@@ -81,6 +81,17 @@ impl Builder<'_, '_> {
                 return Err(self.reports.error(property.place, message));
             }
         }))
+    }
+
+    /// The texture of a map of normals or heights, which may be the same everywhere.
+    pub(super) fn map(&mut self, index: usize) -> Read<usize> {
+        Ok(match self.texture(index, 0.5, Of::Number, false)? {
+            Shade::Texture(texture) => texture,
+            Shade::Colour(colour) => {
+                let value = Varying::Colour(colour);
+                self.add_texture(self.object(index), ConstantTexture { value })
+            }
+        })
     }
 
     /// What an object of the tag `texture` is.

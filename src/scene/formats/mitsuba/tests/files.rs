@@ -132,3 +132,25 @@ fn bitmaps_are_turned_over() {
         ref other => panic!("{other:?}"),
     }
 }
+
+#[test]
+fn environments_stand_as_in_mitsuba() {
+    let of = |transform: &str| {
+        let main = format!(
+            "{START}<emitter type=\"envmap\"><string name=\"filename\" value=\"p.png\"/><float name=\"scale\" value=\"2\"/>{transform}</emitter></scene>"
+        );
+        let folder = folder(&[("scene/a.xml", &main)]);
+        image::RgbImage::from_pixel(4, 2, image::Rgb([200; 3]))
+            .save(folder.path().join("scene/p.png"))
+            .expect("written");
+        scene(folder.path()).environment_picture.expect("a picture")
+    };
+    let upright = of("");
+    assert_eq!((upright.up, upright.scale), (glam::DVec3::Y, [2.0; 3]));
+    // With up y and no rotation the middle column is seen along x: along z it is after a quarter of a turn.
+    assert!((upright.rotate.to_degrees() + 90.0).abs() < 1e-4, "{}", upright.rotate);
+    let turned = of("<transform name=\"to_world\"><rotate x=\"1\" angle=\"90\"/></transform>");
+    assert!((turned.up - glam::DVec3::Z).length() < 1e-12);
+    // Up is z then, and the middle column along −y.
+    assert!((turned.rotate.to_degrees() + 90.0).abs() < 1e-4, "{}", turned.rotate);
+}

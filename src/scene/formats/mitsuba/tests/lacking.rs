@@ -42,14 +42,3 @@ fn a_dark_scene_is_told() {
         "a.xml:1:1: nothing in the scene shines; the picture will be black"
     );
 }
-
-#[test]
-fn one_sided_surfaces_with_a_border_are_told_and_others_not() {
-    let told = "a.xml:2:1: a surface with a border whose bsdf is not twosided has no counterpart; its back looks like its front, where Mitsuba's is black";
-    assert_eq!(warnings("<shape type=\"rectangle\"/>"), [told]);
-    let two_sided = "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf>";
-    assert_eq!(warnings(&format!("<shape type=\"rectangle\">{two_sided}</shape>")), [""; 0]);
-    assert_eq!(warnings("<shape type=\"sphere\"/><shape type=\"cube\"/>"), [""; 0]);
-    let light = "<shape type=\"rectangle\"><emitter type=\"area\"/></shape>";
-    assert_eq!(warnings(light), [""; 0]);
-}

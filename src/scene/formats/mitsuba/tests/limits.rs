@@ -41,11 +41,15 @@ fn references_that_double_at_each_step_take_no_time() {
             i + 1
         )
     };
-    let links: String = (0..14).map(link).collect();
-    let scene = super::scene(&format!(
-        "{links}<bsdf type=\"diffuse\" id=\"b14\"/><shape type=\"sphere\"><ref id=\"b0\"/></shape>"
-    ));
-    assert!(scene.materials.len() <= 15);
+    let doubled = |depth: usize| {
+        let links: String = (0..depth).map(link).collect();
+        let shape = "<shape type=\"disk\"><ref id=\"b0\"/></shape>";
+        whole(&format!("{links}<bsdf type=\"diffuse\" id=\"b{depth}\"/>{shape}"))
+    };
+    // Each once, and a black one and one that is black from behind.
+    assert_eq!(super::read(&doubled(14)).scene.materials.len(), 17);
+    let message = errors(&doubled(60));
+    assert!(message[0].ends_with("it is nested more than 16 deep"), "{message:?}");
 }
 
 #[test]

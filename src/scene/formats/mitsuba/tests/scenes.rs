@@ -279,6 +279,61 @@ fn integrators_say_how_far_paths_go() {
 }
 
 #[test]
+fn wrappers_are_what_every_material_may_have() {
+    let of = |bsdf: &str| {
+        let mut scene = scene(&format!("<shape type=\"cube\"><bsdf {bsdf}</bsdf></shape>"));
+        let material = scene.entities[0].material;
+        (scene.materials.swap_remove(material), scene.textures)
+    };
+    let inner = "<bsdf type=\"diffuse\"/>";
+    let (mask, _) = of(&format!("type=\"mask\">{inner}"));
+    assert_eq!((mask.modifiers.opacity, mask.textures.len()), (0.5, 0));
+    let board = "type=\"checkerboard\"/>";
+    let (mask, _) = of(&format!("type=\"mask\"><texture name=\"opacity\" {board}{inner}"));
+    assert_eq!(mask.textures[0].parameter, "opacity");
+    let (bump, _) =
+        of(&format!("type=\"bumpmap\"><float name=\"scale\" value=\"0.1\"/><texture {board}{inner}"));
+    assert_eq!((bump.modifiers.bump_scale, bump.textures[0].parameter), (0.1, "bump_map"));
+    let normals = "<texture name=\"normalmap\" type=\"rawconstant\"><vector name=\"value\" value=\"0.5, 0.5, 1\"/></texture>";
+    let (normal, textures) = of(&format!("type=\"normalmap\">{normals}{inner}"));
+    assert_eq!(normal.textures[0].parameter, "normal_map");
+    assert!(
+        matches!(textures[0].kind, TextureKind::Constant(flat) if flat.value == Varying::Colour([0.5, 0.5, 1.0]))
+    );
+    let (mix, _) = of(&format!(
+        "type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/>{inner}<bsdf type=\"conductor\"/>"
+    ));
+    assert!(matches!(mix.kind, MaterialKind::Mix(mix) if (mix.a, mix.b, mix.amount) == (0, 1, 0.25)));
+    let (sides, _) = of(&format!("type=\"twosided\">{inner}<bsdf type=\"conductor\"/>"));
+    assert_eq!(sides.modifiers.back, Some(1));
+}
+
+#[test]
+fn one_sided_surfaces_with_a_border_are_black_from_behind() {
+    let back = |shape: &str| {
+        let scene = scene(&format!("<shape type={shape}</shape>"));
+        let back = scene.materials[scene.entities[0].material].modifiers.back;
+        back.map(|back| scene.materials[back].kind.clone())
+    };
+    let black = |kind| matches!(kind, Some(MaterialKind::Matte(matte)) if matte.reflectance == [0.0; 3]);
+    assert!(black(back("\"rectangle\">")));
+    assert!(black(back("\"disk\"><bsdf type=\"mask\"><bsdf type=\"conductor\"/></bsdf>")));
+    let others = [
+        "\"cube\">",
+        "\"rectangle\"><emitter type=\"area\"/>",
+        "\"rectangle\"><bsdf type=\"dielectric\"/>",
+        "\"rectangle\"><bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf>",
+    ];
+    for shape in others {
+        assert_eq!(back(shape), None, "{shape}");
+    }
+    let shared = scene(
+        "<bsdf type=\"diffuse\" id=\"a\"/><shape type=\"disk\"><ref id=\"a\"/></shape><shape type=\"disk\"><ref id=\"a\"/></shape>",
+    );
+    assert_eq!((shared.materials.len(), shared.entities[0].material), (3, shared.entities[1].material));
+}
+
+#[test]
 fn a_whole_scene_is_the_same_in_toml() {
     let body = r#"<emitter type="constant"/><shape type="cube" id="box"><transform name="to_world"><scale x="0.3" y="1.7"/><rotate x="1" y="2" angle="33"/></transform>
         <bsdf type="diffuse"><texture type="checkerboard" name="reflectance"/></bsdf></shape>
@@ -304,5 +359,6 @@ fn a_whole_scene_is_the_same_in_toml() {
             (&a.name, a.textured_kind(), a.textures.len()),
             (&b.name, b.textured_kind(), b.textures.len())
         );
+        assert_eq!(a.modifiers.back.is_some(), b.modifiers.back.is_some());
     }
 }

@@ -7,7 +7,7 @@ use crate::scene::description::{
     CameraSettings, Choice, EnvironmentPicture, FilmMode, FilmSettings, Filter, Modifiers, RenderSettings,
     Scene, Shape, Textured, UNLIMITED,
 };
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use std::fmt::Write;
 
 /// What names stand for.
@@ -15,6 +15,7 @@ struct Names<'a> {
     materials: Vec<String>,
     textures: Vec<String>,
     pictures: &'a [String],
+    groups: Vec<String>,
 }
 
 /// A line of a table. Writing to a string cannot fail.
@@ -28,6 +29,7 @@ pub(super) fn scene(scene: &Scene, pictures: &[String], meshes: &[Option<String>
         materials: different(scene.materials.iter().map(|material| material.name.as_str())),
         textures: different(scene.textures.iter().map(|texture| texture.name.as_str())),
         pictures,
+        groups: different(scene.groups.iter().map(|group| group.name.as_str())),
     };
     let mut text = String::new();
     film(&scene.film, &mut text);
@@ -55,18 +57,11 @@ pub(super) fn scene(scene: &Scene, pictures: &[String], meshes: &[Option<String>
         text += &(parameters(light, &[], &names)?.join("\n") + "\n");
     }
     for (entity, mesh) in scene.entities.iter().zip(meshes) {
-        text += "\n[[entities]]\n";
+        let _ = writeln!(text, "\n[[{}entities]]", names.within(entity.within));
         line(&mut text, "name", quoted(&entity.name));
         let shape = match (&entity.shape, mesh) {
             (Shape::Mesh { transform, .. }, Some(file)) => {
-                let columns = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
-                let row =
-                    |i: usize| list(&[columns[0][i], columns[1][i], columns[2][i], transform.translation[i]]);
-                let matrix = [0, 1, 2].map(row).join(", ");
-                format!(
-                    "{{ type = \"mesh\", file = {}, transform = {{ matrix = [{matrix}] }} }}",
-                    quoted(file)
-                )
+                format!("{{ type = \"mesh\", file = {}, transform = {} }}", quoted(file), matrix(transform))
             }
             (shape, _) => format!("{{ {} }}", parameters(shape, &[], &names)?.join(", ")),
         };
@@ -80,6 +75,12 @@ pub(super) fn scene(scene: &Scene, pictures: &[String], meshes: &[Option<String>
         if entity.flip_normal {
             line(&mut text, "flip_normal", true);
         }
+    }
+    for instance in &scene.instances {
+        let _ = writeln!(text, "\n[[{}instances]]", names.within(instance.within));
+        line(&mut text, "name", quoted(&instance.name));
+        line(&mut text, "group", quoted(&names.groups[instance.group]));
+        line(&mut text, "transform", matrix(&instance.transform));
     }
     Ok(text)
 }
@@ -104,6 +105,20 @@ fn modifiers(own: &Modifiers, textured: &[Textured], names: &Names<'_>) -> Resul
     let all = parameters(own, textured, names)?;
     // The first is the type, which they have not.
     Ok(all.into_iter().skip(1).filter(|line| !usual.contains(line)).collect())
+}
+
+impl Names<'_> {
+    /// The beginning of a header of what is within a group, or in the world.
+    fn within(&self, group: Option<usize>) -> String {
+        group.map_or_else(String::new, |group| format!("groups.{}.", quoted(&self.groups[group])))
+    }
+}
+
+/// A transform as a matrix.
+fn matrix(transform: &DAffine3) -> String {
+    let columns = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
+    let row = |i: usize| list(&[columns[0][i], columns[1][i], columns[2][i], transform.translation[i]]);
+    format!("{{ matrix = [{}] }}", [0, 1, 2].map(row).join(", "))
 }
 
 fn film(film: &FilmSettings, text: &mut String) {

@@ -5,10 +5,11 @@ use super::object::{Document, Object, Tag};
 use super::report::{Place, Read, Reported, Reports};
 use crate::scene::check::{Part, SceneProblem};
 use crate::scene::description::{
-    Entity, Material, MaterialKind, Mesh, Scene, Texture, TextureKind, Textured,
+    Entity, Group, Instance, Material, MaterialKind, Mesh, Scene, Texture, TextureKind, Textured,
 };
 use crate::scene::images::{self, ImageCache};
 use crate::scene::mesh::cache::MeshCache;
+use glam::DAffine3;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -31,6 +32,10 @@ pub(super) struct Builder<'a, 'w> {
     pub(super) one_sided: HashMap<usize, usize>,
     /// The textures that were made of objects, by whether square roots of their values are meant.
     pub(super) textures: HashMap<(usize, bool), usize>,
+    /// The groups that were made of objects, those aside in which there is nothing.
+    pub(super) groups: HashMap<usize, Read<Option<usize>>>,
+    /// The group in which shapes stand now.
+    pub(super) within: Option<usize>,
     /// Where things come from, in their order.
     pub(super) places: Places,
 }
@@ -46,6 +51,8 @@ pub(super) struct Places {
     materials: Vec<Place>,
     textures: Vec<Place>,
     entities: Vec<Place>,
+    pub(super) groups: Vec<Place>,
+    pub(super) instances: Vec<Place>,
     pub(super) lights: Vec<Place>,
 }
 
@@ -79,6 +86,8 @@ impl<'a, 'w> Builder<'a, 'w> {
             materials: HashMap::new(),
             one_sided: HashMap::new(),
             textures: HashMap::new(),
+            groups: HashMap::new(),
+            within: None,
             places: Places::default(),
         }
     }
@@ -187,9 +196,38 @@ impl<'a, 'w> Builder<'a, 'w> {
             "" => format!("{} {number}", object.plugin),
             id => id.to_owned(),
         };
+        entity.within = self.within;
         self.scene.entities.push(entity);
         self.places.entities.push(object.place);
         Ok(())
+    }
+
+    /// Adds a group, and returns its index. Groups are in the order of their names.
+    pub(super) fn add_group(&mut self, object: &Object) -> usize {
+        let number = self.scene.groups.len() + 1;
+        let id = if object.id.is_empty() { &object.plugin } else { &object.id };
+        self.scene.groups.push(Group { name: format!("{number:06} {id}") });
+        self.places.groups.push(object.place);
+        number - 1
+    }
+
+    /// Places a group in the world.
+    pub(super) fn add_instance(&mut self, object: &Object, group: usize, transform: DAffine3) {
+        let number = self.scene.instances.len() + 1;
+        let name =
+            if object.id.is_empty() { format!("{} {number}", object.plugin) } else { object.id.clone() };
+        self.scene.instances.push(Instance { name, group, transform, within: None });
+        self.places.instances.push(object.place);
+    }
+
+    /// Puts the entities of the world before those of groups, in the order of these, as a file in TOML has them: lights are
+    /// chosen by their order.
+    fn sort_entities(&mut self) {
+        let entities = std::mem::take(&mut self.scene.entities);
+        let places = std::mem::take(&mut self.places.entities);
+        let mut placed: Vec<_> = entities.into_iter().zip(places).collect();
+        placed.sort_by_key(|(entity, _)| entity.within.map_or(0, |group| group + 1));
+        (self.scene.entities, self.places.entities) = placed.into_iter().unzip();
     }
 
     /// Reports what nobody looked at in objects of which something was made.
@@ -210,6 +248,7 @@ impl<'a, 'w> Builder<'a, 'w> {
     /// The scene with its images, if it keeps its promises; what breaks them is told where it comes from.
     pub(super) fn finish(mut self) -> Read<(Scene, crate::scene::fingerprint::Sources)> {
         self.scene.images = self.images.take();
+        self.sort_entities();
         let sources = self.sources();
         match self.scene.checked() {
             Ok(scene) => Ok((scene, sources)),
@@ -247,6 +286,8 @@ impl Places {
             Part::Material(index, _) => at(&self.materials, *index),
             Part::Texture(index, _) => at(&self.textures, *index),
             Part::Entity(index, _) => at(&self.entities, *index),
+            Part::Group(index, _) => at(&self.groups, *index),
+            Part::Instance(index, _) => at(&self.instances, *index),
             Part::Light(index) => at(&self.lights, *index),
             Part::Environment => self.environment,
         }

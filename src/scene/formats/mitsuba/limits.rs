@@ -12,7 +12,7 @@ pub(super) const MOST_INCLUDES: usize = 16;
 pub(super) const MOST_FOLDERS: usize = 64;
 /// The most bytes of an attribute in which variables stand, after their values were put in.
 pub(super) const LONGEST_SUBSTITUTED: usize = 1 << 16;
-/// The most entities: instances multiply shapes.
+/// The most entities.
 pub(super) const MOST_ENTITIES: usize = 1 << 18;
 /// The most bytes of a file with a spectrum.
 pub(super) const LONGEST_SPECTRUM: u64 = 1 << 20;

@@ -62,11 +62,34 @@ impl Builder<'_, '_> {
 
     fn instance(&mut self, object: &Object, parent: DAffine3) -> Read<()> {
         let transform = self.placed(object, parent)?;
-        let group = self.child(object, Tag::Shape);
-        match group.filter(|group| group.plugin == "shapegroup") {
-            Some(group) => self.all_of(group, transform),
-            None => Err(self.reports.error(object.place, "an instance is of a shapegroup")),
+        let group = self.document.children(object, Tag::Shape);
+        let group = group.first().filter(|&&group| self.document.objects[group].plugin == "shapegroup");
+        let Some(&group) = group else {
+            return Err(self.reports.error(object.place, "an instance is of a shapegroup"));
+        };
+        let known = self.groups.get(&group).copied();
+        // There is none if nothing in it has a counterpart.
+        if let Some(made) = known.unwrap_or_else(|| self.group(group))? {
+            self.add_instance(object, made, transform);
         }
+        Ok(())
+    }
+
+    /// The group of an object, which is made once; none of nothing.
+    fn group(&mut self, index: usize) -> Read<Option<usize>> {
+        let object = self.object(index);
+        let group = self.add_group(object);
+        let before = self.within.replace(group);
+        let made = self.all_of(object, DAffine3::IDENTITY);
+        self.within = before;
+        let is_empty = self.scene.entities.iter().rev().all(|entity| entity.within != Some(group));
+        if is_empty {
+            self.scene.groups.pop();
+            self.places.groups.pop();
+        }
+        let made = made.map(|()| (!is_empty).then_some(group));
+        self.groups.insert(index, made);
+        made
     }
 
     /// From a shape's space to the world.
@@ -96,17 +119,26 @@ impl Builder<'_, '_> {
         if formed.is_open && self.is_one_sided(object) && self.shows(material) {
             material = self.one_sided(object, material);
         }
-        if let Some(uv) = formed.uv
-            && (self.looks_at_uv(material) || emission_texture.is_some())
-        {
+        let looks_at_uv = self.looks_at_uv(material) || emission_texture.is_some();
+        let local = formed.local.filter(|(.., always)| (*always || looks_at_uv) && self.within.is_none());
+        let keeps_uv = local.as_ref().is_some_and(|(.., always)| !always);
+        if let Some(uv) = formed.uv.filter(|_| looks_at_uv && !keeps_uv) {
             self.reports.lacks(object.place, format!("uv of shape {}", quote(&object.plugin)), uv);
         }
         let flip_normal = flipped != formed.turned;
-        let shape = formed.shape;
-        self.add_entity(
-            object,
-            Entity { shape, material, emission, emission_texture, flip_normal, ..Entity::default() },
-        )
+        let entity = Entity { material, emission, emission_texture, flip_normal, ..Entity::default() };
+        match local {
+            None => self.add_entity(object, Entity { shape: formed.shape, ..entity }),
+            Some((shape, transform, _)) => {
+                // A group of one.
+                let group = self.add_group(object);
+                self.within = Some(group);
+                let added = self.add_entity(object, Entity { shape, ..entity });
+                self.within = None;
+                self.add_instance(object, group, transform);
+                added
+            }
+        }
     }
 
     /// What an emitter inside of a shape emits.
@@ -128,7 +160,7 @@ impl Builder<'_, '_> {
         let [u, v] = [DVec3::X, DVec3::Y].map(|axis| transform.transform_vector3(axis * 2.0));
         let shape = QuadParameters { corner, u, v }.into();
         // u × v and the normal part where the transform mirrors.
-        Formed { shape, turned: transform.matrix3.determinant() < 0.0, is_open: true, uv: None }
+        Formed { shape, turned: transform.matrix3.determinant() < 0.0, is_open: true, local: None, uv: None }
     }
 
     fn sphere(&mut self, object: &Object, transform: &DAffine3) -> Read<Formed> {
@@ -140,6 +172,7 @@ impl Builder<'_, '_> {
             self.reports.lacks(object.place, what, "it is a sphere, as large as the x axis says");
         }
         let x = transform.matrix3.x_axis;
+        let own = SphereParameters { center, radius };
         let radius = scale.unwrap_or(x.length()) * radius;
         // uv are about the world's z here.
         let upright = (transform.matrix3 - DMat3::from_diagonal(DVec3::splat(x.length())))
@@ -148,7 +181,9 @@ impl Builder<'_, '_> {
             .all(|entry| entry.abs() <= 1e-6 * x.length());
         let uv = (!upright).then_some("they are about the z axis, from the x axis on");
         let shape = SphereParameters { center: transform.transform_point3(center), radius }.into();
-        Ok(Formed { shape, turned: transform.matrix3.determinant() < 0.0, is_open: false, uv })
+        let local = (scale.is_some() && !upright).then(|| (own.into(), *transform, false));
+        let turned = transform.matrix3.determinant() < 0.0;
+        Ok(Formed { shape, turned, is_open: false, local, uv })
     }
 
     fn disk(&mut self, object: &Object, transform: &DAffine3) -> Formed {
@@ -156,8 +191,16 @@ impl Builder<'_, '_> {
         let radius = x.length();
         let is_round =
             (y.length() - radius).abs() <= 1e-6 * radius && x.dot(y).abs() <= 1e-6 * radius * radius;
+        let uv = Some(
+            "u is the angle and v the distance from the centre, where it is the other way round in Mitsuba",
+        );
+        if !is_round && self.within.is_none() {
+            let own = DiskParameters { center: DVec3::ZERO, normal: DVec3::Z, radius: 1.0 };
+            let local = Some((own.into(), *transform, true));
+            return Formed { shape: own.into(), turned: false, is_open: true, local, uv };
+        }
         if !is_round {
-            let what = "shape \"disk\" that is an ellipse";
+            let what = "shape \"disk\" that is an ellipse in a group";
             self.reports.lacks(object.place, what, "it is a mesh of 256 triangles");
             return Formed::mesh(self.ellipse(), *transform, true);
         }
@@ -166,10 +209,7 @@ impl Builder<'_, '_> {
             normal: normal(&transform.matrix3, DVec3::Z),
             radius,
         };
-        let uv = Some(
-            "u is the angle and v the distance from the centre, where it is the other way round in Mitsuba",
-        );
-        Formed { shape: shape.into(), turned: false, is_open: true, uv }
+        Formed { shape: shape.into(), turned: false, is_open: true, local: None, uv }
     }
 
     fn cylinder(&mut self, object: &Object, transform: &DAffine3) -> Read<Formed> {
@@ -197,7 +237,9 @@ impl Builder<'_, '_> {
         };
         let uv = Some("u begins at another angle");
         let turned = transform.matrix3.determinant() < 0.0;
-        Ok(Formed { shape: shape.into(), turned, is_open: true, uv })
+        let own = CylinderParameters { from, to, radius };
+        let local = Some((own.into(), *transform, false));
+        Ok(Formed { shape: shape.into(), turned, is_open: true, local, uv })
     }
 
     /// The cube from −1 to 1, each side of which has uv from 0 to 1.

@@ -73,12 +73,3 @@ fn variables_do_not_grow_without_end() {
     let message = errors(&whole(&body));
     assert!(message[0].ends_with("with its variables value is too long"), "{message:?}");
 }
-
-#[test]
-fn groups_are_multiplied_only_so_often() {
-    let group =
-        format!("<shape type=\"shapegroup\" id=\"g\">{}</shape>\n", "<shape type=\"sphere\"/>".repeat(2000));
-    let instances = "<shape type=\"instance\"><ref id=\"g\"/></shape>\n".repeat(200);
-    let message = errors(&whole(&(group + &instances)));
-    assert!(message[0].ends_with("the scene has more than 262144 shapes"), "{}", message[0]);
-}

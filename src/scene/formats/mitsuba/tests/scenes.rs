@@ -144,13 +144,32 @@ fn instances_multiply_groups() {
         <shape type="instance"><ref id="g"/></shape>
         <shape type="instance"><ref id="g"/><transform name="to_world"><scale value="2"/><translate y="5"/></transform></shape>"#,
     );
-    let sphere = |shape: &Shape| match shape {
-        Shape::Sphere(sphere) => (sphere.center.to_array(), sphere.radius),
-        other => panic!("{other:?}"),
+    assert_eq!((scene.entities.len(), scene.groups.len(), scene.instances.len()), (2, 1, 2));
+    assert!(scene.entities.iter().all(|entity| entity.within == Some(0)));
+    let placed = |i: usize| scene.instances[i].transform.transform_point3(DVec3::X);
+    assert!(near(placed(0), [1.0, 0.0, 0.0]) && near(placed(1), [2.0, 5.0, 0.0]));
+}
+
+#[test]
+fn shapes_whose_uv_are_turned_or_that_are_squeezed_are_groups_of_one() {
+    let of = |shape: &str, bsdf: &str| {
+        let turned = r#"<transform name="to_world"><scale value="2"/><rotate x="1" angle="40"/></transform>"#;
+        scene(&format!("<shape type=\"{shape}\">{turned}{bsdf}</shape>"))
     };
-    let all: Vec<_> = scene.entities.iter().map(|entity| sphere(&entity.shape)).collect();
-    let expected = [([0.0; 3], 1.0), ([1.0, 0.0, 0.0], 1.0), ([0.0, 5.0, 0.0], 2.0), ([2.0, 5.0, 0.0], 2.0)];
-    assert_eq!(all, expected);
+    let board = "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"checkerboard\"/></bsdf></bsdf>";
+    for shape in ["sphere", "cylinder"] {
+        assert_eq!(of(shape, board).instances.len(), 1, "{shape}");
+        assert_eq!(
+            of(shape, "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf>").instances.len(),
+            0,
+            "{shape}"
+        );
+    }
+    let squeezed = r#"<transform name="to_world"><scale x="2"/></transform>"#;
+    let scene = scene(&format!("<shape type=\"disk\">{squeezed}</shape><shape type=\"sphere\"/>"));
+    assert!(matches!(scene.entities[0].shape, Shape::Sphere(_)), "those of the world come first");
+    assert!(matches!(scene.entities[1].shape, Shape::Disk(disk) if disk.radius == 1.0));
+    assert_eq!(scene.instances.len(), 1);
 }
 
 #[test]

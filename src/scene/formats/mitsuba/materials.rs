@@ -183,8 +183,15 @@ impl Builder<'_, '_> {
         let ior = self.index(object, "bk7")?;
         let [reflectance, transmittance] = self.tints(object, &mut bound)?;
         let roughness = self.widths(object, &mut bound)?;
-        let dielectric =
-            DielectricParameters { ior, roughness, thin_walled: false, reflectance, transmittance };
+        let dielectric = DielectricParameters {
+            ior,
+            roughness,
+            thin_walled: false,
+            absorption: [0.0; 3],
+            priority: 0.0,
+            reflectance,
+            transmittance,
+        };
         Ok(self.add_material(Some(object), object.place, dielectric, bound.0))
     }
 
@@ -192,8 +199,15 @@ impl Builder<'_, '_> {
         let mut bound = Bound::default();
         let ior = self.index(object, "bk7")?;
         let [reflectance, transmittance] = self.tints(object, &mut bound)?;
-        let dielectric =
-            DielectricParameters { ior, roughness: [0.0; 2], thin_walled: true, reflectance, transmittance };
+        let dielectric = DielectricParameters {
+            ior,
+            roughness: [0.0; 2],
+            thin_walled: true,
+            absorption: [0.0; 3],
+            priority: 0.0,
+            reflectance,
+            transmittance,
+        };
         Ok(self.add_material(Some(object), object.place, dielectric, bound.0))
     }
 

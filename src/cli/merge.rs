@@ -39,64 +39,129 @@ pub(super) struct MergeArguments {
     quiet: bool,
 }
 
-/// A film whose pixels have not been read yet. The file is closed: there may be thousands of films.
+/// A film whose pixels have not been read yet. The file is closed, and its header is not kept, which may have megabytes
+/// of names: there may be thousands of films.
+#[derive(Debug, PartialEq)]
 struct Part<'a> {
     path: &'a Path,
-    head: Head,
+    layout: Layout,
+    /// The layers that it was rendered with.
+    shown: Vec<Layer>,
     sample_ranges: SampleRanges,
 }
 
 impl<'a> Part<'a> {
-    fn read(path: &'a Path) -> Result<Part<'a>, FilmError> {
-        let file = open_film(path)?;
-        Ok(Part { path, head: file.head().clone(), sample_ranges: file.sample_ranges().clone() })
+    fn of(path: &'a Path, file: &FilmFile) -> Part<'a> {
+        let (head, sample_ranges) = (file.head(), file.sample_ranges().clone());
+        Part { path, layout: head.layout, shown: head.layers_shown(), sample_ranges }
+    }
+}
+
+/// Films of one render, in the order of the command line.
+struct Parts<'a> {
+    /// The header of the first film, with the facts that all have in common.
+    head: Head,
+    all: Vec<Part<'a>>,
+}
+
+impl<'a> Parts<'a> {
+    /// Reads everything except pixels. Fails if the films belong to different renders.
+    fn read(paths: &'a [PathBuf]) -> Result<Parts<'a>, Failure> {
+        let [first, others @ ..] = paths else { return Err(usage("there is no film to merge")) };
+        let file = open_film(first)?;
+        let mut parts = Parts { head: file.head().clone(), all: vec![Part::of(first, &file)] };
+        for path in others {
+            let file = open_film(path)?;
+            if let Some(difference) = parts.head.difference(file.head()) {
+                let remedy = if difference.name == LAYERS {
+                    "; only films with the same --layers can be merged: render one again with the layers of the other"
+                } else {
+                    ""
+                };
+                return Err(anyhow::anyhow!(
+                    "{path:?} and {first:?} belong to different renders: of the first, {difference}{remedy}"
+                )
+                .into());
+            }
+            parts.all.push(Part::of(path, &file));
+        }
+        Ok(parts)
     }
 
-    /// The names in its Cryptomatte layers.
+    /// The names in their Cryptomatte layers.
     fn mattes(&self) -> Result<Mattes, FilmError> {
         self.head.mattes().ok_or_else(|| {
             let reason = FilmFileError::Contradiction("its lists of names are malformed");
-            FilmError { path: self.path.to_path_buf(), reason }
+            FilmError { path: self.all[0].path.to_path_buf(), reason }
         })
     }
 
-    /// Opens the file again, and checks that it is the same film.
-    fn open(&self) -> Result<FilmFile, Failure> {
-        let file = open_film(self.path)?;
-        if *file.head() == self.head && *file.sample_ranges() == self.sample_ranges {
+    /// Opens a film again, and checks that it is the same film.
+    fn open(&self, part: &Part<'_>) -> Result<FilmFile, Failure> {
+        let file = open_film(part.path)?;
+        if self.head.difference(file.head()).is_none() && Part::of(part.path, &file) == *part {
             return Ok(file);
         }
-        Err(anyhow::anyhow!("{:?} changed while it was read; merge again when it is complete", self.path)
+        Err(anyhow::anyhow!("{:?} changed while it was read; merge again when it is complete", part.path)
             .into())
+    }
+
+    /// The samples of all films together; fails if films have common samples.
+    fn sample_ranges(&self, to_film: bool) -> Result<SampleRanges, Failure> {
+        let all: Vec<&SampleRanges> = self.all.iter().map(|part| &part.sample_ranges).collect();
+        if let Some((places, both)) = SampleRanges::first_overlap(&all) {
+            let [path, other] = places.map(|place| self.all[place].path);
+            return Err(anyhow::anyhow!(
+                "{path:?} and {other:?} both have the samples {}; omit one of them",
+                Ranges(&[both])
+            )
+            .into());
+        }
+        let mut interrupted = self.all.iter().filter(|part| part.sample_ranges.open().is_some());
+        if let (Some(Part { path, .. }), Some(Part { path: other, .. }), true) =
+            (interrupted.next(), interrupted.next(), to_film)
+        {
+            return Err(anyhow::anyhow!(
+                "{path:?} and {other:?} were both interrupted, and a film can store only one unfinished range; finish one with --resume, or write a picture (-o FILE.exr)"
+            )
+            .into());
+        }
+        Ok(SampleRanges::of_all(all))
+    }
+
+    /// The layers that the films were rendered with.
+    fn shown(&self) -> Vec<Layer> {
+        let is_shown = |layer: &Layer| self.all.iter().any(|part| part.shown.contains(layer));
+        Layer::ALL.into_iter().filter(is_shown).collect()
     }
 }
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     check_outputs(&arguments.outputs)?;
     refuse_inputs_as_outputs(arguments)?;
-    let parts: Vec<Part<'_>> =
-        arguments.films.iter().map(|path| Part::read(path)).collect::<Result<_, _>>()?;
-    let Some(first) = parts.first() else { return Err(usage("there is no film to merge")) };
-    let sample_ranges = join(first, &parts, arguments.outputs.iter().any(|path| is_film(path)))?;
-    let (layers, no_variance) = layers(&arguments.layers, first, &parts)?;
-    let mattes = first.mattes()?;
+    let parts = Parts::read(&arguments.films)?;
+    let sample_ranges = parts.sample_ranges(arguments.outputs.iter().any(|path| is_film(path)))?;
+    let shown = parts.shown();
+    let (layers, no_variance) = layers(&arguments.layers, &shown, &parts)?;
+    let mattes = parts.mattes()?;
 
     // Memory for one film, regardless of their number; with the sums for a variance if all of them have these.
-    let spreads = parts.iter().all(|part| part.head.layout.spreads);
-    let layout = Layout { spreads, ..first.head.layout };
+    let spreads = parts.all.iter().all(|part| part.layout.spreads);
+    let layout = Layout { spreads, ..parts.head.layout };
     let mut film = Film::with_layout(layout)?;
-    for part in &parts {
+    for part in &parts.all {
         let path = part.path.to_path_buf();
-        part.open()?.add_to(&mut film).map_err(|reason| FilmError { path, reason })?;
+        parts.open(part)?.add_to(&mut film).map_err(|reason| FilmError { path, reason })?;
     }
-    let exposure = arguments.exposure.or_else(|| first.head.notes.get("exposure")?.parse().ok());
-    let tone = arguments.tone.or_else(|| first.head.notes.get("tone")?.parse().ok());
+    let note = |name: &str| parts.head.notes.get(name);
+    let exposure = arguments.exposure.or_else(|| note("exposure")?.parse().ok());
+    let tone = arguments.tone.or_else(|| note("tone")?.parse().ok());
     let view = ViewTransform { exposure: exposure.unwrap_or(0.0), tone: tone.unwrap_or_default() };
-    let head = Head { layout, ..merged_head(&parts, first, &sample_ranges, view) };
+    let head = Head { layout, ..merged_head(&parts.head, &shown, &sample_ranges, view) };
     write_outputs(&arguments.outputs, &head, &film, &sample_ranges, view, (&layers, &mattes))?;
     if !arguments.quiet {
         // Standard error may be closed, which is not an error.
-        let layer_names = (layout.layers, &noted_layers(&parts)[..]);
+        let layer_names = (layout.layers, &shown[..]);
         let _ =
             print_summary(arguments, &sample_ranges, layer_names, no_variance, &mut std::io::stderr().lock());
     }
@@ -106,11 +171,11 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
 /// The layers to write; and a film without variance, if that layer is requested implicitly and cannot be written.
 fn layers<'p, 'a>(
     asked: &[Layers],
-    first: &Part<'_>,
-    parts: &'p [Part<'a>],
+    shown: &[Layer],
+    parts: &'p Parts<'a>,
 ) -> Result<(Vec<Layer>, Option<&'p Part<'a>>), Failure> {
-    let has = first.head.layout.layers;
-    let no_variance = parts.iter().find(|part| part.head.layout.lacks_variance());
+    let has = parts.head.layout.layers;
+    let no_variance = parts.all.iter().find(|part| part.layout.lacks_variance());
     for layer in asked.iter().filter_map(|asked| asked.0) {
         match (layer, no_variance) {
             (Layer::Variance, Some(part)) => {
@@ -125,9 +190,8 @@ fn layers<'p, 'a>(
             }
         }
     }
-    let noted = noted_layers(parts);
     let wanted = |layer: &Layer| match asked {
-        [] => noted.contains(layer) || has.contains(*layer),
+        [] => shown.contains(layer) || has.contains(*layer),
         asked => asked.iter().any(|asked| asked.0.is_none_or(|asked| asked == *layer)),
     };
     let is_available = |layer: &Layer| match layer {
@@ -141,23 +205,17 @@ fn layers<'p, 'a>(
 
 /// Why a film has no variance estimate.
 fn why_no_variance(part: &Part<'_>) -> &'static str {
-    match part.head.layout.light {
+    match part.layout.light {
         Some(_) => "has a light image, whose variance is unknown",
         None => "is in mode \"continuous\" and was begun without --layers variance: it lacks the sums for it",
     }
-}
-
-/// The layers that the films were rendered with.
-fn noted_layers(parts: &[Part<'_>]) -> Vec<Layer> {
-    let noted: Vec<Layer> = parts.iter().flat_map(|part| part.head.layers_shown()).collect();
-    Layer::ALL.into_iter().filter(|layer| noted.contains(layer)).collect()
 }
 
 fn is_film(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("film"))
 }
 
-fn check_outputs(outputs: &[PathBuf]) -> Result<(), OutputError> {
+pub(super) fn check_outputs(outputs: &[PathBuf]) -> Result<(), OutputError> {
     for path in outputs {
         if is_film(path) {
             film::check_writable(path)?;
@@ -192,50 +250,7 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// The samples of all films together; fails if they belong to different renders or have common samples.
-fn join(first: &Part<'_>, parts: &[Part<'_>], to_film: bool) -> Result<SampleRanges, Failure> {
-    let mut all = SampleRanges::default();
-    for (i, part) in parts.iter().enumerate() {
-        if let Some(difference) = first.head.difference(&part.head) {
-            let (path, other) = (part.path, first.path);
-            let remedy = if difference.name == LAYERS {
-                "; only films with the same --layers can be merged: render one again with the layers of the other"
-            } else {
-                ""
-            };
-            return Err(anyhow::anyhow!(
-                "{path:?} and {other:?} belong to different renders: of the first, {difference}{remedy}"
-            )
-            .into());
-        }
-        for before in &parts[..i] {
-            if let Some(both) = before.sample_ranges.overlap(&part.sample_ranges) {
-                let (path, other) = (before.path, part.path);
-                return Err(anyhow::anyhow!(
-                    "{path:?} and {other:?} both have the samples {}; omit one of them",
-                    Ranges(&[both])
-                )
-                .into());
-            }
-            if to_film && !before.sample_ranges.can_join(&part.sample_ranges) {
-                let (path, other) = (before.path, part.path);
-                return Err(anyhow::anyhow!(
-                    "{path:?} and {other:?} were both interrupted, and a film can store only one unfinished range; finish one with --resume, or write a picture (-o FILE.exr)"
-                )
-                .into());
-            }
-        }
-        all.join(&part.sample_ranges);
-    }
-    Ok(all)
-}
-
-fn merged_head(
-    parts: &[Part<'_>],
-    first: &Part<'_>,
-    sample_ranges: &SampleRanges,
-    view: ViewTransform,
-) -> Head {
+fn merged_head(first: &Head, shown: &[Layer], sample_ranges: &SampleRanges, view: ViewTransform) -> Head {
     let ranges = || sample_ranges.whole().iter().chain(sample_ranges.open());
     let asked = ranges().map(|range| range.start).min().unwrap_or(0)
         ..ranges().map(|range| range.end).max().unwrap_or(0);
@@ -243,17 +258,17 @@ fn merged_head(
         .with("exposure", view.exposure)
         .with("tone", view.tone.name())
         .with("asked", format_args!("{}..{}", asked.start, asked.end));
-    let layers: Vec<&str> = noted_layers(parts).iter().map(|layer| layer.name()).collect();
+    let layers: Vec<&str> = shown.iter().map(|layer| layer.name()).collect();
     if !layers.is_empty() {
         notes = notes.with("layers", layers.join(","));
     }
     // Films of one render have them in common.
     for name in NAMES.into_iter().chain(["parts"]) {
-        if let Some(value) = first.head.notes.get(name) {
+        if let Some(value) = first.notes.get(name) {
             notes = notes.with(name, value);
         }
     }
-    Head { notes, ..first.head.clone() }
+    Head { notes, ..first.clone() }
 }
 
 /// Writes all files, even if one fails, and returns the first error.
@@ -288,7 +303,7 @@ fn write_outputs(
 fn print_summary(
     arguments: &MergeArguments,
     sample_ranges: &SampleRanges,
-    (layers, noted): (LayerSet, &[Layer]),
+    (layers, shown): (LayerSet, &[Layer]),
     no_variance: Option<&Part<'_>>,
     out: &mut impl Write,
 ) -> std::io::Result<()> {
@@ -308,7 +323,7 @@ fn print_summary(
     let missing = sample_ranges.missing();
     if !missing.is_empty() {
         let hint = Ranges(&missing[..1]);
-        let names: Vec<&str> = noted.iter().map(|layer| layer.name()).collect();
+        let names: Vec<&str> = shown.iter().map(|layer| layer.name()).collect();
         let with = if names.is_empty() { String::new() } else { format!(" --layers {}", names.join(",")) };
         writeln!(out, "missing: {} (render --range {hint}{with})", Ranges(&missing))?;
     }

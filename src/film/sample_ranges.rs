@@ -87,19 +87,44 @@ impl SampleRanges {
         all.into_iter().find(|both| !both.is_empty())
     }
 
-    /// Adds the ranges of another film without common samples. If both have an open range, the other's is dropped:
-    /// see [`SampleRanges::can_join`].
-    pub fn join(&mut self, other: &SampleRanges) {
-        self.whole.extend_from_slice(&other.whole);
-        self.whole.sort_unstable_by_key(|range| range.start);
-        self.whole.dedup_by(|next, range| {
+    /// Two films of a list that have common samples, or may have: their places in the list, and the first of these
+    /// samples. An open range counts completely. Takes n·log n steps for n ranges: there may be thousands of films.
+    pub fn first_overlap(films: &[&SampleRanges]) -> Option<([usize; 2], Range<u32>)> {
+        let of_film = |(i, film): (usize, &&SampleRanges)| {
+            film.whole.iter().chain(&film.open).map(|range| (range.start, range.end, i)).collect::<Vec<_>>()
+        };
+        let mut ranges: Vec<(u32, u32, usize)> = films.iter().enumerate().flat_map(of_film).collect();
+        ranges.sort_unstable();
+        // Of ranges in ascending order, the first that overlaps any other overlaps the next one.
+        ranges.windows(2).find_map(|pair| {
+            let [(first, end, i), (next, next_end, j)] = [pair[0], pair[1]];
+            let both = common(&(first..end), &(next..next_end));
+            (!both.is_empty()).then_some(([i.min(j), i.max(j)], both))
+        })
+    }
+
+    /// The ranges of films without common samples together, in any order. If several have an open range, only the first
+    /// of these remains: see [`SampleRanges::can_join`].
+    pub fn of_all<'a>(films: impl IntoIterator<Item = &'a SampleRanges>) -> SampleRanges {
+        let (mut whole, mut open) = (Vec::new(), None);
+        for film in films {
+            whole.extend_from_slice(&film.whole);
+            open = open.or_else(|| film.open.clone());
+        }
+        whole.sort_unstable_by_key(|range: &Range<u32>| range.start);
+        whole.dedup_by(|next, range| {
             let touch = range.end == next.start;
             if touch {
                 range.end = next.end;
             }
             touch
         });
-        self.open = self.open.take().or_else(|| other.open.clone());
+        SampleRanges { whole, open }
+    }
+
+    /// Adds the ranges of another film without common samples, as [`SampleRanges::of_all`] does.
+    pub fn join(&mut self, other: &SampleRanges) {
+        *self = SampleRanges::of_all([&*self, other]);
     }
 
     /// Whether one film file can represent both: the count of a pixel determines its part of one open range, not of
@@ -221,6 +246,27 @@ mod tests {
         open.join(&first);
         assert_eq!((open.to_string(), open.missing()), ("0..13, and some of 13..20".into(), vec![13..20]));
         assert!(!open.can_join(&SampleRanges::prefix(40..50, 0, 1)) && open.can_join(&whole(40, 50)));
+    }
+
+    #[test]
+    fn overlaps_among_many_films_are_found() {
+        // Each film has every seventh sample of its own, in descending order.
+        let of_film = |i: u32| {
+            let every_seventh: Vec<_> = (0..20).map(|k| whole(7 * k + i, 7 * k + i + 1)).collect();
+            SampleRanges::of_all(every_seventh.iter().rev())
+        };
+        let mut films: Vec<SampleRanges> = (0..7).rev().map(of_film).collect();
+        let found = |films: &[SampleRanges]| SampleRanges::first_overlap(&films.iter().collect::<Vec<_>>());
+        assert_eq!(found(&films), None);
+        assert_eq!(SampleRanges::of_all(&films), whole(0, 140));
+        films.push(SampleRanges::prefix(139..150, 0, 1));
+        // Of the seven films the first one has the last samples.
+        assert_eq!(found(&films), Some(([0, 7], 139..140)));
+        films.insert(3, whole(20, 30));
+        assert_eq!(found(&films), Some(([0, 3], 20..21)));
+        assert_eq!(SampleRanges::of_all(&films[4..8]).open(), None);
+        assert_eq!(SampleRanges::of_all(&films[4..]).open(), Some(&(139..150)));
+        assert_eq!(found(&[]), None);
     }
 
     #[test]

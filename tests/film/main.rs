@@ -8,6 +8,7 @@ mod info;
 mod interrupted;
 mod merging;
 mod refusals;
+mod thousands;
 
 use std::fs;
 use std::path::Path;

@@ -17,7 +17,7 @@ pub(super) fn named<C: Choice>(about: &str) -> String {
 }
 
 /// The scene file, and changes to the scene.
-#[derive(Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct SceneArguments {
     /// Scene file (TOML, or Mitsuba's XML)
     pub scene: PathBuf,

@@ -18,22 +18,22 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(super) struct RenderArguments {
     #[command(flatten)]
-    scene: SceneArguments,
+    pub(super) scene: SceneArguments,
     /// Picture to write: .png, .exr or .hdr; may be given several times [default: the scene's name with .png,
-    /// in the current folder]
+    /// in the current folder; none for a --range that is rendered to a --film]
     #[arg(short, long = "output", value_name = "FILE")]
-    outputs: Vec<PathBuf>,
+    pub(super) outputs: Vec<PathBuf>,
     /// Samples per pixel, instead of the scene's: those with the indices 0 to N − 1, even if --resume continues a film
     /// that begins later
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
-    spp: Option<u32>,
+    pub(super) spp: Option<u32>,
     /// Render only these samples, for merging: 16..32 are the samples 16 to 31 of each pixel, and 16.. all from 16 on
     /// until --time or Ctrl-C
     #[arg(long, allow_hyphen_values = true, value_name = "FIRST..END", value_parser = range, conflicts_with = "spp")]
-    range: Option<Range<u32>>,
+    pub(super) range: Option<Range<u32>>,
     /// Stop at a whole sample after this time (250ms, 30s, 1.5m, 2h), or at the end of --spp or --range. The scene's
     /// samples and those requested for a resumed film are ignored
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = duration)]
@@ -92,7 +92,11 @@ pub(super) struct RenderArguments {
     samples: Option<PathBuf>,
     /// Write a film file, for resuming (--resume) and merging (stride merge)
     #[arg(long, value_name = "FILE.film")]
-    film: Option<PathBuf>,
+    pub(super) film: Option<PathBuf>,
+    /// Resume the film of --film if it exists, and begin it otherwise: the same command line starts a render and
+    /// continues it
+    #[arg(long = "continue", requires = "film", conflicts_with = "resume")]
+    continues: bool,
     /// Interval at which the film file is written during the render [default: 60s]
     #[arg(long, allow_hyphen_values = true, value_name = "TIME", value_parser = duration)]
     checkpoint: Option<Duration>,
@@ -104,7 +108,32 @@ pub(super) struct RenderArguments {
     stats: Option<PathBuf>,
     /// Print only errors and warnings about the result
     #[arg(short, long)]
-    quiet: bool,
+    pub(super) quiet: bool,
+}
+
+impl RenderArguments {
+    /// The film file to resume.
+    fn resumed(&self) -> Option<&PathBuf> {
+        let continued = self.film.as_ref().filter(|film| self.continues && film.exists());
+        self.resume.as_ref().or(continued)
+    }
+
+    /// Whether only a film is written: a picture of some of the samples is written on request only.
+    fn is_film_only(&self) -> bool {
+        let is_part = self.range.is_some() && self.film.is_some();
+        is_part && self.outputs.is_empty() && self.dump_at.is_empty()
+    }
+
+    /// The picture files to write, by default the scene's name with .png.
+    pub(super) fn pictures(&self) -> Result<Vec<PathBuf>, Failure> {
+        if !self.outputs.is_empty() {
+            return Ok(self.outputs.clone());
+        }
+        let stem = self.scene.scene.file_stem();
+        let stem = stem
+            .ok_or_else(|| usage("the scene file has no name from which to derive the picture's; use -o"))?;
+        Ok(vec![PathBuf::from(stem).with_extension("png")])
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -177,7 +206,7 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
     let load = load_start.elapsed();
     let settings = asked(&arguments, &scene, sources, crop, level)?.settings()?;
     if let Some(film) = &settings.outputs.film
-        && arguments.resume.is_none()
+        && settings.outputs.resume.is_none()
         && film.exists()
         && !arguments.quiet
     {
@@ -214,8 +243,8 @@ pub(super) fn run(arguments: RenderArguments) -> Result<(), Failure> {
     report.problem.map_or(Ok(()), |problem| Err(problem.into()))
 }
 
-/// The requested render. Without outputs it writes the scene's name with .png.
-fn asked(
+/// The requested render. Without outputs it writes the scene's name with .png, or nothing but the film of a range.
+pub(super) fn asked(
     arguments: &RenderArguments,
     scene: &Scene,
     sources: Sources,
@@ -224,8 +253,8 @@ fn asked(
 ) -> Result<Render, Failure> {
     let layers = layers(&arguments.layers);
     let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    let keeps_layers =
-        arguments.film.is_some() || arguments.resume.is_some() || arguments.outputs.iter().any(is_exr);
+    let resumed = arguments.resumed();
+    let keeps_layers = arguments.film.is_some() || resumed.is_some() || arguments.outputs.iter().any(is_exr);
     if !layers.is_empty() && !keeps_layers {
         return Err(usage("--layers needs an .exr file or a film; add -o FILE.exr or --film FILE.film"));
     }
@@ -258,18 +287,10 @@ fn asked(
         .checkpoint(arguments.checkpoint)
         .keep(&arguments.scene.scene)
         .view(ViewerSettings { name: arguments.scene.name(), window, tev: arguments.tev.clone() });
-    let default_output =
-        || arguments.scene.scene.file_stem().map(|stem| PathBuf::from(stem).with_extension("png"));
-    let outputs =
-        match arguments.outputs.as_slice() {
-            [] => vec![default_output().ok_or_else(|| {
-                usage("the scene file has no name from which to derive the picture's; use -o")
-            })?],
-            outputs => outputs.to_vec(),
-        };
+    let outputs = if arguments.is_film_only() { Vec::new() } else { arguments.pictures()? };
     let render = outputs.into_iter().fold(render, Render::output);
     let render = arguments.samples.iter().fold(render, Render::sample_file);
     let render = arguments.film.iter().fold(render, Render::film);
-    let render = arguments.resume.iter().fold(render, Render::resume);
+    let render = resumed.into_iter().fold(render, Render::resume);
     Ok(arguments.stats.iter().fold(render, Render::beside))
 }

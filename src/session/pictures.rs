@@ -164,6 +164,7 @@ impl Pictures<'_> {
             }
             let names = self.settings.outputs.pictures.iter().map(|path| path.display().to_string());
             match saved {
+                Ok(()) if names.len() == 0 => "nothing was saved: no picture file is named".to_owned(),
                 Ok(()) => format!("saved {}", names.collect::<Vec<_>>().join(", ")),
                 Err(error) => error.to_string(),
             }

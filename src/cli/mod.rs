@@ -18,6 +18,7 @@ mod program;
 mod reading;
 mod render;
 mod reporter;
+mod split;
 mod stats;
 mod stop;
 mod trace;
@@ -47,6 +48,8 @@ enum Command {
     Trace(trace::TraceArguments),
     /// Measure time against threads, time against depth, or error against samples
     Bench(bench::BenchArguments),
+    /// Print the commands that render a scene in parts on many machines, and merge them
+    Split(Box<split::SplitArguments>),
     /// Merge films of disjoint samples of one render, exactly
     Merge(merge::MergeArguments),
     /// Make a picture from dumped samples, with any filter
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Trace(arguments) => trace::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Split(arguments) => split::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Develop(arguments) => develop::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

@@ -125,7 +125,7 @@ fn sentences_of_documents_are_short() {
 #[test]
 fn sentences_of_help_texts_are_short() {
     let mut found = Vec::new();
-    for command in ["", "render", "check", "trace", "merge", "develop", "compare", "info", "bench"] {
+    for command in ["", "render", "check", "trace", "split", "merge", "develop", "compare", "info", "bench"] {
         let arguments = [command, "--help"].into_iter().filter(|argument| !argument.is_empty());
         let output = Command::new(env!("CARGO_BIN_EXE_stride")).args(arguments).output().expect("it runs");
         let help = String::from_utf8(output.stdout).expect("UTF-8");

@@ -227,9 +227,10 @@ fn coarse_balls_with_smooth_normals_have_no_dark_rim() {
     for (material, is_white) in [(glass(1.5), true), (mirror([1.0; 3]), true), (matte([0.9; 3]), false)] {
         let pixels = coarse_ball(material.clone());
         let dark = pixels.iter().filter(|&&pixel| pixel < 0.99).count();
-        let most = pixels.iter().copied().fold(0.0, f64::max);
+        let mean = pixels.iter().sum::<f64>() / pixels.len() as f64;
         // Mitsuba 3 shows 26 darker pixels, as it does not look at the true normal; nothing leaks here instead.
         assert_eq!(dark <= 26, is_white, "{dark} of {} pixels: {material:?}", pixels.len());
-        assert!(most < 1.0 + 1e-3, "{most}: {material:?}");
+        // Roulette makes up for the few paths that are kept inside.
+        assert!(mean < 1.0 + 1e-3, "{mean}: {material:?}");
     }
 }

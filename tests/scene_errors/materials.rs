@@ -291,7 +291,7 @@ ior = 1.5
 tint = [1, 1, 1]
 "#,
     [
-        r#"4:1: unknown key "tint" in a dielectric; valid here: "type", "ior", "roughness", "absorption", "priority", "thin_walled", "reflectance", "transmittance", "opacity", "back", "normal_map", "normal_scale", "bump_map", "bump_scale""#
+        r#"4:1: unknown key "tint" in a dielectric; valid here: "type", "ior", "roughness", "absorption", "priority", "thin_walled", "reflectance", "transmittance", "opacity", "back", "normal_map", "normal_scale", …"#
     ]
 );
 broken!(

@@ -90,7 +90,7 @@ broken!(
     byte_order_mark,
     "\u{feff}widht = 0\n",
     [
-        r#"1:1: unknown key "widht" in a scene file; valid here: "film", "camera", "render", "textures", "materials", "entities", "lights", "environment""#
+        r#"1:1: unknown key "widht" in a scene file; valid here: "film", "camera", "render", "textures", "materials", "entities", "groups", "instances", "lights", "environment""#
     ]
 );
 broken!(

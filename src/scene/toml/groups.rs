@@ -55,7 +55,7 @@ static ENTITIES: Key<ListOf<Block<RawEntity>>> = Key::default(
     "entities",
     ListOf(Block { table: &ENTITY_TABLE, build: entity }),
     "[]",
-    "The surfaces of the group, in its own space. What emits is a light at each place of the group if it is a mesh, a quad or a box, or if each place only moves, turns, mirrors and scales it alike along all axes, and its material does not look at uv, or nothing turns it; the light of others paths find by chance.",
+    "The surfaces of the group, in its own space. Meshes, quads and boxes that emit are sampled as lights at each place of the group. Spheres, disks and cylinders are too, if every place scales them equally along all axes, and does not turn them where their material depends on uv. Paths find the light of others by chance.",
 );
 static INSTANCES: Key<ListOf<Block<RawInstance>>> = Key::default(
     "instances",

@@ -125,7 +125,10 @@ fn one(values: Values, fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Re
     let shape = values.build_alone(reports);
     let transform = fields.find(&PLACING, reports)?;
     let at = fields.place_of(&PLACING);
-    Ok(RawShape::One(shape?, transform.map(|value| Placed { at, value })))
+    let shape = shape?;
+    // A plane has no such key, which is reported.
+    let transform = transform.filter(|_| !matches!(shape, Shape::Plane(_)));
+    Ok(RawShape::One(shape, transform.map(|value| Placed { at, value })))
 }
 
 fn mesh(fields: &Fields<'_, '_>, reports: &mut Reports<'_>) -> Read<RawShape> {

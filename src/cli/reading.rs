@@ -6,7 +6,7 @@ use crate::scene::{self, LoadOptions, Loaded};
 use std::path::Path;
 
 /// What readers of scene files may be told.
-#[derive(Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct ReadingArguments {
     /// Value of a variable of the scene file (Mitsuba), which is written $name there; may be given several times
     #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = define)]

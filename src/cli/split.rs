@@ -7,6 +7,7 @@ use super::failure::{Failure, usage};
 use super::merge;
 use super::render::{self, RenderArguments};
 use crate::math::lanes::Level;
+use crate::scene::Loaded;
 use anyhow::Context;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
@@ -143,7 +144,7 @@ pub(super) fn run(arguments: &SplitArguments) -> Result<(), Failure> {
         return Err(usage(format!("split cannot take --{}: {reason}", id.replace('_', "-"))));
     }
     let level = Level::from_environment().map_err(usage)?;
-    let (scene, sources) = whole.arguments.scene.load_with_sources(whole.arguments.quiet)?;
+    let Loaded { scene, sources, crop, .. } = whole.arguments.scene.load_whole(whole.arguments.quiet)?;
     if scene.render.adaptive {
         return Err(usage(format!("split cannot take a scene with adaptive = true: {ADAPTIVE}")));
     }
@@ -159,7 +160,7 @@ pub(super) fn run(arguments: &SplitArguments) -> Result<(), Failure> {
     let mut first = whole.arguments.clone();
     (first.range, first.film) = (Some(shards.range(0)), films.first().cloned());
     (first.spp, first.outputs) = (None, Vec::new());
-    render::asked(&first, &scene, sources, level)?.settings()?;
+    render::asked(&first, &scene, sources, crop, level)?.settings()?;
     if shards.count < arguments.into && !whole.arguments.quiet {
         let _ = writeln!(
             io::stderr(),

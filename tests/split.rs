@@ -103,6 +103,17 @@ fn a_shell_runs_the_commands_to_the_film_of_one_render() {
     let output = shell();
     assert!(output.status.success() && !said(&output).contains("will be replaced"), "{}", said(&output));
     assert!(bytes(dir.path(), "m.film") == bytes(dir.path(), "whole.film"));
+    // So does one that lacks samples, as after an interruption.
+    fs::remove_file(film(5)).expect("a film");
+    let part: Vec<OsString> = ["render", "--range", "10..12", "-q", "--film"].map(Into::into).into();
+    let small = SMALL.map(OsString::from).into_iter().filter(|word| word != "--spp" && word != "13");
+    let rest = [film(5).into_os_string(), "scene.toml".into()];
+    succeed(&mut stride(&part.into_iter().chain(rest).chain(small).collect::<Vec<_>>()), dir.path());
+    let output = run(Command::new("sh").arg("-c").arg(OsStr::from_bytes(merge)), dir.path());
+    assert!(!output.status.success() && said(&output).contains("0..12, and --spp 13"), "{}", said(&output));
+    let output = shell();
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(bytes(dir.path(), "m.film") == bytes(dir.path(), "whole.film"));
     // A film of another render is not replaced.
     let other = ["render", "scene.toml", "--size", "8x7", "--range", "0..1", "--film", "scene-1.film", "-q"];
     succeed(&mut stride(&other), dir.path());

@@ -25,6 +25,10 @@ pub(super) struct MergeArguments {
     /// File to write: .film, .exr, .png or .hdr; may be given several times
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     outputs: Vec<PathBuf>,
+    /// Samples per pixel that the films must have together: if any of the samples 0 to N − 1 is missing, nothing is
+    /// written
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
     /// Layers for EXR files, among those that the films have [default: those that they were rendered with]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = super::render::layer)]
     layers: Vec<Layers>,
@@ -141,6 +145,14 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<(), Failure> {
     refuse_inputs_as_outputs(arguments)?;
     let parts = Parts::read(&arguments.films)?;
     let sample_ranges = parts.sample_ranges(arguments.outputs.iter().any(|path| is_film(path)))?;
+    if let Some(spp) = arguments.spp
+        && sample_ranges != SampleRanges::prefix(0..spp, spp.into(), spp.into())
+    {
+        return Err(anyhow::anyhow!(
+            "the films have the samples {sample_ranges}, and --spp {spp} requires 0..{spp}; finish them first"
+        )
+        .into());
+    }
     let shown = parts.shown();
     let (layers, no_variance) = layers(&arguments.layers, &shown, &parts)?;
     let mattes = parts.mattes()?;

@@ -71,6 +71,9 @@ impl Args for WholeRender {
             .fold(RenderArguments::augment_args(command), |command, id| {
                 command.mut_arg(id, |argument| argument.hide(true))
             })
+            .mut_arg("spp", |argument| {
+                argument.help("Samples per pixel of all shards together, instead of the scene's")
+            })
             .mut_arg("outputs", |argument| {
                 argument.help(
                     "File to merge to: .film, .exr, .png or .hdr; may be given several times [default: the scene's name with .png, in the current folder]",
@@ -234,6 +237,8 @@ fn commands(
     for output in outputs {
         merge.extend(["-o".into(), operand(output.as_os_str())]);
     }
+    // A render that is interrupted ends with success, and leaves its film unfinished.
+    merge.extend(["--spp".into(), shards.samples.to_string().into()]);
     merge.extend(whole.arguments.quiet.then(|| "--quiet".into()));
     lines.push(line(merge)?);
     Ok(lines)
@@ -322,7 +327,7 @@ mod tests {
             text(&lines[1]),
             "render 'a b.toml' --exposure=-1 --layers uv,depth --layers albedo --quiet --range 4..9 --film 'a b-2.film' --continue --headless\n"
         );
-        assert_eq!(text(&lines[2]), "merge 'a b-1.film' 'a b-2.film' -o x.exr --quiet\n");
+        assert_eq!(text(&lines[2]), "merge 'a b-1.film' 'a b-2.film' -o x.exr --spp 9 --quiet\n");
         assert_eq!(lines.len(), 3);
         let arguments = parsed(&["--into", "10", "--film", "shards/a.film", "--", "-x.toml"]);
         assert_eq!(arguments.whole.films(10)[8], PathBuf::from("shards/a-09.film"));

@@ -104,12 +104,21 @@ pub(super) fn shipped() -> Vec<(String, Scene)> {
 
 /// Holds every scene × integrator × sampler against the CPU.
 fn hold_all(scenes: &[(String, Scene)], integrators: &[Integrator], samples: u32) {
+    hold(scenes, integrators, &SAMPLERS, samples);
+}
+
+/// Holds a scene whose program a device in software takes long over, with every integrator and one sampler.
+fn hold_one(name: &str, scene: Scene, integrators: &[Integrator], samples: u32) {
+    hold(&[(name.to_owned(), scene)], integrators, &[Sampler::Sobol], samples);
+}
+
+fn hold(scenes: &[(String, Scene)], integrators: &[Integrator], samplers: &[Sampler], samples: u32) {
     let Some(device) = device() else { return };
-    let comparisons = scenes.len() * integrators.len() * SAMPLERS.len();
+    let comparisons = scenes.len() * integrators.len() * samplers.len();
     let mut refused = Vec::new();
     let mut tiles = 0;
     for &integrator in integrators {
-        for sampler in SAMPLERS {
+        for &sampler in samplers {
             let mut programs: Vec<Program> = Vec::new();
             for (seed, (name, scene)) in (0..).step_by(100).zip(scenes) {
                 let mut scene = scenes::with(scene.clone(), integrator, sampler);
@@ -154,17 +163,31 @@ fn what_no_scene_has_is_the_same_picture() {
         ("lamps", scenes::lamps(48, 32)),
     ];
     hold_all(&scenes.map(|(name, scene)| (name.to_owned(), scene)), &INTEGRATORS, 16);
-    // A device in software takes long over textures.
-    hold_all(&[("gallery".to_owned(), gallery(48, 32))], &INTEGRATORS, 6);
-    hold_all(&[("sunny".to_owned(), sunny(48, 32))], &INTEGRATORS, 8);
-    hold_all(&[("interiors".to_owned(), interiors(48, 32))], &INTEGRATORS, 6);
-    let modified = ("modified".to_owned(), modified(48, 32));
-    hold_all(&[modified], &[Integrator::Path, Integrator::Whitted], 6);
     // Of lamps that stand on the floor and shades around lamps, `whitted` has a variance that may be infinite.
     let mut shop = scenes::shop(48, 32);
     hold_all(&[("shop".to_owned(), shop.clone())], &[Integrator::Path, Integrator::PathNaive], 16);
     shop.entities[2..].iter_mut().for_each(|entity| entity.emission = [0.0; 3]);
     hold_all(&[("shop with one lamp".to_owned(), shop)], &[Integrator::Whitted], 16);
+}
+
+#[test]
+fn textures_are_the_same_picture() {
+    hold_one("gallery", gallery(48, 32), &INTEGRATORS, 6);
+}
+
+#[test]
+fn an_environment_picture_is_the_same_picture() {
+    hold_one("sunny", sunny(48, 32), &INTEGRATORS, 8);
+}
+
+#[test]
+fn overlapping_dielectrics_are_the_same_picture() {
+    hold_one("interiors", interiors(48, 32), &INTEGRATORS, 6);
+}
+
+#[test]
+fn mixes_holes_and_maps_are_the_same_picture() {
+    hold_one("modified", modified(48, 32), &[Integrator::Path, Integrator::Whitted], 6);
 }
 
 #[test]

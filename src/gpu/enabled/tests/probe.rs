@@ -55,8 +55,8 @@ fn put_float3(i: u32, v: vec3f) {{ put_float(i, v.x); put_float(i + 1u, v.y); pu
 fn probe(@builtin(global_invocation_id) id: vec3u) {{
     at = id.x;
     if at < {count}u {{
-        // Every table is named, so that the layout has them all.
-        let all = scene.seed + heap_word(0u).x + arrayLength(&branches);
+        // Every buffer is named, so that the layout has them all.
+        let all = scene.seed + heap_word(0u).x + arrayLength(&branches) + arrayLength(&inputs);
         if all == 0u {{ return; }}
         {lines}
     }}

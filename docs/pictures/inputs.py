@@ -82,7 +82,7 @@ def knot(along=120, around=16):
     for i in range(along):
         for j in range(around):
             a, b = i * (around + 1) + j, (i + 1) * (around + 1) + j
-            faces.append([a, b, b + 1, a + 1])
+            faces.append([a, a + 1, b + 1, b])
     ply("knot.ply", vertices, faces)
 
 
